@@ -88,6 +88,7 @@ include: "workflow/rules/stages.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/dictionary.smk"
 include: "workflow/rules/checksums.smk"
 
 

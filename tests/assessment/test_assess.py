@@ -122,7 +122,7 @@ def test_restitution_may_be_given_by_a_rule(rule, wall, curve, motions):
     assert "Housner" in parapet.attrs["restitution_reason"]
 
 
-def test_what_is_returned_is_what_the_registry_says(answer, tmp_path):
+def test_what_is_returned_is_what_the_glossary_says(answer, tmp_path):
     dataset.check(answer, "assessment")
     for name, variable in answer.variables.items():
         assert variable.attrs["units"] and variable.attrs["long_name"], name

@@ -127,7 +127,7 @@ def test_of_several_buildings_each_wall_has_the_answer_of_its_worst(rows, motion
 
 
 @pytest.mark.parametrize("measure", ["PGV", "PGA"])
-def test_as_a_dataset_it_is_what_the_registry_says(rows, motions, measure, tmp_path):
+def test_as_a_dataset_it_is_what_the_glossary_says(rows, motions, measure, tmp_path):
     with as_meant():
         made = assess_rows(rows, motions[:2], measure, 0.5)
     storage.write(made, tmp_path / "walls.nc", "batch", config={}, code_version="test")

@@ -103,5 +103,5 @@ def test_what_is_no_population_is_not_exported(tmp_path, table):
     run("batch", table, *RECORDS, "--pgv", 0.5, "--output", tmp_path / "out.nc")
     result = run("nrml", tmp_path / "out.nc", tmp_path / "f.xml")
     assert result.exit_code == 2 and "out.nc: is no dataset of the population, as" in result.stderr
-    assert "population: not in the registry" in result.stderr
+    assert "population: not in the glossary" in result.stderr
     assert not (tmp_path / "f.xml").exists()

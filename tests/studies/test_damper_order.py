@@ -44,7 +44,7 @@ def found(config):
     return damper_order(config, read_record(ROOT / config["validation"]["record"]))
 
 
-def test_the_dataset_is_what_the_registry_says(found):
+def test_the_dataset_is_what_the_glossary_says(found):
     dataset.check(found, "damper_order")
     assert found["case"].size == len(set(found["case"].values)) > 8
 

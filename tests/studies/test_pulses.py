@@ -139,7 +139,7 @@ def test_one_pulse_of_many_moves_no_median():
     assert float(one["log_dispersion_all"]) == pytest.approx(np.log(8) * np.sqrt(2) / 3)  # of 0, 0 and ln 8
 
 
-def test_the_dataset_is_what_the_registry_says(found):
+def test_the_dataset_is_what_the_glossary_says(found):
     dataset.check(found, "pulses")
     assert int(found["pairs"].min()) >= 5
 

@@ -120,7 +120,7 @@ def config():
     return yaml_file.load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
 
 
-def test_the_dataset_is_what_the_registry_says_and_holds_the_numbers_of_each_study(config, others):
+def test_the_dataset_is_what_the_glossary_says_and_holds_the_numbers_of_each_study(config, others):
     advice = recommend(config, made_up.comparison(), *others, pulses())
     dataset.check(advice, "recommendation")
     assert float(advice["before_impact_log_error"]) == 3.0  # order 8 at e = 0.9

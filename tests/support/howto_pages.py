@@ -7,7 +7,6 @@ there is made of the block.
 import contextlib
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 
@@ -35,10 +34,8 @@ def blocks(page, *languages):
 
 
 def make_tree(place):
-    """A copy of the tree, the data dictionary included, in which `.venv/bin` has the commands of this environment."""
+    """A copy of the tree in which `.venv/bin` has the commands of this environment."""
     tree = Tree(place)
-    (tree.place / "results").mkdir()
-    shutil.copy(ROOT / "results/README.md", tree.place / "results")
     bin = tree.place / ".venv/bin"
     bin.mkdir(parents=True)
     for name, options in {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp"}.items():

@@ -1,10 +1,12 @@
 """A made-up study of earthquakes: lognormal collapses and peaks that differ by known factors, no solver."""
 
+from pathlib import Path
+
 import numpy as np
 import xarray as xr
 from scipy.special import ndtr
 
-from rockdamp.storage import dataset
+from rockdamp.storage import dataset, yaml_file
 from rockdamp.studies import recommendation as recommending
 from rockdamp.vocabulary import MODELS as ALL_MODELS
 from rockdamp.vocabulary import STUDIES
@@ -36,14 +38,30 @@ COORDS = {
 }
 
 
+DIMENSIONS = yaml_file.load(Path(__file__).with_name("dimensions.yaml").read_text(encoding="utf-8"))
+
+
 def complete(data, kind):
-    """Add zeros for what the registry has and no figure shows, and check the rest against it."""
+    """Add zeros for what the glossary has and no figure shows, and check the rest against it."""
     parameter = next((str(dim) for dim in STUDIES.values() if dim in data.dims), None)
-    for name, entry in dataset.variables(kind, parameter).items():
-        if name not in data.variables and not entry.get("optional"):
-            data[name] = (entry["dims"], np.zeros([data.sizes.get(dim, 3) for dim in entry["dims"]]))
+    for name, dims in dimensions(kind, parameter if kind in ("decay", "match") else None, optional=False).items():
+        if name not in data.variables:
+            data[name] = (dims, np.zeros([data.sizes.get(dim, 3) for dim in dims]))
     dataset.check(data, kind)
     return data
+
+
+def dimensions(kind, parameter=None, optional=True):
+    """Dimensions of the variables that a kind of dataset has, of a study with its `parameter`; a scalar has none."""
+    grouped = {name: dims.split() for dims, names in DIMENSIONS.get(kind, {}).items() for name in names}
+    used = {dim for dims in grouped.values() for dim in dims}
+    others = set(STUDIES.values()) if parameter else ()
+    entries = {name: one for name, one in dataset.variables(kind).items() if name not in others}
+    names = [name for name, entry in entries.items() if optional or not entry.get("optional")]
+    found = {name: grouped.get(name, [name] if name in used else []) for name in names}
+    found |= {"STUDY": ["STUDY"]} if parameter else {}
+    of_study = {"STUDY": parameter}
+    return {of_study.get(name, name): [of_study.get(dim, dim) for dim in dims] for name, dims in found.items()}
 
 
 def earthquakes(records=6):
@@ -209,8 +227,6 @@ def population():
             **_statistic("median_intensity_ratio", ("damping_model",), median / median[0]),
             "sensitivity": (("parameter", "damping_model"), index),
             "sensitivity_confidence": (("parameter", "damping_model"), 0.1 * index),
-            "total_sensitivity": ("parameter", 1.2 * index[:, 0]),
-            "total_sensitivity_confidence": ("parameter", 0.12 * index[:, 0]),
             "records": 10,
         },
         coords={

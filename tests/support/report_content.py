@@ -1,4 +1,4 @@
-"""Made-up content for a report: datasets with the registry's variables, tables, and figures of one colour."""
+"""Made-up content for a report: datasets with the glossary's names, tables, and figures of one colour."""
 
 import io
 import zlib
@@ -7,6 +7,7 @@ from itertools import chain
 import numpy as np
 import xarray as xr
 import yaml
+from made_up_earthquakes import dimensions
 from PIL import Image
 from repository import ROOT
 
@@ -14,7 +15,7 @@ from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, reported, writes
 from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
-from rockdamp.storage import dataset
+from rockdamp.storage import dataset, glossary
 from rockdamp.studies.amplitude_dependence import DAMPERS
 from rockdamp.studies.earthquakes.order_criterion import SIDES
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
@@ -59,14 +60,11 @@ WITHOUT_CR = {"match", "equivalence", "amplitude_dependence", "pulses", "respons
 
 def made_up(kind, parameter=None):
     """A dataset of a kind: coordinates as above, and values between 0 and 1 that depend on kind and name alone."""
-    sizes, found = {}, {}
-    entries = dataset.variables(kind, parameter)
-    for entry in entries.values():
-        for dim in entry["dims"]:
-            values = coordinate(kind, dim)
-            sizes[dim] = len(values)
-    for name, entry in entries.items():
-        dims = tuple(entry["dims"])
+    found = {}
+    entries, dimensions_of = dataset.variables(kind), dimensions(kind, parameter)
+    sizes = {dim: len(coordinate(kind, dim)) for dims in dimensions_of.values() for dim in dims}
+    for name, dims in dimensions_of.items():
+        dims = tuple(dims)
         if dims == (name,):
             found[name] = (dims, coordinate(kind, name))
         elif not dims and name in SCALARS:
@@ -77,9 +75,9 @@ def made_up(kind, parameter=None):
     made = xr.Dataset(found)
     if kind == "match":
         made["strength_ratio"] = (parameter, np.full(sizes[parameter], 0.85))
-    for name, entry in entries.items():
-        made[name].attrs = {key: entry[key] for key in dataset.ATTRIBUTES if key in entry}
-    attributes = {"title": dataset.registry()["datasets"][kind]["title"], "config_sha256": "ab" * 32}
+    for name in dimensions_of:
+        made[name].attrs = {key: entries[name][key] for key in dataset.ATTRIBUTES if key in entries[name]}
+    attributes = {"title": glossary.read()["datasets"][kind]["title"], "config_sha256": "ab" * 32}
     record = {"record_synthetic": "yes", "record_specimen": "a made-up wall"} if kind == "validation" else {}
     return made.assign_attrs(attributes | record, code_version=f"0.0.0+{kind}")
 

@@ -59,6 +59,8 @@ CALLS = {
     "calibrate_free_rocking": (rd.calibrate_free_rocking, {"tests": TEST, "wall": WALL}),
     "calibrate": (rd.calibrate, {"record": RECORD, "wall": WALL}),
     "Building": (rd.Building, {"period": 0.25, "storeys": 3, "storey": 3}),
+    "Diaphragm": (rd.Diaphragm, {"period": 0.4}),
+    "two_records": (rd.two_records, {"base": "none.csv", "top": "none.csv"}),
     "floor_motions": (rd.floor_motions, {"records": "none.csv", "building": BUILDING}),
 }
 # What functions return and raise: nobody calls these.
@@ -69,21 +71,28 @@ RETURNED |= {"GroundMotion", "FloorMotion", "Fragility", "InputError", "InputWar
 NUMBERS = [None, "0.3", "", True, 1j, np.nan, np.inf, [0.3, np.nan], [[1, 2], [3]], {}]
 NUMBERS += [np.ma.masked_array([1.0], [True])]
 WRONG = {
-    **dict.fromkeys(("curve", "wall", "damping", "record", "reference", "building"), [None, "x", 0.3, RUN, rd.Wall]),
+    **dict.fromkeys(("curve", "wall", "damping", "record", "reference"), [None, "x", 0.3, RUN, rd.Wall]),
+    "building": ["x", 0.3, RUN, rd.Wall],
     **dict.fromkeys(("softening", "model", "damping_model", "scheme", "name"), [None, "", "CDRR", b"CDR", 3, ["CDR"]]),
     **dict.fromkeys(("steps", "substeps", "store_every", "threads", "points"), [None, 0.5, "2", True, [2], -1]),
     **dict.fromkeys(("test", "tests"), [None, "x", 0.3, RECORD, [RECORD], []]),
     "uncertain": ["x", 0.3, ["thickness"], {"x": 0.1}, {"thickness": "a"}, {"thickness": -1}],
     "path": [None, "", "a\0b", 3, ["a"]],
     "shape": [None, "x", True, np.nan, -1.0],
-    "records": [None, "", 3, [3], [None], {}],
+    **dict.fromkeys(("records", "base", "top"), [None, "", 3, [3], [None], {}]),
     "displacement": [None, "a", True, 1j],  # of a reference; finite or not is seen by the solver
     **dict.fromkeys(("case", "checkpoints"), [None, "a", 0.5, [1.5], 1e300]),
 }
 # Arguments of which any text or truth value is right, and those that a function passes on.
 FREE = {"parapet", "histories", "header", "digest", "unit_of_file", "parameters"}
 # What an error calls an argument where it is not by its own name.
-CALLED = {"name": "preset", "x0": "release_amplitude", "model": "damping_model", "records": "record", "path": ""}
+CALLED = {
+    "name": "preset",
+    "x0": "release_amplitude",
+    "model": "damping_model",
+    "path": "",
+    **dict.fromkeys(("records", "base", "top"), "record"),
+}
 
 
 def arguments(name):

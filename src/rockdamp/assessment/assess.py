@@ -20,7 +20,7 @@ from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError, require
 from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.histories.labelled import described
-from rockdamp.histories.upper_floors import Records, floor_motions, motions_of
+from rockdamp.histories.supports import Records, floor_motions, motions_of
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -187,13 +187,13 @@ def assess_rows(
 def _on_supports(
     rows: Sequence[Row], motions: Sequence[GroundMotion], building: Building | None
 ) -> Iterator[tuple[Sequence[Row], Sequence[GroundMotion]]]:
-    """Yield rows whose supports move alike, with these motions: on a floor a parapet has the motion of one alone."""
-    if building is None:
-        yield rows, motions
-        return
-    for parapet in (False, True):
-        if alike := [row for row in rows if isinstance(row.wall, Parapet) == parapet]:
-            yield alike, floor_motions(motions, building, parapet)
+    """Yield rows whose supports move alike, with their motions: a parapet has that of one floor alone."""
+    held: dict[Any, list[Row]] = {}
+    for row in rows:
+        held.setdefault((isinstance(row.wall, Parapet), row.diaphragm), []).append(row)
+    for (parapet, diaphragm), alike in held.items():
+        plain = building is None and diaphragm is None
+        yield alike, motions if plain else floor_motions(motions, building, parapet, diaphragm)
 
 
 def _worst(answers: Sequence[xr.Dataset], median: str) -> xr.Dataset:

@@ -16,7 +16,8 @@ from rockdamp.arguments import number
 from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.table import Row
 from rockdamp.errors import InputError, require
-from rockdamp.mechanics.building import Building
+from rockdamp.histories.supports import SupportRecord
+from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
@@ -130,7 +131,8 @@ def _not_passed(peaks: np.ndarray[tuple[int, ...], np.dtype[np.float64]], share:
 
 CHANGE_OF_E, CHANGE_OF_HINGE = 0.05, 0.1  # what is left open without a test of the wall
 FACTORS = (0.5, 2.0)  # on a1 and on the overburden
-PERIOD_FACTORS = (0.7, 1.4)  # on the period of the building
+PERIOD_FACTORS = (0.7, 1.4)  # on the period of the building and of the diaphragm
+FIRST_DIAPHRAGM = 0.3  # period of a timber floor, in place of a rigid one [s]
 FIRST_OVERBURDEN = 0.5  # O/W in place of none
 HIGHEST_E = 0.99
 
@@ -153,27 +155,38 @@ def sensitivity(
     intensity: float,
     tail: float,
     building: Building | None = None,
+    diaphragm: Diaphragm | None = None,
 ) -> list[Moved]:
     """Assess the wall again with one input changed at a time, under restitution; what makes no wall is left out.
 
-    In a `building` the motions are those of its floors, and its period is changed too.
+    In a `building`, or under a `diaphragm`, the period of each is changed too; a wall under a rigid floor is also put
+    under a flexible one.
     """
-    changes = [(*change, building) for change in _changes(wall, curve, restitution)]
-    if building is not None:
-        for factor in PERIOD_FACTORS:
-            with as_meant():
-                other = replace(building, period=factor * building.period)
-            changes.append(("period of the building [s]", other.period, (wall, curve, restitution), other))
-    moved = []
-    for placed in dict.fromkeys(change[-1] for change in changes):
-        here = [change for change in changes if change[-1] == placed]
-        rows = [Row(i, str(i), *made, "") for i, (_, _, made, _) in enumerate(here)]
-        buildings = [] if placed is None else [placed]
-        with as_meant():
+    made = [(name, value, changed, building, diaphragm) for name, value, changed in _changes(wall, curve, restitution)]
+    same = (wall, curve, restitution)
+    with as_meant():
+        for other in (
+            []
+            if building is None
+            else [replace(building, period=factor * building.period) for factor in PERIOD_FACTORS]
+        ):
+            made.append(("period of the building [s]", other.period, same, other, diaphragm))
+        measured = building is None and any(isinstance(motion.record, SupportRecord) for motion in motions)
+        periods = [] if measured or isinstance(wall, Parapet) else [FIRST_DIAPHRAGM]
+        if diaphragm is not None:
+            periods = [factor * diaphragm.period for factor in PERIOD_FACTORS]
+        for period in periods:
+            floor = Diaphragm(period) if diaphragm is None else replace(diaphragm, period=period)
+            made.append(("period of a flexible floor [s]", period, same, building, floor))
+        moved = []
+        for placed in dict.fromkeys(change[3] for change in made):
+            here = [change for change in made if change[3] == placed]
+            rows = [Row(i, str(i), *change, "", diaphragm=floor) for i, (_, _, change, _, floor) in enumerate(here)]
+            buildings = [] if placed is None else [placed]
             answer = assess_rows(rows, motions, measure, intensity, tail=tail, buildings=buildings)
-        cr = answer.sel(damping_model=REFERENCE)
-        values = zip(here, cr["collapse_probability"].values, cr[f"median_{measure.lower()}"].values, strict=True)
-        moved += [Moved(name, value, float(share), float(median)) for (name, value, *_), share, median in values]
+            cr = answer.sel(damping_model=REFERENCE)
+            values = zip(here, cr["collapse_probability"].values, cr[f"median_{measure.lower()}"].values, strict=True)
+            moved += [Moved(name, value, float(share), float(median)) for (name, value, *_), share, median in values]
     return [one for one in moved if np.isfinite(one.share)]
 
 

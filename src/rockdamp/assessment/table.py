@@ -16,17 +16,19 @@ from rockdamp import plausibility
 from rockdamp.assessment.restitution import DEFAULT_RULE, RULES, restitution_and_reason
 from rockdamp.errors import InputError
 from rockdamp.mechanics import written_sizes
+from rockdamp.mechanics.building import DAMPING_RATIO, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import WEAKEST, Parapet, Wall
 from rockdamp.storage import input_file, tables
 from rockdamp.storage.tables import Column
-from rockdamp.units import UnitError
+from rockdamp.units import UnitError, quantity
 from rockdamp.units import number as text_number
 
 NEEDED = ("id", "thickness", "height")
 SIZES = ("thickness", "height", "width", "density", "hinge_ratio", "overburden_ratio", "eccentricity")
+DIAPHRAGM = ("diaphragm_period", "diaphragm_damping")
 CURVE = ("a1", "b1", "a3", "softening", "preset")
-COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy")
+COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy", *DIAPHRAGM)
 LENGTHS = ("thickness", "height", "width", "eccentricity")
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
 EXAMPLE = "id,thickness,height,overburden_ratio,preset"
@@ -36,7 +38,8 @@ EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 class Row:
     """A row of the table, by its line in the file and its id: a wall, its curve, e and its reason.
 
-    `taxonomy` is what an exposure model calls it, the id if none is stated; `doubts` are the warnings about it.
+    `taxonomy` is what an exposure model calls it, the id if none is stated; `doubts` are the warnings about it;
+    `diaphragm` is the flexible floor that holds its top, if one does.
     """
 
     line: int
@@ -47,6 +50,7 @@ class Row:
     reason: str
     doubts: tuple[str, ...] = ()
     taxonomy: str = ""
+    diaphragm: Diaphragm | None = None
 
 
 @dataclass(frozen=True)
@@ -156,8 +160,9 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Ro
             [*plausibility.of_stated(wall), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
         )
         e, reason = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
+        diaphragm = _diaphragm(filled)
     doubts = tuple(dict.fromkeys(f"line {line}: {each.message}" for each in caught))
-    return Row(line, filled["id"], wall, curve, e, reason, doubts, filled.get("taxonomy", filled["id"]))
+    return Row(line, filled["id"], wall, curve, e, reason, doubts, filled.get("taxonomy", filled["id"]), diaphragm)
 
 
 def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
@@ -176,6 +181,21 @@ def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
     if "overburden" in filled:
         sizes["overburden_ratio"] = _overburden_ratio(filled, kind(**sizes))
     return kind(**sizes)
+
+
+def _diaphragm(filled: Mapping[str, str]) -> Diaphragm | None:
+    period, damping = DIAPHRAGM
+    if period not in filled:
+        if damping in filled:
+            raise InputError(f"{damping} is there without {period}; both or neither must be")
+        return None
+    try:
+        seconds = quantity(filled[period], "s")
+    except UnitError as error:
+        raise InputError(
+            f"{period} is {filled[period]!r}: {error}; it must be a number of s, or with its unit"
+        ) from None
+    return Diaphragm(seconds, _number(damping, filled[damping]) if damping in filled else DAMPING_RATIO)
 
 
 def _overburden_ratio(filled: Mapping[str, str], wall: Wall | Parapet) -> float:

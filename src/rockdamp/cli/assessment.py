@@ -13,9 +13,12 @@ from rockdamp.cli.building import (
     building_options,
     capacity_option,
     check_values,
+    ground_of,
     make_buildings,
+    make_diaphragm,
     place,
     print_checks,
+    top_record_option,
 )
 from rockdamp.cli.command import Command, command_line, print_json, write_dataset, write_figure, writing
 from rockdamp.cli.options import (
@@ -39,6 +42,7 @@ from rockdamp.cli.types import NUMBER, OutputFile, Read, quantities, quantity, w
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rockdamp.mechanics.building import Diaphragm
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
@@ -60,6 +64,7 @@ shaking_options = all_of(
     click.option("--pga", type=quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g."),
     with_default("--tail", type=quantity("s"), default=3.0, help="Rest after each record."),
     building_options,
+    top_record_option,
 )
 nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="Write the fragility for OpenQuake, in NRML 0.5.")
 modelling_option = with_default(
@@ -133,12 +138,11 @@ def assess_command(
 
     require_modelling(options["modelling_dispersion"])
     of_walls, of_records = columns_of_both(options["columns"])
-    wall, curve, e, reason = _wall(walls, identifier, of_walls, options)
-    buildings = make_buildings(options)
+    wall, curve, e, reason, of_row = _wall(walls, identifier, of_walls, options)
+    buildings, diaphragm = make_buildings(options), make_diaphragm(options)
     from rockdamp.assessment.assess import assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.equivalence.programs import frequencies, typed_in
-    from rockdamp.motions.catalogue import motions_of
     from rockdamp.plausibility import of_supports, warn
 
     capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
@@ -146,10 +150,11 @@ def assess_command(
     def run(motions: Sequence[GroundMotion]) -> xr.Dataset:
         return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
 
-    placed = place(buildings, motions_of(records, of_records), wall, run)
+    diaphragm, parapet = diaphragm or of_row, hasattr(wall, "hinge_ratio") is False
+    placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
     answer, motions = placed.answer, placed.motions
     checked = checks(answer, wall, motions, capacity)
-    if buildings:
+    if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
     if reason:
         answer.attrs["restitution_reason"] = reason
@@ -158,7 +163,7 @@ def assess_command(
         read = {
             "records": content_of(motions),
             "walls": repr((wall, curve, e)) if walls else "",
-            "building": placed.place,
+            "building": repr((placed.building, placed.diaphragm)),
         }
         write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.assess", **read)
     if options["plot"] is not None:
@@ -175,13 +180,21 @@ def assess_command(
     if report is not None:
         from rockdamp.report.one_wall import page
 
-        placement = page.Placement(checked, placed.place, placed.values, placed.building)
+        placement = page.Placement(
+            checked, placed.place, placed.values, placed.building, placed.diaphragm, placed.joint_offset
+        )
         with writing(report):
             name = options["name"] or identifier or "Wall"
             about = page.About(options["project"], options["date"], command_line(), units)
             page.write(page.Subject(name, wall, curve, motions, answer, about, placement), report)
     if as_json:
-        where = {"building": placed.values, "checks": [check_values(each) for each in checked]}
+        held = None if diaphragm is None else {"period": diaphragm.period, "damping_ratio": diaphragm.damping_ratio}
+        where = {
+            "building": placed.values,
+            "diaphragm": held,
+            "joint_offset": placed.joint_offset,
+            "checks": [check_values(each) for each in checked],
+        }
         print_json(values(answer, wall, typed, constants) | where)
     else:
         show(answer, wall, units)
@@ -212,8 +225,8 @@ def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path, modellin
 
 def _wall(
     table: Path | None, identifier: str | None, columns: Mapping[str, Column], options: dict[str, Any]
-) -> tuple[Wall | Parapet, TrilinearCurve, float | str, str]:
-    """Return the wall of the options or of a row of the table, its curve, e or its rule, and a row's reason for e."""
+) -> tuple[Wall | Parapet, TrilinearCurve, float | str, str, Diaphragm | None]:
+    """Return the wall of the options or of a row, its curve, e or its rule, and a row's reason for e and its floor."""
     from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
 
     if table is None:
@@ -225,7 +238,7 @@ def _wall(
             raise click.UsageError("there must be --thickness and --height, or --walls and --id")
         wall, curve = make_wall(options), make_curve(options)
         e = options["restitution"]
-        return wall, curve, DEFAULT_RULE if e is None else e, ""
+        return wall, curve, DEFAULT_RULE if e is None else e, "", None
     if identifier is None:
         raise click.UsageError("--id is missing; --walls must have it")
     refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
@@ -235,5 +248,5 @@ def _wall(
     for doubt in row.doubts:
         click.echo(f"warning: {table}, {doubt}", err=True)
     if row.reason == by_rule(row.wall)[1]:  # then e has a spread, over which the share is averaged
-        return row.wall, row.curve, DEFAULT_RULE, ""
-    return row.wall, row.curve, row.restitution, row.reason
+        return row.wall, row.curve, DEFAULT_RULE, "", row.diaphragm
+    return row.wall, row.curve, row.restitution, row.reason, row.diaphragm

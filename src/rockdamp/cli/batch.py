@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from rockdamp.cli.assessment import (
     shaking_options,
     write_nrml,
 )
-from rockdamp.cli.building import make_buildings
+from rockdamp.cli.building import ground_of, make_buildings, make_diaphragm
 from rockdamp.cli.command import SOME_FAILED, Command, concerning, print_json, write_dataset, write_table
 from rockdamp.cli.options import (
     column_option,
@@ -58,20 +59,21 @@ def batch(
     modelling_dispersion: float,
     strict: bool,
     as_json: bool,
-    **building: Any,
+    **options: Any,
 ) -> None:
     """Collapse of many walls under records.
 
     The table has a row for each wall: id, thickness, height [m], and where wanted width, density, hinge_ratio,
     overburden_ratio, overburden (a load with its unit, as 12kN/m), eccentricity, parapet, a1, b1, a3, softening,
-    preset, restitution, taxonomy. Commas, semicolons or tabs divide it. A row that describes no wall is reported with
+    preset, restitution, taxonomy, diaphragm_period, diaphragm_damping.
+    Commas, semicolons or tabs divide it. A row that describes no wall is reported with
     its line; the others are computed, and with --strict the exit status is 3. The output has a row for each wall and
     damping model: collapses at the intensity of --pgv or --pga, median peak, and fragility. In a building, that
     intensity is of the ground; of several periods the worst counts for each wall, and building_period says which.
     """
     from rockdamp.assessment.answers import COLUMNS, fragilities, lines, require_modelling
     from rockdamp.assessment.assess import assess_rows, intensities
-    from rockdamp.motions.catalogue import motions_of
+    from rockdamp.assessment.table import BadRow
 
     require_one(pgv, pga)
     if nrml is None:
@@ -80,10 +82,13 @@ def batch(
     measure, levels = intensities(pgv, pga)
     if levels.size > 1:
         raise click.UsageError(f"--{measure.lower()} has {levels.size} values; batch takes one")
-    intensity, buildings = float(levels[0]), make_buildings(building)
+    intensity, buildings = float(levels[0]), make_buildings(options)
+    diaphragm = make_diaphragm(options)
     of_walls, of_records = columns_of_both(columns)
     rows = table_of_walls(walls, of_walls)
-    motions = motions_of(records, of_records)
+    if diaphragm is not None:
+        rows = [row if isinstance(row, BadRow) or row.diaphragm else replace(row, diaphragm=diaphragm) for row in rows]
+    motions = ground_of(records, options, of_records)
     with concerning(walls):
         answer = assess_rows(rows, motions, measure, intensity, buildings=buildings, tail=tail)
     bad = [(row, error) for row, error in zip(rows, answer["error"].values.tolist(), strict=True) if error]

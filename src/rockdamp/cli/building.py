@@ -1,4 +1,4 @@
-"""Options of a building and of the checks, and what `assess`, `batch` and `respond` do with them."""
+"""Options of what holds a wall, and of the checks, and what `assess`, `batch` and `respond` do with them."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import click
 from rockdamp import units
 from rockdamp.cli.command import print_table
 from rockdamp.cli.options import all_of, refuse_unused, with_default
-from rockdamp.cli.types import Read, Whole, quantities
+from rockdamp.cli.types import Read, Whole, quantities, quantity
 from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from rockdamp.assessment.checks import Check
-    from rockdamp.histories.upper_floors import FloorMotion
-    from rockdamp.mechanics.building import Building
+    from rockdamp.mechanics.building import Building, Diaphragm
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
+    from rockdamp.storage.tables import Column
 
 OPTIONS = ("storeys", "storey", "building_damping", "shape")
 SHAPES = ("uniform", "flexural")
@@ -52,6 +52,19 @@ building_options = all_of(
     click.option("--storey", type=Whole(1), help="Storey of the wall, 1 for the lowest; a parapet is on top of it."),
     with_default("--building-damping", type=SHARE, default="0.05", help="Damping ratio of the building."),
     with_default("--shape", type=SHAPE, default="uniform", help="Building in shear, in flexure, or between."),
+    click.option(
+        "--diaphragm-period",
+        type=quantity("s"),
+        help="Period of a flexible floor at the top of the wall, as of timber: 0.4s.",
+    ),
+    with_default("--diaphragm-damping", type=SHARE, default="0.05", help="Damping ratio of that floor."),
+)
+top_record_option = click.option(
+    "--top-record",
+    "top_records",
+    multiple=True,
+    metavar="NAMES",
+    help="Records measured at the top of the wall, where those named are of its base; as many, in their order.",
 )
 capacity_option = click.option(
     "--capacity", type=SHARE, help="Displacement capacity of the check, over u_ins.  [default: 0.4]"
@@ -73,10 +86,40 @@ def make_buildings(options: Mapping[str, Any]) -> list[Building]:
     return [Building(period, storeys, storey, damping, shape) for period in periods]
 
 
-class Placed(NamedTuple):
-    """The answer for a wall in a building, of the period that is worst, and the motions of its supports there.
+def make_diaphragm(options: Mapping[str, Any]) -> Diaphragm | None:
+    """Return the flexible floor that the options describe; none without a period."""
+    if options["diaphragm_period"] is None:
+        refuse_unused(("diaphragm_damping",), "--diaphragm-period")
+        return None
+    from rockdamp.mechanics.building import Diaphragm
 
-    `place` says where in words; `values` is what the JSON says of the building, with a row for each period.
+    return Diaphragm(options["diaphragm_period"], options["diaphragm_damping"])
+
+
+def ground_of(
+    records: Sequence[str], options: Mapping[str, Any], columns: Mapping[str, Column], parapet: bool = False
+) -> list[GroundMotion]:
+    """Return the ground motions that are named, or with --top-record the motions of both supports."""
+    from rockdamp.histories.supports import two_records
+    from rockdamp.motions.catalogue import motions_of
+
+    if not options["top_records"]:
+        return motions_of(records, columns)
+    for name in ("building_period", "diaphragm_period"):
+        if options[name] is not None:
+            raise click.UsageError(f"--{name.replace('_', '-')} and --top-record both move the top; there must be one")
+    if parapet:
+        raise click.UsageError(
+            "--top-record moves the top of a wall; --parapet, which has one support, must be without"
+        )
+    return list(two_records(motions_of(records, columns), motions_of(options["top_records"], columns)))
+
+
+class Placed(NamedTuple):
+    """The answer for a wall where it stands, of several periods the worst, and the motions of its supports there.
+
+    `place` says where in words; `values` is what the JSON says of the building, with a row for each period. The joints
+    of the wall close at displacements that are `joint_offset` apart, over u_ins.
     """
 
     answer: xr.Dataset
@@ -84,26 +127,41 @@ class Placed(NamedTuple):
     place: str = ""
     values: dict[str, Any] | None = None
     building: Building | None = None
+    diaphragm: Diaphragm | None = None
+    joint_offset: float = 0.0
 
 
 def place(
     buildings: Sequence[Building],
+    diaphragm: Diaphragm | None,
     ground: Sequence[GroundMotion],
     wall: Wall | Parapet,
     run: Callable[[Sequence[GroundMotion]], xr.Dataset],
 ) -> Placed:
     """Run a wall in each building, or on the ground where there is none, and return the worst answer."""
-    if not buildings:
-        return Placed(run(ground), ground)
-    from rockdamp.histories.upper_floors import floor_motions
+    from rockdamp.histories.supports import SMALL, floor_motions, joint_offset
     from rockdamp.mechanics.wall import Parapet
+    from rockdamp.plausibility import warn
 
     parapet = isinstance(wall, Parapet)
-    motions = [floor_motions(ground, building, parapet) for building in buildings]
+    plain = not buildings and diaphragm is None
+    places: Sequence[Building | None] = buildings or [None]
+    motions = [ground] if plain else [floor_motions(ground, each, parapet, diaphragm) for each in places]
     answers = [run(on_storey) for on_storey in motions]
-    rows = [_row(building, answer) for building, answer in zip(buildings, answers, strict=True)]
-    worst = max(range(len(rows)), key=lambda index: _severity(answers[index]))
-    building = buildings[worst]
+    worst = max(range(len(answers)), key=lambda index: _severity(answers[index]))
+    answer = answers[worst]
+    offset = joint_offset(motions[worst], wall, answer["scale_factor"].values[:, -1])
+    if offset > SMALL:
+        warn(
+            [
+                f"the supports are so far apart that the joints of the wall close at displacements that differ by "
+                f"{offset:.2g} u_ins, more than {SMALL:g}; the model has them close together"
+            ]
+        )
+    building = buildings[worst] if buildings else None
+    floor = "" if diaphragm is None else f"under a flexible floor of {diaphragm.period:g} s"
+    if building is None:
+        return Placed(answer, motions[worst], floor, diaphragm=diaphragm, joint_offset=offset)
     top = "on top of " if parapet else ""
     words = f"{top}storey {building.storey} of {building.storeys} of a building of {building.period:g} s"
     values = {
@@ -112,38 +170,25 @@ def place(
         "storey": building.storey,
         "damping_ratio": building.damping_ratio,
         "shear_ratio": building.shear_ratio if isfinite(building.shear_ratio) else None,
-        "left_out": _left_out(motions[worst], wall),
-        "periods": rows,
+        "periods": [_row(each, one) for each, one in zip(buildings, answers, strict=True)],
     }
-    return Placed(answers[worst], motions[worst], words, values, building)
+    return Placed(answer, motions[worst], f"{words}{floor and ', '}{floor}", values, building, diaphragm, offset)
 
 
-def supports_of(motions: Sequence[GroundMotion], buildings: Sequence[Building], parapet: bool) -> list[GroundMotion]:
+def supports_of(
+    motions: Sequence[GroundMotion], buildings: Sequence[Building], diaphragm: Diaphragm | None, parapet: bool
+) -> list[GroundMotion]:
     """Return the motions of a wall's supports in each building; those of the ground where there is none."""
-    from rockdamp.histories.upper_floors import floor_motions
+    from rockdamp.histories.supports import floor_motions
 
     if not buildings:
-        return list(motions)
+        return list(motions if diaphragm is None else floor_motions(motions, None, parapet, diaphragm))
     several = len(buildings) > 1
     return [
         replace(motion, name=f"{motion.name}, {building.period:g} s" if several else motion.name)
         for building in buildings
-        for motion in floor_motions(motions, building, parapet)
+        for motion in floor_motions(motions, building, parapet, diaphragm)
     ]
-
-
-def _left_out(motions: Sequence[FloorMotion], wall: Wall | Parapet) -> float:
-    """Return the share of the load that the mean of both floors leaves out, and warn where it is not small."""
-    from rockdamp.histories.upper_floors import SMALL, left_out_share
-
-    share = left_out_share(motions, wall)
-    if share > SMALL:
-        click.echo(
-            f"warning: the floors below and above the wall move so differently that their mean leaves out {share:.1%} "
-            f"of the load on the wall, more than {SMALL:.0%}",
-            err=True,
-        )
-    return share
 
 
 def _severity(answer: xr.Dataset) -> tuple[int, float]:
@@ -203,5 +248,7 @@ def print_checks(placed: Placed, checks: Sequence[Check]) -> None:
                 f"  displacement: {name} peak {reached}, capacity {1000 * check.capacity:.3g} mm: "
                 f"{'met' if met else 'not met'}"
             )
-    if placed.values is not None:
-        click.echo(f"  left out: {placed.values['left_out']:.1%} of the load, as the two floors of the wall differ")
+    if placed.joint_offset:
+        click.echo(
+            f"  joints: they close at displacements that differ by {placed.joint_offset:.2g} u_ins, taken as one"
+        )

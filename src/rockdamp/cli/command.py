@@ -33,7 +33,9 @@ HEADINGS = {
     "Losses": "restitution damping_model damping_ratio local_damping order compare".split(),
     "Tables": "walls identifier columns".split(),
     "Motion": "records record pgv pga scale to_pga to_pgv tail".split(),
-    "Building": "building_period storeys storey building_damping shape".split(),
+    "What holds the wall": (
+        "building_period storeys storey building_damping shape diaphragm_period diaphragm_damping top_records".split()
+    ),
     "Files to write": "output plot nrml taxonomy modelling_dispersion report name project date table".split(),
 }
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it

@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp import units
-from rockdamp.cli.building import building_options, make_buildings, supports_of
+from rockdamp.cli.building import (
+    building_options,
+    ground_of,
+    make_buildings,
+    make_diaphragm,
+    supports_of,
+    top_record_option,
+)
 from rockdamp.cli.command import (
     Command,
     concerning,
@@ -166,6 +173,7 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @click.option("--to-pgv", type=quantities("m s-1"), help="Scale each record to this PGV.")
 @with_default("--tail", type=quantity("s"), default=0.0, help="Rest after the record.")
 @building_options
+@top_record_option
 @output_option
 @plot_option
 @click.option("--csv", "table", type=OutputFile(".csv"), help="Write a row for each record, scale and model.")
@@ -187,7 +195,7 @@ def respond_command(
     """
     wall, curve = make_wall(options), make_curve(options)
     dampings = make_dampings(options, curve)
-    buildings = make_buildings(options)
+    buildings, diaphragm = make_buildings(options), make_diaphragm(options)
     from rockdamp.histories.many_records import rows, scales_of
     from rockdamp.histories.side_by_side import responses
     from rockdamp.motions.intensity import intensity_measures
@@ -195,7 +203,9 @@ def respond_command(
     from rockdamp.progress import track
 
     asked = _scales(options)
-    motions = supports_of(_motions(records, named_columns(columns, CONTENTS)), buildings, options["parapet"])
+    parapet = options["parapet"]
+    ground_motions = _motions(records, options, named_columns(columns, CONTENTS))
+    motions = supports_of(ground_motions, buildings, diaphragm, parapet)
     several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
     if several:
         refuse_unused(("output", "plot"), "one record and one scale")
@@ -226,7 +236,7 @@ def respond_command(
         "duration": float(motion.elapsed[-1] - motion.elapsed[0]),
         "rocking_onset": float(wall.rocking_onset(curve.strength_ratio)),
     }
-    if buildings:
+    if motions[0].intensity_record is not motion:
         shaken["support_acceleration"] = abs(factor) * intensity_measures(motion).pga
     _print_response(histories, shaken, options["compare"], as_json)
 
@@ -241,13 +251,17 @@ def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
     return targets or {"scale": options["scale"]}
 
 
-def _motions(records: Sequence[str], columns: Mapping[str, Column]) -> list[GroundMotion]:
+def _motions(records: Sequence[str], options: Mapping[str, Any], columns: Mapping[str, Column]) -> list[GroundMotion]:
     """Return the named ground motions; one path alone is read as it is, even a pipe."""
-    from rockdamp.motions.catalogue import PREFIX, from_file, motions_of
+    from rockdamp.motions.catalogue import PREFIX, from_file
 
-    if len(records) == 1 and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0])):
+    if (
+        not options["top_records"]
+        and len(records) == 1
+        and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0]))
+    ):
         return [from_file(records[0], columns)]
-    return motions_of(records, columns)
+    return ground_of(records, options, columns, options["parapet"])
 
 
 def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

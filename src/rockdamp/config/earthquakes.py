@@ -149,7 +149,6 @@ class PopulationWallSettings(Settings):
     seed: Annotated[int, "population.seed"]
     parameters: Annotated[dict[str, Distribution], "population.parameters", _distributions]
     correlations: Annotated[dict[tuple[str, str], float], "population.correlations", _correlations]
-    redrawn: Annotated[int, "population.redrawn"]
     release_amplitude: float
 
 

@@ -26,11 +26,8 @@ NAMES = {  # of the parameters, as the axes show them
     "strength_ratio": "strength $b_1$",
     "restitution": "restitution $e$",
 }
-HEIGHT = 0.38  # of a bar; a parameter has two
-BARS: dict[str, dict[str, Any]] = {  # of the indices under CR
-    "sensitivity": {"facecolor": BAND, "label": "CR, first-order index"},
-    "total_sensitivity": {"facecolor": "white", "hatch": "/////", "label": "CR, total-effect index"},
-}
+HEIGHT = 0.7  # of a bar
+INDEX: dict[str, Any] = {"facecolor": BAND, "edgecolor": GREY, "linewidth": 0.5}
 TICKS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
 
@@ -50,7 +47,7 @@ def fig_population(population: xr.Dataset) -> Figure:
             for model in dampers(population)
         ),
         Line2D([], [], label="CR, share of the runs", **SHARES),
-        *(Patch(edgecolor=GREY, linewidth=0.5, **look) for look in BARS.values()),
+        Patch(label="CR, first-order index", **INDEX),
     ]
     walls, records = population.sizes["wall"], int(population["records"])
     figure.legend(
@@ -85,34 +82,29 @@ def _ratios(axes: Axes, population: xr.Dataset) -> None:
 def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
     names = [str(name) for name in population["parameter"].values]
     rows, cr = np.arange(len(names)), population.sel(damping_model=REFERENCE)
-    for shift, (index, look) in zip((-0.5, 0.5), BARS.items(), strict=True):
-        axes.barh(
-            rows + shift * HEIGHT,
-            cr[index],
-            height=HEIGHT,
-            edgecolor=GREY,
-            linewidth=0.5,
-            xerr=cr[f"{index}_confidence"],
-            error_kw={"linewidth": 0.7, "ecolor": style_of(REFERENCE).colour},
-            **look,
-        )
+    axes.barh(
+        rows,
+        cr["sensitivity"],
+        height=HEIGHT,
+        xerr=cr["sensitivity_confidence"],
+        error_kw={"linewidth": 0.7, "ecolor": style_of(REFERENCE).colour},
+        **INDEX,
+    )
     for model in dampers(population):
-        first_order = population["sensitivity"].sel(damping_model=model)
-        axes.plot(first_order, rows - 0.5 * HEIGHT, markersize=2.6, **marks_of(model))
+        axes.plot(population["sensitivity"].sel(damping_model=model), rows, markersize=2.6, **marks_of(model))
     axes.set_yticks(rows, [NAMES.get(name, name) for name in names])
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)
     axes.set_xlabel("share of the variance [-]")
-    # The inputs are correlated: what two share counts in both first-order indices and in no total effect.
-    axes.set_title("sensitivity to correlated inputs:\na total effect may be the smaller")
+    axes.set_title("sensitivity of collapse,\nfirst-order indices")
 
 
 def fig_population_caption(population: xr.Dataset) -> str:
     """Write the caption, HTML."""
     cr = population.sel(damping_model=REFERENCE)
-    index, total = cr["sensitivity"].values, population["total_sensitivity"].values
+    index = cr["sensitivity"].values
     most = ", ".join(
-        f"{str(population['parameter'].values[i]).replace('_', ' ')} ({number(index[i], 2)}, {number(total[i], 2)})"
+        f"{str(population['parameter'].values[i]).replace('_', ' ')} ({number(index[i], 2)})"
         for i in np.argsort(-np.nan_to_num(index))[:3]
     )
 
@@ -122,9 +114,9 @@ def fig_population_caption(population: xr.Dataset) -> str:
 
     return f"""
     The dampers' medians of collapse, over that of restitution and with ξ of the closed form at each wall, are
-    {by_damper(population, with_interval)}. Collapse depends most on these parameters: {most} (first-order index, then
-    total effect; of a correlated parameter the first includes what it shares with others, and the second leaves it
-    out). With restitution half of the runs collapse at {number(cr["median_intensity"])}&nbsp;m/s (dispersion
-    {number(cr["dispersion"], 2)}). {population.sizes["wall"]} walls, a Latin hypercube over the distributions of the
-    config, under {int(population["records"])} records at {population.sizes["intensity"]} intensities each.
+    {by_damper(population, with_interval)}. Collapse depends most on these parameters: {most} (first-order index; of a
+    correlated parameter it includes what it shares with others). With restitution half of the runs collapse at
+    {number(cr["median_intensity"])}&nbsp;m/s (dispersion {number(cr["dispersion"], 2)}). {population.sizes["wall"]}
+    walls, a Latin hypercube over the distributions of the config, under {int(population["records"])} records at
+    {population.sizes["intensity"]} intensities each.
     """

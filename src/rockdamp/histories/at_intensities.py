@@ -47,6 +47,7 @@ def peaks_and_collapses(
     curve = curve.map(spread)
     forcing = Forcing.of(wall, record, factor.T, rest=tail)
     sampling, load_factor = spread(forcing.sampling), np.broadcast_to(forcing.load_factor, (factor.shape[1], *count))
+    shares = None if forcing.shares is None else np.broadcast_to(forcing.shares.T, (*count, 3)).T
     substeps = substeps_of(sampling * curve.initial_frequency, step) * 2**halvings
     peak, collapsed = (np.empty((*count, factor.shape[1], len(dampings)), dtype=kind) for kind in (float, bool))
     cause = f"p is {np.max(wall.frequency_parameter):.3g} rad/s (the wall may be far smaller than is meant)"
@@ -55,7 +56,9 @@ def peaks_and_collapses(
     # neighbouring lanes, a block of the kernel, collapse together, and the kernel leaves a block that has collapsed.
     for many in np.unique(substeps).tolist():
         walls = np.flatnonzero(substeps == many)
-        alike = replace(forcing, sampling=sampling[walls], load_factor=load_factor[:, walls]).newmark(many)
+        picked = None if shares is None else shares[:, walls]
+        lanes = replace(forcing, sampling=sampling[walls], load_factor=load_factor[:, walls], shares=picked)
+        alike = lanes.newmark(many)
         for column, damping in enumerate(dampings):
             response = solve(curve.map(itemgetter(walls)), damping.map(spread).map(itemgetter(walls)), **alike)
             peak[walls, :, column], collapsed[walls, :, column] = response.peak.T, (response.outcome == COLLAPSED).T

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError
+from rockdamp.histories.supports import SupportRecord, support_factors
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.solvers.response import Options
@@ -32,17 +33,28 @@ class Forcing:
 
     `ground_acceleration` includes the rest after the motion [m s-2]. `sampling` is p dt, the time between two samples
     in tau; `load_factor` makes the ground acceleration the dimensionless load. [s2 m-1] A `smooth` motion runs along a
-    cubic spline between its samples, any other along straight lines.
+    cubic spline between its samples, any other along straight lines. Where both supports move apart, `motions` are what
+    loads the wall, shape (motions, samples), and `shares` its factors on each, shape (motions, ...).
     """
 
     ground_acceleration: Array
     sampling: Quantity
     load_factor: Quantity
     smooth: bool = False
+    motions: Array | None = None
+    shares: Array | None = None
 
     @classmethod
     def of(cls, wall: Wall | Parapet, record: Record, factor: ArrayLike = 1.0, *, rest: float = 0.0) -> Forcing:
         """Scale a record by a factor, which broadcasts with the wall, and let `rest` seconds without motion follow."""
+        motions = shares = None
+        if isinstance(record, SupportRecord):
+            if isinstance(wall, Parapet):
+                raise InputError(
+                    "a parapet stands on one floor; its motions must be those of floor_motions(parapet=True)"
+                )
+            motions = np.stack([followed_by_rest(each, record.step, rest) for each in record.motions])
+            shares = support_factors(wall)
         return cls(
             followed_by_rest(record.ground_acceleration, record.step, rest),
             wall.frequency_parameter * record.step,
@@ -50,6 +62,8 @@ class Forcing:
             # ASSUME: the motion of a test, measured with the wall's response, is smooth between its samples: straight
             # lines would cut the peaks of a pulse off. An accelerogram alone is linear, as its publishers process it.
             smooth=record.displacement is not None,
+            motions=motions,
+            shares=shares,
         )
 
     @property
@@ -66,20 +80,29 @@ class Forcing:
         return {
             "step": self.sampling / substeps,
             "steps": substeps * self.intervals,
-            "load_factor": self.load_factor,
-            "ground_acceleration": self._every(substeps) if self.smooth else self.ground_acceleration,
+            "load_factor": self._factors(),
+            "ground_acceleration": self._every(substeps),
             "substeps": 1 if self.smooth else substeps,
         }
+
+    def _factors(self) -> Quantity:
+        """Return the factors on the motion; of several motions they are the first axis."""
+        if self.shares is None:
+            return self.load_factor
+        between = (1,) * (np.ndim(self.load_factor) - self.shares.ndim + 1)
+        return self.shares.reshape(len(self.shares), *between, *self.shares.shape[1:]) * self.load_factor
 
     def event_driven(self) -> Load:
         """Return the arguments of `event_driven.history`, for one wall and one factor."""
         parts = SPLINE_PARTS if self.smooth else 1
-        return {"load": self.load_factor * self._every(parts), "load_step": float(self.sampling) / parts}
+        motion, factors = self._every(parts), self._factors()
+        load = factors * motion if self.motions is None else np.tensordot(factors, motion, 1)
+        return {"load": load, "load_step": float(self.sampling) / parts}
 
     def _every(self, parts: int) -> Array:
-        """Return the motion at so many times for each sample, along the spline."""
-        if parts == 1:
-            return self.ground_acceleration
+        """Return the motion at so many times for each sample where it is smooth, along the spline; else as it is."""
+        if parts == 1 or not self.smooth:
+            return self.ground_acceleration if self.motions is None else self.motions
         index = np.arange(self.intervals + 1)
         from scipy.interpolate import CubicSpline  # slow to import, and accelerograms alone need none
 

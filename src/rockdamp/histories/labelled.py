@@ -25,8 +25,8 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import OUTCOMES, Histories, Response
+from rockdamp.storage import glossary
 from rockdamp.storage.dataset import ATTRIBUTES
-from rockdamp.storage.registry import registry
 
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
@@ -291,13 +291,13 @@ def _shortened(name: str, array: xr.DataArray) -> xr.DataArray:
 
 
 def _described(history: xr.Dataset) -> xr.Dataset:
-    """Describe a history; with a wall, times and lengths have entries of their own."""
-    texts = registry()["common"] | registry()["history"]["common"]
-    return described(history, texts | registry()["history"]["with_wall"] if "peak_displacement" in history else texts)
+    """Describe a history by the glossary; with a wall, times and lengths have entries of their own."""
+    with_wall = glossary.variables("response") if "peak_displacement" in history else {}
+    return described(history, glossary.read()["names"] | with_wall)
 
 
 def described(dataset: xr.Dataset, texts: Mapping[str, Mapping[str, str]]) -> xr.Dataset:
-    """Add units and meaning to the variables that have an entry of the registry."""
+    """Add units and meaning to the variables that have an entry of the glossary."""
     for name in texts.keys() & set(map(str, dataset.variables)):
         dataset[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
     return dataset

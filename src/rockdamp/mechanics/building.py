@@ -150,6 +150,50 @@ def _slip_of_period(period: float) -> str:
     return ""
 
 
+@dataclass(frozen=True)
+class Diaphragm:
+    """A flexible floor that holds the top of a wall, as of timber: a linear oscillator driven by what carries it.
+
+    Parameters
+    ----------
+    period : float
+        Period of the floor across the wall, with what it carries. Below 0.03 s it is rigid. [s]
+    damping_ratio : float
+        [-]
+
+    Raises
+    ------
+    InputError
+        If a value lies outside its range.
+
+    Notes
+    -----
+    The wall does not load the floor. Timber floors have some 0.2 to 0.6 s.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> timber = rd.Diaphragm(period=0.4)
+    >>> (motion,) = rd.floor_motions("fema-p695:far-field/1/a", diaphragm=timber)
+    >>> round(float(abs(motion.record.drift).max()), 3)  # between both supports [m]
+    0.025
+    """
+
+    period: float
+    damping_ratio: float = DAMPING_RATIO
+
+    def __post_init__(self) -> None:
+        period = number("period of the diaphragm", self.period)
+        xi = number("damping_ratio of the diaphragm", self.damping_ratio)
+        require(period > 0, "period of the diaphragm", period, f"greater than 0 [s]{_slip_of_period(period)}")
+        require(0 < xi < 1, "damping_ratio of the diaphragm", xi, "greater than 0 and less than 1")
+        object.__setattr__(self, "period", period)
+        object.__setattr__(self, "damping_ratio", xi)
+        if period > LONGEST:
+            slip = _slip_of_period(period)
+            plausibility.warn([f"the diaphragm period is {period:g} s; floors have at most {LONGEST:g} s{slip}"])
+
+
 # --- the cantilever ---------------------------------------------------------------------------------------------------
 
 

@@ -1,4 +1,4 @@
-"""Read the table of stages, stages.yaml, with the titles of their datasets from storage/variables.yaml.
+"""Read the table of stages, stages.yaml, with the titles of their datasets from storage/glossary.yaml.
 
 The Snakefile reads it at every start, so it imports nothing that takes long.
 """
@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
-from rockdamp.storage import yaml_file
+from rockdamp.storage import glossary, yaml_file
 from rockdamp.storage.dotted_keys import stated
 from rockdamp.storage.provenance import NUMBERS_IN_WORDS, Sources
-from rockdamp.storage.registry import registry
 from rockdamp.vocabulary import STUDIES
 
 
@@ -50,6 +49,11 @@ class Stage:
         """Its file without suffix, ``match/{study}``; empty where it writes no dataset."""
         return self.file.removesuffix(".nc") if self.file.endswith(".nc") else ""
 
+    @property
+    def first_file(self) -> str:
+        """Its file, of the first study and share where it has several."""
+        return self.file.format(study=next(iter(STUDIES)), share=0)
+
     def shares(self, config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) -> range:
         """Return the numbers that {share} stands for in its file; `count` returns how many motions a list names."""
         if not self.shares_of:
@@ -61,7 +65,7 @@ class Stage:
 
 def _read() -> dict[str, Stage]:
     table = yaml_file.load(files("rockdamp").joinpath("pipeline/stages.yaml").read_text(encoding="utf-8"))
-    datasets = registry()["datasets"]
+    datasets = glossary.read()["datasets"]
 
     def stage(name: str, entry: dict[str, Any]) -> Stage:
         title = datasets[name]["title"] if entry["file"].endswith(".nc") else entry["title"]

@@ -24,6 +24,8 @@ from rockdamp.vocabulary import STUDIES
 CHECKSUMS = "checksums.csv"  # in the folder of the results
 COLUMNS = ("file", "sha256", "config_sha256", "code_version")
 CHECKSUM_SOURCES = Sources((__name__,))
+DICTIONARY = "dictionary.md"
+DICTIONARY_SOURCES = Sources(("rockdamp.pipeline.dictionary",))
 
 
 class Origin(NamedTuple):
@@ -47,6 +49,7 @@ def origins(config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) ->
     for figure in FIGURES.values():
         origin = Origin(drawn_with, figure.sources.version())
         expected |= {f"figures/{figure.name}.{suffix}": origin for suffix in config["figures"]["formats"]}
+    expected[DICTIONARY] = Origin(config_digest({}), DICTIONARY_SOURCES.version())
     return expected | {"report.html": Origin(config_digest(config), REPORT.version())}
 
 

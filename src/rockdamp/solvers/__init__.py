@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rockdamp.mechanics.damping import Damping
+    from rockdamp.solvers.response import Options
 
 LOADED = 0.5  # s of processor time, in which a compiled loop is read from the cache and run; compiling takes longer
 
@@ -16,9 +17,10 @@ LOADED = 0.5  # s of processor time, in which a compiled loop is read from the c
 def compile_all(processes: int = 1) -> None:
     """Compile every loop that the pipeline runs, into Numba's cache, so that later processes find it there.
 
-    A short run of each damper by each scheme, of ECD by each order that is compiled for itself and by one that is not,
-    of each law by the event-driven solver, and of a linear oscillator. Numba compiles one function at a time in a
-    process: from the first loop on that is not in the cache, further processes help.
+    A short run of each damper, with all that the solver keeps and of peaks alone, of ECD by an order of each kind, of
+    each law by the event-driven solver, and of a linear oscillator. The scheme as printed is compiled by who asks for
+    it. Numba compiles one function at a time in a process: from the first loop on that is not in the cache, further
+    processes help.
     """
     from concurrent.futures import ProcessPoolExecutor
     from functools import partial
@@ -27,17 +29,15 @@ def compile_all(processes: int = 1) -> None:
 
     import rockdamp.solvers.event_driven  # noqa: F401 - before the clock runs
     from rockdamp.mechanics.damping import Damping
-    from rockdamp.mechanics.damping.ecd import MULTIPLIED_ORDERS
-    from rockdamp.solvers.newmark import SCHEMES
-    from rockdamp.vocabulary import MODELS
+    from rockdamp.vocabulary import LOCAL, MODELS
 
-    dampers = [Damping(model, 0.5) for model in MODELS]
-    orders = [Damping("ECD", 0.05, order=order) for order in (*MULTIPLIED_ORDERS, 2.5)]
+    models = [Damping(model, 0.5) for model in MODELS]
+    dampers = [*models, Damping.power(1.3, 0.05), Damping("ECD", 0.05, order=8)]
     runs = [partial(_run_oscillator)]  # the quickest tells whether anything is to be compiled
-    runs += [partial(_run_exactly, damping) for damping in dampers]
+    runs += [partial(_run, damping, peaks_only=True) for damping in (Damping(LOCAL, 0.5), *dampers)]
+    runs += [partial(_run_exactly, damping) for damping in models]
+    runs += [partial(_run, damping) for damping in (*dampers, Damping("ECD", 0.05, order=2.5))]
     runs += [partial(_run_one_sided_exactly), partial(_run_one_sided)]
-    runs += [partial(_run, damping, scheme) for damping in dampers for scheme in SCHEMES]
-    runs += [partial(_run, damping, "newmark") for damping in (Damping.power(1.3, 0.05), *orders)]
     for count, run in enumerate(runs, 1):
         start = process_time()
         run()
@@ -48,11 +48,15 @@ def compile_all(processes: int = 1) -> None:
             break
 
 
-def _run(damping: Damping, scheme: str) -> None:
+def _run(damping: Damping, *, peaks_only: bool = False) -> None:
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.solvers.newmark import solve
 
-    solve(TrilinearCurve(0.04, 0.85), damping, release_amplitude=0.5, step=0.01, steps=1, scheme=scheme)
+    run: Options = {"release_amplitude": 0.5, "step": 0.01, "steps": 1}
+    if peaks_only:
+        solve(TrilinearCurve(0.04, 0.85), damping, peaks_only=True, **run)
+    else:
+        solve(TrilinearCurve(0.04, 0.85), damping, **run)
 
 
 def _run_oscillator() -> None:

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import pairwise
 from threading import Event
-from typing import Unpack, overload
+from typing import Literal, Unpack, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arguments import broadcast, finite, instance, one_of, whole
 from rockdamp.arrays import Array, Quantity, is_named
@@ -20,14 +20,17 @@ from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import newmark_kernel as kernel
+from rockdamp.solvers import peaks_kernel
 from rockdamp.solvers.batch import Batch
 from rockdamp.solvers.response import (
     COLLAPSED,
     RESPONSES,
     ComparedHistories,
+    ComparedPeaks,
     Comparison,
     Histories,
     Options,
+    Peaks,
     Reference,
     Response,
 )
@@ -72,13 +75,20 @@ def solve(
     *,
     reference: None = None,
     store_every: None = None,
+    peaks_only: Literal[False] = False,
     **options: Unpack[Options],
 ) -> Response: ...
 
 
 @overload
 def solve(
-    curve: TrilinearCurve, damping: Damping, *, reference: None = None, store_every: int, **options: Unpack[Options]
+    curve: TrilinearCurve,
+    damping: Damping,
+    *,
+    reference: None = None,
+    store_every: int,
+    peaks_only: Literal[False] = False,
+    **options: Unpack[Options],
 ) -> Histories: ...
 
 
@@ -89,14 +99,45 @@ def solve(
     *,
     reference: Reference,
     store_every: None = None,
+    peaks_only: Literal[False] = False,
     **options: Unpack[Options],
 ) -> Comparison: ...
 
 
 @overload
 def solve(
-    curve: TrilinearCurve, damping: Damping, *, reference: Reference, store_every: int, **options: Unpack[Options]
+    curve: TrilinearCurve,
+    damping: Damping,
+    *,
+    reference: Reference,
+    store_every: int,
+    peaks_only: Literal[False] = False,
+    **options: Unpack[Options],
 ) -> ComparedHistories: ...
+
+
+@overload
+def solve(
+    curve: TrilinearCurve,
+    damping: Damping,
+    *,
+    reference: None = None,
+    store_every: None = None,
+    peaks_only: Literal[True],
+    **options: Unpack[Options],
+) -> Peaks: ...
+
+
+@overload
+def solve(
+    curve: TrilinearCurve,
+    damping: Damping,
+    *,
+    reference: Reference,
+    store_every: None = None,
+    peaks_only: Literal[True],
+    **options: Unpack[Options],
+) -> ComparedPeaks: ...
 
 
 def solve(
@@ -112,9 +153,10 @@ def solve(
     substeps: int = 1,
     reference: Reference | None = None,
     store_every: int | None = None,
+    peaks_only: bool = False,
     scheme: str = "newmark",
     threads: int | None = None,
-) -> Response:
+) -> Response | Peaks:
     r"""Integrate Eq. (16), or its undamped form with the impacts of Eq. (8), for every lane of a batch.
 
     .. math::
@@ -146,6 +188,8 @@ def solve(
         Sum Eq. (17) against it.
     store_every : int, optional
         Store the histories at every this many steps; by default none are stored.
+    peaks_only : bool
+        Return outcomes and peaks alone, and with `reference` the sums: 1.5 to 3 times as fast. Not with `store_every`.
     scheme : {"newmark", "paper"}
         Explicit Newmark with located impacts, second order for every damper; or the paper's linear acceleration
         without iteration, with impacts at the end of the step.
@@ -155,7 +199,8 @@ def solve(
     Returns
     -------
     Response
-        `Histories` with `store_every`, `Comparison` with `reference`, and `ComparedHistories` with both.
+        `Histories` with `store_every`, `Comparison` with `reference`, and `ComparedHistories` with both. With
+        `peaks_only` it is `Peaks`, and `ComparedPeaks` with `reference`.
 
     Raises
     ------
@@ -174,7 +219,8 @@ def solve(
     instance("damping", damping, Damping)
     scheme = scheme if scheme in SCHEMES else one_of("scheme", scheme, SCHEMES)
     is_constant = damping.constant_branches == BRANCHES
-    march = kernel.compiled_march(scheme, damping.formula, kind_of(damping), is_constant)
+    loops = peaks_kernel if peaks_only else kernel
+    march = loops.compiled_march(scheme, damping.formula, kind_of(damping), is_constant)
     starts = {"step": step, "release_amplitude": release_amplitude, "release_velocity": release_velocity}
     loads = {"load_factor": load_factor, "ground_acceleration": ground_acceleration}
     _refuse_names({"yield_displacement_ratio": curve.yield_displacement_ratio, **damping.parameters, **starts, **loads})
@@ -185,6 +231,10 @@ def solve(
     arrays = {name: finite(name, value) for name, value in starts.items()}
     factors = _factors(load_factor, len(ground))
     cases = {} if reference is None else {"case": instance("reference", reference, Reference).case}
+    if peaks_only and store_every is not None:
+        raise InputError(
+            f"store_every is {every} with peaks_only; it must be left out, as peaks come without histories"
+        )
     batch = Batch(broadcast(curve=curve, damping=damping, **arrays, load_factor=factors[0], **cases))
     stored = steps // every + 1 if store_every is not None else 0
     batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
@@ -199,6 +249,9 @@ def solve(
     work = batch.pack((*state, *described[:6], h, g, g, *described[6:]))
     compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
     by_lane = batch.by_motion(factors)
+    if peaks_only:
+        parts_of = work, batch.width, ground, by_lane, substeps, steps, compared, case_of_lane, checkpoints
+        return _peaks(march, batch, threads, reference is not None, *parts_of)
     displacement, velocity = batch.histories(stored), batch.histories(stored)
 
     each = work, by_lane, case_of_lane, error, displacement, velocity
@@ -220,6 +273,55 @@ def solve(
         collapsed = ended["outcome"] == COLLAPSED
         ended["error"] = np.where(collapsed, np.inf, batch.by_checkpoint(error))
     return RESPONSES[store_every is not None, reference is not None](**ended)
+
+
+def _peaks(
+    march: Callable[..., int],
+    batch: Batch,
+    threads: int | None,
+    is_compared: bool,
+    work: Array,
+    width: int,
+    ground: Array,
+    by_lane: Array,
+    substeps: int,
+    steps: int,
+    compared: Array,
+    case_of_lane: NDArray[np.int64],
+    checkpoints: NDArray[np.int64],
+) -> Peaks:
+    """Run the march of peaks alone."""
+    work[:, peaks_kernel.LANE : peaks_kernel.LANE + width] = np.arange(batch.blocks * width).reshape(-1, width)
+    outcome, peak = np.empty(batch.lanes, np.int8), np.empty(batch.lanes)
+    error = np.empty((checkpoints.size, batch.lanes if is_compared else 0))
+    remaining = _remaining(ground)
+    length = -(-SLICE // peaks_kernel.INTERVAL) * peaks_kernel.INTERVAL
+
+    def advance(part: slice, stopped: Event) -> None:
+        blocks, by_motion, case = work[part], by_lane[part], case_of_lane[part]
+        moving = min(part.stop * width, batch.lanes) - part.start * width
+        first = 1
+        while first <= steps and moving > 0 and not stopped.is_set():
+            last = min(first - 1 + max(length // (part.stop - part.start), peaks_kernel.INTERVAL), steps)
+            span = substeps, first, last, steps
+            of_reference = compared, case, checkpoints, error
+            moving = march(blocks, width, moving, ground, remaining, by_motion, *span, *of_reference, outcome, peak)
+            first = last + 1
+
+    _in_threads(advance, batch.blocks, steps, threads)
+    ends = outcome.reshape(batch.shape), peak.reshape(batch.shape)
+    if not is_compared:
+        return Peaks(*ends)
+    return ComparedPeaks(*ends, np.where(ends[0] == COLLAPSED, np.inf, error.reshape(-1, *batch.shape)))
+
+
+def _remaining(ground: Array) -> Array:
+    """Return the integral of each motion's absolute value from each sample to the end, in units of time of a sample."""
+    size = np.abs(ground)
+    if not size.size:
+        return np.zeros((1, 1))
+    between = (size[:, 1:] + size[:, :-1]) / 2
+    return np.pad(np.cumsum(between[:, ::-1], axis=1)[:, ::-1], ((0, 0), (0, 1)))
 
 
 def kind_of(damping: Damping) -> int:

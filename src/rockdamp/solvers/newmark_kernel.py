@@ -275,17 +275,24 @@ STEPS = {  # by scheme, of each of these
 
 
 @cache
-def plain_march(scheme, formula, kind, is_constant):
-    """Return the loop of one scheme and one damper's formula, as Python runs it."""
+def steps_of(scheme, formula, kind, is_constant, observe=settle):
+    """Return a name, the step of one lane and that of a block of lanes, of one scheme and one damper's formula."""
     step = STEPS[scheme][kind]
-    name = f"{step.__name__}_{formula.__qualname__}"
+    name = f"{step.__name__}_{formula.__qualname__}_{observe.__name__}"
     at = constantly_damped_at if is_constant else damped_at
     (force_and_coefficient,) = specialised((at,), name, formula=formula).values()
     (one_step,) = specialised((step,), name, damped_at=force_and_coefficient).values()
-    (all_lanes,) = specialised((advance,), name, stepped=one_step).values()
+    (all_lanes,) = specialised((advance,), name, stepped=one_step, settle=observe).values()
     if step is restitution_located:
-        (between,) = specialised((advance,), f"{name}_between", stepped=between_impacts).values()
+        (between,) = specialised((advance,), f"{name}_between", stepped=between_impacts, settle=observe).values()
         (all_lanes,) = specialised((advance_by_impact,), name, advance=all_lanes, advance_between=between).values()
+    return name, one_step, all_lanes
+
+
+@cache
+def plain_march(scheme, formula, kind, is_constant):
+    """Return the loop of one scheme and one damper's formula, as Python runs it."""
+    name, one_step, all_lanes = steps_of(scheme, formula, kind, is_constant)
     return specialised((march_alone, march), name, stepped=one_step, advance=all_lanes)["march"]
 
 

@@ -24,7 +24,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.mechanics.one_sided import OneSidedForce, Stop
 from rockdamp.solvers.compiled import compiled
-from rockdamp.solvers.oscillator_kernel import closed_state, closed_turn
+from rockdamp.solvers.event_kernel import closed_state, closed_turn
 from rockdamp.solvers.response import OUTCOMES
 
 # A row for each lane: what `OneSidedForce.parameters` says, then the stop, the load and the start.

@@ -25,10 +25,24 @@ from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.motions.records import Record
 from rockdamp.solvers.compiled import compiled
-from rockdamp.solvers.oscillator_kernel import recursion
 
 MOST_POINTS = 2**25  # of the fine record that an oscillator is integrated over
 PER_PERIOD = 100  # points in a period: the largest of them is within 1 - cos(pi/100), 0.05 %, of the peak
+
+
+def recursion(values, first, second, last, last_but_one):  # type: ignore[no-untyped-def]  # numba infers the types
+    """Return y_n = first x_n + second x_(n-1) + last y_(n-1) - last_but_one y_(n-2), which starts at rest.
+
+    `scipy.signal.lfilter` gives the same bits; to import it takes a second, and a process calls this a few times.
+    """
+    sums = np.empty_like(values)
+    carried = kept = 0.0
+    for n in range(values.size):
+        sums[n] = y = carried + first * values[n]
+        carried = kept + second * values[n] + last * y
+        kept = -last_but_one * y
+    return sums
+
 
 run_recursion = compiled(recursion, recursion)
 

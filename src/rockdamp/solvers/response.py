@@ -162,6 +162,54 @@ class ComparedHistories(Histories, Comparison):
     """
 
 
+@dataclass(frozen=True, eq=False)
+class Peaks(ByValue):
+    """How a batch of time histories ended, and how far they came, from `solve` with `peaks_only`.
+
+    Attributes
+    ----------
+    outcome : ndarray of int, shape
+        0 where the run was completed, 1 where the wall collapsed. [-]
+    peak : ndarray, shape
+        Largest |u|/u_ins at the steps, as a `Response` has it; of a wall that collapsed u3/u_ins, where it did. [-]
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
+    >>> run = {"release_velocity": [0.2, 1.5], "step": 0.0025, "steps": 4000}
+    >>> peaks = rd.solve(curve, rd.Damping.cr(0.8), peaks_only=True, **run)
+    >>> peaks.outcome.tolist(), peaks.peak.round(3).tolist()
+    ([0, 1], [0.044, 1.0])
+    """
+
+    outcome: NDArray[np.int8]
+    peak: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedPeaks(Peaks):
+    """Peaks compared with a `Reference`, from `solve` with `peaks_only` and `reference`.
+
+    Attributes
+    ----------
+    error : ndarray, shape (checkpoints, ...)
+        As of a `Comparison`.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
+    >>> rest = rd.Reference(displacement=[[0.0] * 401], case=0, checkpoints=[200, 400])
+    >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 400}
+    >>> compared = rd.solve(curve, rd.Damping.cr(0.8), reference=rest, peaks_only=True, **run)
+    >>> bool((compared.error == rd.solve(curve, rd.Damping.cr(0.8), reference=rest, **run).error).all())
+    True
+    """
+
+    error: Array
+
+
 # By whether histories are stored, and whether there is a reference.
 RESPONSES: dict[tuple[bool, bool], type[Response]] = {
     (False, False): Response,

@@ -1,1 +1,1 @@
-"""Read and write files: CF datasets with their registry variables.yaml, provenance, YAML, whole or not at all."""
+"""Read and write files: CF datasets by the glossary, provenance, YAML, whole or not at all."""

@@ -1,4 +1,4 @@
-"""Check datasets against the registry, and write and open them as NetCDF."""
+"""Check datasets against the glossary, and write and open them as NetCDF."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from typing import Any
 import xarray as xr
 
 from rockdamp.errors import printable
+from rockdamp.storage import glossary
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.provenance import config_digest
-from rockdamp.storage.registry import registry
-from rockdamp.vocabulary import STUDIES
 
 CONVENTIONS = "CF-1.11"
 PAPER = (
@@ -29,47 +28,33 @@ Datasets = Mapping[str, xr.Dataset]  # by the name of their file
 
 
 class DatasetError(ValueError):
-    """A dataset that is not what the registry says, or a file that cannot be read."""
+    """A dataset that is not what the glossary says, or a file that cannot be read."""
 
     def __init__(self, message: str) -> None:
         super().__init__(printable(message))
 
 
 def kinds() -> tuple[str, ...]:
-    """Return the kinds of dataset that the registry knows."""
-    return tuple(registry()["datasets"])
+    """Return the kinds of dataset that the glossary knows."""
+    return tuple(glossary.read()["datasets"])
 
 
-def variables(kind: str, parameter: str | None = None) -> dict[str, dict[str, Any]]:
-    """Return the registered variables of `kind`; `parameter` takes the place of STUDY."""
+def variables(kind: str) -> dict[str, dict[str, Any]]:
+    """Return what the glossary says of each name that a kind of dataset has."""
     if kind not in kinds():
         raise DatasetError(f"dataset kind is {kind!r}; it must be one of {', '.join(kinds())}")
-    registered = {}
-    for name, entry in registry()["datasets"][kind]["variables"].items():
-        if "STUDY" in (name, *entry["dims"]):
-            if parameter is None:
-                raise DatasetError(f"{kind} has the dimension of a study, one of {', '.join(STUDIES.values())}")
-            entry = {**entry, "dims": [parameter if dim == "STUDY" else dim for dim in entry["dims"]]}
-            if name == "STUDY":
-                name, entry = parameter, {**registry()["common"][parameter], **entry}
-        registered[name] = entry
-    return registered
+    return glossary.variables(kind)
 
 
 def check(dataset: xr.Dataset, kind: str) -> dict[str, dict[str, Any]]:
-    """Return the registered variables of a dataset, or raise `DatasetError` where it differs from them."""
-    parameter = next((dim for dim in STUDIES.values() if dim in dataset.dims), None)
-    expected = variables(kind, parameter)
+    """Return the glossary's entries of a dataset, or raise `DatasetError` where it has other names than its kind."""
+    expected = variables(kind)
     unknown = sorted(set(map(str, dataset.variables)) - set(expected))
     missing = sorted(
         name for name, entry in expected.items() if name not in dataset.variables and not entry.get("optional")
     )
     if unknown or missing:
-        raise DatasetError(f"{kind}: not in the registry: {unknown}; missing: {missing}")
-    for name in map(str, dataset.variables):
-        dims = tuple(expected[name]["dims"])
-        if dataset[name].dims != dims:
-            raise DatasetError(f"{kind}: {name} has the dimensions {dataset[name].dims}; the registry says {dims}")
+        raise DatasetError(f"{kind}: not in the glossary: {unknown}; missing: {missing}")
     return expected
 
 
@@ -90,23 +75,23 @@ def write(
     config: Mapping[str, Any],
     code_version: str,
 ) -> None:
-    """Write a dataset of a `kind` of the registry as NetCDF-4 under CF-1.11, complete or not at all.
+    """Write a dataset of a `kind` of the glossary as NetCDF-4 under CF-1.11, complete or not at all.
 
     `config` is the part of the config that the dataset depends on, `code_version` that of `provenance`. A dataset that
-    is not what the registry says, or a file that cannot be written, raises `DatasetError`.
+    is not what the glossary says, or a file that cannot be written, raises `DatasetError`.
     """
-    expected, registered = check(dataset, kind), registry()["datasets"][kind]
+    expected, of_kind = check(dataset, kind), glossary.read()["datasets"][kind]
     dataset = dataset.drop_encoding()  # of a file that it was read from, whose coordinates may be gone
     encoding: dict[str, dict[str, Any]] = {}
     for name in map(str, dataset.variables):
         entry, variable = expected[name], dataset[name]
         variable.attrs = {key: entry[key] for key in ATTRIBUTES if key in entry}
         encoding[name] = _encoding(variable, entry, is_coordinate=name in dataset.coords)
-        if variable.size > LARGE and registered.get("compressed", True):
+        if variable.size > LARGE and of_kind.get("compressed", True):
             encoding[name] |= COMPRESSED
     dataset.attrs = {
         **dataset.attrs,
-        "title": registered["title"],
+        "title": of_kind["title"],
         "source": "rockdamp: numerical simulation",
         "references": PAPER,
         "Conventions": CONVENTIONS,

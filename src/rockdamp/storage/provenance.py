@@ -20,7 +20,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rockdamp.storage import registry
+from rockdamp.storage import glossary
 
 PACKAGE = __name__.partition(".")[0]
 ROOT = Path(__file__).resolve().parents[1]
@@ -36,7 +36,7 @@ NO_SCIENCE = {
     "rockdamp.storage.atomic": "writes the bytes that it is given",
     "rockdamp.storage.dotted_keys": "finds values of the config, which count themselves",
     "rockdamp.storage.provenance": "finds what counts",
-    "rockdamp.storage.registry": "reads the glossary, of which a dataset's own names count",
+    "rockdamp.storage.glossary": "reads the glossary, of which a dataset's own names count",
     "rockdamp.storage.yaml_file": "reads files, which count themselves",
 }
 # Numbers in words. Stages need them for errors alone; figures, pages and claims show them.
@@ -82,7 +82,8 @@ def code_version(*names: str, dataset: str = "", without: tuple[str, ...] = ()) 
             parts[name] = (stores_words and module.with_words) or module.science
             parts |= {file.relative_to(ROOT).as_posix(): file.read_bytes() for file in module.data_files}
     if dataset:
-        parts["glossary"] = json.dumps(registry.registry()["datasets"][dataset], sort_keys=True).encode()
+        said = glossary.read()["datasets"][dataset]["title"], glossary.variables(dataset)
+        parts["glossary"] = json.dumps(said, sort_keys=True).encode()
     digest = hashlib.sha256()
     for name, content in sorted(parts.items()):
         digest.update(f"{name}\0{len(content)}\0".encode() + content)

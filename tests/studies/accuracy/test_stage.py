@@ -45,7 +45,7 @@ def test_medians_and_largest_errors_are_over_walls_and_restitutions(stage):
 # --- the dataset and its figures -------------------------------------------------------------------------------------
 
 
-def test_the_stage_returns_what_the_registry_says(stage):
+def test_the_stage_returns_what_the_glossary_says(stage):
     dataset.check(stage, "accuracy")
     assert {str(name) for name in stage.variables} == set(dataset.variables("accuracy", "slenderness"))
 

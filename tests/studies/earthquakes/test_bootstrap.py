@@ -74,7 +74,6 @@ def share():
         {
             "collapses": (("record", "intensity", "damping_model"), fell.sum(axis=1)),
             "vulnerability": (("wall", "damping_model"), fell.mean(axis=(0, 2))),
-            "redrawn_vulnerability": (("parameter", "wall"), np.full((len(population.PARAMETERS), 7), np.nan)),
         },
         coords={**records(), "intensity": SCALE, "damping_model": MODELS},
     )

@@ -37,7 +37,7 @@ def compared(config, shares):
     return orders.compare_orders(config, *shares)
 
 
-def test_both_datasets_are_what_the_registry_says(shares, compared):
+def test_both_datasets_are_what_the_glossary_says(shares, compared):
     dataset.check(shares[0], "earthquake_order_records")
     dataset.check(compared, "earthquake_orders")
     assert compared["record_set"].values.tolist() == ["all", "far-field", "near-field-pulse"]

@@ -10,7 +10,6 @@ from repository import ROOT
 from scipy import stats
 
 from rockdamp.config.earthquakes import PopulationWallSettings
-from rockdamp.config.settings import Bootstrap
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
@@ -29,7 +28,6 @@ def config():
         "walls": 120,
         "walls_per_job": 50,
         "records": ["fema-p695:far-field/[12]/a"],
-        "redrawn": 12,
         "step": 0.1,
         "intensity": {"start": 0.2, "stop": 4.0, "count": 4},
         "bootstrap": {"replicates": 20, "seed": 1},
@@ -116,8 +114,6 @@ def test_shares_of_the_walls_change_nothing(config, walls, shares):
     together = population.share("0", whole, walls)
     for name in ("peak_ratio", "collapsed", "vulnerability"):
         np.testing.assert_array_equal(together[name], np.concatenate([one[name] for one in shares]))
-    redrawn = np.concatenate([one["redrawn_vulnerability"] for one in shares], axis=1)
-    np.testing.assert_array_equal(together["redrawn_vulnerability"], redrawn)
 
 
 def test_peaks_are_those_of_the_event_driven_solver(config, walls):
@@ -169,7 +165,7 @@ def test_a_sample_towards_collapse_agrees_with_the_event_driven_solver_at_the_po
 # --- what they say together ------------------------------------------------------------------------------------------
 
 
-def test_the_datasets_are_what_the_registry_says(walls, shares, gathered):
+def test_the_datasets_are_what_the_glossary_says(walls, shares, gathered):
     dataset.check(walls, "population_walls")
     for one in shares:
         dataset.check(one, "population_share")
@@ -199,60 +195,3 @@ def test_the_sensitivity_finds_what_a_made_up_vulnerability_depends_on(config):
     assert found.pop("restitution") == pytest.approx(0.2, abs=0.08)
     assert max(map(abs, found.values())) < 0.08
     assert (confidence > 0).all()
-
-
-def test_a_redrawn_parameter_keeps_its_distribution_and_what_it_shares_with_the_others(config):
-    given = settings(config, walls=4000, redrawn=1000, correlations={"restitution": {"slenderness": -0.7}})
-    drawn, redrawn = population.sample(given), population.redraw(given)
-    some = np.isfinite(redrawn).all(axis=0)
-    assert some.sum() == 1000 and np.isnan(redrawn[:, ~some]).all()
-    for row, name in enumerate(population.PARAMETERS):
-        assert stats.ks_2samp(drawn[name], redrawn[row, some]).pvalue > 0.01
-        again = np.corrcoef(stats.rankdata(drawn[name][some]), stats.rankdata(redrawn[row, some]))[0, 1]
-        shared = 0.49 if name in ("restitution", "slenderness") else 0.0  # by way of the other one
-        assert again == pytest.approx(shared, abs=0.1), name
-    e, other = population.PARAMETERS.index("restitution"), drawn["slenderness"][some]
-    scores = [stats.norm.ppf(stats.rankdata(values) / 1001) for values in (redrawn[e, some], other)]
-    assert np.corrcoef(scores)[0, 1] == pytest.approx(-0.7, abs=0.05)
-
-
-@pytest.mark.parametrize(
-    ("correlation", "result", "expected"),
-    [
-        (0.0, lambda z, y: 2 * z + y, (0.8, 0.2)),  # a linear sum: the first-order indices
-        (0.0, lambda z, y: np.sign(z * y), (1.0, 1.0)),  # nothing but interaction: the first-order indices are 0
-        (0.6, lambda z, y: z + y, (0.2, 0.2)),  # (1 - r^2)/(2 + 2 r): less than the first-order (1 + r)/2
-    ],
-)
-def test_total_effects_are_those_of_formulas_that_are_known(config, correlation, result, expected):
-    names = ("hinge_ratio", "thickness")
-    normal = {"distribution": "normal", "mean": 0.5, "standard_deviation": 0.01, "low": 0.4, "high": 0.6}
-    parameters = config["population"]["parameters"] | dict.fromkeys(names, normal)
-    correlations = {names[0]: {names[1]: correlation}}
-    given = settings(config, walls=4000, redrawn=4000, seed=1, parameters=parameters, correlations=correlations)
-    drawn, redrawn = population.sample(given), population.redraw(given)
-    z, y = ((drawn[name] - 0.5) / 0.01 for name in names)
-    again = [(redrawn[population.PARAMETERS.index(name)] - 0.5) / 0.01 for name in names]
-    total, confidence = population.total_effects(
-        result(z, y), np.array([result(again[0], y), result(z, again[1])]), Bootstrap(200, 1)
-    )
-    assert total == pytest.approx(expected, rel=0.1)
-    assert (abs(total - expected) < 2 * confidence).all() and (confidence < 0.15).all()
-
-
-def test_redrawn_walls_differ_in_one_parameter_and_are_run_under_cr(config, walls, shares, gathered):
-    drawn = np.isfinite(walls["redrawn"].values).all(axis=0)
-    assert drawn.sum() == 12
-    again = xr.concat([one["redrawn_vulnerability"] for one in shares], "wall")
-    np.testing.assert_array_equal(np.isfinite(again.transpose("parameter", "wall").values).all(axis=0), drawn)
-    wall, row = int(np.flatnonzero(drawn)[3]), 1
-    one = walls.isel(wall=[wall])
-    one["slenderness"] = ("wall", one["redrawn"].values[row])
-    given = config["population"]
-    fell = [
-        population.run(motion, one, shares[0]["intensity"].values, step=given["step"], tail=given["tail"])[1][..., 0]
-        for motion in catalogue.load_records(given["records"])
-    ]
-    assert float(again.sel(parameter="slenderness").isel(wall=wall)) == np.mean(fell)
-    total, confidence = gathered["total_sensitivity"], gathered["total_sensitivity_confidence"]
-    assert (total >= 0).all() and (confidence > 0).any() and total.idxmax() in ("slenderness", "overburden_ratio")

@@ -240,7 +240,7 @@ class Damping(ByValue):
         --------
         >>> import rockdamp as rd
         >>> rd.Damping.of_restitution([0.8, 0.85], order=8).damping_ratio.round(4)
-        array([0.0709, 0.0517])
+        array([0.071 , 0.0517])
         """
         exact = (*Damping.exact_models(), LOCAL)
         model = one_of("damping_model", model, exact, ": the others need a fit")

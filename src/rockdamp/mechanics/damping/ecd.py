@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,8 +22,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.base import RANGES, Damping
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER
 
-# Orders that are compiled for themselves: their power takes multiplications alone, any other a library's power.
-MULTIPLIED_ORDERS = (1, 2, 4, 8, 16, 32)
+DOUBLED_ORDERS = (1, 2, 4, 8, 16, 32)  # their power takes multiplications alone, any other a library's power
 # ASSUME: of kappa cos^(2m+1) phi sin phi, which is less than 1 where half cycles end. Beyond it the damper is no longer
 # exact: the motion is then nearly the creep of an overdamped oscillator.
 CAP = 0.95
@@ -106,21 +105,33 @@ def of_any_loss(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
     return size * f / (root * (1.0 - outwards))
 
 
-@cache
-def of_order(order: int) -> Callable[..., Any]:
-    """Return the formula of one whole order.
+def of_recommended_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
+    """Return C of the order of `vocabulary.RECOMMENDED_ORDER`.
 
     At rest at the origin, where there is no energy, the kinetic fraction is 0: 2V is not, as z is not.
     """
+    double_t, root = v * v, np.sqrt(double_v)
+    inverse = 1.0 / (double_t + double_v)
+    size = parameters[0] * (double_t * inverse) ** RECOMMENDED_ORDER
+    return size * f / (root * (1.0 - np.minimum(size * v * root * inverse, 0.95)))
 
-    def formula(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
-        double_t, root = v * v, np.sqrt(double_v)
-        inverse = 1.0 / (double_t + double_v)
-        size = parameters[0] * (double_t * inverse) ** order
-        return size * f / (root * (1.0 - np.minimum(size * v * root * inverse, 0.95)))
 
-    formula.__qualname__ = f"of_order_{order}"
-    return formula
+def of_doubled_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
+    """Return C of an order m of `DOUBLED_ORDERS`, which stands in the parameters: one formula for all of them.
+
+    The kinetic fraction is squared where m is at least 2, and again where it is at least 4, 8, 16 and 32; elsewhere it
+    is multiplied by 1, so that there is no branch.
+    """
+    double_t, root, m = v * v, np.sqrt(double_v), parameters[1]
+    inverse = 1.0 / (double_t + double_v)
+    power = double_t * inverse
+    power = power * np.maximum(power, np.minimum(2.0 - m, 1.0))
+    power = power * np.maximum(power, np.minimum(4.0 - m, 1.0))
+    power = power * np.maximum(power, np.minimum(8.0 - m, 1.0))
+    power = power * np.maximum(power, np.minimum(16.0 - m, 1.0))
+    power = power * np.maximum(power, np.minimum(32.0 - m, 1.0))
+    size = parameters[0] * power
+    return size * f / (root * (1.0 - np.minimum(size * v * root * inverse, 0.95)))
 
 
 def energy_law(z: float, f: float, double_v: float, v: float, parameters: tuple[float, ...]) -> float:
@@ -177,7 +188,9 @@ class EnergyConsistent(Damping):
             return of_any_loss
         if order == 0:
             return of_order_0
-        return of_order(int(order)) if order in MULTIPLIED_ORDERS else of_any_order
+        if order == RECOMMENDED_ORDER:
+            return of_recommended_order
+        return of_doubled_order if order in DOUBLED_ORDERS else of_any_order
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         kappa = 2 * self.damping_ratio * normalisation(self.order)

@@ -28,7 +28,8 @@ from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.single import response_figure
 from rockdamp.figures.wall_sketch import wall_figure
 from rockdamp.histories.side_by_side import responses
-from rockdamp.mechanics.building import Building
+from rockdamp.histories.supports import SMALL
+from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import kinds
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -67,6 +68,8 @@ class Placement:
     place: str = ""
     values: Mapping[str, Any] | None = None
     building: Building | None = None
+    diaphragm: Diaphragm | None = None
+    joint_offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -112,11 +115,12 @@ def build(subject: Subject) -> str:
         dampers=[(offer, kinds()[model].title, typed[model]) for model, offer in OFFERS.items()],
         studied_e=plain(false_safe(float(answer["restitution"]))[0]),
         order=RECOMMENDED_ORDER,
+        close_together=SMALL,
         frequency=frequency,
         period=period,
         moved=sensitivity(
             *(subject.wall, subject.curve, float(answer["restitution"]), subject.motions, measure, float(asked[-1])),
-            *(float(answer["tail"]), placement.building),
+            *(float(answer["tail"]), placement.building, placement.diaphragm),
         ),
         missing=list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in reasons(answer, model))),
         outcomes=int(answer["records"]) * answer.sizes["stripe"],
@@ -209,6 +213,11 @@ def _inputs(subject: Subject) -> list[Row]:
         rows += [
             ("period of the building", "", building.period, "s"),
             ("damping ratio of the building", "", building.damping_ratio, "-"),
+        ]
+    if (diaphragm := subject.placement.diaphragm) is not None:
+        rows += [
+            ("period of the flexible floor", "", diaphragm.period, "s"),
+            ("damping ratio of the flexible floor", "", diaphragm.damping_ratio, "-"),
         ]
     return rows
 

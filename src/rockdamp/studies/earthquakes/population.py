@@ -21,7 +21,6 @@ from rockdamp.config.earthquakes import (
     PopulationShareSettings,
     PopulationWallSettings,
 )
-from rockdamp.config.settings import Bootstrap
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.at_intensities import peaks_and_collapses
@@ -43,10 +42,7 @@ FEWEST = 100  # walls: of fewer the indices are noise
 
 
 def walls(config: Config) -> xr.Dataset:
-    """Sample the walls, with the damping ratios of the closed form.
-
-    ``redrawn`` (parameter, wall) is another value of each parameter, NaN where it is not drawn.
-    """
+    """Sample the walls, with the damping ratios of the closed form."""
     settings = PopulationWallSettings.of(config)
     values = sample(settings)
     wall, curve = mechanics(values)
@@ -63,12 +59,10 @@ def walls(config: Config) -> xr.Dataset:
         {
             **{name: ("wall", value) for name, value in of_wall.items()},
             "damping_ratio": (("wall", "damping_model"), ratio),
-            "redrawn": (("parameter", "wall"), redraw(settings)),
         },
         coords={
             "wall": np.arange(wall.thickness.size),
             "damping_model": list(MODELS),
-            "parameter": list(PARAMETERS),
         },
     )
 
@@ -79,45 +73,28 @@ def sample(settings: PopulationWallSettings) -> dict[str, Array]:
     The ranks are correlated by a Gaussian copula: the hypercube's normal scores times the factor of the correlations.
     Each parameter keeps its distribution; without correlations each of its strata holds exactly one wall.
     """
-    drawn, (_, factor) = _hypercube(settings, settings.seed), _correlation(settings)
+    drawn, factor = _hypercube(settings), _factor_of_correlations(settings)
     scores = ndtri(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, ndtr(scores))
     return {name: settings.parameters[name].quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
 
 
-def redraw(settings: PopulationWallSettings) -> Array:
-    """Draw each parameter of some walls again, conditional on all others; shape (parameters, walls), NaN elsewhere.
-
-    Under the copula the normal score of one parameter, conditional on the others, is normal: with the scores z and the
-    inverse R of the correlations its mean is z_i - (R z)_i/R_ii and its variance 1/R_ii.
-    """
-    correlation, factor = _correlation(settings)
-    inverse = np.linalg.inv(correlation)
-    variance = 1 / np.diag(inverse)
-    scores = ndtri(_hypercube(settings, settings.seed)) @ factor.T
-    fresh = ndtri(_hypercube(settings, [settings.seed, 1]))
-    uniform = ndtr(scores - (scores @ inverse) * variance + fresh * np.sqrt(variance))
-    values = np.array([settings.parameters[name].quantile(uniform[:, i]) for i, name in enumerate(PARAMETERS)])
-    some = np.unique(np.linspace(0, settings.count - 1, min(settings.redrawn, settings.count)).astype(int))
-    return np.where(np.isin(np.arange(settings.count), some), values, np.nan)
-
-
-def _hypercube(settings: PopulationWallSettings, seed: int | list[int]) -> Array:
+def _hypercube(settings: PopulationWallSettings) -> Array:
     """Return a Latin hypercube; shape (walls, parameters)."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(settings.seed)
     from scipy.stats import qmc  # slow to import, and the shares need none
 
     return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(settings.count))
 
 
-def _correlation(settings: PopulationWallSettings) -> tuple[Array, Array]:
-    """Return the correlations of the normal scores, which must not contradict each other, and their factor."""
+def _factor_of_correlations(settings: PopulationWallSettings) -> Array:
+    """Return the Cholesky factor of the correlations of the normal scores, which must not contradict each other."""
     correlation = np.eye(len(PARAMETERS))
     for pair, value in settings.correlations.items():
         row, column = (PARAMETERS.index(name) for name in pair)
         correlation[row, column] = correlation[column, row] = value
     try:
-        return correlation, np.asarray(np.linalg.cholesky(correlation), dtype=float)
+        return np.asarray(np.linalg.cholesky(correlation), dtype=float)
     except np.linalg.LinAlgError:
         stated = ", ".join(
             f"{value:g} of {name} with {other}" for (name, other), value in settings.correlations.items()
@@ -140,10 +117,7 @@ def mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
 
 
 def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
-    """Run one job's share of the walls under every record, and count its collapses.
-
-    ``redrawn_vulnerability`` (parameter, wall) is that under CR with the parameter drawn again, NaN where it is not.
-    """
+    """Run one job's share of the walls under every record, and count its collapses."""
     settings = PopulationShareSettings.of(config)
     size = settings.walls_per_job
     mine = walls.isel(wall=slice(int(number) * size, (int(number) + 1) * size))
@@ -153,15 +127,6 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
         for motion in track(motions, f"Walls {int(number) + 1}")
     ]
     peak, collapsed = (np.stack(arrays, axis=1) for arrays in zip(*runs, strict=True))
-    again = np.full((len(PARAMETERS), mine.sizes["wall"]), np.nan)
-    drawn = np.isfinite(mine["redrawn"].values).all(axis=0)
-    if drawn.any():
-        others = _with_one_redrawn(mine.isel(wall=drawn))
-        fell = [
-            run(motion, others, settings.intensity, step=settings.step, tail=settings.tail, models=[REFERENCE])[1]
-            for motion in track(motions, f"Walls {int(number) + 1}, redrawn")
-        ]
-        again[:, drawn] = np.mean(fell, axis=(0, 2, 3)).reshape(len(PARAMETERS), -1)
     dims = ("wall", "record", "intensity", "damping_model")
     return xr.Dataset(
         {
@@ -169,10 +134,8 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
             "collapsed": (dims, collapsed.astype(np.int8)),
             "collapses": (dims[1:], collapsed.sum(axis=0)),
             "vulnerability": (("wall", "damping_model"), collapsed.mean(axis=(1, 2))),
-            "redrawn_vulnerability": (("parameter", "wall"), again),
         },
         coords={
-            "parameter": list(PARAMETERS),
             "wall": mine["wall"].values,
             "intensity": settings.intensity,
             "damping_model": list(MODELS),
@@ -180,14 +143,6 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
             "station": ("record", [motion.group for motion in motions]),
         },
     )
-
-
-def _with_one_redrawn(walls: xr.Dataset) -> xr.Dataset:
-    """Repeat all walls for each parameter, with that parameter as it was drawn again."""
-    values = {name: np.tile(walls[name].values, (len(PARAMETERS), 1)) for name in PARAMETERS}
-    for row, name in enumerate(PARAMETERS):
-        values[name][row] = walls["redrawn"].values[row]
-    return xr.Dataset({name: ("wall", value.ravel()) for name, value in values.items()})
 
 
 def run(
@@ -232,8 +187,6 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
     weights = resample(first["station"].values, bootstrap.replicates, bootstrap.seed)
     fitted = fragilities(intensity, by_model, count, weights, (..., slice(0, 1)))
     sensitivity, confidence = _sensitivity(walls, vulnerability, bootstrap.seed)
-    redrawn = np.concatenate([share["redrawn_vulnerability"].values for share in shares], axis=1)
-    total, total_confidence = total_effects(vulnerability[:, MODELS.index(REFERENCE)], redrawn, bootstrap)
     fraction = collapses.sum("record").transpose("intensity", "damping_model") / (count * len(by_model))
     model = ("damping_model",)
     return xr.Dataset(
@@ -248,8 +201,6 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
             "vulnerability": (("wall", *model), vulnerability),
             "sensitivity": (("parameter", *model), sensitivity),
             "sensitivity_confidence": (("parameter", *model), confidence),
-            "total_sensitivity": ("parameter", total),
-            "total_sensitivity_confidence": ("parameter", total_confidence),
             "records": len(by_model),
             **{name: walls[name] for name in PARAMETERS},
         },
@@ -292,25 +243,3 @@ def _sensitivity(walls: xr.Dataset, vulnerability: Array, seed: int) -> tuple[Ar
         indices = rbd_fast.analyze(problem, x, y, M=HARMONICS, num_resamples=100, seed=seed)
         columns.append((indices["S1"], indices["S1_conf"]))
     return np.column_stack([index for index, _ in columns]), np.column_stack([bound for _, bound in columns])
-
-
-def total_effects(result: Array, redrawn: Array, bootstrap: Bootstrap) -> tuple[Array, Array]:
-    """Return total-effect indices, the part of the variance left when all other parameters are known, and intervals.
-
-    Jansen's estimator (1999, doi:10.1016/S0010-4655(98)00154-4), half the mean square that drawing one parameter again
-    changes. It is drawn conditional on the others (Kucherenko et al. 2012, doi:10.1016/j.cpc.2011.12.020): the index of
-    a correlated parameter leaves out what the others tell of it, and it may be less than the first-order one.
-
-    `result` has the shape (walls,), `redrawn` (parameters, walls), NaN where the parameter was not drawn again. An
-    interval is half the width of the 95 % one. Both are NaN of fewer than `FEWEST` walls.
-    """
-    some = np.flatnonzero(np.isfinite(redrawn).all(axis=0))
-    if len(result) < FEWEST or some.size < 2 or np.ptp(result) == 0:
-        return (np.full(len(redrawn), np.nan),) * 2
-    halves = (result[some] - redrawn[:, some]) ** 2 / 2
-    rng = np.random.default_rng(bootstrap.seed)
-    replicates = np.empty((bootstrap.replicates, len(redrawn)))
-    for replicate in replicates:
-        variance = rng.choice(result, result.size).var(ddof=1)
-        replicate[:] = halves[:, rng.integers(some.size, size=some.size)].mean(axis=1) / variance
-    return halves.mean(axis=1) / result.var(ddof=1), ndtri(0.975) * replicates.std(axis=0, ddof=1)
