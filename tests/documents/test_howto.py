@@ -7,6 +7,7 @@ import xarray as xr
 import yaml
 from howto_pages import blocks, follow, make_tree, python
 from repository import ROOT
+from rounded_texts import holds
 
 from rockdamp.vocabulary import VISCOUS_MODELS
 
@@ -84,7 +85,7 @@ def test_a_table_of_walls_becomes_a_table_of_answers(tree):
 def test_a_wall_on_an_upper_floor_has_the_answers_that_the_page_shows(tree):
     printed = follow(tree, "upper-floors")
     shown = blocks("upper-floors", "text")
-    assert len(shown) == 2 and all(block in printed for block in shown)
+    assert len(shown) == 2 and all(holds(printed, block) for block in shown)
     margins = [float(re.search(r"margin: .* ([\d.]+) times", block)[1]) for block in shown]
     supports = [float(re.search(r"supports peak at ([\d.]+) g", block)[1]) for block in shown]
     # What the page says of the building: it raises the acceleration much more than it shortens the margin.

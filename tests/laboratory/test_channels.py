@@ -5,6 +5,7 @@ import pytest
 import raw_channels
 from experimental_style import synthetic_record
 from repository import ROOT
+from rounded_texts import assert_shipped
 
 from rockdamp.errors import InputError
 from rockdamp.laboratory.channels import Channel, laboratory_record, read_raw
@@ -28,7 +29,7 @@ def table(names, *columns, mark=","):
 
 
 def test_the_shipped_example_is_what_its_program_makes():
-    assert RAW.read_text(encoding="utf-8") == raw_channels.text()
+    assert_shipped(raw_channels.text(), RAW.read_text(encoding="utf-8"))
 
 
 def test_raw_channels_become_the_record_that_they_were_made_of(tmp_path):

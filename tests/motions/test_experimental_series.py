@@ -9,6 +9,7 @@ import pytest
 from experimental_series import DURATION, Maker
 from experimental_style import SAMPLING, WALL
 from repository import ROOT
+from rounded_texts import assert_shipped
 
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -58,10 +59,11 @@ def test_a_wall_degrades_at_the_impact_that_ends_a_half_cycle_beyond_u1_and_at_n
 
 
 @pytest.mark.parametrize("name", [NAMES[0], "ecd-quarter", *NAMES[12:]])
-def test_a_shipped_record_is_exactly_what_the_generator_makes(name, tmp_path):
+def test_a_shipped_record_is_what_the_generator_makes(name, tmp_path):
     wall, _, level = name.partition("-")
     write_record(tmp_path / "made.csv", series.record(SETTINGS, wall, level, SETTINGS["seed"] + NAMES.index(name)))
-    assert (tmp_path / "made.csv").read_text(encoding="utf-8") == (FOLDER / f"{name}.csv").read_text(encoding="utf-8")
+    shipped = (FOLDER / f"{name}.csv").read_text(encoding="utf-8")
+    assert_shipped((tmp_path / "made.csv").read_text(encoding="utf-8"), shipped)
 
 
 def test_every_shipped_record_says_that_it_is_synthetic_whose_it_is_and_what_made_it():

@@ -4,24 +4,16 @@
 package's own solvers, and a wall under the floors' motion.
 """
 
-import sys
-
 import numpy as np
 import pytest
+from peers import example, opensees
 from repository import ROOT
 
 import rockdamp as rd
 from rockdamp.motions import catalogue
 
-sys.path.insert(0, str(ROOT / "examples/opensees"))
-try:
-    import frame
-    import openseespy.opensees as ops
-    import order_m
-except (ImportError, RuntimeError, OSError) as problem:  # absent, or without its system libraries
-    pytest.skip(f"OpenSeesPy cannot be imported: {problem}", allow_module_level=True)
-finally:
-    sys.path.pop(0)
+ops = opensees()
+frame, order_m = example("opensees", "frame"), example("opensees", "order_m")
 
 pytestmark = pytest.mark.peers
 

@@ -4,7 +4,7 @@ import measured_tables
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
+from configs import configured
 from repository import ROOT
 
 from rockdamp.equivalence.closed_form import equivalence_factor
@@ -21,7 +21,7 @@ CURVE = TrilinearCurve(0.04, 0.85)
 
 @pytest.fixture(scope="module")
 def config():
-    return yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    return configured()
 
 
 @pytest.fixture(scope="module")

@@ -105,6 +105,7 @@ class Cases:
             step=self.step * every,
             steps=int(marks[-1]),
             reference=Reference(self.displacement[:, ::every], case, marks),
+            peaks_only=True,
             scheme=scheme,
         )
         return response.error

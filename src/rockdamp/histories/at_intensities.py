@@ -60,7 +60,9 @@ def peaks_and_collapses(
         lanes = replace(forcing, sampling=sampling[walls], load_factor=load_factor[:, walls], shares=picked)
         alike = lanes.newmark(many)
         for column, damping in enumerate(dampings):
-            response = solve(curve.map(itemgetter(walls)), damping.map(spread).map(itemgetter(walls)), **alike)
+            response = solve(
+                curve.map(itemgetter(walls)), damping.map(spread).map(itemgetter(walls)), peaks_only=True, **alike
+            )
             peak[walls, :, column], collapsed[walls, :, column] = response.peak.T, (response.outcome == COLLAPSED).T
     return peak, collapsed
 

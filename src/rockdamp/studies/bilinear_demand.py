@@ -11,7 +11,6 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.settings import BilinearSettings
 from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
@@ -32,13 +31,12 @@ def demand(config: Config) -> xr.Dataset:
 
     The loads are over the tri-linear plateau for both.
     """
-    settings = BilinearSettings.of(config)
-    pair = (settings.curve, settings.damping_force.rigid.curve)
+    pair = (config.curve, config.damping_force.rigid.curve)
     a1, b1, a3 = (np.array([float(getattr(curve, name)) for curve in pair]) for name in TEXTS)
-    curves = TrilinearCurve(a1, b1, a3, settings.curve.softening)
-    e = Damping.cr(np.full(len(pair), settings.damping_force.restitution))
-    pulses = np.stack([_under_pulses(settings, curves, e, name) for name in PULSES], axis=2)
-    motions, records = _under_records(settings, curves, e)
+    curves = TrilinearCurve(a1, b1, a3, config.curve.softening)
+    e = Damping.cr(np.full(len(pair), config.damping_force.restitution))
+    pulses = np.stack([_under_pulses(config, curves, e, name) for name in PULSES], axis=2)
+    motions, records = _under_records(config, curves, e)
     by_pulse, by_record = ("force_curve", *CELLS), ("force_curve", "record", "velocity_ratio")
     return xr.Dataset(
         {
@@ -48,39 +46,39 @@ def demand(config: Config) -> xr.Dataset:
             "record_collapsed": (by_record, records[1].astype(np.int8)),
             "yield_displacement_ratio": ("force_curve", a1),
             "strength_ratio": ("force_curve", b1),
-            "restitution": settings.damping_force.restitution,
+            "restitution": config.damping_force.restitution,
         },
         coords={
             "force_curve": list(CURVES),
             "pulse": list(PULSES),
-            "pulse_frequency": settings.pulses.frequency,
-            "load_ratio": settings.pulses.load,
+            "pulse_frequency": config.pulses.frequency,
+            "load_ratio": config.pulses.load,
             "record": motions,
-            "velocity_ratio": settings.scale,
+            "velocity_ratio": config.bilinear.velocity_ratio,
         },
     )
 
 
-def _under_pulses(settings: BilinearSettings, curves: TrilinearCurve, e: Damping, name: str) -> Array:
+def _under_pulses(config: Config, curves: TrilinearCurve, e: Damping, name: str) -> Array:
     """Peaks and collapses under one pulse, shape (2, curves, frequencies, loads)."""
-    ended = np.empty((2, *curves.shape, settings.pulses.frequency.size, settings.pulses.load.size))
-    each, step = curves.map(lambda parameter: parameter[:, None]), settings.pulses.step
-    for column, frequency in enumerate(settings.pulses.frequency):
-        load = followed_by_rest(pulse(name, float(frequency), step), step, settings.pulses.tail)
-        forcing = Forcing(load, step, float(settings.curve.strength_ratio) * settings.pulses.load)
-        response = solve(each, e.map(lambda parameter: parameter[:, None]), **forcing.newmark())
+    ended = np.empty((2, *curves.shape, config.pulses.frequency.size, config.pulses.load.size))
+    each, step = curves.map(lambda parameter: parameter[:, None]), config.pulses.step
+    for column, frequency in enumerate(config.pulses.frequency):
+        load = followed_by_rest(pulse(name, float(frequency), step), step, config.pulses.tail)
+        forcing = Forcing(load, step, float(config.curve.strength_ratio) * config.pulses.load)
+        response = solve(each, e.map(lambda parameter: parameter[:, None]), peaks_only=True, **forcing.newmark())
         ended[:, :, column] = response.peak, response.outcome == COLLAPSED
     return ended
 
 
-def _under_records(settings: BilinearSettings, curves: TrilinearCurve, e: Damping) -> tuple[list[str], Array]:
+def _under_records(config: Config, curves: TrilinearCurve, e: Damping) -> tuple[list[str], Array]:
     """Names of the records; peaks and collapses, shape (2, curves, records, scales)."""
     names, ended = [], []
-    for entry in track(catalogue.listing(settings.records), "Bi-linear and tri-linear curve"):
+    for entry in track(catalogue.listing(config.bilinear.records), "Bi-linear and tri-linear curve"):
         motion = catalogue.read(entry)
-        factor = settings.scale * settings.wall.velocity_scale / intensity_measures(motion.record).pgv
+        factor = config.bilinear.velocity_ratio * config.wall.velocity_scale / intensity_measures(motion.record).pgv
         both = peaks_and_collapses(
-            motion.record, settings.wall, curves, [e], factor, step=settings.step, tail=settings.tail
+            motion.record, config.wall, curves, [e], factor, step=config.bilinear.step, tail=config.bilinear.tail
         )
         names.append(motion.name)
         ended.append(np.stack(both)[..., 0])

@@ -12,7 +12,6 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import LocalDampingSettings
 from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
@@ -31,11 +30,10 @@ KEPT = ("median_ratio", "log_error", "false_safe_rate", "false_collapse_rate")  
 
 def compare(config: Config) -> xr.Dataset:
     """Run CR and the three dampers under every pulse on the reference curve, and every wall under every record."""
-    settings = LocalDampingSettings.of(config)
-    e = settings.damping_force.restitution
+    e = config.damping_force.restitution
     dampings = {REFERENCE: Damping.cr(e)} | {model: Damping.of_restitution(e, model) for model in DAMPERS}
-    bands = settings.bands
-    parts = [_of_pulses(under_pulses(settings, dampings)), _of_records(under_records(settings, dampings), settings)]
+    bands = config.comparison.bands
+    parts = [_of_pulses(under_pulses(config, dampings)), _of_records(under_records(config, dampings), config)]
     by_band = xr.concat([_by_band(part, dims, bands) for part, dims in parts], "loading")
     statistics = xr.merge([part.drop_dims([*dims]) for part, dims in parts])
     return (
@@ -71,14 +69,14 @@ def _by_band(histories: xr.Dataset, dims: tuple[str, ...], bands: np.ndarray) ->
 # --- pulses -----------------------------------------------------------------------------------------------------------
 
 
-def under_pulses(settings: LocalDampingSettings, dampings: dict[str, Damping]) -> xr.Dataset:
+def under_pulses(config: Config, dampings: dict[str, Damping]) -> xr.Dataset:
     """Run the reference curve under every pulse."""
-    pulses, shape = settings.pulses, (settings.pulses.frequency.size, settings.pulses.load.size)
+    pulses, shape = config.pulses, (config.pulses.frequency.size, config.pulses.load.size)
     ended = np.empty((2, len(dampings), len(PULSES), *shape))
     for i, name in enumerate(PULSES):
         for j, frequency in enumerate(track(pulses.frequency, f"{name} pulses, local damping")):
             load = pulse(name, float(frequency), pulses.step)
-            run = Run(settings.curve, load, pulses.load, pulses.step, pulses.tail)
+            run = Run(config.curve, load, pulses.load, pulses.step, pulses.tail)
             for row, damping in enumerate(dampings.values()):
                 response = run(damping.map(lambda parameter: parameter[None]))
                 ended[:, row, i, j] = response.peak[:, 0], response.outcome[:, 0] == COLLAPSED
@@ -102,32 +100,38 @@ def _of_pulses(histories: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:
 # --- earthquakes ------------------------------------------------------------------------------------------------------
 
 
-def under_records(settings: LocalDampingSettings, dampings: dict[str, Damping]) -> xr.Dataset:
+def under_records(config: Config, dampings: dict[str, Damping]) -> xr.Dataset:
     """Run every wall under every record at every intensity."""
-    entries = catalogue.listing(settings.records)
-    shape = (len(entries), settings.scale.size, len(settings.walls))
+    quakes = config.earthquakes
+    entries = catalogue.listing(config.records)
+    shape = (len(entries), quakes.velocity_ratio.size, len(quakes.walls))
     ended, stations = np.empty((2, len(dampings), *shape)), []
     for row, entry in enumerate(track(entries, "Local damping, records")):
         motion = catalogue.read(entry)
         pgv = intensity_measures(motion.record).pgv
         stations.append(motion.group)
-        for column, named in enumerate(settings.walls):
-            factor = settings.scale * named.wall.velocity_scale / pgv
-            forcing = Forcing.of(named.wall, motion.record, factor, rest=settings.tail)
-            substeps = forcing.substeps(settings.step / named.curve.initial_frequency)
+        for column, named in enumerate(quakes.walls):
+            factor = quakes.velocity_ratio * named.wall.velocity_scale / pgv
+            forcing = Forcing.of(named.wall, motion.record, factor, rest=quakes.tail)
+            substeps = forcing.substeps(quakes.orders.step / named.curve.initial_frequency)
             loads = replace(forcing, load_factor=np.asarray(forcing.load_factor)).newmark(substeps)
             for index, damping in enumerate(dampings.values()):
-                response = solve(named.curve, damping, **loads)
+                response = solve(named.curve, damping, peaks_only=True, **loads)
                 ended[:, index, row, :, column] = response.peak, response.outcome == COLLAPSED
     dims = ("damping_model", *HISTORIES)
-    coords = {"damping_model": list(dampings), "velocity_ratio": settings.scale, "station": ("record", stations)}
+    coords = {
+        "damping_model": list(dampings),
+        "velocity_ratio": quakes.velocity_ratio,
+        "station": ("record", stations),
+    }
     peak, fell = (xr.DataArray(values, dims=dims, coords=coords) for values in ended)
     return _against(peak, fell)
 
 
-def _of_records(histories: xr.Dataset, settings: LocalDampingSettings) -> tuple[xr.Dataset, tuple[str, ...]]:
+def _of_records(histories: xr.Dataset, config: Config) -> tuple[xr.Dataset, tuple[str, ...]]:
     """Add the statistics over all records, with their intervals over stations."""
-    weights = resample(histories["station"].values, settings.bootstrap.replicates, settings.bootstrap.seed)
+    bootstrap = config.comparison.bootstrap
+    weights = resample(histories["station"].values, bootstrap.replicates, bootstrap.seed)
     compared = bootstrapped(histories.drop_vars("ratio").expand_dims(restitution=1), weights)
     names = [*KEPT, *(f"{name}_interval" for name in KEPT)]
     whole = compared[names].isel(band=0, restitution=0)

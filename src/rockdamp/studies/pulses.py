@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.settings import PulseSettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.histories.forcing import Forcing
 from rockdamp.histories.half_cycles import passes_zero
@@ -24,7 +23,7 @@ from rockdamp.motions.pulse_shapes import ricker
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED, Histories, Options, Response
+from rockdamp.solvers.response import COLLAPSED, Histories, Options, Peaks
 from rockdamp.statistics.against_restitution import in_bands, of_outcomes, of_pairs
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
@@ -46,32 +45,31 @@ def pulse(name: str, frequency: float, step: float) -> Array:
     return np.where(tau < period, np.sin(frequency * tau), 0.0)
 
 
-def damping_ratios(settings: PulseSettings) -> Array:
+def damping_ratios(config: Config) -> Array:
     """Damping ratio of each viscous model for each e, by the closed form and by Err; (source, model, e).
 
     Both at the release amplitude of the settings, since the amplitude that a pulse will cause is not known before.
     """
-    e = settings.pulses.restitution
-    curves = settings.curve.map(lambda p: np.full(e.size, p))
-    amplitude = np.full(e.size, settings.release_amplitude)
+    e = config.pulses.restitution
+    curves = config.curve.map(lambda p: np.full(e.size, p))
+    amplitude = np.full(e.size, config.release_amplitude)
     closed_form = [damping_ratio_energy(curves, model, e, amplitude) for model in VISCOUS_MODELS]
-    step, scheme = settings.solver.step, settings.solver.scheme
-    matched = match_decays(curves, amplitude, e, VISCOUS_MODELS, settings.matching, step=step, scheme=scheme)
+    step, scheme = config.solver.step, config.solver.scheme
+    matched = match_decays(curves, amplitude, e, VISCOUS_MODELS, config.matching, step=step, scheme=scheme)
     return np.array([closed_form, [of.damping_ratio for of in matched.values()]])
 
 
 def pulses(config: Config) -> xr.Dataset:
     """Run CR and every viscous model under pulses of every frequency and load."""
-    settings = PulseSettings.of(config)
-    frequency, load, e = settings.pulses.frequency, settings.pulses.load, settings.pulses.restitution
-    xi = damping_ratios(settings)
+    frequency, load, e = config.pulses.frequency, config.pulses.load, config.pulses.restitution
+    xi = damping_ratios(config)
     shape = (len(PULSES), frequency.size, load.size, e.size)
     reference = np.empty((3, *shape))
     by_damper = np.empty((2, *xi.shape[:2], *shape))
     for i, name in enumerate(PULSES):
         for j, w in enumerate(track(frequency, f"{name} pulses")):
-            step = settings.pulses.step
-            run = Run(settings.curve, pulse(name, float(w), step), load, step, settings.pulses.tail)
+            step = config.pulses.step
+            run = Run(config.curve, pulse(name, float(w), step), load, step, config.pulses.tail)
             histories = run.histories(Damping.cr(e))
             reference[0, i, j], reference[1, i, j] = histories.peak, histories.outcome == COLLAPSED
             reference[2, i, j] = _impacts_before_peak(histories, step)
@@ -98,8 +96,8 @@ def pulses(config: Config) -> xr.Dataset:
             "restitution": e,
         },
     )
-    return dataset.merge(statistics(dataset, settings.pulses.bands)).assign_coords(
-        release_amplitude=settings.release_amplitude
+    return dataset.merge(statistics(dataset, config.pulses.bands)).assign_coords(
+        release_amplitude=config.release_amplitude
     )
 
 
@@ -113,9 +111,9 @@ class Run:
     step: float
     tail: float
 
-    def __call__(self, damping: Damping) -> Response:
+    def __call__(self, damping: Damping) -> Peaks:
         """Dampers of shape (..., e) give a batch (..., load, e)."""
-        return solve(self.curve, damping, **self._forced())
+        return solve(self.curve, damping, peaks_only=True, **self._forced())
 
     def histories(self, damping: Damping) -> Histories:
         return solve(self.curve, damping, store_every=1, **self._forced())

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import OrderComparisonSettings, OrderRecordSettings
-from rockdamp.config.walls import NamedWall
+from rockdamp.config.earthquakes import NamedWall
 from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import EXCITATION_FACTOR
@@ -45,17 +44,18 @@ EVERY_SET = "all"
 
 def chunk(number: str, config: Config) -> xr.Dataset:
     """Run every wall under one job's share of the records, with CR, its small changes, and each order."""
-    settings = OrderRecordSettings.of(config)
-    size = settings.records_per_job
-    mine = catalogue.listing(settings.records)[int(number) * size : (int(number) + 1) * size]
-    shares = [_under(catalogue.read(entry), settings) for entry in track(mine, f"Orders, records {int(number) + 1}")]
+    size = config.earthquakes.chunk
+    mine = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
+    shares = [_under(catalogue.read(entry), config) for entry in track(mine, f"Orders, records {int(number) + 1}")]
     return xr.concat(shares, "record", join="exact")
 
 
-def _under(motion: catalogue.GroundMotion, settings: OrderRecordSettings) -> xr.Dataset:
+def _under(motion: catalogue.GroundMotion, config: Config) -> xr.Dataset:
     """Run all histories of one record."""
+    quakes = config.earthquakes
+    orders = quakes.orders
     pgv = intensity_measures(motion.record).pgv
-    per_wall = [_of_wall(named, motion, pgv, settings) for named in settings.walls]
+    per_wall = [_of_wall(named, motion, pgv, config) for named in quakes.walls]
     last = {"reference": (), "varied": ("variation",), "by_order": ("order",)}
     names = {
         "reference": ("reference_peak", "reference_collapsed"),
@@ -68,11 +68,11 @@ def _under(motion: catalogue.GroundMotion, settings: OrderRecordSettings) -> xr.
         peaks, outcomes = (np.stack([wall[key][part] for wall in per_wall], axis=1) for part in (0, 1))
         data[peak], data[collapsed] = (dims, peaks), (dims, (outcomes == COLLAPSED).astype(np.int8))
     coords = {
-        "velocity_ratio": settings.scale,
-        "wall": [named.name for named in settings.walls],
-        "restitution": settings.restitution,
+        "velocity_ratio": quakes.velocity_ratio,
+        "wall": [named.name for named in quakes.walls],
+        "restitution": orders.restitution,
         "variation": list(VARIATIONS),
-        "order": settings.order,
+        "order": orders.order,
         "record": motion.name,
     }
     of_record = {"record_set": ("record", [motion.record_set]), "station": ("record", [motion.group])}
@@ -80,25 +80,29 @@ def _under(motion: catalogue.GroundMotion, settings: OrderRecordSettings) -> xr.
 
 
 def _of_wall(
-    named: NamedWall, motion: catalogue.GroundMotion, pgv: float, settings: OrderRecordSettings
+    named: NamedWall, motion: catalogue.GroundMotion, pgv: float, config: Config
 ) -> dict[str, tuple[Array, NDArray[np.int8]]]:
     """Return peaks and outcomes of one wall under one record: of CR (scales, e), its changes and the orders."""
+    quakes = config.earthquakes
+    asked = quakes.orders
     wall = named.wall
-    factor = settings.scale * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
-    forcing = Forcing.of(wall, motion.record, factor, rest=settings.tail)
-    coarser = forcing.substeps(2 * settings.step / named.curve.initial_frequency)
+    factor = quakes.velocity_ratio * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
+    forcing = Forcing.of(wall, motion.record, factor, rest=quakes.tail)
+    coarser = forcing.substeps(2 * asked.step / named.curve.initial_frequency)
 
     def run(damping: Damping, substeps: int) -> tuple[Array, NDArray[np.int8]]:
         by_scale = forcing.load_factor.reshape(-1, *(1 for _ in damping.shape))
-        response = solve(named.curve, damping, **replace(forcing, load_factor=by_scale).newmark(substeps))
+        response = solve(
+            named.curve, damping, peaks_only=True, **replace(forcing, load_factor=by_scale).newmark(substeps)
+        )
         return response.peak, response.outcome
 
-    e, finer = settings.restitution, 2 * coarser
+    e, finer = asked.restitution, 2 * coarser
     # CR and CR with e changed are one batch: its lanes fill the kernel's blocks.
-    changes = settings.restitution_change, settings.loss_change, settings.test_spread
+    changes = quakes.restitution_change, asked.loss_change, asked.test_spread
     changed = run(Damping.cr(np.column_stack([e, order_criterion.changed(e, *changes)])), finer)
     coarse = run(Damping.cr(e), coarser)
-    orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in settings.order]
+    orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in asked.order]
     peaks, outcomes = (np.concatenate([coarse[part][..., None], changed[part][..., 1:]], axis=-1) for part in (0, 1))
     return {
         "reference": (changed[0][..., 0], changed[1][..., 0]),
@@ -116,15 +120,17 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
     The first set is all records. ``excess`` is how much more an order errs than CR with the change, and ``verdict``
     says whether that is enough. ``recommended_order`` is the smallest that is enough at every e over all records.
     """
-    settings = OrderComparisonSettings.of(config)
+    bootstrap = config.comparison.bootstrap
+    quakes = config.earthquakes
+    orders = quakes.orders
     histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
     sets = [EVERY_SET, *dict.fromkeys(histories["record_set"].values.tolist())]
     parts = []
     for name in track(sets, "Orders by set of records"):
         of_set = histories if name == EVERY_SET else histories.isel(record=histories["record_set"].values == name)
-        weights = resample(of_set["station"].values, settings.bootstrap.replicates, settings.bootstrap.seed)
-        parts.append(_compare_set(of_set, weights, settings.bands))
-    compared = xr.concat(parts, "record_set", join="exact").merge(_splits(histories, settings))
+        weights = resample(of_set["station"].values, bootstrap.replicates, bootstrap.seed)
+        parts.append(_compare_set(of_set, weights, config.comparison.bands))
+    compared = xr.concat(parts, "record_set", join="exact").merge(_splits(histories, config))
     return compared.assign_coords(
         record_set=sets,
         wall=histories["wall"].values,
@@ -135,15 +141,15 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
         measure=list(MEASURES),
         split=np.arange(compared.sizes["split"]),
         bound=list(BOUND),
-        band=np.arange(1, settings.bands.size),
-        band_start=("band", settings.bands[:-1]),
-        band_end=("band", settings.bands[1:]),
+        band=np.arange(1, config.comparison.bands.size),
+        band_start=("band", config.comparison.bands[:-1]),
+        band_end=("band", config.comparison.bands[1:]),
     ).assign(
         records=histories.sizes["record"],
         stations=np.unique(histories["station"]).size,
-        restitution_change=settings.restitution_change,
-        loss_change=settings.loss_change,
-        test_spread=settings.test_spread,
+        restitution_change=quakes.restitution_change,
+        loss_change=orders.loss_change,
+        test_spread=orders.test_spread,
         recommended_order=("change", order_criterion.recommended_order(compared["smallest_order"].values[0])),
     )
 
@@ -177,12 +183,17 @@ def _judged(histories: xr.Dataset, change: str, weights: Array) -> xr.Dataset:
     )
 
 
-def _splits(histories: xr.Dataset, settings: OrderComparisonSettings) -> xr.Dataset:
+def _splits(histories: xr.Dataset, config: Config) -> xr.Dataset:
     """Choose and judge on different halves of the stations, beside each change of e."""
-    order, station, halves = histories["order"].values, histories["station"].values, settings.splits
+    order, station, halves = histories["order"].values, histories["station"].values, config.comparison.splits
     parts = [
         order_criterion.split(
-            Sums.of(histories, change), order, station, halves.count, settings.bootstrap.replicates, halves.seed
+            Sums.of(histories, change),
+            order,
+            station,
+            halves.count,
+            config.comparison.bootstrap.replicates,
+            halves.seed,
         )
         for change in track(list(SIDES), "Orders by halves of the stations")
     ]

@@ -21,7 +21,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED, Comparison, Histories, Options, Reference, Response
+from rockdamp.solvers.response import COLLAPSED, ComparedPeaks, Histories, Options, Peaks, Reference, Response
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 SOURCES = ("polynomial", "least error", "closed form")  # of the ratio: polynomials, Eq. (17) at that wall, energy
@@ -66,9 +66,9 @@ class Case:
         decay = int(np.ceil((strong_end - record.elapsed[0]) / record.step))
         return cls(curve, forcing, forcing.substeps(coarsest), decay)
 
-    def __call__(self, damping: Damping, halving: int, scheme: str = "newmark") -> Response:
+    def __call__(self, damping: Damping, halving: int, scheme: str = "newmark") -> Peaks:
         """Run dampers of shape (e, ...) at every scale: a batch of shape (scales, e, ...)."""
-        return solve(self.curve, damping, **self._options(damping, halving, scheme))
+        return solve(self.curve, damping, peaks_only=True, **self._options(damping, halving, scheme))
 
     def each_scale(self, damping: Damping) -> Array:
         """Return the load factors, which broadcast with a damper to (scales, e, ...)."""
@@ -88,7 +88,8 @@ class Case:
         for row, model in enumerate(VISCOUS_MODELS, start=1):
             defined = np.asarray(np.isfinite(damping_ratio[:, row]).all(axis=0))
             damping = Damping(model, damping_ratio[:, row, defined])
-            compared = solve(self.curve, damping, reference=reference, **self._options(damping, 0))
+            options = self._options(damping, 0)
+            compared = solve(self.curve, damping, reference=reference, peaks_only=True, **options)
             yield replace(self._run(damping, compared), defined=defined, misfit=self._decay_misfit(compared))
 
     def outcome(self, runs: Sequence[Runs]) -> dict[str, Array]:
@@ -120,7 +121,7 @@ class Case:
             "varied_collapsed": (np.stack(outcome, axis=-1) == COLLAPSED).astype(np.int8),
         }
 
-    def _run(self, damping: Damping, coarsest: Response) -> Runs:
+    def _run(self, damping: Damping, coarsest: Response | Peaks) -> Runs:
         """Run a damper at the halvings of the coarsest step, and mark the histories that need more of them."""
         responses = [coarsest, *(self(damping, halving) for halving in range(1, HALVINGS + 1))]
         # NaN and False stand for the further halvings, which `_run_further` fills in where they are needed.
@@ -167,7 +168,7 @@ class Case:
         checkpoints = [min(max(self.decay * self.substeps, 1), steps - 1), steps]
         return Reference(displacement, case, checkpoints)
 
-    def _decay_misfit(self, coarsest: Comparison) -> Array:
+    def _decay_misfit(self, coarsest: ComparedPeaks) -> Array:
         """Return the root mean square of the difference in |u| after the strong motion; NaN after a collapse."""
         steps = self.substeps * (self.forcing.intervals - self.decay)
         stands = coarsest.outcome != COLLAPSED
@@ -220,7 +221,7 @@ def _run_further(begun: Sequence[tuple[Case, Runs]]) -> None:
                 runs.peak[halving, runs.near], runs.collapsed[halving, runs.near] = peak, collapsed
 
 
-def _near(members: Sequence[tuple[Case, Runs]], halving: int) -> Response:
+def _near(members: Sequence[tuple[Case, Runs]], halving: int) -> Peaks:
     """Run the histories near to collapse of the walls of one batch, one after the other in its lanes."""
 
     def lanes(values: Iterable[Quantity]) -> Array:
@@ -238,5 +239,6 @@ def _near(members: Sequence[tuple[Case, Runs]], halving: int) -> Response:
     return solve(
         TrilinearCurve(**curve, softening=first.curve.softening),
         Damping(damping.model, **parameters),
+        peaks_only=True,
         **forcing.newmark(first.substeps * 2**halving),
     )
