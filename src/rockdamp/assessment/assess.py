@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
 from functools import partial
 from typing import Any, TypeVar
@@ -14,11 +14,18 @@ from numpy.typing import ArrayLike
 from rockdamp import plausibility
 from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
-from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, side_by_side
-from rockdamp.assessment.restitution import DEFAULT_RULE, deviation_of, restitution_and_reason, spread
+from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, refined, side_by_side
+from rockdamp.assessment.restitution import (
+    DEFAULT_RULE,
+    LOWEST,
+    by_rule,
+    deviation_of,
+    nodes,
+    over_spread,
+    restitution_and_reason,
+)
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError, require
-from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.histories.labelled import described
 from rockdamp.histories.supports import Records, floor_motions, motions_of
 from rockdamp.mechanics.building import Building
@@ -83,10 +90,11 @@ def assess(
         By ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity, ``collapse_probability``
         with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
         over the stations, ``stripe_collapses``, and ``peak`` of each record, NaN where the wall collapses. And
-        ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. By the rule
-        ``measured`` also ``averaged_collapse_probability``, over the spread of e. Intervals are NaN for fewer than four
-        stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and ``dispersion_uncertainty`` are what
-        the last halving of the step changed.
+        ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. Intervals are NaN
+        for fewer than four stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and
+        ``dispersion_uncertainty`` are what the last halving of the step changed. By the rule ``measured`` also
+        ``averaged_collapse_probability``, over the spread of e and its rules, with the ``averaging_error`` of this
+        integral, and for a wall ``collapse_probability_impulsive``, by rigid mechanics alone.
 
     Raises
     ------
@@ -120,10 +128,9 @@ def assess(
     )
     if restitution == DEFAULT_RULE:
         deviation, source = deviation_of(wall)
-        share = averaged(wall, curve, e, deviation, motions, factor.values, step=step, tail=tail)
-        answer = answer.assign(
-            restitution_deviation=deviation, averaged_collapse_probability=(("damping_model", "intensity"), share)
-        ).assign_attrs(restitution_range=source)
+        run = partial(collapsed_by_restitution, wall, curve, motions, factor.values, step=step, tail=tail)
+        answer = answer.merge(_over_restitution(wall, run)).assign(restitution_deviation=deviation)
+        answer = answer.assign_attrs(restitution_range=source)
     answer = answer.assign_coords(
         record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]
     ).transpose(*DIMS, missing_dims="ignore")
@@ -373,25 +380,36 @@ def median_peak(runs: xr.Dataset) -> xr.DataArray:
     return runs["peak"].isel(record=0, drop=True).copy(data=middle)
 
 
-def averaged(
+def collapsed_by_restitution(
     wall: Wall | Parapet,
     curve: TrilinearCurve,
-    median: float,
-    deviation: float,
     motions: Sequence[GroundMotion],
     factor: Array,
+    restitution: Array,
     *,
     step: float,
     tail: float,
 ) -> Array:
-    """Return the share of records that collapse the wall, averaged over the spread of e, shape (dampings, intensities).
+    """Return which records collapse the wall at each e, 0 or 1, shape (restitution, record, intensity, damping_model).
 
     `factor`, on each record's acceleration, has the shape (records, intensities).
     """
-    values, weights = spread(median, deviation)
-    dampings = side_by_side(values)
-    collapsed = [
-        peaks_and_collapses(motion.record, wall, curve, dampings, by_record, step=step, tail=tail)[1]
+    dampings, shape = side_by_side(restitution), (restitution.size, factor.shape[1])
+    runs = [
+        refined(motion.record, wall, curve, dampings, np.broadcast_to(by_record, shape), step=step, tail=tail)[1]
         for motion, by_record in zip(motions, factor, strict=True)
     ]
-    return np.asarray(np.einsum("e,reid->di", weights, np.array(collapsed, dtype=float)) / len(motions))
+    return np.stack(runs, axis=1).astype(float)
+
+
+def _over_restitution(wall: Wall | Parapet, run: Callable[[Array], Array]) -> xr.Dataset:
+    """Return the share of collapses averaged over e, and by rigid mechanics alone, which no test has confirmed."""
+    e, probability = nodes(wall)
+    dims = ("intensity", "damping_model")
+    mean, error = over_spread(run(e), probability)
+    found = xr.Dataset({"averaged_collapse_probability": (dims, mean), "averaging_error": (dims, error)})
+    if isinstance(wall, Parapet):
+        return found
+    impulsive = max(float(by_rule(wall, "impulsive")[0]), LOWEST)
+    share = run(np.array([impulsive])).mean(axis=(0, 1))
+    return found.assign(collapse_probability_impulsive=(dims, share), restitution_impulsive=impulsive)
