@@ -18,8 +18,8 @@ from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses,
 from rockdamp.assessment.restitution import DEFAULT_RULE, deviation_of, restitution_and_reason, spread
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError, require
-from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.histories.labelled import described
+from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.histories.supports import Records, floor_motions, motions_of
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve

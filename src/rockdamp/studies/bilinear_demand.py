@@ -12,8 +12,8 @@ import xarray as xr
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.settings import BilinearSettings
-from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
