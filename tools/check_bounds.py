@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-import yaml
 
 from rockdamp.config import Config
-from rockdamp.config.settings import AccuracySettings
+from rockdamp.config.files import merged
+from rockdamp.laboratory.sections import LaboratoryConfig
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy import matched_ratios
 from rockdamp.studies.earthquakes import event_driven_check
@@ -26,11 +26,10 @@ HELD = 0.99  # at least, of each
 
 def ratios(results: Path, config: Config, count: int, seed: int) -> float:
     """Return the share of `count` damping ratios whose exact minimum lies within their uncertainty."""
-    given = AccuracySettings.of(config)
-    studies = {name: given.study(name) for name in STUDIES}
+    studies = {name: config.study(name) for name in STUDIES}
     matches = {name: dataset.open(results / f"match/{name}.nc") for name in STUDIES}
     each = -(-count // len(VISCOUS_MODELS))
-    found = matched_ratios.minima(studies, matches, count=each, bracket=given.accuracy.bracket, seed=seed)
+    found = matched_ratios.minima(studies, matches, count=each, bracket=config.accuracy.bracket, seed=seed)
     part = abs(found["sample_published_ratio"] - found["sample_exact_ratio"]) / (
         found["sample_bound"] * found["sample_published_ratio"]
     )
@@ -46,7 +45,8 @@ def ratios(results: Path, config: Config, count: int, seed: int) -> float:
 
 def histories(results: Path, config: Config, count: int, seed: int) -> float:
     """Return the share of the settled ones of `count` histories that end as stated and peak within their bound."""
-    asked = {**config, "earthquakes": {**config["earthquakes"], "check": {"histories": count, "seed": seed}}}
+    check = config.earthquakes.check.model_copy(update={"histories": count, "seed": seed})
+    asked = config.model_copy(update={"earthquakes": config.earthquakes.model_copy(update={"check": check})})
     found = event_driven_check.check_earthquakes(asked, dataset.open(results / "earthquakes.nc"))
     print(f"{found.sizes['history']} histories, event by event:")
     rates = ("otherwise_share", "beyond_bound_share", "median_difference", "largest_difference")
@@ -70,7 +70,7 @@ def main() -> int:
     parser.add_argument("--results", type=Path, default=ROOT / "results")
     parser.add_argument("--config", type=Path, default=ROOT / "config/default.yaml", help="that of the results")
     asked = parser.parse_args()
-    config = yaml.safe_load(asked.config.read_text(encoding="utf-8"))
+    config = LaboratoryConfig.model_validate(merged([asked.config], {}))
     shares = (
         ratios(asked.results, config, asked.ratios, asked.seed),
         histories(asked.results, config, asked.histories, asked.seed),

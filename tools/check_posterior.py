@@ -14,7 +14,6 @@ parameter hold the truth outside of 84 to 96 %, or where 15 % or more were refus
 
 import argparse
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +21,10 @@ import pandas as pd
 import xarray as xr
 from random_tests import NAMES, judged
 
-from rockdamp.config.merging import merged
+from rockdamp.config.files import merged
+from rockdamp.laboratory.sections import LaboratoryConfig
 from rockdamp.laboratory.simulated import gathered
-from rockdamp.laboratory.stages import IdentificationSettings, maker_of
+from rockdamp.laboratory.stages import maker_of
 from rockdamp.progress import track, without_bars
 from rockdamp.vocabulary import CANDIDATES, REFERENCE
 
@@ -85,9 +85,8 @@ def main() -> int:
     given = parser.parse_args()
     if given.tests is not None:
         return random_tests(given.first, given.tests, given.seed)
-    settings = IdentificationSettings.of(merged([CONFIG], {}))
-    simulated = replace(settings.simulated, seed=given.seed, damping_model=given.damping_model)
-    maker = maker_of(replace(settings, simulated=simulated))
+    simulated = {"simulated": {"seed": given.seed, "damping_model": given.damping_model}}
+    maker = maker_of(LaboratoryConfig.model_validate(merged([CONFIG], {"identification": simulated})))
     records = []
     for number in track(range(given.records), "records"):
         with without_bars():

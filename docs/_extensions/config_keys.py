@@ -1,26 +1,26 @@
-"""The directive `config-keys`: a table for each section of the config, from its schema and the default values."""
+"""The directive `config-keys`: a table for each section of the config, from its model and the default values."""
 
 from pathlib import Path
 
 import yaml
 from sphinx.util.docutils import SphinxDirective
 
+from rockdamp.laboratory.sections import LaboratoryConfig
+
 ROOT = Path(__file__).resolve().parents[2]
-SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
+MODEL = [ROOT / f"src/rockdamp/{name}.py" for name in ("config/sections", "config/earthquakes", "laboratory/sections")]
 DEFAULT = ROOT / "config/default.yaml"
 BOUNDS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤", "multipleOf": "multiple of"}
 
 
 def resolved(entry, schema):
-    """Follow the references of an entry; its own words come first, and bounds of a distribution join its properties."""
-    named = [part["$ref"].rpartition("/")[2] for part in [entry, *entry.get("allOf", [])] if "$ref" in part]
-    whole = {}
-    for definition in (schema["$defs"][name] for name in named):
-        inner = {**whole.get("properties", {})}
-        for key, bounds in definition.get("properties", {}).items():
-            inner[key] = {**inner.get(key, {}), **bounds}
-        whole |= {**definition, **({"properties": inner} if inner else {})}
-    return {**whole, **entry}
+    """Follow the reference of an entry, also of a section that may be null; its own words come first."""
+    options = entry.get("anyOf", [])
+    if {"type": "null"} in options:
+        entry = {**options[0], **{key: value for key, value in entry.items() if key != "anyOf"}}
+    if "$ref" in entry:
+        return {**schema["$defs"][entry["$ref"].rpartition("/")[2]], **entry}
+    return entry
 
 
 def allowed(entry, schema):
@@ -72,9 +72,9 @@ def lines(schema, defaults):
 
 class ConfigKeys(SphinxDirective):
     def run(self):
-        for path in (SCHEMA, DEFAULT):
+        for path in (*MODEL, DEFAULT):
             self.env.note_dependency(str(path))
-        schema, defaults = (yaml.safe_load(path.read_text(encoding="utf-8")) for path in (SCHEMA, DEFAULT))
+        schema, defaults = LaboratoryConfig.model_json_schema(), yaml.safe_load(DEFAULT.read_text(encoding="utf-8"))
         return self.parse_text_to_nodes("\n".join(lines(schema, defaults)), allow_section_headings=True)
 
 

@@ -34,8 +34,10 @@ class InputError(ValueError):
     restitution (e) is 1.2; it must be greater than 0 and at most 1
     """
 
-    def __init__(self, message: str) -> None:
+    def __init__(self, message: str, name: str = "") -> None:
         super().__init__(printable(message))
+        self.name = name.partition(" ")[0]  # of the argument that the message begins with, if any
+        self.text = printable(message[len(name) :].strip())
 
 
 class InputWarning(UserWarning):
@@ -67,7 +69,7 @@ def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
     if np.ndim(value):
         values, bad = np.broadcast_arrays(np.asarray(value), ~np.asarray(condition))
         value = values[bad][0]
-    raise InputError(f"{name} is {shown(value)}; it must be {allowed}")
+    raise InputError(f"{name} is {shown(value)}; it must be {allowed}", name)
 
 
 def holds(condition: ArrayLike | bool) -> bool:

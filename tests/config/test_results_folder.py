@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from rockdamp.config.results_folder import PARTS, require_folders, require_own_folder, require_writable
+from rockdamp.config.files import PARTS, require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError
 
 

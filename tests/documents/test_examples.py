@@ -12,13 +12,13 @@ from pkgutil import walk_packages
 import nbformat
 import pytest
 from click.testing import CliRunner
+from configs import configured
 from nbclient import NotebookClient
 from repository import ROOT
 from rounded_texts import alike
 
 import rockdamp as rd
 from rockdamp.cli import main
-from rockdamp.config.merging import merged
 from rockdamp.storage import dataset
 from rockdamp.studies import decays, polynomial_fits
 from rockdamp.studies.matches import match
@@ -50,15 +50,14 @@ def test_every_public_name_has_an_example(name):
 @pytest.fixture(scope="module")
 def small_results(tmp_path_factory):
     """A folder `results` with the datasets that README and the notebook open, of the minimal config."""
-    config = merged([ROOT / f"config/{name}.yaml" for name in ("default", "minimal")], {})
-    config["response_lengths"]["stop"] = config["matching"]["response_length"]
+    config = configured({"response_lengths": {"stop": 12}}, minimal=True)
     folder = tmp_path_factory.mktemp("pages") / "results"
     matched = {}
     for study in ("amplitude", "cracked_stiffness"):
         matched[study] = match(study, config, decays.study(study, config))
-        dataset.write(matched[study], folder / f"match/{study}.nc", "match", config=config, code_version="test")
+        dataset.write(matched[study], folder / f"match/{study}.nc", "match", config={}, code_version="test")
     fits = polynomial_fits.fit(config, matched["cracked_stiffness"])
-    dataset.write(fits, folder / "equivalence.nc", "equivalence", config=config, code_version="test")
+    dataset.write(fits, folder / "equivalence.nc", "equivalence", config={}, code_version="test")
     return folder
 
 

@@ -152,7 +152,7 @@ def test_a_stiff_diaphragm_is_a_rigid_one(ground):
     )
     np.testing.assert_array_equal(rigid["stripe_collapses"], plain["stripe_collapses"])
     np.testing.assert_array_equal(rigid["peak_ratio"], plain["peak_ratio"])
-    np.testing.assert_allclose(stiff["peak_ratio"], plain["peak_ratio"], rtol=0.03)
+    np.testing.assert_allclose(stiff["peak_ratio"], plain["peak_ratio"], rtol=0.035)
     assert (np.abs(timber["peak_ratio"].fillna(np.inf) / plain["peak_ratio"] - 1) > 0.03).all()
 
 

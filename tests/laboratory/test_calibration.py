@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
+from configs import configured
 from experimental_style import WALL, synthetic_record
 from repository import ROOT
 
@@ -30,7 +30,7 @@ def record():
 
 @pytest.fixture(scope="module")
 def result(record):
-    return study(yaml.safe_load((ROOT / "config/default.yaml").read_text()), record)
+    return study(configured(), record)
 
 
 @pytest.fixture

@@ -4,10 +4,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from configs import changed, configured
 from repository import ROOT
 
 from rockdamp.laboratory import measured_rocking as stage
-from rockdamp.storage import dataset, yaml_file
+from rockdamp.storage import dataset
 from rockdamp.vocabulary import BLOCK_RATIO, BLOCK_RESTITUTION_DEVIATION
 
 FILE = ROOT / "data/measured/limestone-free-rocking.csv"
@@ -20,11 +21,9 @@ def found(tmp_path_factory):
     kept = [row for row in rows if not row[0].isdigit() or few(*map(int, row.split(",")[:2]))]
     path = tmp_path_factory.mktemp("trials") / "few.csv"
     path.write_text("".join(kept), encoding="utf-8")
-    config = yaml_file.load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    small = yaml_file.load((ROOT / "config/minimal.yaml").read_text(encoding="utf-8"))
-    part = config["measured_rocking"] | small["measured_rocking"] | {"trials": str(path)}
-    part |= {"bootstrap": {"replicates": 3, "seed": 1}, "simulated": {"draws": 1, "seed": 1}}
-    return stage.measured_rocking({"measured_rocking": part})
+    section = {"trials": str(path), "bootstrap": {"replicates": 10, "seed": 1}, "simulated": {"draws": 1, "seed": 1}}
+    config = configured({"measured_rocking": section}, minimal=True)
+    return stage.measured_rocking(changed(config, {"measured_rocking.bootstrap.replicates": 3}))
 
 
 def few(group, trial):

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from configs import configured
 from repository import ROOT
 
-from rockdamp.config.merging import merged
 from rockdamp.errors import InputError
 from rockdamp.laboratory.simulated import Judged, gathered
-from rockdamp.laboratory.stages import IdentificationSettings, maker_of, noisier, supported
+from rockdamp.laboratory.stages import maker_of, noisier, supported
 from rockdamp.motions.records import read_record
 
 NAMES = ("yield_displacement_ratio", "strength_ratio", "restitution", "sensor_deviation", "sensor_correlation")
@@ -17,7 +17,7 @@ NAMES = ("yield_displacement_ratio", "strength_ratio", "restitution", "sensor_de
 
 @pytest.fixture(scope="module")
 def given():
-    return IdentificationSettings.of(merged([ROOT / "config/default.yaml"], {}))
+    return configured()
 
 
 def test_a_record_is_made_of_parameters_that_rock_and_stand(given):
@@ -25,10 +25,10 @@ def test_a_record_is_made_of_parameters_that_rock_and_stand(given):
     record, values = maker.record(np.random.RandomState([7, 0]))
     again, same = maker.record(np.random.RandomState([7, 0]))
     assert record == again and np.array_equal(values, same)
-    assert maker.prior.sensor_deviation == given.simulated.sensor_deviation != given.prior.sensor_deviation
+    assert maker.prior.sensor_deviation == given.identification.simulated.sensor_deviation
     inside = maker.prior.points(NAMES, values[None])[0]
     assert np.all((0 < inside) & (inside < 1))
-    u_ins = float(given.wall.instability_displacement)
+    u_ins = float(given.validation.wall.instability_displacement)
     assert values[0] * u_ins < np.ptp(record.displacement) < 2 * u_ins
 
 

@@ -7,9 +7,10 @@ import sys
 from importlib import import_module
 
 import pytest
+from configs import configured
 
-from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES, each_study, reported, writes
+from rockdamp.pipeline.figures import FIGURES, drawn
+from rockdamp.pipeline.stages import STAGES, built, each_study, reported, writes
 from rockdamp.storage import glossary
 from rockdamp.vocabulary import STUDIES
 
@@ -52,16 +53,29 @@ def test_a_stage_takes_its_wildcards_the_config_its_record_and_its_inputs(name):
     assert bool(rest) == bool(several)
 
 
-@pytest.mark.parametrize("name", [name for name in COMPUTED if name != "earthquakes"])
-def test_a_stage_runs_again_for_the_keys_that_its_settings_read_and_no_others(name):
-    function = function_of(STAGES[name])
-    parsed = re.findall(r"(\w+)\.of\(config\)", inspect.getsource(function))
-    assert parsed
-    read = [key for kind in parsed for key in function.__globals__[kind].keys()]
-    study = "studies.{study}" if "{study}" in STAGES[name].file else "studies.amplitude"
-    told = ["studies" if key == study else key for key in STAGES[name].config]
-    assert [key for key in read if not any(f"{key}.".startswith(f"{one}.") for one in told)] == []
-    assert [one for one in told if not any(f"{key}.".startswith(f"{one}.") for key in read)] == []
+READ = re.compile(r"(?<!\.)\bconfig\.(\w+)")
+OF_A_STUDY = {"study": {"studies", "wall", "curve", "release_amplitude"}}  # what config.study(name) reads
+
+
+@pytest.mark.parametrize("module", sorted({stage.function.rpartition(".")[0] for stage in STAGES.values()}))
+def test_the_stages_of_a_module_name_the_sections_that_it_reads(module):
+    """That a stage reads no key beyond those, the build sees: it is given no others."""
+    stages = [stage for stage in STAGES.values() if stage.function.startswith(f"{module}.") and stage.dataset]
+    read = set(READ.findall(inspect.getsource(import_module(module))))
+    read |= set().union(*(OF_A_STUDY[name] for name in read & OF_A_STUDY.keys())) - {"study"}
+    named = {re.split(r"[.]", key)[0] for stage in stages for key in stage.config}
+    assert read - {"study"} <= named
+
+
+def test_a_study_that_is_left_out_takes_what_reads_it_with_it():
+    config = configured({"earthquakes": None})
+    left = built(config)
+    gone = set(STAGES) - set(left)
+    assert {"earthquake_walls", "earthquake_records", "earthquakes", "comparison", "local_damping"} <= gone
+    assert {"recommendation", "spectrum_method", "earthquake_orders"} <= gone and "population" in left
+    shown = drawn(reported(left.values()))
+    assert not {"fig_ida", "fig_order", "fig_local_damping"} & set(shown) and {"fig8", "fig_population"} <= set(shown)
+    assert set(built(configured())) == set(STAGES) and set(drawn(reported(STAGES.values()))) == set(FIGURES)
 
 
 def test_what_only_joins_shares_runs_again_with_any_of_them():
@@ -70,13 +84,14 @@ def test_what_only_joins_shares_runs_again_with_any_of_them():
 
 
 def test_the_report_is_given_every_study_and_no_decays():
-    assert {f"match/{study}" for study in STUDIES} <= set(reported())
-    assert not {"decay/amplitude", "earthquakes/records-0", "population/walls"} & set(reported())
+    assert {f"match/{study}" for study in STUDIES} <= set(reported(STAGES.values()))
+    assert not {"decay/amplitude", "earthquakes/records-0", "population/walls"} & set(reported(STAGES.values()))
 
 
 def test_a_fifth_study_stands_in_every_list(monkeypatch):
     monkeypatch.setitem(STUDIES, "hinge", "hinge_ratio")
-    assert each_study("match/{study}")[-1] == "match/hinge" == reported()[reported().index("match/hinge")]
+    assert each_study("match/{study}")[-1] == "match/hinge"
+    assert "match/hinge" in reported(STAGES.values())
     assert writes(STAGES["decay"], "decay/hinge") and not writes(STAGES["decay"], "decay/height")
 
 

@@ -5,11 +5,10 @@ import re
 import dispersion_table
 import numpy as np
 import pytest
-import yaml
+from configs import configured
 from figure_functions import FIGURES
 from repository import ROOT
 
-from rockdamp.config.settings import AmplitudeDependenceSettings
 from rockdamp.equivalence.closed_form import exact_ratio
 from rockdamp.equivalence.minima import RESOLUTION
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -27,16 +26,15 @@ SHARE = np.linspace(0.05, 0.95, 10)
 @pytest.fixture(scope="module")
 def config():
     """The shipped config with fewer values and a larger step."""
-    small = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    small["solver"]["step"] = 0.01
-    small["matching"]["scan"]["points"] = 120
-    small["amplitude_dependence"] |= {
+    section = {
         "release_share": [0.05, 0.5, 0.95],
         "restitution": [0.75, 0.85, 0.95],
         "yield_displacement_ratio": [0.04, 0.20],
         "map": {"yield_displacement_ratio": [0.02, 0.04, 0.12, 0.20], "strength_ratio": [0.7, 0.85]},
     }
-    return small
+    return configured(
+        {"solver": {"step": 0.01}, "matching": {"scan": {"points": 120}}, "amplitude_dependence": section}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -116,8 +114,8 @@ def test_the_map_has_no_value_where_the_curve_does_not_exist(found):
 
 
 def test_curves_are_those_of_the_config_and_the_presets_in_every_variant_that_exists(config):
-    given = AmplitudeDependenceSettings.of(config)
-    steeper, translated = groups(given.amplitude_dependence, given.strength_ratio, given.strength_ratio_beyond)
+    beyond = config.studies.cracked_stiffness.strength_ratio_beyond
+    steeper, translated = groups(config.amplitude_dependence, config.curve.strength_ratio, beyond)
     assert steeper.name[:5] == ["a1 = 0.04", "a1 = 0.2", "new", "moderate", "severe"]
     assert len(steeper.name) == 10 and steeper.name[-1] == "severe, steeper"
     # a1 + b1 is 0.89, 0.95, 0.78, 0.73 and 0.70.

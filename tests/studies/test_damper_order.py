@@ -2,18 +2,18 @@
 
 import numpy as np
 import pytest
+from configs import changed, configured
 from experimental_style import WALL
 from repository import ROOT
-from snakemake.utils import update_config
 
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.pulse_shapes import pulse
 from rockdamp.motions.records import read_record
 from rockdamp.solvers import event_driven
-from rockdamp.storage import dataset, yaml_file
-from rockdamp.studies import pulses
+from rockdamp.storage import dataset
 from rockdamp.studies.damper_order import (
     Dampers,
     damper_order,
@@ -30,18 +30,14 @@ EXACT = (0, 1, 2, 4, 8)  # orders at which the histories of the event-driven sol
 @pytest.fixture(scope="module")
 def config():
     """That of the small chain, but for the response length and the solver's step."""
-    small, least = (
-        yaml_file.load((ROOT / f"config/{name}.yaml").read_text(encoding="utf-8")) for name in ("default", "minimal")
-    )
-    del least["matching"]["response_length"], least["solver"]
-    update_config(small, least)
-    small["damper_order"] |= {"restitution": [0.7, 0.85], "release_share": [0.3, 0.5, 0.9]}
-    return small
+    order = {"damper_order": {"restitution": [0.7, 0.85], "release_share": [0.3, 0.5, 0.9]}}
+    small, full = configured(order, minimal=True), configured()
+    return changed(small, {"matching.response_length": full.matching.response_length, "solver": full.solver})
 
 
 @pytest.fixture(scope="module")
 def found(config):
-    return damper_order(config, read_record(ROOT / config["validation"]["record"]))
+    return damper_order(config, read_record(ROOT / config.validation.record))
 
 
 def test_the_dataset_is_what_the_glossary_says(found):
@@ -148,11 +144,11 @@ def test_a_viscous_damper_takes_energy_before_the_first_impact_the_less_the_high
 
 
 def test_a_ratio_under_a_pulse_is_that_of_the_event_driven_solver(found, config):
-    grid = config["damper_order"]["pulses"]
+    grid = config.damper_order.pulses
     one = found.isel(pulse=0, pulse_frequency=1, load_ratio=1).sel(order=4, restitution=0.85)
-    step = grid["step"]
-    wave = 0.85 * float(one["load_ratio"]) * pulses.pulse("Ricker", float(one["pulse_frequency"]), step)
-    times = [step * (wave.size - 1) + grid["tail"]]
+    step = grid.step
+    wave = 0.85 * float(one["load_ratio"]) * pulse("Ricker", float(one["pulse_frequency"]), step)
+    times = [step * (wave.size - 1) + grid.tail]
     peaks = [
         np.abs(event_driven.history(CURVE, damping, times, load=wave, load_step=step).turning_displacement).max()
         for damping in (Damping.of_restitution(0.85, order=4), Damping.cr(0.85))
@@ -165,7 +161,7 @@ def test_a_ratio_under_a_pulse_is_that_of_the_event_driven_solver(found, config)
 def test_under_the_record_the_peak_tends_to_that_of_restitution(found, config):
     away = abs(found["record_peak"] / found["record_reference_peak"] - 1)
     assert (away.diff("order") < 0).all() and float(away[0]) > 0.2 and float(away[-1]) < 0.002
-    record = read_record(ROOT / config["validation"]["record"])
+    record = read_record(ROOT / config.validation.record)
     forcing = Forcing.of(WALL, record)
     curve, end = TrilinearCurve(0.03, 0.80), float(forcing.sampling) * forcing.intervals
     exact = event_driven.history(curve, Damping.cr(0.835), [end], **forcing.event_driven())

@@ -3,7 +3,6 @@
 import numpy as np
 from repository import ROOT
 
-from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
 from rockdamp.studies import damping_force
@@ -11,7 +10,7 @@ from rockdamp.studies import damping_force
 
 def test_loops_hold_the_force_of_each_damper(config):
     found = damping_force.damping_force(config)
-    curve = TrilinearCurve(**config["curve"])
+    curve = config.curve
     xi = float(found["damping_ratio"].sel(damping_model="SDR"))
     one = found.sel(damping_model="SDR")
     secant = curve.secant(one["displacement"].values)
@@ -27,12 +26,12 @@ def test_loops_hold_the_force_of_each_damper(config):
 def test_the_nearly_rigid_history_is_that_of_the_event_driven_solver(paper):
     """At the paper's step, as closely as docs/accuracy.md says of it: to a twentieth of what it says of any other."""
     found = damping_force.damping_force(paper)["rocking_displacement"].sel(rocking_model="tri-linear")
-    rigid = paper["damping_force"]["rigid"]
+    rigid = paper.damping_force.rigid
     exact = event_driven.history(
-        TrilinearCurve(rigid["yield_displacement_ratio"], rigid["strength_ratio"]),
-        Damping.cr(rigid["restitution"]),
+        rigid.curve,
+        Damping.cr(rigid.restitution),
         found["tau"].values,
-        release_amplitude=rigid["release_amplitude"],
+        release_amplitude=rigid.release_amplitude,
     )
     error = float(np.abs(found.values - exact.displacement).max())
     assert f"is off by {error:.0e}".replace("e-0", "e-") in (ROOT / "docs/accuracy.md").read_text(encoding="utf-8")

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from rockdamp.config.walls import StudySettings
 from rockdamp.studies.decays import step_count
 from rockdamp.vocabulary import STUDIES
 
@@ -16,7 +15,7 @@ def test_a_length_of_so_many_steps_takes_as_many_whatever_their_rounding():
 @pytest.mark.parametrize("name", STUDIES)
 def test_decay_peaks_follow_the_energy_of_each_impact(name, decays, config):
     """V(x_n) = e^{2n} V(x0): the fifth peak, to the second order of a step of 0.01."""
-    study, data = StudySettings.of(config).study(name), decays[name]
+    study, data = config.study(name), decays[name]
     for i in range(study.values.size):
         curve = study.curve.map(lambda p, i=i: p[i])
         for j, e in enumerate(data["restitution"].values):
@@ -30,7 +29,7 @@ def test_decay_peaks_follow_the_energy_of_each_impact(name, decays, config):
 def test_decays_run_to_the_longest_response_that_is_matched_to_them(decays, config):
     """The amplitudes run to response_lengths.stop; the others last 8, or its seconds on another wall."""
     frequency = decays["slenderness"]["frequency_parameter"]
-    own = frequency.sel(slenderness=config["wall"]["slenderness"])
+    own = frequency.sel(slenderness=float(config.wall.slenderness))
     ends = {name: float(decays[name]["tau"][-1]) for name in STUDIES}
     assert ends["amplitude"] == pytest.approx(16) and ends["cracked_stiffness"] == pytest.approx(8)
     assert ends["slenderness"] == pytest.approx(8 * float(frequency.max() / own), abs=0.01)

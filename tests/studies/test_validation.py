@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
+from configs import configured
 from experimental_style import OVERSAMPLING, PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from repository import ROOT
 
@@ -35,7 +35,7 @@ def validated(config, record, equivalence):
 
 @pytest.fixture(scope="module")
 def config():
-    return yaml.safe_load((ROOT / "config/default.yaml").read_text())
+    return configured()
 
 
 @pytest.fixture(scope="module")
@@ -225,8 +225,7 @@ def test_a_decay_whose_half_cycles_last_longer_than_the_measured_has_a_drift_abo
 
 
 def test_a_model_that_collapses_says_so_and_has_no_misfit(config, record, equivalence):
-    weak = {**config, "validation": {**config["validation"], "curve": {**config["validation"]["curve"]}}}
-    weak["validation"]["curve"]["strength_ratio"] = 0.76
+    weak = configured({"validation": {"curve": {"strength_ratio": 0.76}}})
     one = validated(weak, record, equivalence).sel(damping_model="CR")
     assert int(one["collapsed"]) == 1
     assert float(one["peak_displacement"]) >= U_INS
@@ -258,7 +257,7 @@ def test_a_record_that_cannot_be_compared_says_why(config, record, equivalence):
 
 @pytest.fixture(scope="module")
 def levels(config):
-    paths = [ROOT / path for path in config["validation"]["test_series"] if "/cr-" in path]
+    paths = [ROOT / path for path in config.validation.test_series if "/cr-" in path]
     return {path.stem: read_record(path) for path in paths}
 
 

@@ -3,7 +3,6 @@
 import numpy as np
 import xarray as xr
 
-from rockdamp.config.settings import DecaySettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -15,8 +14,7 @@ DAMPINGS = [Damping.cr(0.85), *(Damping(model, 0.05) for model in VISCOUS_MODELS
 
 def made_up(config, name, models=VISCOUS_MODELS):
     """A match with the closed form's damping ratios; the relative uncertainties and the errors are all different."""
-    settings = DecaySettings.of(config)
-    study, e = settings.study(name), settings.restitution
+    study, e = config.study(name), config.restitution
     ratio = np.stack(
         [
             damping_ratio_energy(study.curve.map(lambda p: p[:, None]), model, e, study.release_amplitude[:, None])
@@ -35,6 +33,6 @@ def made_up(config, name, models=VISCOUS_MODELS):
             "damping_model": list(models),
             study.parameter: study.values,
             "restitution": e,
-            "response_length": float(config["matching"]["response_length"]),
+            "response_length": config.matching.response_length,
         },
     )

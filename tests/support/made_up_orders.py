@@ -2,6 +2,7 @@
 
 import numpy as np
 import xarray as xr
+from configs import configured
 
 from rockdamp.studies.earthquakes import orders
 
@@ -43,7 +44,6 @@ def made_up(log_ratio, collapsed=False):
 
 
 def compare(given, bands=(0.01, 1.0)):
-    bootstrap = {"replicates": 50, "seed": 3}
-    config = {"earthquakes": {"restitution_change": 0.01, "bands": list(bands), "bootstrap": bootstrap}}
-    config["earthquakes"]["orders"] = {"loss_change": 0.07, "test_spread": 0.03, "splits": SPLITS}
+    statistics = {"bands": list(bands), "bootstrap": {"replicates": 50, "seed": 3}, "splits": SPLITS}
+    config = configured({"comparison": statistics})
     return orders.compare_orders(config, given).sel(record_set="own", restitution=0.85, change="loss")

@@ -3,17 +3,15 @@
 from pathlib import Path
 
 import xarray as xr
-from repository import ROOT
+from configs import configured
 
-from rockdamp.config.merging import merged
 from rockdamp.motions import catalogue
 from rockdamp.pipeline import verification
 
 
 def minimal():
     """Return the origin of each result of the minimal config."""
-    config = merged([ROOT / "config/default.yaml", ROOT / "config/minimal.yaml"], {})
-    return verification.origins(config, lambda entries: len(catalogue.listing(entries)))
+    return verification.origins(configured(minimal=True), lambda entries: len(catalogue.listing(entries)))
 
 
 def make(folder, expected):

@@ -5,10 +5,9 @@ from functools import cache
 import made_up_earthquakes as earthquakes
 import numpy as np
 import xarray as xr
-import yaml
+from configs import configured
 from made_up_earthquakes import by_model, complete
 from made_up_trials import measured_rocking
-from repository import ROOT
 
 from rockdamp.studies import force_curves
 from rockdamp.studies.amplitude_dependence import DAMPERS
@@ -23,7 +22,7 @@ STEPS = 3200  # k of the made-up matches
 
 def mechanism():
     """Return the stage's own dataset, which takes no time."""
-    return force_curves.mechanism(yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8")))
+    return force_curves.mechanism(configured())
 
 
 def damping_force():

@@ -17,7 +17,7 @@ def _graph():
             inputs = [one.replace("{study}", study) if "{study}" in stage.file else one for one in stage.inputs]
             graph[name] = (stage.rule, [each for one in inputs for each in each_study(one)])
     graph |= {name: (name, figure.inputs) for name, figure in FIGURES.items()}
-    graph |= {"report": ("report", [*reported(), *FIGURES, "claims"])}
+    graph |= {"report": ("report", [*reported(STAGES.values()), *FIGURES, "claims"])}
     return graph | {"checksums": ("checksums", list(graph))}
 
 

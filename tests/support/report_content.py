@@ -6,7 +6,7 @@ from itertools import chain
 
 import numpy as np
 import xarray as xr
-import yaml
+from configs import configured, stated
 from made_up_earthquakes import dimensions
 from PIL import Image
 from repository import ROOT
@@ -137,9 +137,10 @@ def content():
         claims=claims,
         errata=errata,
         figures={name: png(300 if index % 2 else 150, 100 + index) for index, name in enumerate(FIGURES)},
-        datasets={name: of_name(name) for name in reported()},
+        datasets={name: of_name(name) for name in reported(STAGES.values())},
         assumptions=(ROOT / "docs/assumptions.md").read_text(encoding="utf-8"),
         citation=(ROOT / "CITATION.cff").read_text(encoding="utf-8"),
-        config=yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8")),
+        config=configured(),
+        stated=stated(),
         code_version="0.0.0+of-a-test",
     )

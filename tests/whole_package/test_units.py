@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import rockdamp as rd
 from rockdamp import units
 from rockdamp.assessment.table import BadRow, read_walls
-from rockdamp.config.merging import refuse_unreadable
+from rockdamp.config.files import refuse_unreadable
 from rockdamp.laboratory.channels import read_raw
 from rockdamp.storage import yaml_file
 from rockdamp.vocabulary import STANDARD_GRAVITY

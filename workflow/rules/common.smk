@@ -1,6 +1,9 @@
 """What the rules share: where files lie, and what a job depends on besides its input files."""
 
-RESULTS = config["results"]
+RESULTS = CONFIG.results
+STAGES = built(CONFIG)
+REPORTED = reported(STAGES.values())
+FIGURES = drawn(REPORTED)
 # The logs of results/minimal are in logs/results/minimal, those of /scratch/my-wall in logs/scratch/my-wall.
 inside = not os.path.relpath(RESULTS).startswith("..")
 LOGS = os.path.join("logs", os.path.relpath(RESULTS) if inside else os.path.abspath(RESULTS)[1:])
@@ -12,7 +15,7 @@ def motion_count(entries):
 
 
 # By which config and code each result must be made, by its file in the folder of the results.
-ORIGINS = verification.origins(config, motion_count)
+ORIGINS = verification.origins(CONFIG, motion_count)
 
 
 def expected_attributes(wildcards, input):
@@ -21,10 +24,10 @@ def expected_attributes(wildcards, input):
 
 
 def config_part(keys):
-    """Return a function of the wildcards: the part of the config that a job uses, and that makes it run again."""
+    """Return a function of the wildcards: the values of the config that a job uses, and that make it run again."""
 
     def part(wildcards):
-        return subset(config, *(key.format(**dict(wildcards.items())) for key in keys))
+        return CONFIG.part(key.format(**dict(wildcards.items())) for key in keys).plain()
 
     return part
 
@@ -38,30 +41,24 @@ def dataset_files(names, stage=None):
             every["study"] = list(STUDIES)
         if "{share}" in name and "{share}" not in output:
             (writer,) = [stage for stage in STAGES.values() if stage.dataset == name]
-            every["share"] = list(writer.shares(config, motion_count))
+            every["share"] = list(writer.shares(CONFIG, motion_count))
         files += expand(f"{RESULTS}/{name}.nc", **every, allow_missing=True)
     return files
 
 
-def record_files(stage):
-    """Return the file of the measured record that a stage reads, if any."""
-    return [stated(config, stage.record)] if stage.record else []
+def named_files(stage, field):
+    """Return the files that the config names at a key of the stage: of a record, of a test series, or of trials."""
+    value = value_at(getattr(stage, field), ())
+    return [value] if isinstance(value, str) else list(value)
 
 
-def test_series_files(stage):
-    """Return the files of further records that a stage reads."""
-    return stated(config, stage.test_series) if stage.test_series else []
-
-
-def trials_files(stage):
-    """Return the file of measured trials of free rocking that a stage reads by itself, if any."""
-    return [stated(config, stage.trials)] if stage.trials else []
+def value_at(key, otherwise):
+    return attrgetter(key)(CONFIG) if key else otherwise
 
 
 def motion_files(stage):
     """Return the files of the ground motions that a stage reads by itself."""
-    names = stated(config, stage.motions) if stage.motions else []
-    return [os.path.relpath(path) for path in catalogue.files_of(names)]
+    return [os.path.relpath(path) for path in catalogue.files_of(value_at(stage.motions, ()))]
 
 
 def message_of(stage):
@@ -72,7 +69,7 @@ def message_of(stage):
 
 def figure_files(figure):
     """Return the files of a figure, in every format that the config asks for; `snakemake --report` shows the PNG."""
-    files = {suffix: f"{RESULTS}/figures/{figure.name}.{suffix}" for suffix in config["figures"]["formats"]}
+    files = {suffix: f"{RESULTS}/figures/{figure.name}.{suffix}" for suffix in CONFIG.figures.formats}
     files["png"] = report(
         files["png"],
         caption="../report/figure.rst",

@@ -9,7 +9,7 @@ rule report:
         verdicts=rules.claims.output.verdicts,
         errata=rules.claims.output.errata,
         figures=[f"{RESULTS}/figures/{name}.png" for name in FIGURES],
-        datasets=dataset_files(reported()),
+        datasets=dataset_files(REPORTED),
         assumptions="docs/assumptions.md",
         citation="CITATION.cff",
     output:
@@ -18,9 +18,9 @@ rule report:
         f"{LOGS}/report.log",
     params:
         figures=list(FIGURES),
-        datasets=reported(),
+        datasets=REPORTED,
         attributes=expected_attributes,
-        config=config,
+        config=CONFIG.plain(),
         sources=REPORT,
         version=REPORT.version(),
     message:

@@ -13,9 +13,9 @@ for stage in STAGES.values():
             name:
                 stage.rule
             input:
-                record=record_files(stage),
-                test_series=test_series_files(stage),
-                trials=trials_files(stage),
+                record=named_files(stage, "record"),
+                test_series=named_files(stage, "test_series"),
+                trials=named_files(stage, "trials"),
                 datasets=dataset_files(stage.inputs, stage),
                 motions=motion_files(stage),
             output:
@@ -31,6 +31,7 @@ for stage in STAGES.values():
                 attributes=expected_attributes,
                 sources=stage.sources,
                 version=stage.sources.version(),
+                config_keys=stage.config,
                 config=config_part(stage.config),
             message:
                 message_of(stage)
@@ -61,7 +62,6 @@ localrules:
     decay,
     match,
     equivalence,
-    earthquakes,
 
 
 rule decay:
@@ -86,8 +86,10 @@ rule equivalence:
         "The polynomials, as a dataset and as a table"
 
 
-rule earthquakes:
-    input:
-        dataset_files(["earthquakes", "earthquakes/check", "comparison"]),
-    message:
-        "The study of earthquakes"
+if {"earthquakes", "comparison"} <= STAGES.keys():
+
+    rule earthquakes:
+        input:
+            dataset_files(["earthquakes", "earthquakes/check", "comparison"]),
+        message:
+            "The study of earthquakes"

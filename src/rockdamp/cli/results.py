@@ -49,16 +49,16 @@ def verify(folder: Path | None, files: tuple[Path, ...], as_json: bool) -> None:
     report is compared with its checksum, its config and the sources of the package. Run it in the folder of the
     project. The exit status is 1 if any result is missing or was made by another code or config.
     """
-    from rockdamp.config.merging import merged
-    from rockdamp.config.validation import validate
+    from rockdamp.config.checks import validate
+    from rockdamp.config.files import merged
+    from rockdamp.laboratory.sections import LaboratoryConfig, broken
     from rockdamp.motions import catalogue
     from rockdamp.pipeline import verification
 
     merged_files = [Path("config/default.yaml"), *files]
-    config = merged(merged_files, {})
-    validate(config, Path("workflow/schemas/config.schema.yaml"), merged_files)
+    config = validate(LaboratoryConfig, merged(merged_files, {}), merged_files, [broken])
     expected = verification.origins(config, lambda entries: len(catalogue.listing(entries)))
-    place = folder or Path(config["results"])
+    place = folder or Path(config.results)
     rows = [{"file": file, "reason": reason} for file, reason in verification.mismatches(place, expected)]
     if as_json:
         print_json(rows)

@@ -1,171 +1,283 @@
-"""The sections ``earthquakes`` and ``population`` of the config, parsed for each stage under earthquakes."""
+"""The sections of the config of walls under earthquakes, and of the population, as `rockdamp.config.sections`."""
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Annotated, Any
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
-from rockdamp.arrays import Array
-from rockdamp.config.parsing import (
-    Ascending,
+from pydantic import Field
+
+from rockdamp.config.kinds import (
+    AboveZero,
+    AtLeastZero,
+    AtMostOne,
+    Bands,
+    BelowOne,
+    Count,
+    Duration,
+    Fraction,
+    Fractions,
+    Geometric,
+    Orders,
+    Overburden,
+    Positive,
+    Records,
+    Refusal,
     Section,
-    Settings,
-    each,
-    geometric,
+    Seed,
+    Text,
+    Whole,
+    distribution,
     made_of,
-    members,
-    number,
-    section,
-    whole,
 )
-from rockdamp.config.settings import Bootstrap, DampingForce, Matching, Pulses, Solver
-from rockdamp.config.walls import Curve, NamedWall, make_named_wall
 from rockdamp.mechanics.building import Building
-from rockdamp.statistics.distribution import Distribution
-
-# What describes a wall of the population.
-PARAMETERS = (
-    "thickness",
-    "slenderness",
-    "overburden_ratio",
-    "hinge_ratio",
-    "yield_displacement_ratio",
-    "strength_ratio",
-    "restitution",
-)
-
-NamedWalls = Annotated[tuple[NamedWall, ...], partial(each, make_named_wall)]
-
-
-class Splits(Section):
-    count: int
-    seed: int
-
-
-def _distributions(value: Any, key: str) -> dict[str, Distribution]:
-    """Parse the distribution of each parameter of a population."""
-    parameters = members(value, key, PARAMETERS)
-    return {name: section(Distribution, entry, f"{key}.{name}") for name, entry in parameters.items()}
-
-
-def _correlations(value: Any, key: str) -> dict[tuple[str, str], float]:
-    """Parse the correlation of each pair of a population's parameters."""
-    return {
-        (name, other): number(correlation, f"{key}.{name}.{other}")
-        for name, others in members(value, key, (), PARAMETERS).items()
-        for other, correlation in members(others, f"{key}.{name}", (), PARAMETERS).items()
-    }
-
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.statistics.distribution import KINDS, Distribution
 
 # --- walls under records ---------------------------------------------------------------------------------------------
 
 
-class EarthquakeWallSettings(Settings):
-    solver: Solver
-    walls: Annotated[NamedWalls, "earthquakes.walls"]
-    restitution: Annotated[Ascending, "earthquakes.restitution"]
-    release_amplitude: float
-    matching: Matching
+@dataclass(frozen=True)
+class NamedWall:
+    """A wall that earthquakes shake."""
+
+    name: str
+    wall: Wall | Parapet
+    curve: TrilinearCurve
 
 
-class ShakenWallSettings(Settings):
-    """The walls, and the records that shake them."""
+class EarthquakeWall(Section):
+    name: Text = Field(description="Name of the wall.")
+    thickness: Positive = Field(description="Thickness t. [m]")
+    slenderness: Positive = Field(description="Slenderness h/t. [-]")
+    overburden_ratio: Overburden = Field(
+        description="Overburden ratio O/W: the vertical force on the top over the wall's weight. [-]"
+    )
+    parapet: bool = Field(
+        default=False,
+        description="Whether the wall is one block that rocks on its base; otherwise it is a strip wall between two"
+        " floors.",
+    )
+    hinge_ratio: Fraction = Field(default=0.5, description="Height h1 of the hinge over h; of a strip wall only. [-]")
+    preset: Literal["new", "moderate", "severe"] = Field(
+        default="new", description="Doherty's stage of degradation, in place of a1 and b1."
+    )
+    yield_displacement_ratio: Positive = Field(
+        default=0.5, description="a1 = u1/u_ins, less than a2, where the plateau ends; without a preset. [-]"
+    )
+    strength_ratio: Fraction = Field(default=0.5, description="b1 = F_y/F0; without a preset. [-]")
 
-    records: tuple[str, ...]
-    walls: Annotated[NamedWalls, "earthquakes.walls"]
-    tail: Annotated[float, "earthquakes.tail"]
-
-
-class RecordSettings(ShakenWallSettings):
-    """The walls, and the records that shake them at several intensities, a share at a time."""
-
-    restitution_change: Annotated[float, "earthquakes.restitution_change"]
-    scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
-    records_per_job: Annotated[int, "earthquakes.records_per_job"]
-
-
-class EarthquakeRecordSettings(RecordSettings):
-    step: Annotated[float, "earthquakes.step"]
-
-
-class ComparisonSettings(Settings):
-    bands: Annotated[Ascending, "earthquakes.bands"]
-    bootstrap: Annotated[Bootstrap, "earthquakes.bootstrap"]
-
-
-class OrderRecordSettings(RecordSettings):
-    restitution: Annotated[Ascending, "earthquakes.orders.restitution"]
-    order: Annotated[Ascending, "earthquakes.orders.order"]
-    step: Annotated[float, "earthquakes.orders.step"]
-    loss_change: Annotated[float, "earthquakes.orders.loss_change"]
-    test_spread: Annotated[float, "earthquakes.orders.test_spread"]
-
-
-class OrderComparisonSettings(ComparisonSettings):
-    restitution_change: Annotated[float, "earthquakes.restitution_change"]
-    loss_change: Annotated[float, "earthquakes.orders.loss_change"]
-    test_spread: Annotated[float, "earthquakes.orders.test_spread"]
-    splits: Annotated[Splits, "earthquakes.orders.splits"]
-
-
-class LocalDampingSettings(ComparisonSettings, ShakenWallSettings):
-    """The pulses on the reference curve, and the records that shake the walls."""
-
-    curve: Curve
-    damping_force: DampingForce
-    pulses: Pulses
-    scale: Annotated[Array, "earthquakes.velocity_ratio", geometric]
-    step: Annotated[float, "earthquakes.orders.step"]
+    def named_wall(self) -> NamedWall:
+        """Return the wall: a strip with a hinge, or a parapet, with a preset or its own a1 and b1; a3 = 1."""
+        of_curve = ("preset",) if "preset" in self.model_fields_set else ("yield_displacement_ratio", "strength_ratio")
+        needed = {"name", "thickness", "slenderness", "overburden_ratio", *of_curve}
+        needed |= set() if self.parapet else {"hinge_ratio"}
+        for name in sorted(self.model_fields_set ^ needed - {"parapet"}):
+            if name in needed:
+                raise Refusal("is missing", name)
+            if name != "parapet":
+                what = "a parapet" if name == "hinge_ratio" else "a wall with a preset"
+                raise Refusal(f"is not a key of {what}; it must be left out", name)
+        sizes = {"thickness": self.thickness, "height": self.thickness * self.slenderness}
+        sizes["overburden_ratio"] = self.overburden_ratio
+        wall = Parapet(**sizes) if self.parapet else Wall(**sizes, hinge_ratio=self.hinge_ratio)
+        values = (getattr(self, name) for name in of_curve)
+        make = TrilinearCurve.preset if "preset" in of_curve else TrilinearCurve
+        return NamedWall(self.name, wall, make(*values))
 
 
-def make_building(value: Any, key: str = "spectrum_method.building") -> Building:
-    """Build the building of a section, which deforms in shear."""
-    names = ("period", "storeys", "storey", "damping_ratio")
-    entries = members(value, key, names)
-    parsers = dict.fromkeys(names, number) | dict.fromkeys(("storeys", "storey"), whole)
-    parsed: dict[str, Any] = {name: parse(entries[name], f"{key}.{name}") for name, parse in parsers.items()}
-    with made_of(key, names):
-        return Building(**parsed)
+def _different_names(walls: list[NamedWall]) -> tuple[NamedWall, ...]:
+    found = [wall.name for wall in walls]
+    for index, name in enumerate(found):
+        if name in found[:index]:
+            text = f"is named {name!r}, as one before it; each must have a name of its own"
+            raise Refusal(text, index, "name")
+    return tuple(walls)
 
 
-class SpectrumMethodSettings(ShakenWallSettings):
-    restitution: Annotated[Ascending, "earthquakes.restitution"]
-    capacity: Annotated[Ascending, "spectrum_method.capacity"]
-    levels: Annotated[Array, "spectrum_method.velocity_ratio", geometric]
-    step: Annotated[float, "spectrum_method.step"]
-    building: Annotated[Building, "spectrum_method.building", make_building]
+_NamedWall = Annotated[NamedWall, made_of(EarthquakeWall, EarthquakeWall.named_wall)]
+NamedWalls = Annotated[
+    tuple[NamedWall, ...],
+    made_of(Annotated[list[_NamedWall], Field(min_length=1, max_length=1000)], _different_names),
+]
 
 
-class EventDrivenCheckSettings(ShakenWallSettings):
-    histories: Annotated[int, "earthquakes.check.histories"]
-    seed: Annotated[int, "earthquakes.check.seed"]
+class Bilinear(Section):
+    records: Records = Field(description="Records, as the top level's records.")
+    velocity_ratio: Geometric = Field(
+        description="Intensities that every record is scaled to, lambda PGV/(p u_ins); a geometric sequence. [-]"
+    )
+    step: float = Field(
+        ge=1e-4, lt=0.5, description="Longest step, times the angular frequency of the first branch. [-]"
+    )
+    tail: Duration = Field(description="Rest after the record. [s]")
 
 
-# --- population ------------------------------------------------------------------------------------------------------
+class Check(Section):
+    histories: Whole = Field(ge=1, le=100_000, description="Number of histories.")
+    seed: Seed = Field(description="Seed of the sample.")
 
 
-class PopulationWallSettings(Settings):
-    count: Annotated[int, "population.walls"]
-    seed: Annotated[int, "population.seed"]
-    parameters: Annotated[dict[str, Distribution], "population.parameters", _distributions]
-    correlations: Annotated[dict[tuple[str, str], float], "population.correlations", _correlations]
-    release_amplitude: float
+class EarthquakeOrders(Section):
+    order: Orders = Field(description="Orders m, at least 0, ascending. [-]")
+    restitution: Fractions = Field(description="Coefficients of restitution e, ascending. [-]")
+    step: float = Field(
+        ge=1e-4,
+        lt=1,
+        description="Longest step, times the angular frequency of the first branch. CR runs with one twice as long too,"
+        " so less than 1; from order 32 on a step beyond 0.05 is coarse beside the band in which the damper acts. [-]",
+    )
+    loss_change: float = Field(
+        gt=0,
+        lt=1,
+        description="Fraction by which the loss delta = -ln e is raised and lowered; an order that departs from"
+        " restitution by more than this change does is not enough. [-]",
+    )
+    test_spread: Positive = Field(
+        description="Spread of ln e between impacts that tests measured; e is lowered and raised by it, beside"
+        " loss_change. [-]"
+    )
 
 
-class PopulationShareSettings(Settings):
-    walls_per_job: Annotated[int, "population.walls_per_job"]
-    records: Annotated[tuple[str, ...], "population.records"]
-    intensity: Annotated[Array, "population.intensity", geometric]
-    step: Annotated[float, "population.step"]
-    tail: Annotated[float, "population.tail"]
+class Earthquakes(Section):
+    walls: NamedWalls = Field(description="Each has a name of its own, and a preset or a1 and b1; a3 is 1.")
+    restitution: Fractions = Field(description="Coefficients of restitution e, ascending. [-]")
+    restitution_change: Positive = Field(
+        description="How much e is lowered and raised to see how sensitive CR's own answer is; e stays between 0 and 1."
+        " [-]"
+    )
+    velocity_ratio: Geometric = Field(
+        description="Intensities that every record is scaled to for every wall, lambda PGV/(p u_ins); a geometric"
+        " sequence. [-]"
+    )
+    step: float = Field(
+        ge=1e-4,
+        lt=0.5,
+        description="Longest step of the published histories, times the angular frequency of the first branch; a"
+        " record's step is divided until it is no longer. Errors are bounded with steps two and four times as"
+        " long, so less than 0.5. [-]",
+    )
+    tail: Duration = Field(description="Rest after the record. [s]")
+    chunk: Count = Field(description="Records that one job runs; fewer make more jobs, for more cores.")
+    check: Check = Field(
+        description="Histories that are solved again, event by event: as many of each stratum, from walls far from"
+        " collapse to those whose outcome depends on the step."
+    )
+    orders: EarthquakeOrders = Field(
+        description="The energy-consistent damper of order m beside restitution, with no fit."
+    )
 
 
-class PopulationCheckSettings(Settings):
-    records: Annotated[tuple[str, ...], "population.records"]
-    tail: Annotated[float, "population.tail"]
-    histories: Annotated[int, "population.check.histories"]
-    seed: Annotated[int, "population.check.seed"]
+class Bootstrap(Section):
+    replicates: Whole = Field(ge=10, le=100_000, description="Number of resamplings.")
+    seed: Seed = Field(description="Seed of the resampling.")
 
 
-class PopulationSettings(Settings):
-    bootstrap: Annotated[Bootstrap, "population.bootstrap"]
+class Splits(Section):
+    count: Whole = Field(ge=1, le=10_000, description="Number of splits.")
+    seed: Seed = Field(description="Seed of the splits.")
+
+
+class Comparison(Section):
+    bands: Bands = Field(
+        description="Edges of the bands of the peak under restitution, u/u_ins, in which peaks are compared; ascending."
+        " [-]"
+    )
+    bootstrap: Bootstrap = Field(
+        description="Resampling of the stations, which bounds what a few dozen of them can say."
+    )
+    splits: Splits = Field(
+        description="Random halves of the stations; an order is chosen on one half and judged on the other."
+    )
+
+
+class BuildingSection(Section):
+    period: Positive = Field(description="Fundamental period. [s]")
+    storeys: Whole = Field(ge=1, le=100, description="Number of storeys.")
+    storey: Whole = Field(ge=1, le=100, description="Storey of the walls, 1 for the lowest.")
+    damping_ratio: Fraction = Field(description="Damping ratio of every mode. [-]")
+
+    def building(self) -> Building:
+        """Return the building, which deforms in shear."""
+        return Building(**self.model_dump())
+
+
+class SpectrumMethod(Section):
+    capacity: Fractions = Field(description="Displacements at which a wall fails the check, u/u_ins, ascending. [-]")
+    velocity_ratio: Geometric = Field(
+        description="Intensities of the supports' motion among which each wall reaches the capacity, lambda"
+        " PGV/(p u_ins); a geometric sequence. [-]"
+    )
+    step: float = Field(
+        ge=1e-4,
+        lt=0.5,
+        description="Longest step of the histories, times the angular frequency of the first branch. [-]",
+    )
+    building: Annotated[Building, made_of(BuildingSection, BuildingSection.building)] = Field(
+        description="A linear building in shear, and the storey of it on which the walls stand too."
+    )
+
+
+# --- the population --------------------------------------------------------------------------------------------------
+
+
+class PopulationParameters(Section):
+    """What describes a wall of the population."""
+
+    thickness: Annotated[Distribution, distribution(KINDS, AboveZero)] = Field(description="Thickness t. [m]")
+    slenderness: Annotated[Distribution, distribution(KINDS, AboveZero)] = Field(description="Slenderness h/t. [-]")
+    overburden_ratio: Annotated[Distribution, distribution(KINDS, AtLeastZero)] = Field(
+        description="Overburden ratio O/W, at least 0. [-]"
+    )
+    hinge_ratio: Annotated[Distribution, distribution(KINDS, AboveZero, BelowOne)] = Field(
+        description="Height h1 of the hinge over h, between 0 and 1. [-]"
+    )
+    yield_displacement_ratio: Annotated[Distribution, distribution(KINDS, AboveZero, BelowOne)] = Field(
+        description="a1 = u1/u_ins; its largest must leave room for the largest plateau. [-]"
+    )
+    strength_ratio: Annotated[Distribution, distribution(KINDS, AboveZero, BelowOne)] = Field(
+        description="b1 = F_y/F0, between 0 and 1. [-]"
+    )
+    restitution: Annotated[Distribution, distribution(KINDS, AboveZero, AtMostOne)] = Field(
+        description="Coefficient of restitution e, greater than 0 and at most 1. [-]"
+    )
+
+
+PARAMETERS = tuple(PopulationParameters.model_fields)
+
+_Parameter = Literal[PARAMETERS]  # type: ignore[valid-type]
+_Correlation = Annotated[float, Field(gt=-1, lt=1)]
+
+
+def _by_pair(correlations: dict[str, dict[str, float]]) -> dict[tuple[str, str], float]:
+    return {(name, other): value for name, others in correlations.items() for other, value in others.items()}
+
+
+class Population(Section):
+    walls: Count = Field(description="Number of walls.")
+    seed: Seed = Field(description="Seed of the Latin hypercube that the walls are drawn from.")
+    chunk: Count = Field(description="Walls that one job runs; fewer make more jobs, for more cores and machines.")
+    records: Records = Field(description="Records, as the top level's records. None may be named twice.")
+    parameters: PopulationParameters = Field(description="Distributions of what describes a wall.")
+    correlations: Annotated[
+        dict[tuple[str, str], float], made_of(dict[_Parameter, dict[_Parameter, _Correlation]], _by_pair)
+    ] = Field(
+        description="Correlation of two parameters' normal scores, as parameter - other parameter - value; none where"
+        " not stated."
+    )
+    intensity: Geometric = Field(
+        description="Peak ground velocities that every record is scaled to; a geometric sequence. [m s-1]"
+    )
+    step: float = Field(
+        ge=1e-4,
+        lt=2,
+        description="Longest step, times the angular frequency of the first branch; a record's step is halved until it"
+        " is no longer. [-]",
+    )
+    tail: Duration = Field(description="Rest after the record. [s]")
+    bootstrap: Bootstrap = Field(description="Resampling of the stations.")
+    check: Check = Field(
+        description="Histories that are solved again, event by event: as many of each stratum, from walls far from"
+        " collapse to those that just collapse."
+    )

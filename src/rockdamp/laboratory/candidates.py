@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 import numpy as np
+from pydantic import ValidationError, create_model
 
 from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
-from rockdamp.config import Config, parsing
-from rockdamp.config.parsing import members, section
+from rockdamp.config.files import problems
+from rockdamp.config.kinds import Section, distribution
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Sampled
-from rockdamp.statistics.distribution import Distribution
+from rockdamp.statistics.distribution import KINDS, Distribution
+from rockdamp.storage.dotted_keys import dotted
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
 
 SEARCHED_ORDER = 4.0  # of the damper of any order, while the others are searched
@@ -132,14 +134,18 @@ class Prior:
     overburden_ratio: Distribution | None = None
 
     @classmethod
-    def of(cls, given: Config, section_name: str = "prior") -> Prior:
+    def of(cls, given: Mapping[str, Any], section_name: str = "prior") -> Prior:
         """Return the prior of masonry walls with the changes of a section, which has the fields' names."""
-        kinds = get_type_hints(cls)
-        parsed: dict[str, Any] = {}
-        for name, value in members(given, section_name, (), list(kinds)).items():
-            key = f"{section_name}.{name}"
-            parsed[name] = parsing.number(value, key) if kinds[name] is float else section(Distribution, value, key)
-        return replace(cls(), **parsed)
+        of_wall = Annotated[Distribution, distribution(KINDS)]
+        kinds = {name: float if kind is float else of_wall for name, kind in get_type_hints(cls).items()}
+        fields: dict[str, Any] = {name: (kind, None) for name, kind in kinds.items()}
+        model = create_model("Prior", __base__=Section, **fields)
+        try:
+            changes = model.model_validate(given)
+        except ValidationError as error:
+            wrong = problems(error, model.model_json_schema())
+            raise InputError("; ".join(f"{dotted((section_name, *path))} {text}" for path, text in wrong)) from None
+        return replace(cls(), **{name: getattr(changes, name) for name in changes.model_fields_set})
 
     def __post_init__(self) -> None:
         phi = self.sensor_correlation

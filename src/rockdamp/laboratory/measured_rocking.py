@@ -13,8 +13,7 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config
-from rockdamp.config.settings import MeasuredRocking, MeasuredRockingSettings
+from rockdamp.laboratory.sections import LaboratoryConfig, MeasuredRocking
 from rockdamp.laboratory.trials import NearlyRigid, RockingTrials, by_solver, read_rocking_trials
 from rockdamp.laboratory.trials_fit import (
     Expansion,
@@ -58,9 +57,9 @@ ERROR_MODELS = {
 }
 
 
-def measured_rocking(config: Config) -> xr.Dataset:
-    """TrialsFit each damper, and a power law of the loss, to measured ratios; describe restitution and its spread."""
-    settings = MeasuredRockingSettings.of(config).measured_rocking
+def measured_rocking(config: LaboratoryConfig) -> xr.Dataset:
+    """Fit each damper, and a power law of the loss, to measured ratios; describe restitution and its spread."""
+    settings = config.measured_rocking
     measured = read_rocking_trials(settings.trials)
     study = _Study(settings, measured)
     models, fits = study.by_model()

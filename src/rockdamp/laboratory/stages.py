@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated
 from zlib import crc32
 
 import numpy as np
 import xarray as xr
 
-from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.parsing import Settings
-from rockdamp.config.settings import CalibrationSettings
-from rockdamp.config.walls import Strip
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import made_by
 from rockdamp.laboratory.calibration import calibrate
 from rockdamp.laboratory.candidates import Candidate, Prior
 from rockdamp.laboratory.posterior import Evidence, evidence_of, probabilities
+from rockdamp.laboratory.sections import LaboratoryConfig
 from rockdamp.laboratory.simulated import Maker, Simulated, gathered
 from rockdamp.motions.records import Record
 from rockdamp.progress import track, without_bars
@@ -27,39 +23,31 @@ from rockdamp.progress import track, without_bars
 NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of a synthetic record's header
 
 
-class IdentificationSettings(Settings):
-    """The wall of the tests, the prior, and what is simulated: new records, and the test_series's with more noise."""
-
-    wall: Annotated[Strip, "validation.wall"]
-    ultimate_displacement_ratio: Annotated[float, "validation.curve.ultimate_displacement_ratio"]
-    softening: Annotated[str, "validation.curve.softening"]
-    prior: Annotated[Prior, "identification.prior", Prior.of]
-    step: Annotated[float, "identification.step"]
-    simulated: Annotated[Simulated, "identification.simulated"]
-    damping_models: Annotated[tuple[str, ...], "identification.damping_models"]
-    noise: Annotated[Array, "identification.noise"]
-
-
-def identification(config: Config, test_series: Mapping[str, Record]) -> xr.Dataset:
+def identification(config: LaboratoryConfig, test_series: Mapping[str, Record]) -> xr.Dataset:
     """Identify records made with parameters drawn from the prior; compare models for the records of a test series."""
-    settings = IdentificationSettings.of(config)
-    maker = maker_of(settings)
+    maker = maker_of(config)
     records = []
-    for number in track(range(settings.simulated.draws), "simulated records"):
+    for number in track(range(config.identification.simulated.draws), "simulated records"):
         with without_bars():
             records.append(maker.judged(number))
-    return gathered(maker.names, records).merge(supported(settings, test_series))
+    return gathered(maker.names, records).merge(supported(config, test_series))
 
 
-def maker_of(settings: IdentificationSettings) -> Maker:
+def maker_of(config: LaboratoryConfig) -> Maker:
     """Return what makes the records, with the prior that has the sensor's noise as it is simulated."""
-    simulated = settings.simulated
+    section = config.identification
+    simulated, test = Simulated(**dict(section.simulated)), config.validation
     prior = replace(
-        settings.prior, sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
+        prior_of(config), sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
     )
-    return Maker(
-        settings.wall, settings.ultimate_displacement_ratio, settings.softening, settings.step, prior, simulated
-    )
+    curve = test.curve
+    a3 = float(curve.ultimate_displacement_ratio)
+    return Maker(test.wall, a3, curve.softening, section.step, prior, simulated)
+
+
+def prior_of(config: LaboratoryConfig) -> Prior:
+    """Return the prior that the config states."""
+    return Prior(**dict(config.identification.prior))
 
 
 def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
@@ -76,22 +64,23 @@ def noisier(record: Record, factor: float, random: np.random.RandomState) -> Rec
     )
 
 
-def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -> xr.Dataset:
+def supported(config: LaboratoryConfig, records: Mapping[str, Record]) -> xr.Dataset:
     """Compute the evidence of each model for each record, at each noise; the probability is among those determined.
 
     It raises `InputError` if a record is not synthetic, or does not say with what noise it was made.
     """
+    section = config.identification
     for name, record in records.items():
         if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
             raise InputError(f"identification.test_series: {name} is not synthetic; it must be, and say what made it")
-    cases = [(name, factor) for name in records for factor in settings.noise]
-    maker, found = maker_of(settings), []
+    cases = [(name, factor) for name in records for factor in section.noise]
+    maker, found = maker_of(config), []
     for name, factor in track(cases, "models of the test_series's records"):
-        random = np.random.RandomState([settings.simulated.seed, crc32(name.encode())])
+        random = np.random.RandomState([section.simulated.seed, crc32(name.encode())])
         record = noisier(records[name], float(factor), random)
         with without_bars():
-            found.append([_evidence(maker, settings.prior, record, model) for model in settings.damping_models])
-    shape = (len(records), len(settings.noise), len(settings.damping_models))
+            found.append([_evidence(maker, prior_of(config), record, model) for model in section.damping_models])
+    shape = (len(records), len(section.noise), len(section.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
     error = np.array([[one.standard_error for one in row] for row in found]).reshape(shape)
@@ -104,8 +93,8 @@ def supported(settings: IdentificationSettings, records: Mapping[str, Record]) -
         },
         coords={
             "record": list(records),
-            "noise_factor": settings.noise,
-            "damping_model": list(settings.damping_models),
+            "noise_factor": section.noise,
+            "damping_model": list(section.damping_models),
         },
     )
 
@@ -121,11 +110,11 @@ def _evidence(maker: Maker, prior: Prior, record: Record, model: str) -> Evidenc
 
 def study(config: Config, record: Record) -> xr.Dataset:
     """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
-    given = CalibrationSettings.of(config)
+    given = config.validation
     return calibrate(
         record,
         given.wall,
-        ultimate_displacement_ratio=given.ultimate_displacement_ratio,
-        softening=given.softening,
+        ultimate_displacement_ratio=float(given.curve.ultimate_displacement_ratio),
+        softening=given.curve.softening,
         step=given.step,
     )

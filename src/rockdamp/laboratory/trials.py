@@ -12,18 +12,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config
-from rockdamp.config.results_folder import refuse_braces
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import turns
 from rockdamp.laboratory.velocity_ratios import LOSSES, MOST, Prediction
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.pipeline.stages import keys_of
 from rockdamp.solvers.newmark import solve
 from rockdamp.storage import input_file
-from rockdamp.storage.dotted_keys import stated
 from rockdamp.vocabulary import REFERENCE
 
 COLUMNS = (
@@ -80,14 +76,6 @@ def read_rocking_trials(path: str | os.PathLike[str]) -> RockingTrials:
         return _trials(_rows(text), _header(text))
     except InputError as error:
         raise InputError(f"{shown}: {error}") from None
-
-
-def require_readable_trials(config: Config) -> None:
-    """Read the measured trials that a config names, or raise `InputError`."""
-    paths = [stated(config, key) for key in keys_of("trials")]
-    refuse_braces(paths)
-    for path in paths:
-        read_rocking_trials(path)
 
 
 def _header(text: str) -> dict[str, str]:

@@ -17,7 +17,7 @@ from rockdamp.vocabulary import STUDIES
 def used_by(kind: str) -> list[str]:
     """Return the stages, figures and pages that use a stage's dataset."""
     inputs = {name: user.inputs for table in (STAGES, FIGURES) for name, user in table.items()}
-    inputs["report"] = reported()
+    inputs["report"] = reported(STAGES.values())
     return [name for name, datasets in inputs.items() if any(writes(STAGES[kind], dataset) for dataset in datasets)]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 
@@ -50,3 +50,8 @@ REPORT = Sources(
         *dict.fromkeys(f"rockdamp.{figure.module}" for figure in FIGURES.values()),
     )
 )
+
+
+def drawn(datasets: Collection[str]) -> dict[str, Drawing]:
+    """Return the figures of which all datasets are there."""
+    return {name: figure for name, figure in FIGURES.items() if set(figure.inputs) <= set(datasets)}

@@ -5,13 +5,14 @@ The Snakefile reads it at every start, so it imports nothing that takes long.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from importlib.resources import files
+from operator import attrgetter
 from typing import Any
 
+from rockdamp.config import Config
 from rockdamp.storage import glossary, yaml_file
-from rockdamp.storage.dotted_keys import stated
 from rockdamp.storage.provenance import NUMBERS_IN_WORDS, Sources
 from rockdamp.vocabulary import STUDIES
 
@@ -36,6 +37,7 @@ class Stage:
     trials: str = ""
     motions: str = ""
     lazy: bool = False
+    optional: bool = False
     intermediate: bool = False
 
     @property
@@ -54,13 +56,13 @@ class Stage:
         """Its file, of the first study and share where it has several."""
         return self.file.format(study=next(iter(STUDIES)), share=0)
 
-    def shares(self, config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) -> range:
+    def shares(self, config: Config, count: Callable[[Sequence[str]], int]) -> range:
         """Return the numbers that {share} stands for in its file; `count` returns how many motions a list names."""
         if not self.shares_of:
             return range(1)
-        whole = stated(config, self.shares_of)
+        whole = attrgetter(self.shares_of)(config)
         total = whole if isinstance(whole, int) else count(whole)
-        return range(-(-total // stated(config, self.per_share)))
+        return range(-(-total // attrgetter(self.per_share)(config)))
 
 
 def _read() -> dict[str, Stage]:
@@ -77,10 +79,30 @@ def _read() -> dict[str, Stage]:
 STAGES = _read()
 
 
-def keys_of(*fields: str) -> list[str]:
-    """Return the keys of the config that stages name in some fields, such as ``record`` and ``test_series``."""
-    named = [getattr(stage, field) for stage in STAGES.values() for field in fields]
-    return list(dict.fromkeys(key for key in named if key))
+def built(config: Config) -> dict[str, Stage]:
+    """Return the stages of a config: null leaves out those that name a section, and with them all that read them.
+
+    What is asked for by what is there, as the claims, stays with the inputs that are left.
+    """
+    stages: dict[str, Stage] = {}
+    for name, stage in STAGES.items():
+        there = {stage.dataset for stage in stages.values()}
+        inputs = [dataset for dataset in stage.inputs if dataset in there or dataset in _each(there)]
+        if config.has(key.partition(".{")[0] for key in stage.config) and (
+            stage.optional or inputs == list(stage.inputs)
+        ):
+            stages[name] = replace(stage, inputs=inputs)
+    return stages
+
+
+def _each(datasets: Iterable[str]) -> set[str]:
+    return {name for dataset in datasets for name in each_study(dataset)}
+
+
+def values_of(config: Config, stages: Iterable[Stage], field: str) -> list[Any]:
+    """Return the values of the config at the keys that stages name in a field, such as ``record`` or ``motions``."""
+    keys = dict.fromkeys(getattr(stage, field) for stage in stages)
+    return [attrgetter(key)(config) for key in keys if key]
 
 
 def each_study(dataset: str) -> list[str]:
@@ -93,7 +115,7 @@ def writes(stage: Stage, dataset: str) -> bool:
     return dataset in (stage.dataset, *each_study(stage.dataset))
 
 
-def reported() -> list[str]:
-    """Return the names of the datasets that the report shows, in the order of the table."""
-    shown = [stage.dataset for stage in STAGES.values() if stage.dataset and not stage.intermediate]
+def reported(stages: Iterable[Stage]) -> list[str]:
+    """Return the names of the datasets that the report shows, of these stages."""
+    shown = [stage.dataset for stage in stages if stage.dataset and not stage.intermediate]
     return [name for dataset in shown for name in each_study(dataset)]

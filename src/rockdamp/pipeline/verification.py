@@ -12,13 +12,14 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rockdamp.pipeline.figures import FIGURES, REPORT
-from rockdamp.pipeline.stages import STAGES
+from rockdamp.config import Config
+from rockdamp.pipeline.figures import REPORT, drawn
+from rockdamp.pipeline.stages import built, reported
 from rockdamp.progress import track
 from rockdamp.storage.atomic import replacing
-from rockdamp.storage.provenance import Sources, config_digest, subset
+from rockdamp.storage.provenance import Sources, config_digest
 from rockdamp.vocabulary import STUDIES
 
 CHECKSUMS = "checksums.csv"  # in the folder of the results
@@ -35,22 +36,23 @@ class Origin(NamedTuple):
     code_version: str
 
 
-def origins(config: Mapping[str, Any], count: Callable[[Sequence[str]], int]) -> dict[str, Origin]:
+def origins(config: Config, count: Callable[[Sequence[str]], int]) -> dict[str, Origin]:
     """Return the origin of each result of a config, by its file; `count` returns how many motions a list names."""
     expected: dict[str, Origin] = {}
-    for stage in STAGES.values():
+    stages = built(config)
+    for stage in stages.values():
         version = stage.sources.version()
-        studies = list(STUDIES) if "{study}" in stage.file else [""]
-        for study, share in product(studies, stage.shares(config, count)):
+        for study in STUDIES if "{study}" in stage.file else [""]:
             keys = [key.format(study=study) for key in stage.config]
-            origin = Origin(config_digest(subset(config, *keys)), version)
-            expected |= {file.format(study=study, share=share): origin for file in (stage.file, *stage.also)}
-    drawn_with = config_digest(subset(config, "figures"))
-    for figure in FIGURES.values():
+            origin = Origin(config_digest(config.part(keys).plain()), version)
+            for share, file in product(stage.shares(config, count), (stage.file, *stage.also)):
+                expected[file.format(study=study, share=share)] = origin
+    drawn_with = config_digest(config.part(["figures"]).plain())
+    for figure in drawn(reported(stages.values())).values():
         origin = Origin(drawn_with, figure.sources.version())
-        expected |= {f"figures/{figure.name}.{suffix}": origin for suffix in config["figures"]["formats"]}
+        expected |= {f"figures/{figure.name}.{suffix}": origin for suffix in config.figures.formats}
     expected[DICTIONARY] = Origin(config_digest({}), DICTIONARY_SOURCES.version())
-    return expected | {"report.html": Origin(config_digest(config), REPORT.version())}
+    return expected | {"report.html": Origin(config_digest(config.plain()), REPORT.version())}
 
 
 def write_checksums(folder: str | os.PathLike[str], expected: Mapping[str, Origin]) -> None:

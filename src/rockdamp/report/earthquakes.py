@@ -5,7 +5,7 @@ The words are in a template; which of them are printed follows from the numbers,
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ import xarray as xr
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
+from rockdamp.config import Config
 from rockdamp.figures.style import dampers
 from rockdamp.report import earthquake_criterion as criterion
 from rockdamp.report import earthquake_histories as histories
@@ -39,7 +40,7 @@ class Choice(NamedTuple):
     source: str
 
 
-def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
+def section(data: Datasets, config: Config) -> Markup | None:
     """Return the section as HTML, none without its datasets."""
     if any(name not in data for name in ("comparison", "recommendation", "earthquakes/walls")):
         return None
@@ -48,7 +49,7 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
     environment.filters |= {"number": number, "percent": percent, "plain": plain, "listed": listed}
     environment.globals |= {"interval": with_interval, "each": _each}
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
-    change = plain(config["earthquakes"]["restitution_change"])
+    change = plain(config.earthquakes.restitution_change)
     values = {
         **histories.run(compared, walls),
         "compared": compared,
@@ -62,7 +63,7 @@ def section(data: Datasets, config: Mapping[str, Any]) -> Markup | None:
         **_orders(data.get("earthquakes/orders"), advice),
         **_walls(compared, walls),
         "change": change,
-        "fit_plateau": plain(config["curve"]["strength_ratio"]),
+        "fit_plateau": plain(float(config.curve.strength_ratio)),
         "limit": MULTIPLE,
         "multiple": plain(MULTIPLE),
         "tolerance": plain(TOLERANCE),

@@ -17,7 +17,7 @@ import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from rockdamp.config.walls import make_curve, make_wall
+from rockdamp.config import Config
 from rockdamp.errors import InputError
 from rockdamp.figures.style import by_model
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -46,7 +46,8 @@ class Content:
     datasets: Datasets
     assumptions: str  # docs/assumptions.md
     citation: str  # CITATION.cff
-    config: Mapping[str, Any]
+    config: Config
+    stated: Mapping[str, Any]  # the config as its files state it
     code_version: str  # version and digest of the modules that the report depends on
     documents: str = "../docs"  # the folder of the documents, from that of the page
 
@@ -59,8 +60,8 @@ def build(content: Content) -> str:
     environment.filters |= {"inline": tables.inline, "in_words": tables.in_words}
     template = environment.from_string(_text(TEMPLATE))
     pictures = {figure["name"]: figure for figure in _figures(content)}
-    short = answer(content.datasets, float(content.config["curve"]["yield_displacement_ratio"]))
-    accuracy, curve = content.datasets.get("accuracy"), make_curve(content.config["curve"])
+    short = answer(content.datasets, float(content.config.curve.yield_displacement_ratio))
+    accuracy, curve = content.datasets.get("accuracy"), content.config.curve
     return template.render(
         style=Markup(_text(STYLE)),
         scripts=[_script(text) for text in (interactive.formulas(), *map(_text, SCRIPTS))],
@@ -89,7 +90,7 @@ def build(content: Content) -> str:
         assumptions=Markup(tables.prose(content.assumptions)),
         accuracy=tables.quantities(accuracy) if accuracy is not None else [],
         citation=tables.citation(content.citation),
-        config=_yaml(content.config),
+        config=_yaml(content.stated),
         software=tables.software(),
         code_version=content.code_version,
         datasets=content.datasets,
@@ -117,8 +118,8 @@ def _explorer(content: Content, curve: TrilinearCurve, short: Mapping[str, Any] 
     loops, config = content.datasets["damping_force"], content.config
     explorer = interactive.data(
         curve,
-        make_wall(config["wall"]),
-        float(config["solver"]["step"]),
+        config.wall,
+        config.solver.step,
         float(content.datasets["match/amplitude"]["response_length"]),
         float(loops["restitution"]),
         float(loops["release_amplitude"]),

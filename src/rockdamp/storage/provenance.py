@@ -39,6 +39,11 @@ NO_SCIENCE = {
     "rockdamp.storage.glossary": "reads the glossary, of which a dataset's own names count",
     "rockdamp.storage.yaml_file": "reads files, which count themselves",
 }
+# Modules that say what the config holds. Its values count, as made; these modules, and what only they import, do not.
+CONFIG = (
+    *(f"rockdamp.config{name}" for name in ("", ".checks", ".earthquakes", ".files", ".kinds", ".sections")),
+    "rockdamp.laboratory.sections",
+)
 # Numbers in words. Stages need them for errors alone; figures, pages and claims show them.
 NUMBERS_IN_WORDS = ("rockdamp.text",)
 # It stores the words of its package's errors as the reason why there is no evidence: they are data.
@@ -61,6 +66,8 @@ def modules_of(*names: str) -> dict[str, Path]:
         if path is None:
             raise ModuleNotFoundError(f"{PACKAGE} has no module {name!r}", name=name)
         modules[name] = path
+        if name in CONFIG:
+            continue
         parts = name.split(".")  # the packages on the way to a module, but the outermost, are run too
         waiting += [*(".".join(parts[:end]) for end in range(2, len(parts))), *_read(name, path).imports]
     return dict(sorted(modules.items()))
@@ -77,7 +84,7 @@ def code_version(*names: str, dataset: str = "", without: tuple[str, ...] = ()) 
     stores_words = STORES_WORDS in modules
     parts: dict[str, bytes] = {}
     for name, path in modules.items():
-        if name not in NO_SCIENCE and name not in without:
+        if name not in NO_SCIENCE and name not in CONFIG and name not in without:
             module = _read(name, path)
             parts[name] = (stores_words and module.with_words) or module.science
             parts |= {file.relative_to(ROOT).as_posix(): file.read_bytes() for file in module.data_files}
@@ -122,19 +129,6 @@ def config_digest(part: Mapping[str, Any]) -> str:
     except TypeError as error:
         raise ValueError(f"the config cannot be digested: {error}") from None
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def subset(whole: Mapping[str, Any], *keys: str) -> dict[str, Any]:
-    """Return the part of the config that dotted `keys` name, nested as it was; an unknown key raises `KeyError`."""
-    part: dict[str, Any] = {}
-    for key in keys:
-        *sections, last = key.split(".")
-        source: Any = whole
-        target = part
-        for section in sections:
-            source, target = source[section], target.setdefault(section, {})
-        target[last] = source[last]
-    return part
 
 
 class _Module(NamedTuple):

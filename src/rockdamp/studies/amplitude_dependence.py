@@ -16,8 +16,8 @@ from scipy.optimize import elementwise
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.settings import AmplitudeDependence, AmplitudeDependenceSettings, CurveMap
-from rockdamp.config.walls import PlateauBeyond
+from rockdamp.config.sections import AmplitudeDependence, CurveMap
+from rockdamp.config.study import PlateauBeyond
 from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_middle, equivalence_factor
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import turns
@@ -75,21 +75,22 @@ def _group(cases: list[tuple[str, float, float, float]], softening: str) -> Grou
 
 def amplitude_dependence(config: Config) -> xr.Dataset:
     """Compare the damping ratios from peaks, from Err and from the closed form, and find the best exponents."""
-    settings = AmplitudeDependenceSettings.of(config)
-    curves = groups(settings.amplitude_dependence, settings.strength_ratio, settings.strength_ratio_beyond)
-    parts = [_measured(group, settings) for group in curves]
+    curves = groups(
+        config.amplitude_dependence, config.curve.strength_ratio, config.studies.cracked_stiffness.strength_ratio_beyond
+    )
+    parts = [_measured(group, config) for group in curves]
     dataset = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
     best = exponent_map(
-        settings.amplitude_dependence.map,
-        settings.amplitude_dependence.release_share,
-        settings.amplitude_dependence.ultimate_displacement_ratio,
+        config.amplitude_dependence.map,
+        config.amplitude_dependence.release_share,
+        config.amplitude_dependence.ultimate_displacement_ratio,
     )
-    return dataset.merge(best).assign_coords(response_length=settings.matching.response_length)
+    return dataset.merge(best).assign_coords(response_length=config.matching.response_length)
 
 
-def _measured(group: Group, settings: AmplitudeDependenceSettings) -> xr.Dataset:
+def _measured(group: Group, config: Config) -> xr.Dataset:
     """Return all measures for the curves of a group."""
-    share, restitution = settings.amplitude_dependence.release_share, settings.amplitude_dependence.restitution
+    share, restitution = config.amplitude_dependence.release_share, config.amplitude_dependence.restitution
     shape = (len(group.name), share.size, restitution.size)
     exponent = best_exponent(group.curve.map(lambda p: p[:, None]), share)
     case, share_at, e_at = (index.ravel() for index in np.indices(shape))
@@ -101,9 +102,9 @@ def _measured(group: Group, settings: AmplitudeDependenceSettings) -> xr.Dataset
         amplitude,
         e,
         DAMPERS,
-        replace(settings.matching, refinement=settings.amplitude_dependence.refinement),
-        step=settings.solver.step,
-        scheme=settings.solver.scheme,
+        replace(config.matching, refinement=config.amplitude_dependence.refinement),
+        step=config.solver.step,
+        scheme=config.solver.scheme,
         exponent=n,
         description=f"amplitude dependence, {len(group.name)} curves",
     )

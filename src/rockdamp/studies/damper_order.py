@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.settings import DamperOrderSettings
 from rockdamp.histories.half_cycles import passes_zero, turns
+from rockdamp.histories.loads import CELLS, pulse_load
 from rockdamp.histories.measured_test import computed_response, record_attributes
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.pulse_shapes import PULSES
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
@@ -29,7 +30,6 @@ from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_outcomes, o
 from rockdamp.studies.amplitude_dependence import Group, groups
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.pulses import CELLS, PULSES, Run, pulse
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 PULSE_DIMS = (*CELLS, "restitution")
@@ -41,16 +41,19 @@ Variables = dict[str, tuple[tuple[str, ...], NDArray[Any]]]
 
 def damper_order(config: Config, record: Record) -> xr.Dataset:
     """Compare ECD of each order with CR, in free decay, under pulses and under the motion of the record of Fig. 8."""
-    settings = DamperOrderSettings.of(config)
-    asked = groups(settings.amplitude_dependence, float(settings.curve.strength_ratio), settings.strength_ratio_beyond)
-    parts = [_on_group(group, settings) for group in asked]
+    asked = groups(
+        config.amplitude_dependence,
+        float(config.curve.strength_ratio),
+        config.studies.cracked_stiffness.strength_ratio_beyond,
+    )
+    parts = [_on_group(group, config) for group in asked]
     curves = xr.concat(parts, "case", join="exact", combine_attrs="drop", data_vars="minimal", coords="minimal")
     parts = [
-        _on_curve(settings),
-        _fitted(settings),
-        _shown(settings),
-        _under_pulses(settings),
-        _under_record(settings, record),
+        _on_curve(config),
+        _fitted(config),
+        _shown(config),
+        _under_pulses(config),
+        _under_record(config, record),
     ]
     return xr.merge([curves, *parts], join="exact", compat="no_conflicts").assign_attrs(record_attributes(record))
 
@@ -82,16 +85,16 @@ class Dampers:
         return {"order": list(self.order), "variation": list(CHANGES_OF_E)}
 
 
-def _dampers(settings: DamperOrderSettings, restitution: Array) -> Dampers:
-    return Dampers(settings.damper_order.order, restitution, settings.damper_order.restitution_change)
+def _dampers(config: Config, restitution: Array) -> Dampers:
+    return Dampers(config.damper_order.order, restitution, config.damper_order.restitution_change)
 
 
-def _at(settings: DamperOrderSettings) -> dict[str, Any]:
+def _at(config: Config) -> dict[str, Any]:
     """Return length, step and scheme of the decays."""
     return {
-        "response_length": settings.matching.response_length,
-        "step": settings.solver.step,
-        "scheme": settings.solver.scheme,
+        "response_length": config.matching.response_length,
+        "step": config.solver.step,
+        "scheme": config.solver.scheme,
     }
 
 
@@ -137,14 +140,14 @@ def _largest(difference: Array) -> Array:
     return np.fmax.reduce(np.abs(difference), axis=-1, initial=np.nan)
 
 
-def _on_group(group: Group, settings: DamperOrderSettings) -> xr.Dataset:
-    share, e = settings.damper_order.release_share, settings.damper_order.restitution
+def _on_group(group: Group, config: Config) -> xr.Dataset:
+    share, e = config.damper_order.release_share, config.damper_order.restitution
     shape = (len(group.name), share.size, e.size)
     case, share_at, e_at = (index.ravel() for index in np.indices(shape))
     ultimate = np.asarray(group.curve.ultimate_displacement_ratio)
-    dampers = _dampers(settings, e[e_at])
+    dampers = _dampers(config, e[e_at])
     curve, release_amplitude = group.curve.map(lambda p: p[case]), share[share_at] * ultimate[case]
-    errors = measured(curve, release_amplitude, dampers, **_at(settings))
+    errors = measured(curve, release_amplitude, dampers, **_at(config))
     shaped = {name: values.reshape(-1, *shape) for name, values in errors.items()}
     return xr.Dataset(
         dampers.split(shaped, "case", "release_share", "restitution"),
@@ -152,11 +155,11 @@ def _on_group(group: Group, settings: DamperOrderSettings) -> xr.Dataset:
     )
 
 
-def _on_curve(settings: DamperOrderSettings) -> xr.Dataset:
+def _on_curve(config: Config) -> xr.Dataset:
     """On the reference curve, with the damping ratios."""
-    e = settings.damper_order.restitution
-    dampers = _dampers(settings, e)
-    errors = measured(settings.curve, np.full(e.size, settings.release_amplitude), dampers, **_at(settings))
+    e = config.damper_order.restitution
+    dampers = _dampers(config, e)
+    errors = measured(config.curve, np.full(e.size, config.release_amplitude), dampers, **_at(config))
     variables = dampers.split({f"curve_{name}": values for name, values in errors.items()}, "restitution")
     ratio = [Damping.of_restitution(e, order=m).damping_ratio for m in dampers.order]
     return xr.Dataset(
@@ -165,23 +168,23 @@ def _on_curve(settings: DamperOrderSettings) -> xr.Dataset:
             **dampers.coords,
             "restitution": e,
             "restitution_change": dampers.change,
-            "release_amplitude": settings.release_amplitude,
-            "response_length": settings.matching.response_length,
+            "release_amplitude": config.release_amplitude,
+            "response_length": config.matching.response_length,
         },
     )
 
 
-def _fitted(settings: DamperOrderSettings) -> xr.Dataset:
+def _fitted(config: Config) -> xr.Dataset:
     """The dampers of least Err on the reference curve, by the protocol of all published damping ratios."""
-    e = settings.damper_order.restitution
+    e = config.damper_order.restitution
     matched = match_decays(
-        settings.curve.map(lambda p: np.full(e.size, p)),
-        np.full(e.size, settings.release_amplitude),
+        config.curve.map(lambda p: np.full(e.size, p)),
+        np.full(e.size, config.release_amplitude),
         e,
         VISCOUS_MODELS,
-        settings.matching,
-        step=settings.solver.step,
-        scheme=settings.solver.scheme,
+        config.matching,
+        step=config.solver.step,
+        scheme=config.solver.scheme,
         description="fitted dampers",
     )
     fitted = matched.values()
@@ -197,25 +200,25 @@ def _fitted(settings: DamperOrderSettings) -> xr.Dataset:
     )
 
 
-def _shown(settings: DamperOrderSettings) -> xr.Dataset:
+def _shown(config: Config) -> xr.Dataset:
     """Histories under CR and each order, of the decay on the reference curve at the e of Fig. 3."""
-    e, step, order = settings.shown_restitution, settings.solver.step, settings.damper_order.order
-    steps = step_count(settings.matching.response_length, step)
+    e, step, order = config.damping_force.restitution, config.solver.step, config.damper_order.order
+    steps = step_count(config.matching.response_length, step)
     dampings = [Damping.cr(e), *(Damping.of_restitution(e, order=m) for m in order)]
     impact, *runs = [
         solve(
-            settings.curve,
+            config.curve,
             damping,
-            release_amplitude=settings.release_amplitude,
+            release_amplitude=config.release_amplitude,
             step=step,
             steps=steps,
             store_every=1,
-            scheme=settings.solver.scheme,
+            scheme=config.solver.scheme,
         )
         for damping in dampings
     ]
     force = [
-        damping.coefficient(settings.curve, run.displacement, run.velocity) * run.velocity
+        damping.coefficient(config.curve, run.displacement, run.velocity) * run.velocity
         for damping, run in zip(dampings[1:], runs, strict=True)
     ]
     return xr.Dataset(
@@ -233,18 +236,21 @@ def _shown(settings: DamperOrderSettings) -> xr.Dataset:
 # --- under load ------------------------------------------------------------------------------------------------------
 
 
-def _under_pulses(settings: DamperOrderSettings) -> xr.Dataset:
-    section, e = settings.damper_order.pulses, settings.damper_order.restitution
-    dampers = _dampers(settings, e)
+def _under_pulses(config: Config) -> xr.Dataset:
+    section, e = config.damper_order.pulses, config.damper_order.restitution
+    dampers = _dampers(config, e)
     shape = (len(PULSES), section.frequency.size, section.load.size, e.size)
     rows = dampers.order.size + len(CHANGES_OF_E)
     fell, before, peak = np.empty((rows, *shape), dtype=bool), np.empty((rows, *shape)), np.empty((rows, *shape))
     reference_fell = np.empty(shape, dtype=bool)
     for i, name in enumerate(PULSES):
         for j, w in enumerate(track(section.frequency, f"{name} pulses by order")):
-            run = Run(settings.curve, pulse(name, float(w), section.step), section.load, section.step, section.tail)
-            impact = run.histories(Damping.cr(e))
-            histories = dampers.each(run.histories)
+            peak_load = float(config.curve.strength_ratio) * section.load[:, None]
+            forcing = pulse_load(name, float(w), peak_load, section.step, section.tail)
+            impact, *histories = [
+                solve(config.curve, damping, store_every=1, **forcing.newmark())
+                for damping in (Damping.cr(e), *dampers.each(lambda damping: damping))
+            ]
             reference_fell[i, j] = impact.outcome == COLLAPSED
             for row, history in enumerate(histories):
                 fell[row, i, j] = history.outcome == COLLAPSED
@@ -296,13 +302,13 @@ def ratio_before_impact(reference: Array, displacement: Array) -> Array:
     return np.asarray(peak / expected)
 
 
-def _under_record(settings: DamperOrderSettings, record: Record) -> xr.Dataset:
+def _under_record(config: Config, record: Record) -> xr.Dataset:
     """The tested wall under the record's motion: the largest displacement. [m]"""
-    wall, e = settings.tested_wall, np.asarray(settings.tested_restitution)
-    dampers = _dampers(settings, e)
+    wall, e = config.validation.wall, np.asarray(config.validation.restitution)
+    dampers = _dampers(config, e)
 
     def run(damping: Damping) -> Histories:
-        return computed_response(record, wall, settings.tested_curve, damping, settings.tested_step)
+        return computed_response(record, wall, config.validation.curve, damping, config.validation.step)
 
     impact, histories = run(Damping.cr(e)), dampers.each(run)
     u_ins = float(wall.instability_displacement)

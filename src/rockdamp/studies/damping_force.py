@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.config import Config
-from rockdamp.config.settings import DampingForceSettings, Matching, RigidWall
+from rockdamp.config.sections import Matching
+from rockdamp.config.study import RigidWall
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -25,15 +26,14 @@ RIGID_REFINEMENT = 8  # steps of its history in place of each of the solver's
 
 def damping_force(config: Config) -> xr.Dataset:
     """Return the decays of CR and of every viscous model matched to it, and the three rocking decays of Fig. 4a."""
-    settings = DampingForceSettings.of(config)
     e, x0, length = (
-        settings.damping_force.restitution,
-        settings.release_amplitude,
-        settings.damping_force.response_length,
+        config.damping_force.restitution,
+        config.release_amplitude,
+        config.damping_force.response_length,
     )
-    step, scheme, rigid = settings.solver.step, settings.solver.scheme, settings.damping_force.rigid
+    step, scheme, rigid = config.solver.step, config.solver.scheme, config.damping_force.rigid
     parts = [
-        matched_histories(settings.curve, e, x0, settings.matching, length=length, step=step, scheme=scheme),
+        matched_histories(config.curve, e, x0, config.matching, length=length, step=step, scheme=scheme),
         _frequency_laws(),
         _rocking(rigid, length=length, step=step, scheme=scheme),
     ]

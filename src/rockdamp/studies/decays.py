@@ -9,8 +9,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.settings import DecaySettings
-from rockdamp.config.walls import Study
+from rockdamp.config.study import Study
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.newmark import solve
@@ -45,9 +44,13 @@ def study(name: str, config: Config) -> xr.Dataset:
     Those of `INFERS` run to the longest of the response lengths from which the paper's is inferred. The others run to
     that of the matching, in tau and in seconds.
     """
-    settings = DecaySettings.of(config)
-    walls, restitution, step = settings.study(name), settings.restitution, settings.solver.step
-    length = settings.longest if name == INFERS else longest_response(walls, settings.wall, settings.response_length)
+    matching = config.matching
+    walls, restitution, step = config.study(name), config.restitution, config.solver.step
+    length = (
+        config.response_lengths.stop
+        if name == INFERS
+        else longest_response(walls, config.wall, matching.response_length)
+    )
     steps = step_count(length, step)
     response = solve(
         walls.curve.map(lambda parameter: parameter[:, None]),
@@ -56,7 +59,7 @@ def study(name: str, config: Config) -> xr.Dataset:
         step=step,
         steps=steps,
         store_every=1,
-        scheme=settings.solver.scheme,
+        scheme=config.solver.scheme,
     )
     dims = (walls.parameter, "restitution")
     coords: dict[str, Any] = {

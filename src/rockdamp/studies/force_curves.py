@@ -7,7 +7,6 @@ import xarray as xr
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
-from rockdamp.config.settings import ForceCurveSettings
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Wall
 from rockdamp.vocabulary import PRESETS
@@ -25,10 +24,9 @@ def mechanism(config: Config) -> xr.Dataset:
 
     Also e against slenderness and height of the hinge (section 4.1), by Eq. (7) and with every support's impulse.
     """
-    settings = ForceCurveSettings.of(config)
     curves = {
-        "tri-linear": settings.curve,
-        **drawn_variants(settings.curve),
+        "tri-linear": config.curve,
+        **drawn_variants(config.curve),
         **{name: TrilinearCurve.preset(name) for name in PRESETS},
     }
     corners = np.concatenate([np.ravel(curve.parameters()[3:]) for curve in curves.values()])
@@ -45,16 +43,16 @@ def mechanism(config: Config) -> xr.Dataset:
             "plateau_end_ratio": ("curve_name", parameters[:, 1]),
             "ultimate_displacement_ratio": ("curve_name", parameters[:, 2]),
             "strength_ratio": ("curve_name", plateau),
-            "thickness": float(settings.wall.thickness),
-            "height": float(settings.wall.height),
-            "hinge_ratio": float(settings.wall.hinge_ratio),
-            "instability_displacement": float(settings.wall.instability_displacement),
+            "thickness": float(config.wall.thickness),
+            "height": float(config.wall.height),
+            "hinge_ratio": float(config.wall.hinge_ratio),
+            "instability_displacement": float(config.wall.instability_displacement),
             "restitution_analytical": (("hinge_height_ratio", "slenderness"), walls.restitution),
             "restitution_impulsive": (("hinge_height_ratio", "slenderness"), walls.restitution_impulsive),
             "effective_mass_ratio": (("hinge_height_ratio", "slenderness"), mass),
             "excitation_factor": (("hinge_height_ratio", "slenderness"), 1 / mass),
-            "tested_restitution_analytical": float(settings.tested_wall.restitution),
-            "tested_restitution_impulsive": float(settings.tested_wall.restitution_impulsive),
+            "tested_restitution_analytical": float(config.validation.wall.restitution),
+            "tested_restitution_impulsive": float(config.validation.wall.restitution_impulsive),
         },
         coords={
             "curve_name": ["bi-linear", *curves],

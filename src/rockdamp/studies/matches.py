@@ -9,8 +9,8 @@ import xarray as xr
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
-from rockdamp.config.settings import Matching, MatchSettings
-from rockdamp.config.walls import Study
+from rockdamp.config.sections import Matching
+from rockdamp.config.study import Study
 from rockdamp.equivalence.absolute_minima import least_absolute
 from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_secant
 from rockdamp.equivalence.matching import Matched, of_each, solve
@@ -28,13 +28,12 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     length that the wall of the config has: then the walls' lengths in tau differ, and with them the damping ratios.
     Those other lengths are matched at the solver's step.
     """
-    settings = MatchSettings.of(config)
-    study, step, scheme = settings.study(name), settings.solver.step, settings.solver.scheme
-    response_length, scan = settings.matching.response_length, settings.matching.scan
+    study, step, scheme = config.study(name), config.solver.step, config.solver.scheme
+    response_length, scan = config.matching.response_length, config.matching.scan
     restitution = decays["restitution"].values
     steps = step_count(response_length, step)
-    fixed = response_lengths_of_fixed_seconds(study, settings.wall, response_length) if study.of_wall else None
-    last = step_count(longest_response(study, settings.wall, response_length), step)
+    fixed = response_lengths_of_fixed_seconds(study, config.wall, response_length) if study.of_wall else None
+    last = step_count(longest_response(study, config.wall, response_length), step)
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step)
     matched = solve(
@@ -42,7 +41,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
         VISCOUS_MODELS,
         steps,
         scan=scan,
-        refinement=settings.matching.refinement,
+        refinement=config.matching.refinement,
         scheme=scheme,
         description=f"match {name}",
     )
@@ -78,7 +77,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
         damping_ratio_secant(cases.curve, cases.restitution, cases.release_amplitude).reshape(shape[1:]),
     )
     if name == "amplitude":
-        dataset["damping_ratio_absolute"] = _least_absolute(settings, cases, matched, steps, restitution)
+        dataset["damping_ratio_absolute"] = _least_absolute(config, cases, matched, steps, restitution)
     kept = {
         key: decays[key] for key in (study.parameter, "frequency_parameter", "strength_ratio") if key in decays.coords
     }
@@ -89,14 +88,14 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
 
 
 def _least_absolute(
-    settings: MatchSettings, cases: Cases, matched: Mapping[str, Matched], steps: int, restitution: Array
+    config: Config, cases: Cases, matched: Mapping[str, Matched], steps: int, restitution: Array
 ) -> xr.DataArray:
     """Damping ratios by the words under Eq. (17) in place of its formula, from the reference amplitude."""
-    at = np.flatnonzero(cases.release_amplitude == settings.release_amplitude)
+    at = np.flatnonzero(cases.release_amplitude == config.release_amplitude)
 
     def of_model(model: str) -> Array:
         squares = matched[model].damping_ratio[at]
-        return least_absolute(cases.take(at), model, squares, steps, settings.solver.scheme)
+        return least_absolute(cases.take(at), model, squares, steps, config.solver.scheme)
 
     ratios = of_each(of_model, VISCOUS_MODELS, "match by absolute differences")
     coords = {"damping_model": list(ratios), "restitution": restitution}

@@ -10,7 +10,6 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.settings import PolynomialSettings
 from rockdamp.equivalence.closed_form import giannini_masiani
 
 DEGREE = 2
@@ -24,8 +23,7 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     Beside the paper's polynomial, which does not vanish at e = 1, stands one that does: xi = delta (d0 + d1 delta +
     d2 delta^2), delta = -ln(e), of the least squares of xi/delta. Both hold over the range of the matched e.
     """
-    settings = PolynomialSettings.of(config)
-    same = np.isclose(matched["strength_ratio"].values, settings.strength_ratio)
+    same = np.isclose(matched["strength_ratio"].values, config.curve.strength_ratio)
     matched = matched.isel(yield_displacement_ratio=np.flatnonzero(same)).drop_vars(
         ["strength_ratio", "step", "steps"], errors="ignore"
     )
@@ -60,9 +58,9 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
             **ratio.coords,
             "degree": np.arange(DEGREE + 1),
             "restitution_range": list(RANGES),
-            "strength_ratio": settings.strength_ratio,
-            "ultimate_displacement_ratio": settings.ultimate_displacement_ratio,
-            "release_amplitude": settings.release_amplitude,
+            "strength_ratio": config.curve.strength_ratio,
+            "ultimate_displacement_ratio": config.curve.ultimate_displacement_ratio,
+            "release_amplitude": config.release_amplitude,
         },
     ).drop_vars("frequency_parameter")
 

@@ -14,7 +14,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.config import Config
-from rockdamp.config.settings import RecommendationSettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.damping import Damping
 from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_pairs
@@ -39,12 +38,11 @@ def recommend(
     `compared` and `orders` hold the dampers, and ECD of each order, under earthquakes. `by_order` and `pulses` hold ECD
     of each order in free decay, and the dampers under pulses.
     """
-    given = RecommendationSettings.of(config)
     e, models = compared["restitution"].values, compared["damping_model"].values
     ratio = [
         np.full(e.size, np.nan)
         if model == REFERENCE
-        else damping_ratio_energy(given.curve, str(model), e, given.release_amplitude)
+        else damping_ratio_energy(config.curve, str(model), e, config.release_amplitude)
         for model in models
     ]
     near = by_order.sel(order=RECOMMENDED_ORDER, method="nearest")
@@ -54,7 +52,7 @@ def recommend(
         # Under pulses at the shown e, and in the shown decay, of the order nearest to the recommended one.
         before_impact_log_error=float(before.sel(restitution=by_order["shown_restitution"], method="nearest")),
         damping_ratio_energy=(("damping_model", "restitution"), np.stack(ratio)),
-        release_amplitude=given.release_amplitude,
+        release_amplitude=config.release_amplitude,
         crossing_force=float(abs(near["shown_damping_force"]).max()),
         recommended_order=orders["recommended_order"].sel(change=DECISIVE_CHANGE, drop=True),
         restitution_change=orders["restitution_change"],

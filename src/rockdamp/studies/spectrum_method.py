@@ -19,8 +19,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import SpectrumMethodSettings
-from rockdamp.config.walls import NamedWall
+from rockdamp.config.earthquakes import NamedWall
 from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.histories.supports import floor_motions
 from rockdamp.mechanics.damping import Damping
@@ -45,22 +44,26 @@ def spectrum_method(config: Config) -> xr.Dataset:
     records ``bias`` is its median, ``scatter`` the standard deviation of its logarithm, and ``unsafe_share`` the part
     below 1; the same over all walls too.
     """
-    settings = SpectrumMethodSettings.of(config)
-    secant = [named.curve.force(settings.capacity) / settings.capacity for named in settings.walls]
-    p = np.array([float(named.wall.frequency_parameter) for named in settings.walls])
+    quakes = config.earthquakes
+    method = config.spectrum_method
+    secant = [named.curve.force(method.capacity) / method.capacity for named in quakes.walls]
+    p = np.array([float(named.wall.frequency_parameter) for named in quakes.walls])
     period = 2 * np.pi / (p[:, None] * np.sqrt(secant))
-    equivalent = Damping.of_restitution(settings.restitution, "ECD").damping_ratio  # loses as much in half a cycle
-    ratio = np.stack([np.full(settings.restitution.size, CODE_DAMPING), equivalent])
+    equivalent = Damping.of_restitution(quakes.restitution, "ECD").damping_ratio  # loses as much in half a cycle
+    ratio = np.stack([np.full(quakes.restitution.size, CODE_DAMPING), equivalent])
     names, demands = [], []
-    for entry in track(catalogue.listing(settings.records), "Spectrum method"):
+    for entry in track(catalogue.listing(config.records), "Spectrum method"):
         ground = catalogue.read(entry)
         names.append(ground.name)
         by_wall = [
             [
-                _demand(motion.record, named, seconds, ratio, settings)
-                for motion in (ground, *floor_motions(ground, settings.building, isinstance(named.wall, Parapet)))
+                _demand(motion.record, named, seconds, ratio, config)
+                for motion in (
+                    ground,
+                    *floor_motions(ground, method.building, isinstance(named.wall, Parapet)),
+                )
             ]
-            for named, seconds in zip(settings.walls, period, strict=True)
+            for named, seconds in zip(quakes.walls, period, strict=True)
         ]
         # From (walls, supports, methods, capacities, restitution) to the order of `DIMS`.
         demands.append(np.array(by_wall).transpose(2, 1, 0, 3, 4))
@@ -72,16 +75,16 @@ def spectrum_method(config: Config) -> xr.Dataset:
             **{f"overall_{name}": value for name, value in statistics(demand, ["record", "wall"]).items()},
             "secant_period": (("wall", "capacity"), period),
             "damping_ratio": (("spectrum_damping", "restitution"), ratio),
-            "building_period": settings.building.period,
-            "storeys": settings.building.storeys,
-            "storey": settings.building.storey,
+            "building_period": method.building.period,
+            "storeys": method.building.storeys,
+            "storey": method.building.storey,
         },
         coords={
             "spectrum_damping": list(METHODS),
             "support": list(SUPPORTS),
-            "wall": [named.name for named in settings.walls],
-            "capacity": settings.capacity,
-            "restitution": settings.restitution,
+            "wall": [named.name for named in quakes.walls],
+            "capacity": method.capacity,
+            "restitution": quakes.restitution,
             "record": names,
         },
     )
@@ -100,12 +103,14 @@ def statistics(demand: xr.DataArray, over: list[str]) -> dict[str, xr.DataArray]
         }
 
 
-def _demand(record: Record, named: NamedWall, period: Array, ratio: Array, settings: SpectrumMethodSettings) -> Array:
+def _demand(record: Record, named: NamedWall, period: Array, ratio: Array, config: Config) -> Array:
     """Return the demand over the capacity where the wall reaches it; shape (methods, capacities, restitution)."""
-    wall, capacity = named.wall, settings.capacity
-    factor = settings.levels * float(wall.velocity_scale) / intensity_measures(record).pgv
-    damping = Damping.cr(settings.restitution)
-    run = peaks_and_collapses(record, wall, named.curve, [damping], factor, step=settings.step, tail=settings.tail)
+    quakes = config.earthquakes
+    method = config.spectrum_method
+    wall, capacity = named.wall, method.capacity
+    factor = method.velocity_ratio * float(wall.velocity_scale) / intensity_measures(record).pgv
+    damping = Damping.cr(quakes.restitution)
+    run = peaks_and_collapses(record, wall, named.curve, [damping], factor, step=method.step, tail=quakes.tail)
     peak = np.where(run[1], np.inf, run[0])[..., 0].T  # (levels, restitution)
     reached = np.stack([first_factor(factor, peak, at) for at in capacity])
     frequency = 2 * np.pi / period

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.settings import ValidationSettings
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
@@ -39,20 +38,19 @@ def validate(config: Config, record: Record, test_series: Mapping[str, Record], 
     It raises `InputError` if a record has no measured displacement, no rest before the motion or no decay after it, the
     records are not sampled alike, or the polynomials do not reach the config's e or a1.
     """
-    settings = ValidationSettings.of(config)
-    ratios = damping_ratios(equivalence, settings.restitution, settings.fit_yield_displacement_ratios)
+    ratios = damping_ratios(equivalence, config.validation.restitution, config.validation.fit_yield_displacement_ratios)
     records = compared(record, test_series)
     parts = []
     for name, one in records.items():
         try:
-            parts.append(_of_record(settings, ratios, one, len(records) == 1).expand_dims(record=[name]))
+            parts.append(_of_record(config, ratios, one, len(records) == 1).expand_dims(record=[name]))
         except InputError as error:
             raise InputError(f"{name}: {error}" if len(records) > 1 else str(error)) from None
     joined = xr.concat(parts, "record", join="outer", fill_value={"half_cycle_free": np.int8(0)}, combine_attrs="drop")
     alone: dict[str, Any] = {
         "damping_ratio": ("damping_model", np.array([ratios.get(model, np.nan) for model in MODELS])),
-        "restitution": settings.restitution,
-        "instability_displacement": float(settings.wall.instability_displacement),
+        "restitution": config.validation.restitution,
+        "instability_displacement": float(config.validation.wall.instability_displacement),
     }
     return joined.assign(alone).assign_attrs(_attributes(list(records.values())))
 
@@ -78,9 +76,9 @@ def _attributes(records: Sequence[Record]) -> dict[str, str]:
     return {**said, "record_synthetic": "yes" if any(one.synthetic for one in records) else "no"}
 
 
-def _of_record(settings: ValidationSettings, ratios: Mapping[str, float], record: Record, alone: bool) -> xr.Dataset:
+def _of_record(config: Config, ratios: Mapping[str, float], record: Record, alone: bool) -> xr.Dataset:
     """Every model against one record; that of a wall which hardly rocks may lack a decay if it is not `alone`."""
-    wall, curve, e = settings.wall, settings.curve, settings.restitution
+    wall, curve, e = config.validation.wall, config.validation.curve, config.validation.restitution
     rest = rest_samples(record)
     measured, zero = measured_displacement(record)
     u_ins = float(wall.instability_displacement)
@@ -99,7 +97,7 @@ def _of_record(settings: ValidationSettings, ratios: Mapping[str, float], record
     runs = []
     for model in MODELS:
         damping = Damping.from_values(model, restitution=e, damping_ratio=ratios.get(model))
-        response = computed_response(record, wall, curve, damping, settings.step)
+        response = computed_response(record, wall, curve, damping, config.validation.step)
         runs.append(_misfits(record.elapsed, response, u_ins, measured, decay, free, rest))
     per_model = {name: (dims, np.stack([run[name][1] for run in runs])) for name, (dims, _) in runs[0].items()}
     peak = float(np.abs(measured).max())

@@ -5,7 +5,6 @@ import pytest
 from report_browser import PATIENCE, By, WebDriverWait, complaints, message, open_page, preset, put, shown, value
 
 import rockdamp
-from rockdamp.config.walls import make_wall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -113,7 +112,7 @@ return [points, span && Number(span.getAttribute("x1"))];
 @pytest.mark.peers
 def test_one_unit_of_tau_is_that_of_the_wall_and_err_is_summed_up_to_the_dotted_line(browser, content):
     preset(browser, "study")
-    p = float(make_wall(content.config["wall"]).frequency_parameter)
+    p = float(content.config.wall.frequency_parameter)
     assert f"one unit of τ is {1 / p:.3g} s" in browser.find_element(By.ID, "explorer-size").text
     (reference, *_), span = browser.execute_script(POINTS, "plot-decays")
     start, end = reference[0][0], reference[-1][0]
@@ -123,7 +122,7 @@ def test_one_unit_of_tau_is_that_of_the_wall_and_err_is_summed_up_to_the_dotted_
 @pytest.mark.peers
 def test_the_moving_wall_is_where_the_decay_is_at_its_time(browser, content):
     preset(browser, "study")
-    p, seconds = float(make_wall(content.config["wall"]).frequency_parameter), 0.5
+    p, seconds = float(content.config.wall.frequency_parameter), 0.5
     last, corner = browser.execute_script(
         "const time = document.getElementById('wall-time'); time.value = arguments[0];"
         "time.dispatchEvent(new Event('input'));"

@@ -1,11 +1,9 @@
 """A small config, made-up matches and the stage run on them."""
 
-import copy
-
 import pytest
 from accuracy_cases import made_up
+from configs import configured
 
-from rockdamp.config.walls import StudySettings
 from rockdamp.studies import damping_force
 from rockdamp.studies.accuracy import ensemble
 from rockdamp.studies.accuracy.stage import accuracy
@@ -14,21 +12,22 @@ from rockdamp.vocabulary import STUDIES
 
 
 @pytest.fixture(scope="session")
-def config(paper):
+def config():
     """The paper's config with fewer values, a larger step and shorter responses."""
-    small = copy.deepcopy(paper)
-    small["solver"]["step"] = 0.01
-    small["restitution"] = {"start": 0.8, "stop": 0.9, "step": 0.05}
-    small["studies"]["amplitude"]["release_amplitude"] = [0.3, 0.5]
-    small["studies"]["slenderness"]["slenderness"] = [10, 15]
-    small["studies"]["overburden"]["overburden_ratio"] = [0.0, 8.0]
-    small["studies"]["cracked_stiffness"]["yield_displacement_ratio"] = [0.04, 0.10, 0.20]
-    small["matching"] |= {"response_length": 5.0, "scan": {"smallest": 0.3, "largest": 3.0, "points": 60}}
-    small["response_lengths"] = {"start": 3, "stop": 6, "step": 1}
-    small["damping_force"]["response_length"] = 12
-    small["accuracy"] |= {"restitutions": 2, "doublings": 1, "halvings": 2, "minima": 2, "bracket": 0.3}
-    small["accuracy"]["rigid"] |= {"slenderness": [8, 20], "hinge_ratio": [0.5], "release_amplitude": [0.5]}
-    return small
+    studies = {
+        "amplitude": {"release_amplitude": [0.3, 0.5]},
+        "slenderness": {"slenderness": [10, 15]},
+        "overburden": {"overburden_ratio": [0.0, 8.0]},
+        "cracked_stiffness": {"yield_displacement_ratio": [0.04, 0.10, 0.20]},
+    }
+    rigid = {"slenderness": [8, 20], "hinge_ratio": [0.5], "release_amplitude": [0.5]}
+    sizes = {"restitutions": 2, "doublings": 1, "halvings": 2, "minima": 2, "bracket": 0.3}
+    return configured(
+        {"solver": {"step": 0.01}, "restitution": {"start": 0.8, "stop": 0.9, "step": 0.05}, "studies": studies},
+        {"matching": {"response_length": 5.0, "scan": {"smallest": 0.3, "largest": 3.0, "points": 60}}},
+        {"response_lengths": {"start": 3, "stop": 6, "step": 1}, "damping_force": {"response_length": 12}},
+        {"accuracy": {**sizes, "rigid": rigid}},
+    )
 
 
 @pytest.fixture(scope="session")
@@ -38,8 +37,7 @@ def matches(config):
 
 @pytest.fixture(scope="session")
 def studies(config):
-    settings = StudySettings.of(config)
-    return {name: settings.study(name) for name in STUDIES}
+    return {name: config.study(name) for name in STUDIES}
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,6 @@ import pytest
 from accuracy_cases import CURVE, DAMPINGS
 
 from rockdamp import plausibility
-from rockdamp.config.walls import make_curve, make_wall
 from rockdamp.histories.half_cycles import turning_points
 from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.damping import Damping
@@ -75,7 +74,7 @@ def test_the_stage_audits_both_excitations_to_second_order(stage, drawn):
 def test_every_stored_history_is_audited(stage, config, looped):
     one = looped.sel(damping_model="SDR")
     sums = energy_audit.balance(
-        make_curve(config["curve"]),
+        config.curve,
         Damping("SDR", float(one["damping_ratio"])),
         one["displacement"].values,
         one["velocity"].values,
@@ -92,7 +91,7 @@ def test_every_stored_history_is_audited(stage, config, looped):
 def test_a_stored_decay_that_gains_energy_shows(config, studies, looped):
     decayed = decay_study("amplitude", config)
     decayed["velocity"][1, 2, 300:] *= 1.05
-    loops = energy_audit.Audited(make_wall(config["wall"]), make_curve(config["curve"]), 0.85, looped)
+    loops = energy_audit.Audited(config.wall, config.curve, 0.85, looped)
     found = energy_audit.stored(loops, {"amplitude": decayed}, studies, 0.01)
     assert float(found["decay_energy_residual"][0]) > 0.01
 
@@ -149,7 +148,7 @@ def test_half_cycles_under_restitution_lose_what_their_impacts_take(stage):
 
 
 def test_dampers_lose_what_leaves_from_peak_to_peak(stage, config, looped):
-    wall, curve = make_wall(config["wall"]), make_curve(config["curve"])
+    wall, curve = config.wall, config.curve
     for model in VISCOUS_MODELS:
         one = looped.sel(damping_model=model)
         at = turning_points(one["velocity"].values)[:7]

@@ -40,7 +40,7 @@ def test_loads_are_seeded_of_unit_peak_and_within_their_band():
 
 
 def test_the_forced_peaks_are_the_largest_below_the_releases(drawn, config):
-    step = config["solver"]["step"]
+    step = config.solver.step
     peak = np.max([drawn.forced_peaks(model, step, drawn.factor) for model in MODELS], axis=0)
     assert (peak <= drawn.release_amplitude).all()
     for larger in ensemble.FACTORS[:, None, None] * np.ones_like(drawn.factor):

@@ -7,11 +7,8 @@ until the first impact no damper of impacts takes energy: V(peak) = s^2/2.
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
-from repository import ROOT
+from configs import changed, configured
 
-from rockdamp.config.earthquakes import EarthquakeRecordSettings
-from rockdamp.config.walls import make_named_wall
 from rockdamp.histories import loads
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion
@@ -28,16 +25,15 @@ E = 0.85
 
 @pytest.fixture(scope="module")
 def config():
-    full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    walls = [wall for wall in full["earthquakes"]["walls"] if wall["name"] == "church"]
-    full["earthquakes"] |= {"walls": walls, "restitution": [E], "tail": 1.0}
-    full["earthquakes"]["velocity_ratio"] = {"start": SCALE[0], "stop": SCALE[1], "count": 2}
-    return full
+    full = configured({"earthquakes": {"tail": 1.0}})
+    church = tuple(named for named in full.earthquakes.walls if named.name == "church")
+    of_blows = {"walls": church, "restitution": np.array([E]), "velocity_ratio": SCALE}
+    return changed(full, {f"earthquakes.{name}": value for name, value in of_blows.items()})
 
 
 @pytest.fixture(scope="module")
 def named(config):
-    return make_named_wall(config["earthquakes"]["walls"][0])
+    return config.earthquakes.walls[0]
 
 
 def blows(*at, size=SIZE):
@@ -57,7 +53,7 @@ def study(config, motion):
     """What one record gives; every damper at the damping ratio of 5 %."""
     ratio = np.full((1, 1, len(incremental.MODELS), len(incremental.SOURCES)), 0.05)
     ratio[:, :, 0] = np.nan
-    ended = incremental.run(EarthquakeRecordSettings.of(config), np.array([E]), ratio, motion)
+    ended = incremental.run(config, np.array([E]), ratio, motion)
     return ended.squeeze(["record", "wall", "restitution"])
 
 
@@ -134,7 +130,7 @@ def test_the_check_s_peak_is_the_last_turn_where_the_history_ends_after_it(named
 
 @pytest.fixture(scope="module")
 def walls(config):
-    return population.walls({**config, "population": {**config["population"], "walls": 8}})
+    return population.walls(changed(config, {"population.walls": 8}))
 
 
 def test_the_population_s_walls_peak_in_the_rest_after_a_blow_where_its_velocity_takes_them(walls, motion):

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 import xarray as xr
+from configs import changed, configured
 from made_up_earthquakes import MODELS, histories
 
-from rockdamp.config.earthquakes import PARAMETERS
+from rockdamp.config.earthquakes import PARAMETERS, Bootstrap
 from rockdamp.statistics.fragility import resample
 from rockdamp.studies.earthquakes import comparison, orders, population
 
@@ -16,11 +17,10 @@ BANDS = [0.01, 0.1, 0.5, 1.0]
 
 def config(replicates=1, seed=4):
     bootstrap = {"replicates": replicates, "seed": seed}
-    judged = {"loss_change": 0.07, "test_spread": 0.03, "splits": {"count": 1, "seed": 1}}
-    return {
-        "earthquakes": {"bands": BANDS, "restitution_change": 0.01, "bootstrap": bootstrap, "orders": judged},
-        "population": {"bootstrap": bootstrap},
-    }
+    statistics = {"bands": BANDS, "splits": {"count": 1, "seed": 1}}
+    config = configured({"comparison": statistics})
+    made = Bootstrap.model_construct(**bootstrap)  # of a single replicate, which no file may ask for
+    return changed(config, {"comparison.bootstrap": made, "population.bootstrap": made})
 
 
 def records():

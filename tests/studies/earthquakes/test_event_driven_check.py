@@ -9,8 +9,7 @@ import made_up_earthquakes as made_up
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
-from repository import ROOT
+from configs import changed, configured
 
 from rockdamp.studies.earthquakes import event_driven_check
 from rockdamp.studies.earthquakes.event_driven_check import STRATA, Sample, draw, rates, strata
@@ -112,10 +111,10 @@ def chosen(earthquakes, monkeypatch):
     monkeypatch.setattr(event_driven_check.catalogue, "listing", lambda _: entries)
     monkeypatch.setattr(event_driven_check.catalogue, "read", lambda entry: entry)
     monkeypatch.setattr(event_driven_check, "exact_peak", lambda case, *_: (0.5, False))
-    config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
 
     def draw(seed, **given):
-        config["earthquakes"]["check"] |= {"seed": seed, **given}
+        values = {"seed": seed, **given}
+        config = changed(configured(), {f"earthquakes.check.{name}": value for name, value in values.items()})
         found = event_driven_check.check_earthquakes(config, earthquakes)
         return list(zip(*(found[name].values.tolist() for name in AT), strict=True)), found
 

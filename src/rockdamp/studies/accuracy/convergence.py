@@ -9,7 +9,6 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.settings import ConvergenceSettings
 from rockdamp.equivalence.closed_form import exact_ratio
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -56,7 +55,7 @@ def convergence(config: Config) -> xr.Dataset:
     The error of a history is the root mean square over the times of the coarsest step, against the default scheme at a
     sixteenth of the finest step. That of the ensemble is the median, which a wall near collapse does not govern.
     """
-    settings = ConvergenceSettings.of(config).convergence
+    settings = config.convergence
     coarsest, finest = settings.coarsest, 16 * 2**settings.halvings
     steps = coarsest / 2.0 ** np.arange(settings.halvings + 1)
     ensemble = draw(settings.seed, settings.lanes, step_count(settings.length, coarsest) + 1, coarsest)

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import minimize_scalar
 
-from rockdamp.config.walls import Study
+from rockdamp.config.study import Study
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping

@@ -10,7 +10,6 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.settings import AccuracySettings
 from rockdamp.progress import track
 from rockdamp.solvers import event_driven
 from rockdamp.studies.accuracy import energy_audit, matched_ratios
@@ -26,30 +25,29 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
 
     `of_studies` are the matches of each study, in the order of `STUDIES`, then the decays of each.
     """
-    settings = AccuracySettings.of(config)
-    step, scheme, sizes = settings.solver.step, settings.solver.scheme, settings.accuracy
+    step, scheme, sizes = config.solver.step, config.solver.scheme, config.accuracy
     matches = dict(zip(STUDIES, of_studies[: len(STUDIES)], strict=True))
     decays = dict(zip(STUDIES, of_studies[len(STUDIES) :], strict=True))
-    studies = {name: settings.study(name) for name in STUDIES}
+    studies = {name: config.study(name) for name in STUDIES}
     ensemble = collect(
         studies,
         matches,
         restitutions=sizes.restitutions,
         seed=sizes.seed,
-        length=settings.matching.response_length,
+        length=config.matching.response_length,
         step=step,
         steps=halved(step, sizes.doublings, sizes.halvings),
         scheme=scheme,
     )
-    audited = audited_walls(settings, loops)
+    audited = audited_walls(config, loops)
     parts = [
-        solver_errors(ensemble, step, refinement=settings.matching.refinement),
+        solver_errors(ensemble, step, refinement=config.matching.refinement),
         matched_ratios.uncertainty(matches),
         matched_ratios.minima(studies, matches, count=sizes.minima, bracket=sizes.bracket, seed=sizes.seed),
         rotations(
             loops,
-            settings.damping_force.rigid.wall,
-            restitution=settings.damping_force.rigid.restitution,
+            config.damping_force.rigid.wall,
+            restitution=config.damping_force.rigid.restitution,
             slenderness=sizes.rigid.slenderness,
             hinge_ratio=sizes.rigid.hinge_ratio,
             release_amplitude=sizes.rigid.release_amplitude,
@@ -57,25 +55,25 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
         ),
         energy_audit.residuals(ensemble, step),
         energy_audit.stored(audited["reference"], decays, studies, step),
-        energy_audit.losses(audited, settings.release_amplitude, step),
+        energy_audit.losses(audited, config.release_amplitude, step),
     ]
     return xr.merge(parts, compat="no_conflicts", join="exact")
 
 
-def audited_walls(settings: AccuracySettings, loops: xr.Dataset) -> dict[str, Audited]:
+def audited_walls(config: Config, loops: xr.Dataset) -> dict[str, Audited]:
     """Return the reference wall with its histories in `damping_force.nc`, and that of Fig. 8 with such histories."""
     histories = matched_histories(
-        settings.tested_curve,
-        settings.tested_restitution,
-        settings.release_amplitude,
-        settings.matching,
-        length=settings.damping_force.response_length,
-        step=settings.solver.step,
-        scheme=settings.solver.scheme,
+        config.validation.curve,
+        config.validation.restitution,
+        config.release_amplitude,
+        config.matching,
+        length=config.damping_force.response_length,
+        step=config.solver.step,
+        scheme=config.solver.scheme,
     )
     return {
-        "reference": Audited(settings.wall, settings.curve, settings.damping_force.restitution, loops),
-        "Fig. 8": Audited(settings.tested_wall, settings.tested_curve, settings.tested_restitution, histories),
+        "reference": Audited(config.wall, config.curve, config.damping_force.restitution, loops),
+        "Fig. 8": Audited(config.validation.wall, config.validation.curve, config.validation.restitution, histories),
     }
 
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import ComparisonSettings
 from rockdamp.progress import track
 from rockdamp.statistics.against_restitution import BOUND, bootstrapped, fragilities, quotient, root_mean_square
 from rockdamp.statistics.fragility import interval, resample
@@ -32,9 +31,9 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     them. Those of CR with small changes begin with ``varied_``. ``log_error_excess`` is how much more a damper errs
     than the one of least error at that e, over the histories that stand with both.
     """
-    settings = ComparisonSettings.of(config)
-    weights = resample(earthquakes["station"].values, settings.bootstrap.replicates, settings.bootstrap.seed)
-    edges = settings.bands
+    bootstrap = config.comparison.bootstrap
+    weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)
+    edges = config.comparison.bands
     bands = [(edges[0], edges[-1]), *pairwise(edges)]
     complete = _complete(earthquakes)
     pooled = earthquakes.isel(wall=complete)

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import EventDrivenCheckSettings
-from rockdamp.config.walls import NamedWall
+from rockdamp.config.earthquakes import NamedWall
 from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -123,24 +122,24 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     The dataset has ``exact_peak`` and ``exact_collapsed`` beside the peaks of the study and their bounds, and for each
     stratum the share of histories that end otherwise or lie beyond their bound.
     """
-    settings = EventDrivenCheckSettings.of(config)
+    quakes = config.earthquakes
     names = ("peak_ratio", "collapsed", "settled")
     peak, collapsed, settled = (earthquakes[name].transpose(*BY_DAMPER).values for name in names)
     collapsed = np.where(_once(collapsed.shape), collapsed, -1)
     members = strata(peak, collapsed, np.where(collapsed < 0, -1, settled), BY_DAMPER.index("velocity_ratio"))
-    sample = draw([lambda: members], settings.histories, settings.seed)
+    sample = draw([lambda: members], quakes.check.histories, quakes.check.seed)
     picked = earthquakes.isel(
         {dim: xr.DataArray(sample.place[:, i], dims="history") for i, dim in enumerate(BY_DAMPER)}
     )
-    walls = {named.name: named for named in settings.walls}
-    entries = {entry.name: entry for entry in catalogue.listing(settings.records)}
+    walls = {named.name: named for named in quakes.walls}
+    entries = {entry.name: entry for entry in catalogue.listing(config.records)}
     motions = {name: catalogue.read(entries[name]) for name in np.unique(picked["record"].values).tolist()}
 
     cases = picked[["damping_ratio", "scale_factor"]].load()  # and the coordinates
 
     def solve(index: int) -> tuple[float, bool]:
         case = cases.isel(history=index)
-        return exact_peak(case, motions[str(case["record"].values)], walls[str(case["wall"].values)], settings.tail)
+        return exact_peak(case, motions[str(case["record"].values)], walls[str(case["wall"].values)], quakes.tail)
 
     checked = (
         picked[[*names, "peak_ratio_uncertainty"]]

@@ -14,8 +14,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import EarthquakeRecordSettings, EarthquakeWallSettings
-from rockdamp.config.walls import NamedWall
+from rockdamp.config.earthquakes import NamedWall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
@@ -43,10 +42,10 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
 
     The ratio is NaN for CR and beyond the range of the polynomials.
     """
-    settings = EarthquakeWallSettings.of(config)
-    ratio = np.full((len(settings.walls), settings.restitution.size, len(MODELS), len(SOURCES)), np.nan)
-    ratio[:, :, 1:] = _damping_ratios(settings, Polynomials.of(equivalence))
-    made = [(named.wall, named.curve) for named in settings.walls]
+    quakes = config.earthquakes
+    ratio = np.full((len(quakes.walls), quakes.restitution.size, len(MODELS), len(SOURCES)), np.nan)
+    ratio[:, :, 1:] = _damping_ratios(config, Polynomials.of(equivalence))
+    made = [(named.wall, named.curve) for named in quakes.walls]
     of_wall: dict[str, Any] = {
         name: ("wall", [float(getattr(wall, name)) for wall, _ in made])
         for name in (
@@ -71,23 +70,24 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
             **of_wall,
         },
         coords={
-            "wall": [named.name for named in settings.walls],
-            "restitution": settings.restitution,
+            "wall": [named.name for named in quakes.walls],
+            "restitution": quakes.restitution,
             "damping_model": list(MODELS),
             "damping_ratio_source": list(SOURCES),
         },
     )
 
 
-def _damping_ratios(settings: EarthquakeWallSettings, polynomials: Polynomials) -> Array:
+def _damping_ratios(config: Config, polynomials: Polynomials) -> Array:
     """Return damping ratios, shape (walls, e, viscous models, sources)."""
-    count, e = len(settings.walls), settings.restitution
-    a1, b1, a3 = (np.array([float(getattr(named.curve, name)) for named in settings.walls]) for name in TEXTS)
+    quakes = config.earthquakes
+    count, e = len(quakes.walls), quakes.restitution
+    a1, b1, a3 = (np.array([float(getattr(named.curve, name)) for named in quakes.walls]) for name in TEXTS)
     curves, each_e = TrilinearCurve(a1, b1, a3).map(lambda parameter: np.repeat(parameter, e.size)), np.tile(e, count)
-    amplitude = np.full(each_e.size, settings.release_amplitude)
-    step, scheme, label = settings.solver.step, settings.solver.scheme, "Damping ratios of the walls"
+    amplitude = np.full(each_e.size, config.release_amplitude)
+    step, scheme, label = config.solver.step, config.solver.scheme, "Damping ratios of the walls"
     matched = match_decays(
-        curves, amplitude, each_e, VISCOUS_MODELS, settings.matching, step=step, scheme=scheme, description=label
+        curves, amplitude, each_e, VISCOUS_MODELS, config.matching, step=step, scheme=scheme, description=label
     )
     ratio = np.empty((count, e.size, len(VISCOUS_MODELS), len(SOURCES)))
     for column, model in enumerate(VISCOUS_MODELS):
@@ -106,11 +106,10 @@ def _damping_ratios(settings: EarthquakeWallSettings, polynomials: Polynomials) 
 
 def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     """Run every wall under one job's share of the records; jobs are numbered from 0."""
-    settings = EarthquakeRecordSettings.of(config)
-    size = settings.records_per_job
-    mine = catalogue.listing(settings.records)[int(number) * size : (int(number) + 1) * size]
+    size = config.earthquakes.chunk
+    mine = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
     e, ratio = walls["restitution"].values, walls["damping_ratio"].values
-    shares = [run(settings, e, ratio, catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
+    shares = [run(config, e, ratio, catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
     return xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
 
 
@@ -120,12 +119,11 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
     return joined.merge(walls, join="exact", combine_attrs="drop")
 
 
-def run(
-    settings: EarthquakeRecordSettings, restitution: Array, damping_ratio: Array, motion: catalogue.GroundMotion
-) -> xr.Dataset:
+def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalogue.GroundMotion) -> xr.Dataset:
     """Run one record, for every wall, scale, e and damper; ratios have the shape (walls, e, models, sources)."""
+    quakes = config.earthquakes
     intensity = intensity_measures(motion.record)
-    factors = [settings.scale * float(named.wall.velocity_scale) / intensity.pgv for named in settings.walls]
+    factors = [quakes.velocity_ratio * float(named.wall.velocity_scale) / intensity.pgv for named in quakes.walls]
     cases = [
         Case.of(
             named.wall,
@@ -133,13 +131,13 @@ def run(
             motion.record,
             factor,
             strong_end=intensity.strong_end,
-            step=settings.step,
-            tail=settings.tail,
+            step=quakes.step,
+            tail=quakes.tail,
         )
-        for named, factor in zip(settings.walls, factors, strict=True)
+        for named, factor in zip(quakes.walls, factors, strict=True)
     ]
-    by_wall = zip(settings.walls, factors, cases, by_damper(cases, restitution, damping_ratio), strict=True)
-    change = settings.restitution_change
+    by_wall = zip(quakes.walls, factors, cases, by_damper(cases, restitution, damping_ratio), strict=True)
+    change = quakes.restitution_change
     per_wall = [
         peaks | case.varied(restitution, change) | _load(named, factor, motion.record, intensity)
         for named, factor, case, peaks in by_wall
@@ -160,8 +158,8 @@ def run(
     data |= {name: ((), float(getattr(intensity, name))) for name in MEASURES}
     data |= {"pulse_period": ((), float(motion.pulse_period)), "sampling_step": ((), motion.record.step)}
     coords = {
-        "velocity_ratio": settings.scale,
-        "wall": [named.name for named in settings.walls],
+        "velocity_ratio": quakes.velocity_ratio,
+        "wall": [named.name for named in quakes.walls],
         "restitution": restitution,
         "damping_model": list(MODELS),
         "damping_ratio_source": list(SOURCES),

@@ -7,26 +7,17 @@ Which order is enough is judged in `order_criterion`.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import chain
-from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import OrderComparisonSettings, OrderRecordSettings
-from rockdamp.config.walls import NamedWall
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import under_records
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.wall import EXCITATION_FACTOR
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.against_restitution import (
     BOUND,
     HISTORIES,
@@ -38,6 +29,7 @@ from rockdamp.statistics.against_restitution import (
 from rockdamp.statistics.fragility import resample
 from rockdamp.studies.earthquakes import order_criterion
 from rockdamp.studies.earthquakes.order_criterion import MEASURES, SIDES, Sums
+from rockdamp.vocabulary import REFERENCE
 
 VARIATIONS = ("step", *chain(*SIDES.values()))  # of CR: a step twice as long, and each change of e
 EVERY_SET = "all"
@@ -45,68 +37,37 @@ EVERY_SET = "all"
 
 def chunk(number: str, config: Config) -> xr.Dataset:
     """Run every wall under one job's share of the records, with CR, its small changes, and each order."""
-    settings = OrderRecordSettings.of(config)
-    size = settings.records_per_job
-    mine = catalogue.listing(settings.records)[int(number) * size : (int(number) + 1) * size]
-    shares = [_under(catalogue.read(entry), settings) for entry in track(mine, f"Orders, records {int(number) + 1}")]
-    return xr.concat(shares, "record", join="exact")
+    quakes = config.earthquakes
+    size, asked, e = quakes.chunk, quakes.orders, quakes.orders.restitution
+    entries = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
+    motions = [catalogue.read(entry) for entry in entries]
+    walls = {named.name: (named.wall, named.curve) for named in quakes.walls}
 
-
-def _under(motion: catalogue.GroundMotion, settings: OrderRecordSettings) -> xr.Dataset:
-    """Run all histories of one record."""
-    pgv = intensity_measures(motion.record).pgv
-    per_wall = [_of_wall(named, motion, pgv, settings) for named in settings.walls]
-    last = {"reference": (), "varied": ("variation",), "by_order": ("order",)}
-    names = {
-        "reference": ("reference_peak", "reference_collapsed"),
-        "varied": ("varied_peak", "varied_collapsed"),
-        "by_order": ("peak_ratio", "collapsed"),
-    }
-    data: dict[str, Any] = {}
-    for key, (peak, collapsed) in names.items():
-        dims = ("velocity_ratio", "wall", "restitution", *last[key])
-        peaks, outcomes = (np.stack([wall[key][part] for wall in per_wall], axis=1) for part in (0, 1))
-        data[peak], data[collapsed] = (dims, peaks), (dims, (outcomes == COLLAPSED).astype(np.int8))
-    coords = {
-        "velocity_ratio": settings.scale,
-        "wall": [named.name for named in settings.walls],
-        "restitution": settings.restitution,
-        "variation": list(VARIATIONS),
-        "order": settings.order,
-        "record": motion.name,
-    }
-    of_record = {"record_set": ("record", [motion.record_set]), "station": ("record", [motion.group])}
-    return xr.Dataset(data, coords=coords).expand_dims("record").assign_coords(of_record)
-
-
-def _of_wall(
-    named: NamedWall, motion: catalogue.GroundMotion, pgv: float, settings: OrderRecordSettings
-) -> dict[str, tuple[Array, NDArray[np.int8]]]:
-    """Return peaks and outcomes of one wall under one record: of CR (scales, e), its changes and the orders."""
-    wall = named.wall
-    factor = settings.scale * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
-    forcing = Forcing.of(wall, motion.record, factor, rest=settings.tail)
-    coarser = forcing.substeps(2 * settings.step / named.curve.initial_frequency)
-
-    def run(damping: Damping, substeps: int) -> tuple[Array, NDArray[np.int8]]:
-        by_scale = forcing.load_factor.reshape(-1, *(1 for _ in damping.shape))
-        response = solve(
-            named.curve, damping, peaks_only=True, **replace(forcing, load_factor=by_scale).newmark(substeps)
+    def run(dampings: dict[str, Damping], dims: list[str], halvings: int, what: str) -> xr.Dataset:
+        some = track(motions, f"Orders, records {int(number) + 1}, {what}")
+        step, tail = 2 * asked.step, quakes.tail
+        return under_records(
+            some, walls, dampings, quakes.velocity_ratio, step=step, tail=tail, halvings=halvings, dims=dims
         )
-        return response.peak, response.outcome
 
-    e, finer = settings.restitution, 2 * coarser
     # CR and CR with e changed are one batch: its lanes fill the kernel's blocks.
-    changes = settings.restitution_change, settings.loss_change, settings.test_spread
-    changed = run(Damping.cr(np.column_stack([e, order_criterion.changed(e, *changes)])), finer)
-    coarse = run(Damping.cr(e), coarser)
-    orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in settings.order]
-    peaks, outcomes = (np.concatenate([coarse[part][..., None], changed[part][..., 1:]], axis=-1) for part in (0, 1))
-    return {
-        "reference": (changed[0][..., 0], changed[1][..., 0]),
-        "varied": (peaks, outcomes),
-        "by_order": (np.stack([peak for peak, _ in orders], -1), np.stack([outcome for _, outcome in orders], -1)),
-    }
+    changes = quakes.restitution_change, asked.loss_change, asked.test_spread
+    each_e = np.column_stack([e, order_criterion.changed(e, *changes)])
+    changed = run({REFERENCE: Damping.cr(each_e)}, ["restitution", "variation"], 1, "restitution").isel(damping_model=0)
+    coarse = run({REFERENCE: Damping.cr(e)}, ["restitution"], 0, "twice the step")
+    orders = {f"{m:g}": Damping.of_restitution(e, order=float(m)) for m in asked.order}
+    by_order = run(orders, ["restitution"], 1, "orders").rename(damping_model="order", peak="peak_ratio")
+    reference = changed.isel(variation=0)
+    varied = xr.concat([coarse.isel(damping_model=0), changed.isel(variation=slice(1, None))], "variation")
+    parts = [
+        by_order.transpose(..., "order").assign_coords(order=asked.order),
+        reference.rename(peak="reference_peak", collapsed="reference_collapsed").drop_vars("damping_model"),
+        varied.transpose(..., "variation")
+        .rename(peak="varied_peak", collapsed="varied_collapsed")
+        .drop_vars("damping_model")
+        .assign_coords(variation=list(VARIATIONS)),
+    ]
+    return xr.merge(parts, join="exact", compat="equals").assign_coords(restitution=e)
 
 
 # --- comparison -------------------------------------------------------------------------------------------------------
@@ -118,15 +79,17 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
     The first set is all records. ``excess`` is how much more an order errs than CR with the change, and ``verdict``
     says whether that is enough. ``recommended_order`` is the smallest that is enough at every e over all records.
     """
-    settings = OrderComparisonSettings.of(config)
+    bootstrap = config.comparison.bootstrap
+    quakes = config.earthquakes
+    orders = quakes.orders
     histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
     sets = [EVERY_SET, *dict.fromkeys(histories["record_set"].values.tolist())]
     parts = []
     for name in track(sets, "Orders by set of records"):
         of_set = histories if name == EVERY_SET else histories.isel(record=histories["record_set"].values == name)
-        weights = resample(of_set["station"].values, settings.bootstrap.replicates, settings.bootstrap.seed)
-        parts.append(_compare_set(of_set, weights, settings.bands))
-    compared = xr.concat(parts, "record_set", join="exact").merge(_splits(histories, settings))
+        weights = resample(of_set["station"].values, bootstrap.replicates, bootstrap.seed)
+        parts.append(_compare_set(of_set, weights, config.comparison.bands))
+    compared = xr.concat(parts, "record_set", join="exact").merge(_splits(histories, config))
     return compared.assign_coords(
         record_set=sets,
         wall=histories["wall"].values,
@@ -137,15 +100,15 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
         measure=list(MEASURES),
         split=np.arange(compared.sizes["split"]),
         bound=list(BOUND),
-        band=np.arange(1, settings.bands.size),
-        band_start=("band", settings.bands[:-1]),
-        band_end=("band", settings.bands[1:]),
+        band=np.arange(1, config.comparison.bands.size),
+        band_start=("band", config.comparison.bands[:-1]),
+        band_end=("band", config.comparison.bands[1:]),
     ).assign(
         records=histories.sizes["record"],
         stations=np.unique(histories["station"]).size,
-        restitution_change=settings.restitution_change,
-        loss_change=settings.loss_change,
-        test_spread=settings.test_spread,
+        restitution_change=quakes.restitution_change,
+        loss_change=orders.loss_change,
+        test_spread=orders.test_spread,
         recommended_order=("change", order_criterion.recommended_order(compared["smallest_order"].values[0])),
     )
 
@@ -179,12 +142,17 @@ def _judged(histories: xr.Dataset, change: str, weights: Array) -> xr.Dataset:
     )
 
 
-def _splits(histories: xr.Dataset, settings: OrderComparisonSettings) -> xr.Dataset:
+def _splits(histories: xr.Dataset, config: Config) -> xr.Dataset:
     """Choose and judge on different halves of the stations, beside each change of e."""
-    order, station, halves = histories["order"].values, histories["station"].values, settings.splits
+    order, station, halves = histories["order"].values, histories["station"].values, config.comparison.splits
     parts = [
         order_criterion.split(
-            Sums.of(histories, change), order, station, halves.count, settings.bootstrap.replicates, halves.seed
+            Sums.of(histories, change),
+            order,
+            station,
+            halves.count,
+            config.comparison.bootstrap.replicates,
+            halves.seed,
         )
         for change in track(list(SIDES), "Orders by halves of the stations")
     ]

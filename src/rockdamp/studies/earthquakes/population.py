@@ -15,12 +15,7 @@ from scipy.special import ndtr, ndtri
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import (
-    PARAMETERS,
-    PopulationSettings,
-    PopulationShareSettings,
-    PopulationWallSettings,
-)
+from rockdamp.config.earthquakes import PARAMETERS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.loads import peaks_and_collapses
@@ -43,12 +38,11 @@ FEWEST = 100  # walls: of fewer the indices are noise
 
 def walls(config: Config) -> xr.Dataset:
     """Sample the walls, with the damping ratios of the closed form."""
-    settings = PopulationWallSettings.of(config)
-    values = sample(settings)
+    values = sample(config)
     wall, curve = mechanics(values)
     ratio = np.full((wall.thickness.size, len(MODELS)), np.nan)
     for column, model in enumerate(VISCOUS_MODELS, start=1):
-        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], settings.release_amplitude)
+        ratio[:, column] = damping_ratio_energy(curve, model, values["restitution"], config.release_amplitude)
     of_wall: dict[str, Array] = {
         **values,
         "instability_displacement": wall.instability_displacement,
@@ -67,38 +61,41 @@ def walls(config: Config) -> xr.Dataset:
     )
 
 
-def sample(settings: PopulationWallSettings) -> dict[str, Array]:
+def sample(config: Config) -> dict[str, Array]:
     """Draw a Latin hypercube of the distributions, with the correlations of the settings.
 
     The ranks are correlated by a Gaussian copula: the hypercube's normal scores times the factor of the correlations.
     Each parameter keeps its distribution; without correlations each of its strata holds exactly one wall.
     """
-    drawn, factor = _hypercube(settings), _factor_of_correlations(settings)
+    drawn, factor = _hypercube(config), _factor_of_correlations(config)
     scores = ndtri(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, ndtr(scores))
-    return {name: settings.parameters[name].quantile(uniform[:, column]) for column, name in enumerate(PARAMETERS)}
+    return {
+        name: getattr(config.population.parameters, name).quantile(uniform[:, column])
+        for column, name in enumerate(PARAMETERS)
+    }
 
 
-def _hypercube(settings: PopulationWallSettings) -> Array:
+def _hypercube(config: Config) -> Array:
     """Return a Latin hypercube; shape (walls, parameters)."""
-    rng = np.random.default_rng(settings.seed)
+    section = config.population
+    rng = np.random.default_rng(section.seed)
     from scipy.stats import qmc  # slow to import, and the shares need none
 
-    return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(settings.count))
+    return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(section.walls))
 
 
-def _factor_of_correlations(settings: PopulationWallSettings) -> Array:
+def _factor_of_correlations(config: Config) -> Array:
     """Return the Cholesky factor of the correlations of the normal scores, which must not contradict each other."""
+    section = config.population
     correlation = np.eye(len(PARAMETERS))
-    for pair, value in settings.correlations.items():
+    for pair, value in section.correlations.items():
         row, column = (PARAMETERS.index(name) for name in pair)
         correlation[row, column] = correlation[column, row] = value
     try:
         return np.asarray(np.linalg.cholesky(correlation), dtype=float)
     except np.linalg.LinAlgError:
-        stated = ", ".join(
-            f"{value:g} of {name} with {other}" for (name, other), value in settings.correlations.items()
-        )
+        stated = ", ".join(f"{value:g} of {name} with {other}" for (name, other), value in section.correlations.items())
         raise InputError(f"population.correlations are {stated}; no parameters can have all of them at once") from None
 
 
@@ -118,12 +115,12 @@ def mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
 
 def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     """Run one job's share of the walls under every record, and count its collapses."""
-    settings = PopulationShareSettings.of(config)
-    size = settings.walls_per_job
+    section = config.population
+    size = section.chunk
     mine = walls.isel(wall=slice(int(number) * size, (int(number) + 1) * size))
-    motions = catalogue.load_records(settings.records)
+    motions = catalogue.load_records(section.records)
     runs = [
-        run(motion, mine, settings.intensity, step=settings.step, tail=settings.tail)
+        run(motion, mine, section.intensity, step=section.step, tail=section.tail)
         for motion in track(motions, f"Walls {int(number) + 1}")
     ]
     peak, collapsed = (np.stack(arrays, axis=1) for arrays in zip(*runs, strict=True))
@@ -137,7 +134,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
         },
         coords={
             "wall": mine["wall"].values,
-            "intensity": settings.intensity,
+            "intensity": section.intensity,
             "damping_model": list(MODELS),
             "record": [motion.name for motion in motions],
             "station": ("record", [motion.group for motion in motions]),
@@ -178,7 +175,7 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
 
     Intervals are bootstrapped over the stations. Sensitivities of fewer than `FEWEST` walls are NaN.
     """
-    bootstrap = PopulationSettings.of(config).bootstrap
+    bootstrap = config.population.bootstrap
     collapses = sum_of(share["collapses"] for share in shares)
     vulnerability = np.concatenate([share["vulnerability"].values for share in shares])
     first = shares[0]

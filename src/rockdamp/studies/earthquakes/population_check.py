@@ -12,7 +12,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import PARAMETERS, PopulationCheckSettings
+from rockdamp.config.earthquakes import PARAMETERS
 from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
@@ -29,9 +29,9 @@ def check_population(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> 
 
     The dataset is that of `check_earthquakes`, without bounds: each history of a population is run at one step.
     """
-    settings = PopulationCheckSettings.of(config)
-    sample = draw([partial(_members, share) for share in shares], settings.histories, settings.seed)
-    motions = catalogue.load_records(settings.records)
+    section = config.population
+    sample = draw([partial(_members, share) for share in shares], section.check.histories, section.check.seed)
+    motions = catalogue.load_records(section.records)
     wall, curve = mechanics({name: walls[name].values for name in PARAMETERS})
     first = np.cumsum([0, *(share.sizes["wall"] for share in shares)])
     number = first[sample.part] + sample.place[:, 0]
@@ -44,7 +44,7 @@ def check_population(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> 
         motion = motions[record].record
         factor = intensity[level] / intensity_measures(motion).pgv
         damping = Damping.from_values(models[model], restitution=float(e[i]), damping_ratio=float(ratio[i, model]))
-        forcing = Forcing.of(wall, motion, factor, rest=settings.tail)
+        forcing = Forcing.of(wall, motion, factor, rest=section.tail)
         of_wall = replace(forcing, sampling=forcing.sampling[i], load_factor=forcing.load_factor[i])
         return exact_end(curve.map(itemgetter(i)), damping, of_wall)
 

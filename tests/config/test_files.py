@@ -1,11 +1,11 @@
-"""The config from its files: as Snakemake merges them, by YAML 1.2, and where Snakemake would read something else."""
+"""The config from its files: as Snakemake merges them, by YAML 1.2."""
 
 import pytest
 from repository import ROOT
-from snakemake.common.configfile import load_configfile
+from snakemake.cli import parse_config
 from snakemake.utils import update_config
 
-from rockdamp.config.merging import merged, refuse_other_readings, refuse_unreadable
+from rockdamp.config.files import merged, refuse_unreadable
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
 
@@ -68,27 +68,19 @@ def test_what_can_be_read_is_let_through(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("a: 1:30", "line 1: a is '1:30' in YAML 1.2, and 90 in YAML 1.1"),
-        ("b: {a: 0o10}", "line 1: b.a is 8 in YAML 1.2, and '0o10' in YAML 1.1"),
-        ("b: [1,\n  1e-3]", "line 2: b[1] is 0.001 in YAML 1.2, and '1e-3' in YAML 1.1"),
-        ("a: yes", "line 1: a is 'yes' in YAML 1.2, and True in YAML 1.1"),
-        ("a: 010", "line 1: a is 10 in YAML 1.2, and 8 in YAML 1.1"),
-        ("on: 1", "is {'on': 1} in YAML 1.2, and {True: 1} in YAML 1.1"),
-    ],
+    ("text", "value"),
+    [("1e-3", 0.001), ("010", 10), ("0o10", 8), ("1:30", "1:30"), ("yes", "yes"), ("on", "on"), ("0,04", "0,04")],
 )
-def test_what_both_versions_of_yaml_read_otherwise_is_refused(tmp_path, text, said):
+def test_files_are_read_by_yaml_1_2(tmp_path, text, value):
     path = tmp_path / "own.yaml"
-    path.write_text(text + "\n", encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        refuse_other_readings(load_configfile(path), [path], {})
-    assert said in str(caught.value) and "\n" not in str(caught.value)
+    path.write_text(f"a: {text}\n", encoding="utf-8")
+    assert merged([path], {}) == {"a": value}
 
 
-def test_what_both_read_alike_is_let_through():
-    config = {}
-    for file in FILES:
-        update_config(config, load_configfile(file))
-    update_config(config, STATED)
-    refuse_other_readings(config, FILES, STATED)
+def test_values_of_the_command_line_are_what_they_are_in_a_file():
+    """Snakemake leaves all that is nested as text, and null too."""
+    said = ["earthquakes=null", "pulses=", "restitution={start: 0.7, stop: 0.95, step: 5e-2}", "records=[a.csv, 2]"]
+    found = merged([], parse_config([*said, "solver={scheme: paper}", "release_amplitude=0.4"]))
+    assert found.pop("restitution") == {"start": 0.7, "stop": 0.95, "step": 0.05}
+    assert found.pop("earthquakes") is None and found.pop("pulses") is None
+    assert found == {"records": ["a.csv", 2], "solver": {"scheme": "paper"}, "release_amplitude": 0.4}

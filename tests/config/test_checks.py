@@ -1,19 +1,23 @@
-"""A config is checked once: by its schema, by what its stages' settings are made into, by the rules between keys."""
+"""A config is checked once: by its model, and by the rules between its keys."""
 
 import math
-import re
 
+import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
+from configs import configured, stated
 from repository import ROOT
 
-from rockdamp.config import schema, validation
-from rockdamp.config.merging import merged
-from rockdamp.config.validation import validate
+from rockdamp.config import Config
+from rockdamp.config.checks import validate
+from rockdamp.config.files import merged
 from rockdamp.errors import InputError, InputWarning
-from rockdamp.storage.dotted_keys import path_of, stated
+from rockdamp.laboratory.sections import LaboratoryConfig, broken
+from rockdamp.mechanics.wall import Parapet
+from rockdamp.pipeline.stages import STAGES
+from rockdamp.storage.dotted_keys import path_of
+from rockdamp.storage.dotted_keys import stated as value_at
+from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, STUDIES
 
-SCHEMA = ROOT / "workflow/schemas/config.schema.yaml"
 DEFAULT = ROOT / "config/default.yaml"
 MINIMAL = ROOT / "config/minimal.yaml"
 
@@ -21,18 +25,22 @@ MINIMAL = ROOT / "config/minimal.yaml"
 @pytest.fixture
 def config(monkeypatch):
     monkeypatch.chdir(ROOT)  # the record's path is seen from the folder of the run
-    return merged([DEFAULT], {})
+    return stated()
+
+
+def checked(raw, files=(DEFAULT,)):
+    return validate(LaboratoryConfig, raw, files, [broken])
 
 
 def put(config, key, value):
     *sections, last = path_of(key)
-    inner = stated(config, tuple(sections))
+    inner = value_at(config, tuple(sections))
     inner[last] = value
 
 
 def complaints(config):
     with pytest.raises(InputError) as caught:
-        validate(config, SCHEMA, [DEFAULT])
+        checked(config)
     return str(caught.value).splitlines()
 
 
@@ -42,43 +50,36 @@ def complaints(config):
 @pytest.mark.parametrize("files", [[DEFAULT], [DEFAULT, MINIMAL]], ids=["default", "minimal"])
 def test_the_shipped_configs_are_valid(files, monkeypatch):
     monkeypatch.chdir(ROOT)
-    validate(merged(files, {}), SCHEMA, files)
+    checked(merged(files, {}), files)
 
 
-def sections(schema, definitions, path=()):
-    """Every place of the schema that describes a key, references followed."""
-    for key, entry in schema.get("properties", {}).items():
-        reference = entry.get("$ref")
-        yield (*path, key), entry
-        target = definitions[reference.rpartition("/")[2]] if reference else entry
-        yield from sections(target, definitions, (*path, key))
-        assert ("type" in target) or ("enum" in target) or ("anyOf" in target), path
+def objects(schema):
+    """Every section that a schema describes."""
+    for part in [schema, *schema["$defs"].values()]:
+        if "properties" in part:
+            yield part
 
 
-# Keys that may be absent, by definition: config.py asks for one or the other.
+# Keys that may be absent, where another one stands in their place.
 OPTIONAL = {
-    "earthquake_wall": {"parapet", "hinge_ratio", "preset", "yield_displacement_ratio", "strength_ratio"},
-    "distribution": {"mean", "standard_deviation"},
+    "parapet",
+    "hinge_ratio",
+    "preset",
+    "yield_displacement_ratio",
+    "strength_ratio",
+    "mean",
+    "standard_deviation",
 }
 
 
 def test_every_key_is_described_and_required_and_none_is_left_open():
-    schema = validation.read_schema(SCHEMA)
-    Draft202012Validator.check_schema(schema)
-    definitions = schema["$defs"]
-    described = dict(sections(schema, definitions))
-    assert len(described) > 60
-    for path, entry in described.items():
-        assert entry.get("description"), path
-    for name, entry in [("", schema), *described.items(), *definitions.items()]:
-        if entry.get("type") != "object":
-            continue
-        if "properties" in entry:
-            assert entry["additionalProperties"] is False
-            assert set(entry["required"]) | OPTIONAL.get(name, set()) == set(entry["properties"])
-        else:  # a mapping from names of a closed set
-            assert definitions[entry["propertyNames"]["$ref"].rpartition("/")[2]]["enum"]
-            assert entry["additionalProperties"]["type"] in ("number", "object")
+    sections = list(objects(LaboratoryConfig.model_json_schema()))
+    assert sum(len(section["properties"]) for section in sections) > 180
+    for section in sections:
+        assert section["additionalProperties"] is False
+        assert set(section["properties"]) - set(section["required"]) <= OPTIONAL
+        for name, entry in section["properties"].items():
+            assert entry.get("description"), name
 
 
 def numbers_of(entry):
@@ -91,12 +92,80 @@ def numbers_of(entry):
         yield from numbers_of(inner)
 
 
-def test_every_number_and_every_list_of_numbers_has_bounds():
+def test_every_number_has_bounds():
     """So that no config overflows a formula, or asks for a job that no computer can run."""
-    found = list(numbers_of(validation.read_schema(SCHEMA)))
+    found = list(numbers_of(LaboratoryConfig.model_json_schema()))
     assert len(found) > 50
     for entry in found:
         assert {"minimum", "exclusiveMinimum"} & entry.keys() and {"maximum", "exclusiveMaximum"} & entry.keys(), entry
+
+
+# --- what a stage is given ------------------------------------------------------------------------------------------
+
+
+def test_a_part_has_what_its_keys_name_and_nothing_else():
+    part = configured().part(["curve", "earthquakes.walls", "earthquakes.orders.step", "studies.amplitude"])
+    assert float(part.curve.strength_ratio) == 0.85 and part.earthquakes.orders.step == 0.05
+    assert part.studies.amplitude.release_amplitude.tolist() == [0.1, 0.2, 0.3, 0.5, 0.7, 0.9]
+    for ask in (lambda: part.wall, lambda: part.earthquakes.step, lambda: part.earthquakes.orders.order):
+        with pytest.raises(AttributeError):
+            ask()
+
+
+@pytest.mark.parametrize("minimal", [False, True])
+def test_each_stage_names_keys_that_the_config_has(minimal):
+    config = configured(minimal=minimal)
+    for stage in STAGES.values():
+        for study in STUDIES:
+            assert config.part(key.format(study=study) for key in stage.config).plain() or not stage.config
+
+
+def test_plain_values_are_those_that_stages_compute_with():
+    plain = configured().part(["wall", "restitution", "matching", "population.correlations"]).plain()
+    assert plain["wall"]["height"] == pytest.approx(4.5) and "slenderness" not in plain["wall"]
+    assert plain["restitution"] == [round(0.70 + 0.01 * i, 2) for i in range(29)]
+    assert plain["matching"]["response_length"] == DEFAULT_RESPONSE_LENGTH
+    assert plain["population"]["correlations"] == {"restitution.slenderness": 0.5}
+
+
+def test_a_default_that_is_written_out_changes_no_plain_value():
+    written = {"matching": {"response_length": DEFAULT_RESPONSE_LENGTH}, "solver": {"step": 2.5e-3}}
+    assert configured(written).plain() == configured().plain()
+
+
+def test_sections_of_a_study_that_are_null_are_left_out():
+    config = configured({"earthquakes": None, "pulses": None})
+    assert not config.has(["solver", "earthquakes.walls"]) and config.has(["solver", "population"])
+    assert config.plain()["pulses"] is None
+    with pytest.raises(ValueError, match="wall"):
+        configured({"wall": None})
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_varies_its_parameter_and_nothing_else(name):
+    config, raw = configured(), stated()
+    study, values = config.study(name), raw["studies"][name][STUDIES[name]]
+    assert study.values.tolist() == values and study.curve.shape == (len(values),)
+    for index, value in enumerate(values):
+        a1 = value if name == "cracked_stiffness" else 0.04
+        own = study.curve.map(lambda p, index=index: p[index])
+        assert (own.yield_displacement_ratio, own.strength_ratio) == (a1, 0.75 if a1 >= 0.15 else 0.85)
+        assert study.release_amplitude[index] == (value if name == "amplitude" else 0.5)
+        own_wall = configured({"wall": {STUDIES[name]: value}} if STUDIES[name] in raw["wall"] else {}).wall
+        assert study.frequency_parameter[index] == own_wall.frequency_parameter
+
+
+def test_walls_that_earthquakes_shake_are_strips_or_parapets_with_a_preset_or_their_own_curve():
+    made = {named.name: named for named in configured().earthquakes.walls}
+    assert list(made) == [entry["name"] for entry in stated()["earthquakes"]["walls"]]
+    assert [name for name, named in made.items() if isinstance(named.wall, Parapet)] == ["parapet"]
+    assert float(made["degraded"].curve.strength_ratio) == 0.50 and float(made["church"].curve.strength_ratio) == 0.85
+    assert float(made["degraded"].wall.height) == 4.0 and float(made["degraded"].wall.hinge_ratio) == 0.6
+
+
+def test_the_core_has_no_section_of_measured_tests():
+    assert {"identification", "measured_rocking"}.isdisjoint(Config.model_fields)
+    np.testing.assert_array_equal(configured().measured_rocking.impacts_used, [6, 8, 10, 14])
 
 
 # --- bad input ------------------------------------------------------------------------------------------------------
@@ -138,13 +207,21 @@ BAD = [
     ("pulses.restitution", [i / 2000 for i in range(1, 1002)], "has 1001 of them; it must be a list of at least 1 and"),
     # a distribution that cannot be
     ("identification.prior.strength_ratio.high", 0.3, "strength_ratio.high is 0.3; it must be greater than low, 0.4"),
-    ("identification.prior.strength_ratio.high", 1.0, "strength_ratio.high is 1.0; it must be a number less than 1"),
+    (
+        "identification.prior.strength_ratio.high",
+        1.0,
+        "strength_ratio.high is 1.0; it must be a number at least -1 and less than 1",
+    ),
     ("identification.prior.damping_ratio.low", -0.1, "damping_ratio.low is -0.1; it must be a number at least 0"),
     ("identification.prior.order.low", 0.0, "prior.order.low is 0.0; it must be greater than 0 for loguniform"),
     ("identification.simulated.pulse_peak.low", -1.0, "pulse_peak.low is -1.0; it must be a number greater than 0"),
     ("population.parameters.thickness.low", 0.6, "thickness.high is 0.5; it must be greater than low, 0.6"),
     ("population.parameters.overburden_ratio.low", -1, "overburden_ratio.low is -1; it must be a number at least 0"),
-    ("population.parameters.thickness.mean", 0.2, "thickness.distribution is 'uniform'; mean and standard_deviation"),
+    (
+        "population.parameters.thickness.mean",
+        0.2,
+        "thickness cannot be used: distribution is 'uniform'; mean and",
+    ),
     (
         "population.parameters.strength_ratio.high",
         0.9,
@@ -180,12 +257,16 @@ BAD = [
         "amplitude_dependence.ultimate_displacement_ratio is 0.3; a3 must be greater than 1 - b1",
     ),
     ("wall.eccentricity", -0.2, "wall.eccentricity is -0.2; it must be"),
-    ("wall.slenderness", 0.1, "wall.thickness is 0.3 m and height 0.03 m, which is h/t = 0.1; it must be at least 1"),
+    (
+        "wall.slenderness",
+        0.1,
+        "wall cannot be used: thickness is 0.3 m and height 0.03 m, which is h/t = 0.1",
+    ),
     ("studies.slenderness.slenderness", [1.2, 15], "studies.slenderness cannot be used: thickness is 0.3 m and height"),
     (
         "damping_force.rigid.height",
         0.1,
-        "damping_force.rigid.thickness is 0.4 m and height 0.1 m, which is h/t = 0.25; it must be",
+        "damping_force.rigid cannot be used: thickness is 0.4 m and height 0.1 m, which is h/t = 0.25; it must be",
     ),
     ("validation.wall.hinge_ratio", 0.004, "e is -0.0122 by Eq. (7); it must be above 0"),
     (
@@ -196,7 +277,7 @@ BAD = [
     ("accuracy.rigid.slenderness", [1.1, 20], "accuracy.rigid.slenderness makes a wall that cannot rock"),
     ("earthquakes.walls", [{**PRESET, "hinge_ratio": 0.5, "parapet": True}], "walls[0].hinge_ratio is not a key"),
     ("earthquakes.walls", [PRESET], "earthquakes.walls[0].hinge_ratio is missing"),
-    ("earthquakes.walls", [{**NAMED, "preset": "new"}], "earthquakes.walls[0].yield_displacement_ratio is not a key"),
+    ("earthquakes.walls", [{**NAMED, "preset": "new"}], "earthquakes.walls[0].strength_ratio is not a key"),
     (
         "earthquakes.walls",
         [{**NAMED, "yield_displacement_ratio": 0.3}],
@@ -225,10 +306,10 @@ BAD = [
         [20, 10],
         "slenderness[1] is 10; it must be greater than the value before it",
     ),
-    ("pulses.frequency.stop", 0.1, "frequency.stop is 0.1; it must be greater than pulses.frequency.start, 0.5"),
-    ("restitution.stop", 0.5, "restitution.stop is 0.5; it must be greater than restitution.start, 0.7"),
+    ("pulses.frequency.stop", 0.1, "frequency.stop is 0.1; it must be greater than start, 0.5"),
+    ("restitution.stop", 0.5, "restitution.stop is 0.5; it must be greater than start, 0.7"),
     ("restitution.step", 0.03, "restitution.step is 0.03; it must be such that a whole number of steps leads from"),
-    ("restitution.step", 0.28, "restitution.step is 0.28; there must be at least 3 values"),
+    ("restitution.step", 0.28, "restitution.step makes 2 values; there must be at least 3 values"),
     ("release_amplitude", 0.4, "release_amplitude is 0.4; it must be among studies.amplitude.release_amplitude"),
     ("validation.restitution", 0.6, "validation.restitution is 0.6; it must lie within the e of the polynomials"),
     ("validation.fit_yield_displacement_ratios", [0.01], "ratios[0] is 0.01; it must lie within the a1 of the poly"),
@@ -293,55 +374,13 @@ def test_every_problem_has_its_own_line(config):
     assert len(complaints(config)) == 2
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("natural", "earthquakes"),
-        ("earthquakes.scale", "earthquakes.velocity_ratio"),
-        ("windows", "response_lengths"),
-        ("matching.window", "matching.response_length"),
-        ("loops", "damping_force"),
-        ("damping_force.window", "damping_force.response_length"),
-        ("dispersion", "amplitude_dependence"),
-        ("validation.ladder", "validation.test_series"),
-        ("identification.ladder", "identification.test_series"),
-        ("validation.fit_cracked_stiffness_ratios", "validation.fit_yield_displacement_ratios"),
-        ("curve.cracked_stiffness_ratio", "curve.yield_displacement_ratio"),
-        ("curve.plateau_ratio", "curve.strength_ratio"),
-        ("validation.curve.ultimate_ratio", "validation.curve.ultimate_displacement_ratio"),
-        ("studies.cracked_stiffness.cracked_stiffness_ratio", "studies.cracked_stiffness.yield_displacement_ratio"),
-        ("studies.cracked_stiffness.plateau_ratio_beyond", "studies.cracked_stiffness.strength_ratio_beyond"),
-        ("identification.prior.plateau_ratio", "identification.prior.strength_ratio"),
-        ("population.parameters.cracked_stiffness_ratio", "population.parameters.yield_displacement_ratio"),
-        ("population.correlations.plateau_ratio", "population.correlations.strength_ratio"),
-        ("earthquakes.walls[0].cracked_stiffness_ratio", "yield_displacement_ratio"),
-    ],
-)
-def test_an_old_key_ends_in_one_line_with_its_new_name(old, new, config):
-    *sections, last = path_of(old)
-    section = stated(config, tuple(sections))
-    section[last] = section.pop(path_of(new)[-1], {})
-    (line,) = complaints(config)
-    assert re.search(rf": {re.escape(old)} is now called (\S+\.)?{path_of(new)[-1]}$", line)
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [("natural", "earthquakes"), ("orders", "convergence"), ("fig_natural_ratio", "fig_earthquakes_ratio")],
-)
-def test_an_old_target_ends_in_one_line_with_its_new_name(old, new):
-    schema.refuse_old_targets(["all", "fig1", new, "results/orders.nc"])
-    with pytest.raises(InputError, match=f"^{old} is now called {new}$"):
-        schema.refuse_old_targets(["fig1", old])
-
-
 # --- where it stands ------------------------------------------------------------------------------------------------
 
 
 def report(files, **changes):
     """The one line about files that are merged in this order, then changed as on the command line."""
     with pytest.raises(InputError) as caught:
-        validate(merged(files, changes), SCHEMA, files)
+        checked(merged(files, changes), files)
     return str(caught.value)
 
 
@@ -373,10 +412,7 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
     assert report([DEFAULT], wall={"thickness": -1}).startswith("the command line: wall.thickness is -1;")
     assert report([DEFAULT], wall={"widht": 1}).startswith("the command line: wall.widht is not a key;")
     assert report([DEFAULT], wal={"thickness": 1}).startswith("the command line: wal is not a key;")
-    advice = "; write nested values in a file and pass --configfile"
-    assert report([DEFAULT], wall={"thickness": -1}).endswith(advice)
-    assert report([DEFAULT], restitution=0.9).endswith(f"a mapping of keys to values{advice}")
-    assert advice not in report([DEFAULT], release_amplitude=-1)
+    assert report([DEFAULT], wall={"thickness": "0,3"}).endswith("(a number's decimal sign is a point)")
 
 
 # --- walls that are possible and unlikely ---------------------------------------------------------------------------
@@ -395,6 +431,6 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
 def test_a_wall_larger_than_any_is_warned_of_where_it_stands(config, key, value, expected):
     put(config, key, value)
     with pytest.warns(InputWarning) as caught:
-        validate(config, SCHEMA, [DEFAULT])
+        checked(config)
     assert any(expected in str(one.message) for one in caught)
     assert all(str(one.message).startswith(("the command line: ", f"{DEFAULT}, line ")) for one in caught)

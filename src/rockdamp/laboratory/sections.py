@@ -1,0 +1,161 @@
+"""The config's sections of measured tests, and the whole config, which has them beside those of the core."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from rockdamp.arrays import Array
+from rockdamp.config import Config
+from rockdamp.config.earthquakes import Bootstrap
+from rockdamp.config.kinds import (
+    INTEGRAL,
+    INTERVAL,
+    AboveZero,
+    AtLeastZero,
+    AtMostOne,
+    BelowOne,
+    Duration,
+    OrNull,
+    Positive,
+    Section,
+    Seed,
+    Step,
+    Text,
+    Whole,
+    ascending,
+    distribution,
+    names,
+    values,
+)
+from rockdamp.statistics.distribution import Distribution
+from rockdamp.vocabulary import CANDIDATES
+
+Model = Literal[CANDIDATES]  # type: ignore[valid-type]
+AboveMinusOne = Annotated[float, Field(gt=-1, le=1e6)]
+Correlation = Annotated[Distribution, distribution(INTERVAL, AboveMinusOne, BelowOne)]
+OfPositive = Annotated[Distribution, distribution(INTERVAL, AboveZero)]
+
+
+class PriorSection(Section):
+    yield_displacement_ratio: OfPositive = Field(description="a1 = u1/u_ins; also below the end of the plateau. [-]")
+    strength_ratio: Annotated[Distribution, distribution(INTERVAL, AboveZero, BelowOne)] = Field(
+        description="b1 = F_y/F0, between 0 and 1. [-]"
+    )
+    restitution: Annotated[Distribution, distribution(INTERVAL, AboveZero, AtMostOne)] = Field(
+        description="Coefficient of restitution e, greater than 0 and at most 1. [-]"
+    )
+    damping_ratio: Annotated[Distribution, distribution(INTERVAL, AtLeastZero)] = Field(
+        description="Damping ratio xi, at least 0. [-]"
+    )
+    order: Annotated[Distribution, distribution(INTERVAL, AtLeastZero)] = Field(
+        description="Order m of the damper of any order, at least 0. [-]"
+    )
+    sensor_deviation: OfPositive = Field(description="Standard deviation of the displacement sensor's noise. [m]")
+    sensor_correlation: Correlation = Field(
+        description="Correlation of that noise between a sample and the next, between -1 and 1. [-]"
+    )
+    sensor_zero: Positive = Field(description="Standard deviation of the sensor's zero beyond its mean at rest. [m]")
+    sensor_drift: Positive = Field(description="Standard deviation of the sensor's drift. [m s-1]")
+
+
+class SimulatedRecords(Section):
+    draws: Whole = Field(ge=1, le=100_000, description="Number of records.")
+    seed: Seed = Field(description="Seed of all of it.")
+    damping_model: Model = Field(description="What makes them, and what they are identified by.")
+    duration: Duration = Field(description="Length of a record. [s]")
+    sampling: float = Field(ge=1, le=10_000, description="Samples in a second. [Hz]")
+    pulse_at: Duration = Field(description="When the table's pulse peaks. [s]")
+    pulse_peak: OfPositive = Field(description="Peak of the table's pulse. [m s-2]")
+    motion_noise: Positive = Field(description="Standard deviation of the accelerometer's noise. [m s-2]")
+    sensor_deviation: OfPositive = Field(description="As in the prior, in whose place it stands. [m]")
+    sensor_correlation: Correlation = Field(description="As in the prior, in whose place it stands. [-]")
+
+
+class Identification(Section):
+    prior: PriorSection = Field(
+        description="Independent distributions of all parameters; e, xi and m where a damping model has them."
+    )
+    step: Step = Field(description="Longest step in tau; the record's step is divided until it is no longer. [-]")
+    simulated: SimulatedRecords = Field(
+        description="Records that are made with parameters drawn from the prior, and identified."
+    )
+    test_series: Annotated[tuple[str, ...], names()] = Field(
+        description="Synthetic records whose damping models are compared, seen from the folder of the run."
+    )
+    noise: Annotated[Array, values(Annotated[float, Field(ge=1, le=1000)])] = Field(
+        description="Noise of both channels over that of the records, at least 1; white noise is added. [-]"
+    )
+    damping_models: Annotated[tuple[str, ...], names(Model)] = Field(description="Models that are compared.")
+
+
+class SimulatedTrials(Section):
+    draws: Whole = Field(ge=1, le=100_000, description="Number of sets of each model.")
+    seed: Seed = Field(description="Seed of the sets.")
+
+
+_Impacts = Annotated[int, Field(ge=3, le=100), INTEGRAL]
+_NearlyRigid = Annotated[float, Field(ge=0.002, le=0.05)]
+_Release = Annotated[float, Field(ge=0.1, le=0.9)]
+
+
+class MeasuredRocking(Section):
+    trials: Text = Field(description="Measured trials, seen from the folder of the run.")
+    impacts_used: Annotated[Array, ascending(_Impacts)] = Field(
+        description="Numbers of impacts of each trial that are used, the first ones, ascending."
+    )
+    shown_impacts: _Impacts = Field(
+        description="That of these numbers with which all but the comparison of models is done."
+    )
+    yield_displacement_ratio: Annotated[Array, ascending(_NearlyRigid)] = Field(
+        description="a1 of nearly rigid curves, ascending; their plateau is at 1 - 2 a1. [-]"
+    )
+    release_amplitude: Annotated[Array, ascending(_Release)] = Field(
+        description="Displacements from which the blocks may have been released, u0/u_ins, ascending. [-]"
+    )
+    shown_yield_displacement_ratio: _NearlyRigid = Field(
+        description="a1 of the curve on which the models are compared. [-]"
+    )
+    shown_release_amplitude: _Release = Field(description="The release from which the models are compared. [-]")
+    exponent: Annotated[Array, ascending(Annotated[float, Field(ge=0, le=5)], 3)] = Field(
+        description="Exponents n of the general damper, ascending. [-]"
+    )
+    amplitude_exponent: Annotated[Array, ascending(Annotated[float, Field(ge=-2, le=2)], 3)] = Field(
+        description="Exponents of the energy left with which the loss per impact may go, ascending. [-]"
+    )
+    held_out: Whole = Field(ge=1, le=6, description="Number of geometries that are held out, in every choice.")
+    bootstrap: Bootstrap = Field(description="Trials are drawn again within their geometries.")
+    simulated: SimulatedTrials = Field(
+        description="Sets of trials that each model makes with the fitted errors, among which the maker is looked for."
+    )
+
+
+class LaboratoryConfig(Config):
+    """The paper's study, as config/default.yaml states it; null leaves a study out, and with it all that reads it."""
+
+    identification: Annotated[Identification, OrNull] = Field(
+        description="Identification of a measured record's wall and damper; simulated records see that it is right"
+        " about itself."
+    )
+    measured_rocking: Annotated[MeasuredRocking, OrNull] = Field(
+        description="Which damping model the ratios of velocity of measured free rocking support."
+    )
+
+
+def broken(config: LaboratoryConfig) -> Iterator[tuple[str, str]]:
+    """Yield what breaks a rule between keys of measured tests: the key, and what is wrong."""
+    if measured := config.measured_rocking:
+        shown, used = measured.shown_impacts, measured.impacts_used.tolist()
+        if shown not in used:
+            yield "measured_rocking.shown_impacts", f"is {shown}; it must be among impacts_used, {used}"
+        if not Path(measured.trials).is_file():
+            text = f"is {measured.trials!r}; it must be a file, seen from the folder of the run"
+            yield "measured_rocking.trials", text
+
+
+if __name__ == "__main__":
+    print(json.dumps(LaboratoryConfig.model_json_schema(), indent=2))
