@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from exact_cases import cr_peaks
-from order_m import branches, of_restitution
+from order_m_motion import branches, of_restitution
 from repository import ROOT
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline

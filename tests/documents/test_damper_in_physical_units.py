@@ -6,7 +6,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from order_m import Branch, of_restitution
+from order_m_motion import Branch, of_restitution
 from repository import ROOT
 from scipy.integrate import solve_ivp
 

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 import sympy as sp
-from order_m import Damper, forced_peak, half_cycle, of_restitution
+from order_m_motion import Damper, forced_peak, half_cycle, of_restitution
 from repository import ROOT
 from scipy.integrate import solve_ivp
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from order_m import of_restitution
+from order_m_motion import of_restitution
 from scipy.integrate import quad, solve_ivp
 from scipy.special import erf
 

@@ -7,6 +7,7 @@ needs the system's BLAS and LAPACK.
 
 import numpy as np
 import pytest
+from peers import opensees
 
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -14,10 +15,7 @@ from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
 from rockdamp.solvers.newmark import solve
 
-try:
-    import openseespy.opensees as ops
-except (ImportError, RuntimeError, OSError) as problem:  # absent, or without its system libraries
-    pytest.skip(f"OpenSeesPy cannot be imported: {problem}", allow_module_level=True)
+ops = opensees()
 
 pytestmark = pytest.mark.peers
 

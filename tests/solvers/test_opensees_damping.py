@@ -5,13 +5,11 @@
 
 import numpy as np
 import pytest
+from peers import opensees
 
 from rockdamp.mechanics.curve import TrilinearCurve
 
-try:
-    import openseespy.opensees as ops
-except (ImportError, RuntimeError, OSError) as problem:  # absent, or without its system libraries
-    pytest.skip(f"OpenSeesPy cannot be imported: {problem}", allow_module_level=True)
+ops = opensees()
 
 pytestmark = pytest.mark.peers
 

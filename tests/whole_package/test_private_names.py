@@ -35,3 +35,9 @@ def private_names(tree):
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_no_private_name_of_another_package_is_used(path):
     assert list(private_names(ast.parse(path.read_text(encoding="utf-8")))) == []
+
+
+def test_no_helper_of_the_tests_shadows_an_example():
+    """They stand on one path: an example of that name could not be imported, and its test would be of the helper."""
+    helpers = {path.stem for folder in ("tests/support", "tools") for path in (ROOT / folder).glob("*.py")}
+    assert helpers.isdisjoint(path.stem for path in (ROOT / "examples").rglob("*.py"))

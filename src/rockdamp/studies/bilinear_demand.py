@@ -49,11 +49,10 @@ def demand(config: Config) -> xr.Dataset:
         step=asked.step,
         tail=asked.tail,
     ).rename(wall="force_curve")
-    names = {"peak": "peak_ratio", "collapsed": "collapsed"}
     both = [
         ended.sel(damping_model="CR", drop=True)
         .transpose("force_curve", ...)
-        .rename({name: f"{load}_{stored}" for name, stored in names.items()})
+        .rename(peak=f"peak_under_{load}", collapsed=f"{load}_collapsed")
         for load, ended in (("pulse", by_pulse), ("record", by_record.drop_vars(["record_set", "station"])))
     ]
     return xr.merge([both[0].assign_coords(force_curve=list(CURVES)), both[1]], join="exact").assign(

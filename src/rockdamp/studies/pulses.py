@@ -66,7 +66,6 @@ def pulses(config: Config) -> xr.Dataset:
     stored = (*CELLS, "restitution")
     dataset = (
         by_damper.transpose(by_source, "damping_model", *stored)
-        .rename(peak="peak_ratio")
         .assign(
             damping_ratio=((by_source, "damping_model", "restitution"), xi),
             reference_peak=(stored, reference[0]),
@@ -97,7 +96,7 @@ def statistics(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
     collapses and the model does not, ``false_collapse`` the reverse.
     """
     fell, reference, peak = dataset["collapsed"] == 1, dataset["reference_collapsed"] == 1, dataset["reference_peak"]
-    ratio = (dataset["peak_ratio"] / peak).where(~fell & ~reference)
+    ratio = (dataset["peak"] / peak).where(~fell & ~reference)
     inside = ratio.where((peak >= edges[0]) & (peak < edges[-1]))
     over_all = of_pairs(inside, CELLS)
     before_impact = of_pairs(inside.where(dataset["impacts_before_peak"] == 0), CELLS)

@@ -56,7 +56,7 @@ def chunk(number: str, config: Config) -> xr.Dataset:
     changed = run({REFERENCE: Damping.cr(each_e)}, ["restitution", "variation"], 1, "restitution").isel(damping_model=0)
     coarse = run({REFERENCE: Damping.cr(e)}, ["restitution"], 0, "twice the step")
     orders = {f"{m:g}": Damping.of_restitution(e, order=float(m)) for m in asked.order}
-    by_order = run(orders, ["restitution"], 1, "orders").rename(damping_model="order", peak="peak_ratio")
+    by_order = run(orders, ["restitution"], 1, "orders").rename(damping_model="order")
     reference = changed.isel(variation=0)
     varied = xr.concat([coarse.isel(damping_model=0), changed.isel(variation=slice(1, None))], "variation")
     parts = [
@@ -115,7 +115,7 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
 
 def _compare_set(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
     """Return every statistic of one set of records."""
-    orders = histories.rename(peak_ratio="peak").drop_dims("variation")
+    orders = histories.rename(peak="peak").drop_dims("variation")
     varied = histories.drop_dims("order").rename(varied_peak="peak", varied_collapsed="collapsed")
     of_varied = _statistics(varied, weights, bands)
     statistics = _statistics(orders, weights, bands).assign({f"varied_{name}": of_varied[name] for name in of_varied})
