@@ -28,7 +28,6 @@ from rockdamp.assessment.restitution import (
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError, require
 from rockdamp.histories.labelled import described
-from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.histories.supports import Records, floor_motions, motions_of
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
