@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from rockdamp import plausibility
 from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
+from rockdamp.assessment import one_sided
 from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, refined, side_by_side
 from rockdamp.assessment.restitution import (
     DEFAULT_RULE,
@@ -30,6 +31,7 @@ from rockdamp.histories.labelled import described
 from rockdamp.histories.supports import Records, floor_motions, motions_of
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.progress import counting
@@ -50,7 +52,7 @@ T = TypeVar("T")
 
 
 def assess(
-    wall: Wall | Parapet,
+    wall: Wall | Parapet | OneSidedWall,
     curve: TrilinearCurve,
     records: Records,
     *,
@@ -67,7 +69,9 @@ def assess(
 
     Parameters
     ----------
-    wall : Wall or Parapet
+    wall : Wall, Parapet or OneSidedWall
+        Under a `OneSidedWall` each record acts both ways, as it is and turned round, and counts twice; beside CR, which
+        is then solved event by event, stands STOP, the damper at the stop.
     curve : TrilinearCurve
     records : str, path, GroundMotion, or several of them
         As for `load_records`, or what it returned.
@@ -110,7 +114,7 @@ def assess(
     (array([16]), 18)
     """
     measure, intensity = intensities(pgv, pga)
-    instance("wall", wall, Wall, Parapet)
+    instance("wall", wall, Wall, Parapet, OneSidedWall)
     instance("curve", curve, TrilinearCurve)
     tail, step = number("tail", tail), number("step", step)
     require(tail >= 0, "tail", tail, "at least 0 [s]")
@@ -119,14 +123,16 @@ def assess(
         raise InputError("assess takes one wall and one curve; its parameters must be numbers")
     e, reason = restitution_and_reason(wall, restitution)
     motions = ground_motions(records)
-    runs = collapses(wall, curve, e, motions, measure, intensity, step=step, tail=tail)
+    if isinstance(wall, OneSidedWall):
+        motions = one_sided.both_ways(motions)
+    runs = collapses_of(wall)(wall, curve, e, motions, measure, intensity, step=step, tail=tail)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
     plausibility.warn(below_onset(answer, measure, float(intensity[-1])))
     answer = answer.drop_vars("strongest").assign(
         restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall")
     )
-    if restitution == DEFAULT_RULE:
+    if restitution == DEFAULT_RULE and not isinstance(wall, OneSidedWall):
         deviation, source = deviation_of(wall)
         run = partial(collapsed_by_restitution, wall, curve, motions, factor.values, step=step, tail=tail)
         answer = answer.merge(_over_restitution(wall, run)).assign(restitution_deviation=deviation)
@@ -173,6 +179,10 @@ def assess_rows(
     errors = {row.line: row.error for row in rows if isinstance(row, BadRow)}
     run = partial(_by_chunks, measure=measure, intensity=intensity, step=step, tail=tail, chunk=chunk, errors=errors)
     good = [row for row in rows if isinstance(row, Row)]
+    if one_way := any(isinstance(row.wall, OneSidedWall) for row in good):
+        motions = one_sided.both_ways(motions)
+    if one_way and (buildings or not all(isinstance(row.wall, OneSidedWall) for row in good)):
+        raise InputError("one-sided walls stand on the ground, and in a table of their own")
     everywhere = []
     for building in buildings or (None,):
         parts = [part for alike, supports in _on_supports(good, motions, building) for part in run(alike, supports)]
@@ -235,7 +245,7 @@ def _by_chunks(
             e, level = np.array([row.restitution for row in rows]), np.array([intensity])
             track = partial(through, count=len(rows))
             try:
-                runs = collapses(wall, curve, e, motions, measure, level, step=step, tail=tail, track=track)
+                runs = collapses_of(wall)(wall, curve, e, motions, measure, level, step=step, tail=tail, track=track)
             except (InputError, ArithmeticError) as error:  # halves of them, down to the one that is out of range
                 if len(rows) == 1:
                     errors[rows[0].line] = f"line {rows[0].line}: {error}"
@@ -252,16 +262,25 @@ def _by_chunks(
                 yield from run(batch)
 
 
+def collapses_of(wall: Any) -> Callable[..., xr.Dataset]:
+    """Return the function that runs such a wall."""
+    return one_sided.collapses if isinstance(wall, OneSidedWall) else collapses
+
+
 def alike(rows: Iterable[Row]) -> Iterable[list[Row]]:
     """Return the rows that fit into one batch: walls or parapets, with one kind of softening."""
     kinds: dict[Any, list[Row]] = {}
     for row in rows:
-        kinds.setdefault((type(row.wall), row.curve.softening), []).append(row)
+        # Each one-sided wall runs alone: its stop has a step of its own.
+        alone = row.line if isinstance(row.wall, OneSidedWall) else -1
+        kinds.setdefault((type(row.wall), row.curve.softening, alone), []).append(row)
     return kinds.values()
 
 
 def stacked(owners: Sequence[T]) -> T:
     """Return walls or curves of numbers as one of arrays."""
+    if isinstance(owners[0], OneSidedWall):
+        return owners[0]
     names = [field.name for field in fields(owners[0])]  # type: ignore[arg-type]
     first = {name: getattr(owners[0], name) for name in names}
     arrays = {
@@ -321,7 +340,7 @@ def below_onset(answer: xr.Dataset, measure: str, intensity: float) -> list[str]
 # --- from runs to an answer -------------------------------------------------------------------------------------------
 
 
-def summary(runs: xr.Dataset, wall: Wall | Parapet, curve: TrilinearCurve, measure: str) -> xr.Dataset:
+def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, measure: str) -> xr.Dataset:
     """Return counts, shares, fragilities and the error of the solver's step, of what `collapses` returned."""
     name, records = measure.lower(), runs.sizes["record"]
     counts = {step: runs[f"stripe_{step}"].sum("record") for step in ("collapsed", "coarser")}

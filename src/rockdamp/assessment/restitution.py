@@ -12,10 +12,12 @@ from rockdamp.arguments import number
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet, Wall
 from rockdamp.vocabulary import BLOCK_RATIO, BLOCK_RESTITUTION_DEVIATION, WALL_RESTITUTION_DEVIATION
 
 Rocking = Wall | Parapet
+SORRENTINO = "Sorrentino, AlShawa and Decanini (2011), second-hand: a block that hits a return wall"
 
 # By the name of the rule: what it gives, and what it is called for a wall.
 RULES: Mapping[str, tuple[Callable[[Rocking], Array], str]] = {
@@ -43,23 +45,28 @@ FURTHEST = 3.5  # standard deviations from a rule to the last node
 LOWEST, HIGHEST = 0.01, 1.0  # e; below and above, its distribution is cut off
 
 
-def by_rule(wall: Rocking, rule: str = DEFAULT_RULE) -> tuple[Array, str]:
+def by_rule(wall: Rocking | OneSidedWall, rule: str = DEFAULT_RULE) -> tuple[Array, str]:
     """Return e of a wall by the name of a rule, and its reason; for a parapet every rule is Housner's. [-]"""
     if rule not in RULES:
         raise InputError(f"restitution (e) is {rule!r}; it must be a number, or one of {', '.join(RULES)}")
+    if isinstance(wall, OneSidedWall):
+        if isinstance(wall.mechanism, Wall):
+            raise InputError(f"restitution (e) is {rule!r}; a strip against a stop has no rule: it must be a number")
+        return wall.restitution_rigid, SORRENTINO
     if isinstance(wall, Parapet):
         return wall.restitution, HOUSNER
     formula, reason = RULES[rule]
     return formula(wall), reason
 
 
-def restitution_and_reason(wall: Rocking, restitution: float | str) -> tuple[float, str]:
+def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | str) -> tuple[float, str]:
     """Return e, by its rule or as it is given, and the reason for it. [-]"""
     if isinstance(restitution, str):
         e, reason = by_rule(wall, restitution)
         return float(e), reason
     given = float(Damping.cr(number("restitution (e)", restitution)).restitution)
-    plausibility.warn(plausibility.of_restitution(given))
+    if not isinstance(wall, OneSidedWall):  # against a stop an e of 0.3 is usual
+        plausibility.warn(plausibility.of_restitution(given))
     return given, "as given"
 
 
