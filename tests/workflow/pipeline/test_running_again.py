@@ -63,8 +63,8 @@ GLOSSARY = "src/rockdamp/storage/glossary.yaml"
 # An edit of each kind in docs/howto/change-and-rerun.md: files with the old and the new text, and what runs first.
 EDITS = {
     "a caption": (
-        [("src/rockdamp/figures/curves.py", "law of rigid bodies. (b)", "law of rigid walls. (b)")],
-        ["fig2", "report"],
+        [("src/rockdamp/figures/mechanism.py", "law of rigid bodies. (b)", "law of rigid walls. (b)")],
+        ["fig1", "fig2", "report"],
     ),
     "what a name means, or its unit": (
         [
