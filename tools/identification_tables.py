@@ -34,12 +34,12 @@ def coverage(_: Data) -> str:
     drawn, identified = (int(found[name].iloc[0]) for name in ("records", "identified"))
     errors = [float(np.sqrt(level * (1 - level) / identified)) for level in LEVELS]
     held = [f"held_{level}" for level in LEVELS]
-    away = abs(found[held] - LEVELS) / errors
+    away = abs(found[held].to_numpy() - LEVELS) / errors
     told = (
         f"Of {drawn} records {identified} were identified, and {drawn - identified} refused. "
         f"By chance a share differs from its level by {percent(errors[0])} and {percent(errors[1])} (standard errors), "
         f"and the deviation of z from 1 by {percent(1 / np.sqrt(2 * identified))}; "
-        f"the share that is farthest off differs by {float(away.max(axis=None)):.1f} of these."
+        f"the share that is farthest off differs by {float(away.max()):.1f} of these."
     )
     head = ["parameter", "50 %", "90 %", "50 %, least squares", "90 %, least squares", "deviation of z"]
     rows = []
