@@ -344,7 +344,7 @@ def _counts(tree: Tree, config: str) -> tuple[int, int]:
 
     results = "results/minimal" if "minimal" in config else "results"
     with xr.open_dataset(tree.place / results / "earthquakes.nc") as study:
-        return study.sizes["record"], int(study["peak_ratio"].notnull().sum())
+        return study.sizes["record"], int(study["peak"].notnull().sum())
 
 
 class _Peak:

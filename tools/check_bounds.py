@@ -57,8 +57,8 @@ def histories(results: Path, config: Config, count: int, seed: int) -> float:
 
 def held(checked: xr.Dataset) -> xr.DataArray:
     """Which histories end as the study says and, where they stand, peak within their bound."""
-    off = abs(checked["peak_ratio"] - checked["exact_peak"])
-    within = (checked["collapsed"] == 1) | (off <= checked["peak_ratio_uncertainty"])
+    off = abs(checked["peak"] - checked["exact_peak"])
+    within = (checked["collapsed"] == 1) | (off <= checked["peak_uncertainty"])
     return (checked["collapsed"] == checked["exact_collapsed"]) & within
 
 

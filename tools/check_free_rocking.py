@@ -99,7 +99,7 @@ def held(wall: Specimen, fit: xr.Dataset) -> dict[str, bool]:
 def excluded(fit: xr.Dataset) -> dict[str, bool]:
     """Say of each damper whether its losses are excluded."""
     least = float(fit["log_likelihood_threshold"])
-    return {str(one["damping_model"].item()): bool(one < least) for one in fit["log_likelihood"]}
+    return {str(one["damping_model"].item()): bool(one < least) for one in fit["relative_log_likelihood"]}
 
 
 def rows_by(made_by: str, count: int, seed: int) -> list[dict[str, Any]]:

@@ -44,7 +44,11 @@ def _dataset(path: Path, number: float) -> None:
     dims = ("scheme", "excitation", "damping_model")
     errors, orders = np.full((1, 1, 1, 500), number), np.full((1, 1, 1), number)
     made = xr.Dataset(
-        {"solver_error": ((*dims, "step"), errors), "order": (dims, orders), "finest_order": (dims, orders)},
+        {
+            "solver_error": ((*dims, "step"), errors),
+            "order": (dims, orders),
+            "finest_convergence_order": (dims, orders),
+        },
         {"scheme": ["newmark"], "excitation": ["free"], "damping_model": ["CR"], "step": np.arange(1.0, 501.0)},
     )
     dataset.write(made, path, "convergence", config={}, code_version="0")

@@ -72,7 +72,7 @@ def random_tests(_: Data) -> str:
     """What the posterior says of random tests that the event-driven solver made, by how far the wall rocks."""
     every = pd.read_csv(RANDOM_TESTS, keep_default_na=False)
     rows, before = (every[every["seed"] == seed] for seed in (JUDGED, BEFORE))
-    bands = {"all": rows, "below half": rows[rows["peak_ratio"] < 0.5], "beyond": rows[rows["peak_ratio"] >= 0.5]}
+    bands = {"all": rows, "below half": rows[rows["peak"] < 0.5], "beyond": rows[rows["peak"] >= 0.5]}
     head = ["", *(f"{name} of u_ins" if name == "below half" else name for name in bands)]
     table_rows = [["tests", *(str(len(some)) for some in bands.values())]]
     for ended, words in (("answered", "answered"), ("refused", "refused"), ("failed", "ended in a traceback")):

@@ -79,8 +79,8 @@ def solver(data: Data) -> str:
     at = accuracy.isel(step=nearest(accuracy["step"].values.tolist(), float(accuracy["solver_step"])))
     head = ["model", "order, free", "order, forced", "median error", "largest error", "largest difference"]
     rows = [
-        [model, *(f"{float(order):.2f}" for order in one["order"])]
-        + [power(one[name].max()) for name in ("median_solver_error", "largest_solver_error", "largest_difference")]
+        [model, *(f"{float(order):.2f}" for order in one["convergence_order"])]
+        + [power(one[name].max()) for name in ("median_solver_error", "largest_solver_error", "largest_history_error")]
         for model, one in models(at)
     ]
     return table(head, rows)

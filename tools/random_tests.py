@@ -49,7 +49,7 @@ class RandomTest:
     pulse: str
     pulse_peak: float  # [m s-2]
     rate: int  # [Hz]
-    peak_ratio: float  # u/u_ins
+    peak: float  # u/u_ins
     motion_noise: float  # [m s-2]
     sensor_deviation: float  # [m]
     record: Record
@@ -159,7 +159,7 @@ def judged(seed: int, number: int) -> dict[str, float | str]:
         "pulse_peak": test.pulse_peak,
         "rate": test.rate,
         "samples": test.record.elapsed.size,
-        "peak_ratio": test.peak_ratio,
+        "peak": test.peak,
         "motion_noise": test.motion_noise,
         "sensor_deviation": test.sensor_deviation,
         **{f"true_{name}": value for name, value in zip(NAMES, test.truth, strict=True)},

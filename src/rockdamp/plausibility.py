@@ -295,12 +295,12 @@ def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float 
     return [f"PGA is {pga:.3g} m s-2, {beyond}, with its numbers taken as {unit}; {cause}"]
 
 
-def of_response(peak_ratio: ArrayLike, yield_displacement_ratio: float, pga: float, onset: float) -> list[str]:
+def of_response(peak: ArrayLike, yield_displacement_ratio: float, pga: float, onset: float) -> list[str]:
     """Return a doubt where a motion does not make a wall rock: its peaks u/u_ins stay below a1.
 
     `onset` is the acceleration whose static load makes the wall rock. [m s-2]
     """
-    if _largest(peak_ratio) >= yield_displacement_ratio or pga == 0:
+    if _largest(peak) >= yield_displacement_ratio or pga == 0:
         return []
     question = was_g(pga, onset) if pga < onset else ""
     stated = f"PGA is {in_g(pga)}, where {in_g(onset)} makes it rock{question}"

@@ -36,7 +36,7 @@ def test_collapses_and_peaks_are_those_of_the_event_driven_solver(wall, curve, m
                 load=float(wall.load_factor) * factor * ground,
                 load_step=p * record.step,
             )
-            peak = float(found["peak_ratio"].sel(record=motion.name, damping_model=REFERENCE)[index])
+            peak = float(found["peak"].sel(record=motion.name, damping_model=REFERENCE)[index])
             assert (solved.outcome == "collapsed") == np.isnan(peak)
             if np.isfinite(peak):
                 compared += 1
@@ -60,14 +60,14 @@ def test_both_dampers_are_run_by_what_respond_would_do(wall, curve, motions, ans
                 tail=3.0,
                 histories=False,
             )
-            ratio = float(answer["peak_ratio"].sel(record=motion.name, damping_model=damping.model)[index])
+            ratio = float(answer["peak"].sel(record=motion.name, damping_model=damping.model)[index])
             assert np.isnan(ratio) == (run.outcome.item() == "collapsed")
             if np.isfinite(ratio):
-                assert ratio == pytest.approx(run.peak_ratio.item(), rel=0.02)
+                assert ratio == pytest.approx(run.peak.item(), rel=0.02)
 
 
 def test_shares_are_counts_over_records_and_their_intervals_hold_them(answer):
-    fell = np.isnan(answer["peak_ratio"]).sum("record").transpose("damping_model", "intensity")
+    fell = np.isnan(answer["peak"]).sum("record").transpose("damping_model", "intensity")
     np.testing.assert_array_equal(answer["collapses"], fell)
     np.testing.assert_allclose(answer["collapse_probability"], fell / 14)
     bounds = answer["collapse_probability_interval"]
@@ -98,7 +98,7 @@ def test_a_collapse_at_pga_is_the_same_record_at_its_pgv(wall, curve, motions):
     measures = rd.intensity_measures(motions[0].record)
     by_pga = rd.assess(wall, curve, motions[0], pga=2 * measures.pga, restitution=0.85)
     by_pgv = rd.assess(wall, curve, motions[0], pgv=2 * measures.pgv, restitution=0.85)
-    np.testing.assert_allclose(by_pga["peak_ratio"], by_pgv["peak_ratio"], rtol=1e-6)
+    np.testing.assert_allclose(by_pga["peak"], by_pgv["peak"], rtol=1e-6)
     ratio = measures.pga / measures.pgv  # of one record its stripes are the same motions
     np.testing.assert_allclose(by_pga["stripe_pga"], ratio * by_pgv["stripe_pgv"], rtol=1e-12)
 

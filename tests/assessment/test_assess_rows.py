@@ -43,18 +43,18 @@ def test_each_wall_is_what_assess_says_of_it_alone(rows, found, motions):
     for row in rows:
         one = found.sel(wall=row.id)
         if isinstance(row, BadRow):
-            assert one["error"].item() == row.error and np.isnan(one["dispersion"]).all()
+            assert one["row_error"].item() == row.error and np.isnan(one["dispersion"]).all()
             continue
         with as_meant():  # the last of them does not rock under most of these records
             alone = rd.assess(row.wall, row.curve, motions, pgv=0.5, restitution=row.restitution)
-        assert not one["error"].item()
+        assert not one["row_error"].item()
         np.testing.assert_array_equal(one["collapses"], alone["collapses"][:, 0])
         for name in ("rocking_onset", "damping_ratio", "order", "stripe_collapses", "unsettled", "restitution"):
             np.testing.assert_array_equal(one[name], alone[name])
         for name in ("median_pgv", "dispersion", "median_uncertainty", "dispersion_uncertainty"):
             np.testing.assert_allclose(one[name], alone[name], rtol=1e-8)
-        peaks = np.median(alone["peak_ratio"].fillna(np.inf)[..., 0], axis=1)
-        np.testing.assert_array_equal(one["peak_ratio_median"], np.where(np.isinf(peaks), np.nan, peaks))
+        peaks = np.median(alone["peak"].fillna(np.inf)[..., 0], axis=1)
+        np.testing.assert_array_equal(one["peak_median"], np.where(np.isinf(peaks), np.nan, peaks))
 
 
 def test_how_many_run_at_once_changes_nothing(rows, found, motions):
@@ -73,7 +73,7 @@ def test_a_wall_that_the_solver_refuses_stops_no_other(rows, found, motions, mon
     monkeypatch.setattr(assess, "collapses", refusing)
     with as_meant():
         other = assess_rows(rows, motions, "PGV", 0.5)
-    assert other["error"].sel(wall="d").item() == "line 6: a history would take too long"
+    assert other["row_error"].sel(wall="d").item() == "line 6: a history would take too long"
     assert (other["collapses"].sel(wall="d") == -1).all() and np.isnan(other["restitution"].sel(wall="d"))
     xr.testing.assert_identical(other.sel(wall=list("abce")), found.sel(wall=list("abce")))
 
@@ -101,7 +101,7 @@ def test_the_table_has_a_row_for_each_damping_model_and_one_for_a_bad_row(found)
 def test_where_half_of_the_records_collapse_a_wall_there_is_no_median_peak(rows, motions):
     with as_meant():
         strong = assess_rows(rows[:1], motions, "PGV", 5.0)
-    assert strong["collapses"].values.tolist() == [[14, 14]] and np.isnan(strong["peak_ratio_median"]).all()
+    assert strong["collapses"].values.tolist() == [[14, 14]] and np.isnan(strong["peak_median"]).all()
     peaks = xr.Dataset({"peak": (("record", "wall"), [[0.1, 0.1], [0.2, 0.2], [np.nan, 0.4], [np.nan, np.nan]])})
     np.testing.assert_allclose(median_peak(peaks), [np.nan, 0.3])
 
@@ -134,7 +134,7 @@ def test_as_a_dataset_it_is_what_the_glossary_says(rows, motions, measure, tmp_p
     read = storage.open(tmp_path / "walls.nc")
     assert read["wall"].values.tolist() == ["a", "bad", "b", "c", "d", "e"]
     assert read["collapses"].sel(wall="bad").values.tolist() == [-1, -1]
-    assert str(read["error"].sel(wall="bad").item()).startswith("line 3")
+    assert str(read["row_error"].sel(wall="bad").item()).startswith("line 3")
     np.testing.assert_array_equal(read["dispersion"], made["dispersion"])
 
 

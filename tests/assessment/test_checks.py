@@ -14,7 +14,7 @@ def test_the_checks_state_what_the_histories_did(answer, wall, motions):
     low, high = checks(answer, wall, motions)
     cr = answer.sel(damping_model="CR")
     for index, check in enumerate((low, high)):
-        peaks = np.nan_to_num(cr["peak_ratio"].isel(intensity=index).values, nan=np.inf)
+        peaks = np.nan_to_num(cr["peak"].isel(intensity=index).values, nan=np.inf)
         # Half, and 84 %, of the records do not pass these peaks, and fewer do not pass the next smaller ones.
         assert np.mean(u_ins * peaks <= check.median_peak) >= 0.5 > np.mean(u_ins * peaks < check.median_peak)
         assert np.mean(u_ins * peaks <= check.upper_peak) >= 0.84 > np.mean(u_ins * peaks < check.upper_peak)

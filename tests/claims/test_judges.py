@@ -41,7 +41,7 @@ from rockdamp.vocabulary import PAPER_MODELS
 CASES = [
     ("ean-slender", REPRODUCED, nothing, ""),
     ("ean-slender", CONDITIONAL, put("mechanism", "restitution_impulsive", np.full((2, 3), 0.5)), "impulse"),
-    ("ean-slender", NOT_REPRODUCED, put("mechanism", "restitution_analytical", np.full((2, 3), 0.5)), ""),
+    ("ean-slender", NOT_REPRODUCED, put("mechanism", "restitution_rigid", np.full((2, 3), 0.5)), ""),
     ("hinge-mass", REPRODUCED, nothing, ""),
     (
         "hinge-mass",
@@ -54,8 +54,8 @@ CASES = [
     ("bilinear-demand", NOT_JUDGED, nothing, "one of several"),
     ("e-measured", REPRODUCED, nothing, ""),
     ("e-measured", CONDITIONAL, put("mechanism", "tested_restitution_impulsive", 0.8), "impulse"),
-    ("e-measured", CONDITIONAL, put("mechanism", "tested_restitution_analytical", 0.99), "the lowest and the highest"),
-    ("e-measured", NOT_REPRODUCED, put("mechanism", "tested_restitution_analytical", 0.85), ""),
+    ("e-measured", CONDITIONAL, put("mechanism", "tested_restitution_rigid", 0.99), "the lowest and the highest"),
+    ("e-measured", NOT_REPRODUCED, put("mechanism", "tested_restitution_rigid", 0.85), ""),
     ("measured-cdr", REPRODUCED, nothing, ""),
     ("measured-cdr", CONDITIONAL, likelihood_of("SDR", [100.0, 204.0]), "impacts used 6"),
     ("measured-cdr", NOT_REPRODUCED, likelihood_of("SDR", [102.0, 204.0]), ""),
@@ -276,8 +276,8 @@ def test_every_limit_decides_whatever_the_data_are(listed, data):
 @pytest.mark.parametrize(
     ("part", "change"),
     [
-        ("pulses", scaled("bilinear", "pulse_peak_ratio", 0.5, force_curve=["bi-linear"], pulse_frequency=[1.0])),
-        ("records", scaled("bilinear", "record_peak_ratio", 0.5, force_curve=["bi-linear"])),
+        ("pulses", scaled("bilinear", "peak_under_pulse", 0.5, force_curve=["bi-linear"], pulse_frequency=[1.0])),
+        ("records", scaled("bilinear", "peak_under_record", 0.5, force_curve=["bi-linear"])),
         ("collapses", put("bilinear", "pulse_collapsed", np.zeros((2, 1, 2, 3)))),
     ],
 )

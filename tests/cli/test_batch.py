@@ -12,7 +12,7 @@ from rockdamp.assessment.answers import COLUMNS
 from rockdamp.storage import dataset
 
 RECORDS = ("--records", "fema-p695:far-field/[1-4]/a")
-CONTRACT = ["id", "damping_model", "collapses", "records", "median_intensity", "peak_ratio_median", "error"]
+CONTRACT = ["id", "damping_model", "collapses", "records", "median_intensity", "peak_median", "error"]
 TABLE = "id,thickness,height,preset,restitution\none,0.25,3,new,0.85\ntwo,25kg,3,new,\nthree,0.3,3,severe,\n"
 
 

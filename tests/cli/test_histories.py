@@ -15,7 +15,7 @@ CURVE = ("--a1", 0.04, "--b1", 0.8)
 WALL = ("--thickness", 0.102, "--height", 2.754, "--hinge-ratio", 0.57, "--overburden-ratio", 6.2)
 CDR = ("--damping-model", "CDR", "--damping-ratio", 0.05)
 MOTION = ["pga", "pgv", "duration", "rocking_onset"]
-KEYS = ["peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcome_elapsed"]
+KEYS = ["peak_displacement", "peak", "peak_elapsed", "outcome", "outcome_elapsed"]
 
 
 def respond(record, *arguments):
@@ -28,9 +28,9 @@ def respond(record, *arguments):
 def test_decay_gives_the_peak_of_each_half_cycle():
     rows = printed("decay", *CURVE, "--damping-model", "CR", "--restitution", 0.9, "--release", 0.4)
     assert [row["impacts"] for row in rows] == list(range(len(rows)))
-    assert rows[0]["peak_ratio"] == 0.4 and rows[0]["tau"] == 0.0
+    assert rows[0]["peak"] == 0.4 and rows[0]["tau"] == 0.0
     curve = rd.TrilinearCurve(0.04, 0.8)
-    energy = curve.energy([row["peak_ratio"] for row in rows])
+    energy = curve.energy([row["peak"] for row in rows])
     np.testing.assert_allclose(energy[1:6] / energy[:5], 0.9**2, rtol=1e-3)  # Eq. (8)
 
 
@@ -52,7 +52,7 @@ def test_respond_gives_the_agreed_keys_and_the_packages_numbers(record):
     )
     for key in KEYS:
         assert values[key] == found[key].item()
-    assert values["peak_ratio"] == pytest.approx(values["peak_displacement"] / wall.instability_displacement)
+    assert values["peak"] == pytest.approx(values["peak_displacement"] / wall.instability_displacement)
     assert values["outcome"] == "completed"
     assert values["outcome_elapsed"] == pytest.approx(0.99 + 1.0)
 
@@ -114,7 +114,7 @@ def quick(monkeypatch):
             "covariance": (("parameter", "parameter_other"), np.diag((0.01 * one) ** 2)),
             "standard_error_by_motion": ("parameter", 0.005 * one),
             "measured": ("elapsed", 0.001 * np.arange(5.0)),
-            "displacement": ("elapsed", 0.0011 * np.arange(5.0)),
+            "control_displacement": ("elapsed", 0.0011 * np.arange(5.0)),
             "residual_rms": 2e-4,
             "residual_over_peak": 0.05,
             "residual_over_noise": 2.0,
@@ -253,9 +253,9 @@ def test_a_decay_of_a_wall_is_in_seconds_and_metres_too():
     seconds = 10 / float(wall.frequency_parameter)
     rows = printed("decay", *CURVE, *CDR, "--length", f"{seconds!r}s", "--thickness", "30cm", "--height", 4.5)
     for ours, theirs in zip(rows, plain, strict=True):
-        assert ours["peak_ratio"] == pytest.approx(theirs["peak_ratio"], rel=1e-9)
+        assert ours["peak"] == pytest.approx(theirs["peak"], rel=1e-9)
         assert ours["elapsed"] == pytest.approx(theirs["tau"] / wall.frequency_parameter)
-        assert ours["peak_displacement"] == pytest.approx(theirs["peak_ratio"] * wall.instability_displacement)
+        assert ours["peak_displacement"] == pytest.approx(theirs["peak"] * wall.instability_displacement)
 
 
 def test_a_file_to_write_is_not_the_record_by_another_name(record, tmp_path):

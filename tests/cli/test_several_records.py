@@ -9,7 +9,7 @@ from rockdamp.vocabulary import MODELS
 CURVE = ("--a1", 0.04, "--b1", 0.8)
 WALL = ("--thickness", 0.102, "--height", 2.754, "--hinge-ratio", 0.57, "--overburden-ratio", 6.2)
 CDR = ("--damping-model", "CDR", "--damping-ratio", 0.05)
-KEYS = ["peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcome_elapsed"]
+KEYS = ["peak_displacement", "peak", "peak_elapsed", "outcome", "outcome_elapsed"]
 
 
 def respond(record, *arguments):
@@ -60,12 +60,12 @@ def test_the_rows_are_written_as_a_table(record, tmp_path):
 def test_a_wall_that_falls_has_no_peak_in_the_table(record, tmp_path):
     arguments = respond(record, *CDR, "--scale", "1,100", "--csv", tmp_path / "peaks.csv")
     stands, falls = printed(*arguments)
-    assert (stands["outcome"], falls["outcome"]) == ("completed", "collapsed") and falls["peak_ratio"] > 1
+    assert (stands["outcome"], falls["outcome"]) == ("completed", "collapsed") and falls["peak"] > 1
     lines = [line.split(",") for line in (tmp_path / "peaks.csv").read_text(encoding="utf-8").splitlines()]
-    column = lines[0].index("peak_ratio")
-    assert float(lines[1][column]) == stands["peak_ratio"] and lines[2][column] == ""
+    column = lines[0].index("peak")
+    assert float(lines[1][column]) == stands["peak"] and lines[2][column] == ""
     *_, fallen, reason = run(*arguments).stdout.splitlines()
-    assert fallen.split()[7:10] == ["-", "-", "-"] and reason == "-, peak_ratio: a wall that collapsed has no peak"
+    assert fallen.split()[7:10] == ["-", "-", "-"] and reason == "-, peak: a wall that collapsed has no peak"
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rockdamp.equivalence.absolute_minima import least_absolute
+from rockdamp.equivalence.matching import least_absolute
 from rockdamp.equivalence.minima import Cases
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import elementwise
 
-from rockdamp.equivalence.bracketed_minima import bracketed_minima
+from rockdamp.equivalence.minima import bracketed_minima
 
 TOP, STEEP = np.random.default_rng(7).uniform([[0.5], [0.1]], [[2.0], [40.0]], (2, 200))
 

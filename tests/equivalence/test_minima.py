@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.equivalence.closed_form import Scan, damping_ratio_energy
 from rockdamp.equivalence.minima import SCAN, Cases, global_minima
-from rockdamp.equivalence.scan import Scan
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping

@@ -17,7 +17,10 @@ def test_fig_convergence_shows_errors_measured_orders_and_true_slopes():
                 curve = one.sel(damping_model=model)
                 line = labelled(axes, f"{model}:")
                 assert line.get_ydata() == pytest.approx(curve["solver_error"].values)
-                assert f"{float(curve['order']):.2f} ({float(curve['finest_order']):.2f})" in line.get_label()
+                assert (
+                    f"{float(curve['convergence_order']):.2f} ({float(curve['finest_convergence_order']):.2f})"
+                    in line.get_label()
+                )
             guides = [line for line in axes.get_lines() if str(line.get_label()).startswith("_")]
             slopes = [np.polyfit(np.log(line.get_xdata()), np.log(line.get_ydata()), 1)[0] for line in guides]
             assert slopes == pytest.approx([1.0, 2.0])

@@ -79,7 +79,7 @@ def test_medians_of_the_analyses_end_with_a_marker_where_the_wall_last_stands(co
     figure = FIGURES["fig_ida"](comparison, earthquakes.walls())
     for wall in earthquakes.WALLS:
         one = comparison["fractile"].sel(
-            restitution=0.85, damping_ratio_source="least error", wall=wall, probability=0.5
+            restitution=0.85, damping_ratio_source="least error", wall=wall, fractile_probability=0.5
         )
         for model in earthquakes.MODELS:
             peaks = one.sel(damping_model=model).values
@@ -173,4 +173,4 @@ def test_the_population_s_medians_intervals_and_indices_are_those_of_the_dataset
         assert point == one["median_intensity_ratio"]
         assert ratios.get_yticklabels()[row].get_text() == model
     widths = [bar.get_width() for bar in sensitivity.patches]
-    np.testing.assert_allclose(widths, population["sensitivity"].sel(damping_model="CR"))
+    np.testing.assert_allclose(widths, population["first_order_index"].sel(damping_model="CR"))

@@ -52,7 +52,7 @@ def test_a_response_is_drawn_in_millimetres_and_over_u_ins_up_to_a_collapse():
     ground, axes = figure.axes
     np.testing.assert_array_equal(ground.get_lines()[0].get_ydata(), response["ground_acceleration"])
     stands, falls = (line for line in axes.get_lines() if not str(line.get_label()).startswith("_"))
-    np.testing.assert_allclose(stands.get_ydata(), 1000 * response["displacement"].sel(damping_model="CR"))
+    np.testing.assert_allclose(stands.get_ydata(), 1000 * response["control_displacement"].sel(damping_model="CR"))
     (cross,) = (line for line in axes.get_lines() if line.get_marker() == "x")
     assert (cross.get_xdata()[0], cross.get_ydata()[0]) == pytest.approx((2.0, 400.0))
     assert falls.get_label().endswith("collapses at 2.00 s")

@@ -53,7 +53,7 @@ def test_of_several_records_each_model_stands_on_every_level_beside_the_measurem
             one = data.isel(record=level)
             largest = float(one["measured_peak_displacement"])
             assert shows(axes, one["elapsed"], one["measured"] / largest)
-            assert shows(axes, one["elapsed"], one["displacement"].sel(damping_model=model) / largest)
+            assert shows(axes, one["elapsed"], one["control_displacement"].sel(damping_model=model) / largest)
             ratio = float(one["peak_ratio_to_measured"].sel(damping_model=model))
             assert f"peak × {ratio:.2f}" in [text.get_text() for text in axes.texts]
 

@@ -31,8 +31,8 @@ def test_a_wall_turns_the_same_decay_into_metres_and_seconds():
     bare = rd.free_decay(CURVE, rd.Damping("CDR", 0.05), length=12.0)
     full = rd.free_decay(CURVE, rd.Damping("CDR", 0.05), wall=WALL, length=12.0 / p)
     np.testing.assert_allclose(full.elapsed * p, bare.tau)
-    np.testing.assert_allclose(full.displacement, u_ins * bare.displacement, atol=1e-9)
-    np.testing.assert_allclose(full.velocity, u_ins * p * bare.velocity, atol=1e-7)
+    np.testing.assert_allclose(full.control_displacement, u_ins * bare.displacement, atol=1e-9)
+    np.testing.assert_allclose(full.control_velocity, u_ins * p * bare.velocity, atol=1e-7)
     assert full.peak_displacement == pytest.approx(u_ins * 0.5)
 
 
@@ -50,7 +50,7 @@ def test_walls_of_named_dimensions_keep_each_parameter_on_its_own():
     height = xr.DataArray([3.0, 4.5], dims="height", coords={"height": [3.0, 4.5]})
     wall = rd.Wall(0.3, height, overburden_ratio=xr.DataArray([0.0, 1.0], dims="overburden_ratio"))
     decay = rd.free_decay(CURVE, rd.Damping.cr(0.9), wall=wall, length=2.0, points=3)
-    assert decay.displacement.dims == ("height", "overburden_ratio", "elapsed")
+    assert decay.control_displacement.dims == ("height", "overburden_ratio", "elapsed")
     assert decay.height.dims == ("height",) and decay.overburden_ratio.dims == ("overburden_ratio",)
     assert decay.attrs["thickness"] == 0.3
     plain = rd.Wall(0.3, np.array([[3.0], [4.5]]), overburden_ratio=np.array([0.0, 1.0]))
@@ -58,7 +58,7 @@ def test_walls_of_named_dimensions_keep_each_parameter_on_its_own():
         full = np.broadcast_to(getattr(plain, name), (2, 2))
         np.testing.assert_allclose(np.asarray(getattr(wall, name)), full, rtol=1e-14)
     one = rd.free_decay(CURVE, rd.Damping.cr(0.9), wall=rd.Wall(0.3, 4.5), length=2.0, points=3)
-    np.testing.assert_allclose(decay.displacement[1, 0], one.displacement, rtol=1e-3, atol=1e-6)
+    np.testing.assert_allclose(decay.control_displacement[1, 0], one.control_displacement, rtol=1e-3, atol=1e-6)
 
 
 def test_a_response_is_the_validations_with_the_record_and_a_rest_behind_it():
@@ -67,10 +67,10 @@ def test_a_response_is_the_validations_with_the_record_and_a_rest_behind_it():
         response = rd.respond(WALL, CURVE, rd.Damping("SDR", 0.06), record, tail=1.0, step=0.005)
     same = computed_response(record, WALL, CURVE, rd.Damping("SDR", 0.06), 0.005)
     u_ins = float(WALL.instability_displacement)
-    np.testing.assert_allclose(response.displacement[:300], u_ins * same.displacement, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(response.control_displacement[:300], u_ins * same.displacement, rtol=1e-9, atol=1e-12)
     assert response.sizes["elapsed"] == 400 and float(response.elapsed[-1]) == pytest.approx(3.99)
     assert (response.ground_acceleration[300:] == 0).all()
-    assert response.peak_displacement >= np.abs(response.displacement).max()
+    assert response.peak_displacement >= np.abs(response.control_displacement).max()
 
 
 def test_a_record_that_starts_later_moves_every_time_and_no_size():
@@ -89,7 +89,7 @@ def test_a_record_that_starts_later_moves_every_time_and_no_size():
         np.testing.assert_allclose(late[name] - 5.0, early[name], atol=1e-9)
     np.testing.assert_allclose(late["peak_displacement"], early["peak_displacement"], rtol=1e-9)
     assert float(late["peak_elapsed"].sel(scale_factor=1.0)) > 5.0
-    at_peak = abs(late["displacement"].sel(scale_factor=1.0)).sel(
+    at_peak = abs(late["control_displacement"].sel(scale_factor=1.0)).sel(
         elapsed=late["peak_elapsed"].sel(scale_factor=1.0), method="nearest"
     )
     assert at_peak == pytest.approx(float(late["peak_displacement"].sel(scale_factor=1.0)), rel=1e-2)
@@ -98,9 +98,9 @@ def test_a_record_that_starts_later_moves_every_time_and_no_size():
 def test_a_scale_that_brings_the_wall_down_says_so_and_leaves_no_number_behind():
     response = rd.respond(WALL, CURVE, rd.Damping.cr(0.85), pulse(), scale=[0.5, 20.0], tail=2.0)
     assert response.outcome.values.tolist() == ["completed", "collapsed"]
-    assert np.isfinite(response.displacement.sel(scale_factor=0.5)).all()
+    assert np.isfinite(response.control_displacement.sel(scale_factor=0.5)).all()
     gone = response.sel(scale_factor=20.0)
-    assert np.isnan(gone.displacement.where(gone.elapsed > gone.outcome_elapsed, drop=True)).all()
+    assert np.isnan(gone.control_displacement.where(gone.elapsed > gone.outcome_elapsed, drop=True)).all()
     np.testing.assert_allclose(
         response.ground_acceleration.sel(scale_factor=20.0)[:300], 20 * pulse().ground_acceleration
     )
@@ -110,7 +110,7 @@ def test_a_scale_that_brings_the_wall_down_says_so_and_leaves_no_number_behind()
 def test_without_histories_the_rest_is_the_same_and_memory_does_not_grow_with_the_record():
     arguments = (WALL, CURVE, rd.Damping.cr([0.8, 0.9]), pulse())
     whole, short = (rd.respond(*arguments, scale=20.0, tail=1.0, histories=kept) for kept in (True, False))
-    left_out = {"displacement", "velocity", "ground_acceleration", "elapsed"}
+    left_out = {"control_displacement", "control_velocity", "ground_acceleration", "elapsed"}
     assert set(whole.variables) - set(short.variables) == left_out
     xr.testing.assert_identical(short, whole.drop_vars(left_out))
     assert short.nbytes == rd.respond(*arguments, scale=20.0, tail=50.0, histories=False).nbytes

@@ -53,7 +53,7 @@ def test_the_fitted_history_leaves_no_more_than_the_sensors_noise(result, record
     noise = float(record.header["generator_sensor_noise_m"])
     spread = 5 / np.sqrt(2 * record.elapsed.size)
     assert float(result["residual_deviation"]) == pytest.approx(noise, rel=spread)
-    left = (result["measured"] - result["displacement"]).values
+    left = (result["measured"] - result["control_displacement"]).values
     assert np.std(left) == pytest.approx(float(result["residual_deviation"]), rel=0.01)
     assert abs(np.mean(left)) < 1e-9
 

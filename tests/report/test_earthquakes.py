@@ -81,7 +81,7 @@ def test_histories_whose_bound_exceeds_their_peak_are_named_once():
     histories = made_up.earthquakes()
     assert "exceeds the peak" not in told(earthquakes=histories)
     at = {"record": "far-field/2/a", "velocity_ratio": made_up.SCALE[0], "wall": "church", "restitution": 0.85}
-    bound, peak = (histories[name] for name in ("peak_ratio_uncertainty", "peak_ratio"))
+    bound, peak = (histories[name] for name in ("peak_uncertainty", "peak"))
     bound.loc[{**at, "damping_model": "CR"}] = 2 * peak.loc[{**at, "damping_model": "CR"}]  # from every source
     bound.loc[{**at, "damping_model": "SDR", "damping_ratio_source": "polynomial"}] = 3 * peak.sel(
         **at, damping_model="SDR", damping_ratio_source="polynomial"

@@ -11,7 +11,6 @@ from repository import ROOT
 from rockdamp.pipeline.stages import STAGES
 from rockdamp.storage import dataset, glossary
 
-TWO_UNITS = {"displacement", "velocity"}
 # Parameters and results of `rd.free_decay` and `rd.respond` that no command stores.
 HISTORIES = {"density", "eccentricity", "peak_tau", "width"}
 
@@ -22,8 +21,8 @@ def orders():
     return xr.Dataset(
         {
             "solver_error": ((*dims, "step"), np.arange(8.0).reshape(1, 2, 2, 2)),
-            "order": (dims, np.full((1, 2, 2), 2.0)),
-            "finest_order": (dims, np.full((1, 2, 2), 2.0)),
+            "convergence_order": (dims, np.full((1, 2, 2), 2.0)),
+            "finest_convergence_order": (dims, np.full((1, 2, 2), 2.0)),
         },
         coords={
             "scheme": ["newmark"],
@@ -44,10 +43,12 @@ def test_an_interval_without_an_entry_is_described_by_its_variable():
 
 
 def test_a_name_has_one_unit_in_every_dataset_and_none_of_them_says_the_same_of_two_names():
-    units = {name: entry["units"] for name, entry in glossary.read()["names"].items() if name not in TWO_UNITS}
+    units = {name: entry["units"] for name, entry in glossary.read()["names"].items()}
     for kind in dataset.kinds():
         variables = dataset.variables(kind)
-        assert all(entry["units"] == units.get(name, entry["units"]) for name, entry in variables.items()), kind
+        assert not [name for name, entry in variables.items() if entry["units"] != units.get(name, entry["units"])], (
+            kind
+        )
         texts = [entry["long_name"] for entry in variables.values()]
         assert sorted(texts) == sorted(set(texts)), kind
 
@@ -65,7 +66,7 @@ def test_a_dataset_comes_back_as_it_was_written(orders, tmp_path):
     write(orders, tmp_path / "convergence.nc")
     with xr.open_dataset(tmp_path / "convergence.nc") as back:
         xr.testing.assert_equal(back.load(), orders)
-        assert float(back["order"].sel(damping_model="ECD", excitation="free").item()) == 2.0
+        assert float(back["convergence_order"].sel(damping_model="ECD", excitation="free").item()) == 2.0
 
 
 def test_every_variable_has_units_and_a_name_and_every_file_its_origin(orders, tmp_path):
@@ -108,8 +109,8 @@ def test_a_failed_write_leaves_the_earlier_file_and_no_other(orders, tmp_path, m
 def test_what_the_glossary_does_not_know_is_not_written(orders, tmp_path):
     with pytest.raises(dataset.DatasetError, match="surprise"):
         write(orders.assign(surprise=1.0), tmp_path / "convergence.nc")
-    with pytest.raises(dataset.DatasetError, match="missing.*order"):
-        write(orders.drop_vars("order"), tmp_path / "convergence.nc")
+    with pytest.raises(dataset.DatasetError, match="missing.*convergence_order"):
+        write(orders.drop_vars("convergence_order"), tmp_path / "convergence.nc")
     with pytest.raises(dataset.DatasetError, match="kind"):
         dataset.write(orders, tmp_path / "convergence.nc", "nonsense", config={}, code_version="")
     assert list(tmp_path.iterdir()) == []
@@ -126,13 +127,13 @@ def test_a_truncated_file_is_named(orders, tmp_path):
 
 
 def test_what_is_left_of_the_file_it_was_read_from_is_not_written(orders, tmp_path):
-    orders["order"].encoding["coordinates"] = "of_another_file"
+    orders["convergence_order"].encoding["coordinates"] = "of_another_file"
     write(orders, tmp_path / "convergence.nc")
     with xr.open_dataset(tmp_path / "convergence.nc", decode_coords=False) as raw:
-        assert "coordinates" not in raw["order"].attrs
+        assert "coordinates" not in raw["convergence_order"].attrs
 
 
-@pytest.mark.parametrize("name", ["solver_error", "order", "step"])
+@pytest.mark.parametrize("name", ["solver_error", "convergence_order", "step"])
 def test_a_flipped_bit_is_an_error_not_another_value(name, orders, tmp_path):
     path = tmp_path / "convergence.nc"
     write(orders, path)

@@ -63,7 +63,7 @@ def test_peaks_are_those_of_the_event_driven_solver(found, model, name, frequenc
     peak = float(one["reference_peak"])
     if model != "CR":
         damping = Damping(model, float(one["damping_ratio"].sel(damping_model=model)))
-        peak = float(one["peak_ratio"].sel(damping_model=model))
+        peak = float(one["peak"].sel(damping_model=model))
     run = event_driven.history(
         CURVE, damping, [step * (wave.size - 1) + 6.0], load=0.85 * float(one["load_ratio"]) * wave, load_step=step
     )
@@ -107,7 +107,7 @@ def made_up():
             "reference_peak": (dims, peak),
             "reference_collapsed": (dims, np.array([0, 0, 0, 1]).reshape(peak.shape)),
             "impacts_before_peak": (dims, np.array([0, 1, 1, 1]).reshape(peak.shape)),
-            "peak_ratio": (("damping_ratio_source", "damping_model", *dims), other[None, None]),
+            "peak": (("damping_ratio_source", "damping_model", *dims), other[None, None]),
             "collapsed": (
                 ("damping_ratio_source", "damping_model", *dims),
                 np.array([0, 0, 1, 0]).reshape((1, 1, *peak.shape)),
@@ -132,7 +132,7 @@ def test_ratios_false_safes_and_false_collapses_are_counted_as_they_are_defined(
 def test_one_pulse_of_many_moves_no_median():
     data = made_up()
     data["collapsed"][:] = 0
-    data["peak_ratio"][:] = data["reference_peak"] * np.array([[1.0, 1.0], [8.0, 1.0]])[:, :, None]
+    data["peak"][:] = data["reference_peak"] * np.array([[1.0, 1.0], [8.0, 1.0]])[:, :, None]
     one = pulses.statistics(data, np.array([0.1, 1.0])).squeeze()
     for name in ("median_ratio", "median_ratio_all"):
         assert float(one[name]) == pytest.approx(1.0)

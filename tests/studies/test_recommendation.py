@@ -157,10 +157,10 @@ def test_errors_under_pulses_are_those_of_the_slowest_and_the_quickest_that_stan
     made = pulses()
     for name in ("collapsed", "reference_collapsed"):
         made[name] = made[name] * 0
-    made["peak_ratio"] = made["reference_peak"] * np.exp(0.1 * (1 + made["pulse_frequency"]))
+    made["peak"] = made["reference_peak"] * np.exp(0.1 * (1 + made["pulse_frequency"]))
     expected = 0.1 * (1 + made["pulse_frequency"].values[[0, -1]])
     made["collapsed"][{"load_ratio": 0}] = 1
-    made["peak_ratio"][{"load_ratio": 0}] = 9.9
+    made["peak"][{"load_ratio": 0}] = 9.9
     at = {"damping_model": RECOMMENDED}
     advice = recommend(config, made_up.comparison(), *others, made.isel(pulse_frequency=slice(None, None, -1))).sel(at)
     np.testing.assert_allclose([advice["slow_pulse_log_error"], advice["quick_pulse_log_error"]], expected)

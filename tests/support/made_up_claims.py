@@ -25,11 +25,11 @@ def mechanism():
     dims = ("hinge_height_ratio", "slenderness")
     return xr.Dataset(
         {
-            "restitution_analytical": (dims, e),
+            "restitution_rigid": (dims, e),
             "restitution_impulsive": (dims, e - 0.1),
             "effective_mass_ratio": (dims, [[0.8, 0.75, 0.7], [0.76, 0.73, 0.69]]),
             "excitation_factor": (dims, [[1.25, 1.33, 1.43], [1.32, 1.37, 1.45]]),
-            "tested_restitution_analytical": 0.96,
+            "tested_restitution_rigid": 0.96,
             "tested_restitution_impulsive": 0.94,
         },
         coords={"hinge_height_ratio": hinge, "slenderness": slenderness},
@@ -47,9 +47,9 @@ def bilinear():
     peak = np.stack([small, large])
     return xr.Dataset(
         {
-            "pulse_peak_ratio": (pulse, peak[:, None]),
+            "peak_under_pulse": (pulse, peak[:, None]),
             "pulse_collapsed": (pulse, fell[:, None]),
-            "record_peak_ratio": (record, peak),
+            "peak_under_record": (record, peak),
             "record_collapsed": (record, 0 * fell),
             "yield_displacement_ratio": ("force_curve", [0.04, 0.005]),
         },
@@ -119,9 +119,9 @@ def indifferent(parameter):
     return matched(parameter, [1.0, 2.0], {model: [0.0, 0.0] for model in VISCOUS})
 
 
-def decaying(peak_ratio, tau):
-    """u and v of a linear oscillator whose peaks fall by `peak_ratio` each half cycle, smoothly."""
-    rate = -np.log(peak_ratio) * FREQUENCY / np.pi
+def decaying(peak, tau):
+    """u and v of a linear oscillator whose peaks fall by `peak` each half cycle, smoothly."""
+    rate = -np.log(peak) * FREQUENCY / np.pi
     decay, phase = RELEASE * np.exp(-rate * tau), FREQUENCY * tau
     return decay * np.cos(phase), -decay * (rate * np.cos(phase) + FREQUENCY * np.sin(phase))
 

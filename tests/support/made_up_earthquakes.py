@@ -74,7 +74,7 @@ def earthquakes(records=6):
     dims = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
     collapsed[:, :, 3, :, 1:, 0] = -1  # one wall lies beyond the polynomials
     data = xr.Dataset(
-        {"peak_ratio": (dims, np.where(collapsed < 0, np.nan, peak)), "collapsed": (dims, collapsed)},
+        {"peak": (dims, np.where(collapsed < 0, np.nan, peak)), "collapsed": (dims, collapsed)},
         coords={
             **COORDS,
             "record": [f"far-field/{i}/a" for i in range(records)],
@@ -93,8 +93,8 @@ def histories(peak, varied, station, velocity_ratio, collapsed=None, **coords):
     ratio[:, :, 0] = np.nan
     return xr.Dataset(
         {
-            "peak_ratio": (dims, peak),
-            "peak_ratio_uncertainty": (dims, 1e-3 * peak),
+            "peak": (dims, peak),
+            "peak_uncertainty": (dims, 1e-3 * peak),
             "collapsed": (dims, collapsed),
             "settled": (dims, np.ones_like(collapsed)),
             "decay_misfit": (dims, np.zeros(peak.shape)),
@@ -142,7 +142,7 @@ def comparison():
             **_statistic("wall_median_intensity_ratio", wall_dims, of_wall / of_wall[..., :1, :]),
             **_statistic("wall_dispersion", wall_dims, np.full(of_wall.shape, BETA)),
             "collapse_fraction": ((*wall_dims, "velocity_ratio"), collapse),
-            "fractile": (("probability", *wall_dims, "velocity_ratio"), np.where(peaks < 1, peaks, np.nan)),
+            "fractile": (("fractile_probability", *wall_dims, "velocity_ratio"), np.where(peaks < 1, peaks, np.nan)),
             "median_decay_misfit": (
                 (*e_dims, "velocity_ratio"),
                 np.broadcast_to(0.01 * FACTOR[:, None, None] * SCALE**0.1, (*lead, SCALE.size)),
@@ -156,7 +156,7 @@ def comparison():
         coords={
             **COORDS,
             "bound": ["lower", "upper"],
-            "probability": [0.16, 0.5, 0.84],
+            "fractile_probability": [0.16, 0.5, 0.84],
             "share": [0.5, 0.9, 0.99, 1.0],
             "band": band,
             "band_start": ("band", np.r_[EDGES[0], EDGES[:-1]]),
@@ -225,8 +225,8 @@ def population():
             **_statistic("median_intensity", ("damping_model",), median),
             **_statistic("dispersion", ("damping_model",), np.full(len(MODELS), BETA)),
             **_statistic("median_intensity_ratio", ("damping_model",), median / median[0]),
-            "sensitivity": (("parameter", "damping_model"), index),
-            "sensitivity_confidence": (("parameter", "damping_model"), 0.1 * index),
+            "first_order_index": (("parameter", "damping_model"), index),
+            "first_order_index_confidence": (("parameter", "damping_model"), 0.1 * index),
             "records": 10,
         },
         coords={

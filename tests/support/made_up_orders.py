@@ -27,7 +27,7 @@ def made_up(log_ratio, collapsed=False):
             "reference_collapsed": (dims, fell),
             "varied_peak": ((*dims, "variation"), varied),
             "varied_collapsed": ((*dims, "variation"), np.repeat(fell[..., None], varied.shape[-1], axis=-1)),
-            "peak_ratio": ((*dims, "order"), peak[..., None] * np.exp(ratio)),
+            "peak": ((*dims, "order"), peak[..., None] * np.exp(ratio)),
             "collapsed": ((*dims, "order"), order_fell),
         },
         coords={

@@ -134,7 +134,13 @@ def records_of_series():
         for height in LEVELS:
             level = one.assign_coords(record=[f"{number} at {height}"]).copy(deep=True)
             factor = height * u_ins / float(one["measured_peak_displacement"].item())
-            for name in ("displacement", "measured", "measured_peak_displacement", "decay_peak", "measured_decay_peak"):
+            for name in (
+                "control_displacement",
+                "measured",
+                "measured_peak_displacement",
+                "decay_peak",
+                "measured_decay_peak",
+            ):
                 level[name] = level[name] * factor
             level["peak_ratio_to_measured"] = 1 - (1 - level["peak_ratio_to_measured"]) * (1 - height) * (number + 1)
             level["record_made_by"] = ("record", [maker])
@@ -154,7 +160,7 @@ def validation(**attributes):
     share = by_model(ALL, 0.75, CR=0.95, CDC=0.9, CDR=0.8, SDR=0.7, ECD=0.85)
     data = xr.Dataset(
         {
-            "displacement": (("damping_model", "elapsed"), share[:, None] * measured),
+            "control_displacement": (("damping_model", "elapsed"), share[:, None] * measured),
             "measured": ("elapsed", measured),
             "ground_acceleration": ("elapsed", motion),
             "damping_ratio": (
@@ -197,8 +203,8 @@ def convergence():
     data = xr.Dataset(
         {
             "solver_error": ((*dims, "step"), error),
-            "order": (dims, slopes),
-            "finest_order": (dims, slopes + 0.01),
+            "convergence_order": (dims, slopes),
+            "finest_convergence_order": (dims, slopes + 0.01),
         },
         coords={
             "scheme": ["newmark", "paper"],
@@ -306,7 +312,7 @@ def pulses():
             "damping_ratio": (by, np.full((2, len(VISCOUS), 3), 0.05)),
             "reference_peak": (cells, peak),
             "reference_collapsed": (cells, collapsed.astype(np.int8)),
-            "peak_ratio": ((*by[:2], *cells), np.stack([ratio * peak] * 2)),
+            "peak": ((*by[:2], *cells), np.stack([ratio * peak] * 2)),
             "collapsed": ((*by[:2], *cells), np.stack([ratio * peak > 1] * 2).astype(np.int8)),
             "median_ratio": ((*by, "band"), median),
             "log_dispersion": ((*by, "band"), 0.15 * median),

@@ -31,7 +31,7 @@ COLUMNS = (
     "collapse_probability",
     "median_intensity",
     "dispersion",
-    "peak_ratio_median",
+    "peak_median",
     "unsettled",
     "median_uncertainty",
     "dispersion_uncertainty",
@@ -119,7 +119,7 @@ def lines(answer: xr.Dataset) -> Iterator[dict[str, Any]]:
 
     What is not defined is empty, and ``reason`` says why there is no fragility. A wall with an error has it once.
     """
-    renamed = answer.rename({f"median_{measure_of(answer)}": "median_intensity", "wall": "id"})
+    renamed = answer.rename({f"median_{measure_of(answer)}": "median_intensity", "wall": "id", "row_error": "error"})
     named = [name for name in COLUMNS if name in renamed.variables and name != "id"]
     table = renamed[named].to_dataframe(dim_order=["id", "damping_model"]).reset_index()
     stripes = renamed["stripe_collapses"].transpose("id", "damping_model", "stripe").values.reshape(len(table), -1)
@@ -143,7 +143,7 @@ def fragilities(answer: xr.Dataset, taxonomies: Iterable[str]) -> Iterator[Colla
     walls = answer if "wall" in answer.dims else answer.expand_dims("wall")
     for index, taxonomy in enumerate(taxonomies):
         wall = walls.isel(wall=index)
-        if "error" in wall and wall["error"].item():
+        if "row_error" in wall and wall["row_error"].item():
             continue
         share = wall["stripe_collapses"] / answer["records"]
         yield from _by_model(wall, taxonomy, f"median_{measure}", f"stripe_{measure}", share)

@@ -82,7 +82,7 @@ def assess(
     xarray.Dataset
         By ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity, ``collapse_probability``
         with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
-        over the stations, ``stripe_collapses``, and ``peak_ratio`` of each record, NaN where the wall collapses. And
+        over the stations, ``stripe_collapses``, and ``peak`` of each record, NaN where the wall collapses. And
         ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. By the rule
         ``measured`` also ``averaged_collapse_probability``, over the spread of e. Intervals are NaN for fewer than four
         stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and ``dispersion_uncertainty`` are what
@@ -116,7 +116,7 @@ def assess(
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
     plausibility.warn(below_onset(answer, measure, float(intensity[-1])))
     answer = answer.drop_vars("strongest").assign(
-        restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak_ratio=runs["peak"].squeeze("wall")
+        restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall")
     )
     if restitution == DEFAULT_RULE:
         deviation, source = deviation_of(wall)
@@ -179,7 +179,7 @@ def assess_rows(
     plausibility.warn(below_onset(answer, measure, intensity))
     answer = answer.drop_vars("strongest").reindex(wall=[row.line for row in rows], fill_value=MISSING)
     answer = answer.assign(
-        records=len(motions), tail=tail, error=("wall", [errors.get(row.line, "") for row in rows])
+        records=len(motions), tail=tail, row_error=("wall", [errors.get(row.line, "") for row in rows])
     ).assign_coords(wall=[row.id for row in rows])
     return answer.transpose(*DIMS, missing_dims="ignore")
 
@@ -238,7 +238,7 @@ def _by_chunks(
             else:
                 answer = summary(runs, wall, curve, measure).isel(intensity=0).assign(restitution=("wall", e))
                 median = median_peak(runs.isel(intensity=0))
-                yield answer.assign(peak_ratio_median=median).assign_coords(wall=[row.line for row in rows])
+                yield answer.assign(peak_median=median).assign_coords(wall=[row.line for row in rows])
 
         for start in range(0, len(rows), chunk):
             for batch in alike(rows[start : start + chunk]):

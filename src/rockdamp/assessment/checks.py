@@ -99,7 +99,7 @@ def checks(
     found = []
     for index, intensity in enumerate(answer[measure].values.tolist()):
         at = cr.isel(intensity=index)
-        peaks = u_ins * at["peak_ratio"].fillna(np.inf).values
+        peaks = u_ins * at["peak"].fillna(np.inf).values
         shaken = support * at["scale_factor"].values
         found.append(
             Check(

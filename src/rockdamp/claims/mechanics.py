@@ -12,7 +12,7 @@ from rockdamp.storage.dataset import Datasets
 def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Compare the restitution at each slenderness with that at the next."""
     mechanism, parts = data["mechanism"], {}
-    values = {"printed": ("restitution_analytical", "Eq. (7)"), "impulsive": ("restitution_impulsive", "every impulse")}
+    values = {"printed": ("restitution_rigid", "Eq. (7)"), "impulsive": ("restitution_impulsive", "every impulse")}
     for name, (variable, words) in values.items():
         e = mechanism[variable].sortby("slenderness")
         rises = e.diff("slenderness") > limits["rise"]

@@ -91,7 +91,7 @@ def batch(
     motions = ground_of(records, options, of_records)
     with concerning(walls):
         answer = assess_rows(rows, motions, measure, intensity, buildings=buildings, tail=tail)
-    bad = [(row, error) for row, error in zip(rows, answer["error"].values.tolist(), strict=True) if error]
+    bad = [(row, error) for row, error in zip(rows, answer["row_error"].values.tolist(), strict=True) if error]
     if output.suffix == ".nc":
         read = {"records": content_of(motions), "walls": repr(rows), "building": repr(buildings)}
         write_dataset(answer, output, "batch", "rockdamp.assessment.assess", **read)

@@ -34,7 +34,7 @@ RELEASE = ("release_elapsed", "release_displacement", "sensor_zero", "sensor_dri
 HALF_CYCLE = ("half_cycle_release", "peak_elapsed", "peak_displacement", "half_period", "half_period_fitted")
 IMPACT = ("impact_release", "impact_elapsed", "impact_amplitude", "impact_rocking", "impact_restitution")
 SCALARS = (
-    *("restitution_scatter", "amplitude_exponent", "restitution_analytical", "restitution_impulsive"),
+    *("restitution_scatter", "amplitude_exponent", "restitution_rigid", "restitution_impulsive"),
     *("residual_rms", "rest_deviation", "log_likelihood_threshold", "restitution_unlike_releases"),
 )
 SHOWN = 12  # impacts that are printed
@@ -138,8 +138,8 @@ def models(fitted: xr.Dataset) -> list[dict[str, Any]]:
         {
             "damping_model": str(one["damping_model"].item()),
             "expected_exponent": float(one["expected_exponent"]),
-            "log_likelihood": float(one["log_likelihood"]),
-            "excluded": bool(one["log_likelihood"] < least),
+            "log_likelihood": float(one["relative_log_likelihood"]),
+            "excluded": bool(one["relative_log_likelihood"] < least),
         }
         for one in (fitted.isel(damping_model=index) for index in range(fitted.sizes["damping_model"]))
     ]
@@ -149,7 +149,7 @@ def _print(fitted: xr.Dataset, law: str) -> None:
     told = content(fitted)
     rows = [{**row, "interval_90": _span(row["interval_90"])} for row in told["parameters"]]
     print_table(without_unknown(rows))
-    e, analytical = told["parameters"][-1]["estimate"], told["restitution_analytical"]
+    e, analytical = told["parameters"][-1]["estimate"], told["restitution_rigid"]
     rocking, count = int(fitted["impact_rocking"].sum()), fitted.sizes["release"]
     over = "" if told["residual_over_rest"] is None else f", {told['residual_over_rest']:.3g} times the noise at rest"
     click.echo(

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 LENGTH = 20.0  # in tau, of a decay
 UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
 UNITS |= {"support_acceleration": "m s-2", "pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s-2"}
-PEAKS = ("peak_displacement", "peak_ratio", "peak_elapsed")
+PEAKS = ("peak_displacement", "peak", "peak_elapsed")
 RESULTS = (*PEAKS, "outcome", "outcome_elapsed")
 
 output_option = click.option("--output", type=OutputFile(".nc"), help="Write the history as NetCDF.")
@@ -137,7 +137,7 @@ def _in_tau(length: tuple[str, float], wall: Wall | Parapet | None) -> float:
 def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return a row for each number of impacts before the peak, with a column for each model."""
     models = list(dict.fromkeys(row["damping_model"] for row in rows))
-    peak = {(row["damping_model"], row["impacts"]): row["peak_ratio"] for row in rows}
+    peak = {(row["damping_model"], row["impacts"]): row["peak"] for row in rows}
     count = max(row["impacts"] for row in rows) + 1
     return [{"impacts": n, **{model: peak.get((model, n)) for model in models}} for n in range(count)]
 
@@ -273,7 +273,7 @@ def _question_rest(rows: list[dict[str, Any]], wall: Wall | Parapet, curve: Tril
     """Warn where no record of several makes the wall rock."""
     from rockdamp.plausibility import of_response, warn
 
-    peak, pga = (max(row[name] for row in rows) for name in ("peak_ratio", "pga"))
+    peak, pga = (max(row[name] for row in rows) for name in ("peak", "pga"))
     onset = float(wall.rocking_onset(curve.strength_ratio))
     warn(of_response(peak, float(curve.yield_displacement_ratio), pga, onset))
 
@@ -288,7 +288,7 @@ def _print_rows(rows: list[dict[str, Any]], units: dict[str, str]) -> None:
         shown.append(dict(cells))
     print_table(shown, units)
     reasons = [
-        ("peak_ratio", "a wall that collapsed has no peak"),
+        ("peak", "a wall that collapsed has no peak"),
         ("damping_ratio", "restitution (CR) has no damping ratio"),
     ]
     for name, reason in reasons:
@@ -318,5 +318,5 @@ def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bo
         _print_rows(rows, UNITS)
     else:
         print_values(motion | rows[0], units)
-        if rows[0]["peak_ratio"] is None:
+        if rows[0]["peak"] is None:
             click.echo("-: a wall that collapsed has no peak")

@@ -34,7 +34,7 @@ from rockdamp.config.kinds import (
     names,
 )
 from rockdamp.config.study import PlateauBeyond, RigidWall
-from rockdamp.equivalence.scan import Scan
+from rockdamp.equivalence.closed_form import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH

@@ -12,6 +12,7 @@ order: xi = delta/sqrt(pi^2 + delta^2).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -29,6 +30,18 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
 AT_ONCE = 2**15  # values of the integrand: few enough for the processor's cache
 FIRST_ORDER = 2.0**-40  # the xi of the work: to first order, as some C are not in proportion to xi; no bit is lost
 PLATEAU_PIECES = 4  # in geometric progression: the frequencies fall as powers of x along the plateau
+
+
+@dataclass(frozen=True)
+class Scan:
+    """Damping ratios, in a geometric sequence, among which the least error is looked for before it is refined."""
+
+    smallest: float  # over the closed form's damping ratio [-]
+    largest: float
+    points: int
+
+    def __post_init__(self) -> None:
+        require(self.smallest < self.largest, "largest", self.largest, f"greater than smallest, {self.smallest:g}")
 
 
 def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitude: ArrayLike) -> Array:

@@ -46,7 +46,7 @@ def _errors(axes: Axes, errors: xr.Dataset) -> None:
     step = errors["step"].values
     for model in map(str, errors["damping_model"].values):
         curve = errors.sel(damping_model=model)
-        label = f"{model}: {float(curve['order']):.2f}"
+        label = f"{model}: {float(curve['convergence_order']):.2f}"
         axes.plot(step, curve["median_solver_error"], label=label, **line_of(model))
         axes.plot(step, curve["largest_solver_error"], markerfacecolor="none", **marks_of(model))
     for name in ("solver_step", "published_step"):
@@ -132,13 +132,13 @@ def _differences(axes: Axes, differences: xr.Dataset) -> None:
 
 def fig_accuracy_caption(accuracy: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    order, quantile = accuracy["order"], accuracy["quantile"].values
+    order, quantile = accuracy["convergence_order"], accuracy["quantile"].values
     largest = accuracy["uncertainty_quantile"].isel(quantile=int(np.argmax(quantile)))
     shares = by_model(accuracy["share_within_thousandth"], lambda share: percent(share, 3), "viscous_model")
     return f"""
     Against the exact, event-driven solution the solver has order {float(order.min()):.2f} to {float(order.max()):.2f}.
     At its step, {plain(accuracy["solver_step"])} in τ, u/u<sub>ins</sub> is off by
-    {number(accuracy["largest_difference"].max())} at most. The published ξ is certain to a thousandth for {shares}
+    {number(accuracy["largest_history_error"].max())} at most. The published ξ is certain to a thousandth for {shares}
     of its values, and to {by_model(largest, percent, "viscous_model")} for all. A sample of {accuracy.sizes["sample"]}
     values of each model, matched again with both solutions exact, differs by
     {at_most(abs(accuracy["sample_difference"]).max())} at most.

@@ -67,7 +67,7 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     for axes in panels[-columns:]:
         axes.set_xlabel(DISPLACEMENT, **LABEL)
     scale = peaks["velocity_ratio"]
-    standing = scale.where(peaks["fractile"].notnull().any(("probability", "wall", "damping_model")), scale[1])
+    standing = scale.where(peaks["fractile"].notnull().any(("fractile_probability", "wall", "damping_model")), scale[1])
     panels[0].set_ylim(float(scale[0]), 1.1 * float(standing.max()))
     for axes in panels[::columns]:
         axes.set_ylabel(VELOCITY_RATIO, **LABEL)
@@ -75,7 +75,7 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
         beside = _velocities(axes, "right", float(unit))
         if place % columns == 0 or place == len(panels):
             beside.set_ylabel(VELOCITY, **LABEL)
-    low, centre, high = (f"{100 * value:g}" for value in peaks["probability"].values)
+    low, centre, high = (f"{100 * value:g}" for value in peaks["fractile_probability"].values)
     handles = [
         Patch(facecolor=BAND, label=f"CR, {low} to {high} %"),
         *(
@@ -250,7 +250,7 @@ def _forest(axes: Axes, at_e: xr.Dataset) -> None:
 def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
     """Write the caption, HTML."""
     drawn = at_source(comparison)
-    medians = drawn["fractile"].isel(probability=drawn.sizes["probability"] // 2)
+    medians = drawn["fractile"].isel(fractile_probability=drawn.sizes["fractile_probability"] // 2)
     apart = abs(medians / medians.sel(damping_model=REFERENCE) - 1)
 
     def median_and_largest(of_damper: xr.Dataset) -> str:

@@ -40,7 +40,7 @@ def _panel(axes: Axes, errors: xr.Dataset) -> None:
     step = errors["step"].values
     for model in map(str, errors["damping_model"].values):
         curve = errors.sel(damping_model=model)
-        label = f"{model}: {float(curve['order']):.2f} ({float(curve['finest_order']):.2f})"
+        label = f"{model}: {float(curve['convergence_order']):.2f} ({float(curve['finest_convergence_order']):.2f})"
         axes.plot(step, curve["solver_error"], marker=style_of(model).marker, label=label, **line_of(model))
     axes.set(xscale="log", yscale="log")
     axes.xaxis.set_minor_formatter(NullFormatter())
@@ -65,7 +65,10 @@ def fig_convergence_caption(convergence: xr.Dataset) -> str:
     def least_to_most(order: xr.DataArray) -> str:
         return f"{float(order.min()):.2f} to {float(order.max()):.2f}"
 
-    newmark, printed = convergence["order"].sel(scheme="newmark"), convergence["finest_order"].sel(scheme="paper")
+    newmark, printed = (
+        convergence["convergence_order"].sel(scheme="newmark"),
+        convergence["finest_convergence_order"].sel(scheme="paper"),
+    )
     constant = printed["damping_model"] == "CDC"
     return f"""
     Explicit Newmark with located impacts has order {least_to_most(newmark)}. The scheme as printed has order

@@ -70,7 +70,7 @@ def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
     panels = _grid(figure, len(models), columns)
     low = float(comparison["band_start"].min()) / 2
     # The shades end at a hundredth of the histories of a panel.
-    norm = LogNorm(1, max(histories["peak_ratio"].sel(damping_model=REFERENCE).size / 100, 10.0))
+    norm = LogNorm(1, max(histories["peak"].sel(damping_model=REFERENCE).size / 100, 10.0))
     for axes, model in zip(panels, models, strict=True):
         _peaks(axes, histories, model, low, norm)
     for axes in panels[-columns:]:
@@ -108,9 +108,9 @@ def _grid(figure: Figure, count: int, columns: int) -> list[Axes]:
 def _outcomes(histories: xr.Dataset, model: str) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Return the peaks of CR and of the damper, and which collapse, for histories that have a damping ratio."""
     by = [histories.sel(damping_model=name) for name in (REFERENCE, model)]
-    order = by[0]["peak_ratio"].dims
+    order = by[0]["peak"].dims
     run = (by[1]["collapsed"].transpose(*order).values >= 0).ravel()
-    peaks = [each["peak_ratio"].transpose(*order).values.ravel()[run] for each in by]
+    peaks = [each["peak"].transpose(*order).values.ravel()[run] for each in by]
     fell = [each["collapsed"].transpose(*order).values.ravel()[run] == 1 for each in by]
     return peaks[0], peaks[1], fell[0], fell[1]
 

@@ -84,14 +84,14 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
     rows, cr = np.arange(len(names)), population.sel(damping_model=REFERENCE)
     axes.barh(
         rows,
-        cr["sensitivity"],
+        cr["first_order_index"],
         height=HEIGHT,
-        xerr=cr["sensitivity_confidence"],
+        xerr=cr["first_order_index_confidence"],
         error_kw={"linewidth": 0.7, "ecolor": style_of(REFERENCE).colour},
         **INDEX,
     )
     for model in dampers(population):
-        axes.plot(population["sensitivity"].sel(damping_model=model), rows, markersize=2.6, **marks_of(model))
+        axes.plot(population["first_order_index"].sel(damping_model=model), rows, markersize=2.6, **marks_of(model))
     axes.set_yticks(rows, [NAMES.get(name, name) for name in names])
     axes.invert_yaxis()
     axes.axvline(0.0, color="black", linewidth=0.6)
@@ -102,7 +102,7 @@ def _sensitivity(axes: Axes, population: xr.Dataset) -> None:
 def fig_population_caption(population: xr.Dataset) -> str:
     """Write the caption, HTML."""
     cr = population.sel(damping_model=REFERENCE)
-    index = cr["sensitivity"].values
+    index = cr["first_order_index"].values
     most = ", ".join(
         f"{str(population['parameter'].values[i]).replace('_', ' ')} ({number(index[i], 2)})"
         for i in np.argsort(-np.nan_to_num(index))[:3]

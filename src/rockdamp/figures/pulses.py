@@ -87,7 +87,7 @@ def _peak(of_pulse: xr.Dataset, model: str) -> tuple[Array, NDArray[np.bool_]]:
     if model == REFERENCE:
         peak, collapsed = of_pulse["reference_peak"], of_pulse["reference_collapsed"]
     else:
-        peak, collapsed = (of_pulse[name].sel(damping_model=model) for name in ("peak_ratio", "collapsed"))
+        peak, collapsed = (of_pulse[name].sel(damping_model=model) for name in ("peak", "collapsed"))
     dims = ("load_ratio", "pulse_frequency")
     fell = collapsed.transpose(*dims).values == 1
     return np.where(fell, BEYOND, peak.transpose(*dims).values), fell
@@ -152,7 +152,7 @@ def _all_ratios(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
 def _ratios(axes: Axes, of_model: xr.Dataset, model: str) -> None:
     """Draw the ratio of every two peaks where neither collapses, and the median and dispersion of each band."""
     stands = (of_model["reference_collapsed"] == 0) & (of_model["collapsed"] == 0)
-    ratio = (of_model["peak_ratio"] / of_model["reference_peak"]).where(stands)
+    ratio = (of_model["peak"] / of_model["reference_peak"]).where(stands)
     style = style_of(model)
     for shape in map(str, of_model["pulse"].values):
         x, y = of_model["reference_peak"].sel(pulse=shape).values.ravel(), ratio.sel(pulse=shape).values.ravel()

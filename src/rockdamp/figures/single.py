@@ -83,7 +83,7 @@ def _history(axes: Axes, response: xr.Dataset, model: str) -> None:
     of_model = response.sel(damping_model=model)
     label, collapsed = label_of(response, model), str(of_model["outcome"].item()) == "collapsed"
     label += f", collapses at {float(of_model['outcome_elapsed']):.2f} s" if collapsed else ""
-    displacement = MILLIMETRES * of_model["displacement"].values
+    displacement = MILLIMETRES * of_model["control_displacement"].values
     axes.plot(of_model["elapsed"], displacement, label=label, **line_of(model))
     if collapsed:
         last = int(np.flatnonzero(np.isfinite(displacement))[-1])

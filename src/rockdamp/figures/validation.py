@@ -80,7 +80,7 @@ def _history(axes: Axes, of_model: xr.Dataset, model: str) -> None:
     """Draw one model on one level, over the largest displacement of the record."""
     largest = float(of_model["measured_peak_displacement"])
     axes.plot(of_model["elapsed"], of_model["measured"] / largest, label="measured", zorder=1, **MEASURED)
-    axes.plot(of_model["elapsed"], of_model["displacement"] / largest, label=model, zorder=2, **line_of(model))
+    axes.plot(of_model["elapsed"], of_model["control_displacement"] / largest, label=model, zorder=2, **line_of(model))
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     start = float(of_model["free_phase_start"])
     if np.isfinite(start):

@@ -31,7 +31,16 @@ from rockdamp.storage.dataset import ATTRIBUTES
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 LENGTH = 30.0  # in tau: half a dozen impacts and more
-RESULTS = ("displacement", "velocity", "peak_ratio", "peak_displacement", "impacts", "outcome", "ground_acceleration")
+HISTORY = ("displacement", "velocity")
+RESULTS = (
+    *HISTORY,
+    *(f"control_{name}" for name in HISTORY),
+    "peak",
+    "peak_displacement",
+    "impacts",
+    "outcome",
+    "ground_acceleration",
+)
 TAKEN = (*RESULTS, "tau", "peak_tau", "outcome_tau", "elapsed", "peak_elapsed", "outcome_elapsed", "damping_model")
 
 
@@ -64,8 +73,9 @@ def free_decay(
     Returns
     -------
     xarray.Dataset
-        ``displacement`` and ``velocity`` over ``tau`` (or ``elapsed``) and the dimensions of the parameters, with
-        peaks, number of impacts and outcome.
+        ``displacement`` and ``velocity`` over ``tau``, or with a wall ``control_displacement`` [m] and
+        ``control_velocity`` over ``elapsed``, and the dimensions of the parameters, with peaks, number of impacts
+        and outcome.
 
     Raises
     ------
@@ -78,9 +88,9 @@ def free_decay(
     >>> wall = rd.Wall(thickness=0.3, height=4.5)
     >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> decay = rd.free_decay(curve, rd.Damping.cr([0.8, 0.9]), wall=wall)
-    >>> dict(decay.displacement.sizes)
+    >>> dict(decay.control_displacement.sizes)
     {'restitution': 2, 'elapsed': 1001}
-    >>> decay.displacement.attrs["units"]
+    >>> decay.control_displacement.attrs["units"]
     'm'
     """
     points = whole("points", points, 2, MOST_STEPS + 1)
@@ -131,9 +141,9 @@ def respond(
     Returns
     -------
     xarray.Dataset
-        ``displacement`` and ``velocity`` over ``elapsed`` (the samples of the record) and the dimensions of the
-        parameters, ``ground_acceleration``, peaks, number of impacts and outcome. After a collapse the history is NaN.
-        Without histories the peaks, impacts and outcomes alone, which are the same.
+        ``control_displacement`` [m] and ``control_velocity`` over ``elapsed`` (the samples of the record) and the
+        dimensions of the parameters, ``ground_acceleration``, peaks, number of impacts and outcome. After a collapse
+        the history is NaN. Without histories the peaks, impacts and outcomes alone, which are the same.
 
     Raises
     ------
@@ -239,11 +249,12 @@ class _Batch:
         clock = "tau" if self.wall is None else "elapsed"
         variables: dict[str, Any] = {}
         if isinstance(response, Histories):
+            of = "" if self.wall is None else "control_"  # in metres the hinge's, or the top's of a parapet
             u_ins, speed = self.u_ins[..., None], (self.u_ins * self.frequency)[..., None]
-            variables["displacement"] = ((*self.dims, clock), u_ins * response.displacement)
-            variables["velocity"] = ((*self.dims, clock), speed * response.velocity)
+            variables[f"{of}displacement"] = ((*self.dims, clock), u_ins * response.displacement)
+            variables[f"{of}velocity"] = ((*self.dims, clock), speed * response.velocity)
         variables |= {
-            "peak_ratio": (self.dims, response.peak),
+            "peak": (self.dims, response.peak),
             f"peak_{clock}": (self.dims, time[0] + response.peak_tau / self.frequency),
             "impacts": (self.dims, response.impacts),
             "outcome": (self.dims, np.asarray(OUTCOMES)[response.outcome]),
@@ -291,9 +302,7 @@ def _shortened(name: str, array: xr.DataArray) -> xr.DataArray:
 
 
 def _described(history: xr.Dataset) -> xr.Dataset:
-    """Describe a history by the glossary; with a wall, times and lengths have entries of their own."""
-    with_wall = glossary.variables("response") if "peak_displacement" in history else {}
-    return described(history, glossary.read()["names"] | with_wall)
+    return described(history, glossary.read()["names"])
 
 
 def described(dataset: xr.Dataset, texts: Mapping[str, Mapping[str, str]]) -> xr.Dataset:

@@ -18,7 +18,7 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import as_meant
 
-RESULTS = ("peak_displacement", "peak_ratio", "peak_elapsed", "outcome", "outcome_elapsed")
+RESULTS = ("peak_displacement", "peak", "peak_elapsed", "outcome", "outcome_elapsed")
 
 
 def scales_of(record: Record, asked: Mapping[str, Sequence[float]]) -> Array:

@@ -23,10 +23,10 @@ from rockdamp.solvers.newmark import stable_step
 
 DECAY = ("displacement", "velocity", "impacts", "outcome", "outcome_tau")
 RESPONSE = (
-    "displacement",
-    "velocity",
+    "control_displacement",
+    "control_velocity",
     "peak_displacement",
-    "peak_ratio",
+    "peak",
     "peak_elapsed",
     "impacts",
     "outcome",
@@ -86,7 +86,7 @@ def responses(
         runs = [respond(wall, curve, damping, record, scale=scale, tail=tail) for damping in dampings]
     histories = _side_by_side(runs, dampings, RESPONSE, curve)
     a1, onset = float(curve.yield_displacement_ratio), float(wall.rocking_onset(curve.strength_ratio))
-    plausibility.warn(plausibility.of_response(histories["peak_ratio"].values, a1, abs(scale) * pga, onset))
+    plausibility.warn(plausibility.of_response(histories["peak"].values, a1, abs(scale) * pga, onset))
     shape: dict[str, Any] = {name: float(getattr(wall, name)) for name in ("thickness", "height")}
     if isinstance(wall, Wall):
         shape["hinge_ratio"] = float(wall.hinge_ratio)
@@ -110,7 +110,7 @@ def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
         cycles = half_cycles(decay["tau"].values, decay["displacement"].sel(damping_model=model).values, LEAST)
         ended = np.isfinite(cycles.end)
         for impacts, (peak, tau) in enumerate(zip(np.abs(cycles.peak[ended]), cycles.peak_elapsed[ended], strict=True)):
-            row = {"damping_model": model, "impacts": impacts, "tau": float(tau), "peak_ratio": float(peak)}
+            row = {"damping_model": model, "impacts": impacts, "tau": float(tau), "peak": float(peak)}
             if with_wall:
                 row["elapsed"] = float(tau) / float(decay["frequency_parameter"])
                 row["peak_displacement"] = float(peak) * float(decay["instability_displacement"])
@@ -144,8 +144,9 @@ def _side_by_side(
 def _require_numbers(model: str, run: xr.Dataset) -> None:
     """Raise where a history that did not end in a collapse has NaN, or a peak is infinite: its input was too large."""
     completed = str(run["outcome"].item()) == "completed"
-    whole = not completed or bool(np.isfinite(run["displacement"]).all() and np.isfinite(run["velocity"]).all())
-    if not (whole and np.isfinite(float(run["peak_ratio"]))):
+    history = [name for name in run if str(name).endswith(("displacement", "velocity")) and name != "peak_displacement"]
+    whole = not completed or all(bool(np.isfinite(run[name]).all()) for name in history)
+    if not (whole and np.isfinite(float(run["peak"]))):
         raise InputError(
             f"the response under {model} is beyond what floating point numbers hold; the load or the"
             " damping ratio is too large"

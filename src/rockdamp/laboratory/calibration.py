@@ -260,7 +260,7 @@ def calibrate(
     >>> pulse = 14.0 * (1 - (9 * (elapsed - 1.5)) ** 2) * np.exp(-((9 * (elapsed - 1.5)) ** 2) / 2)
     >>> motion = rd.Record(elapsed, pulse + 0.01 * random.standard_normal(elapsed.size))
     >>> shaken = rd.respond(wall, rd.TrilinearCurve(0.033, 0.795), rd.Damping.cr(0.845), motion)
-    >>> shown = shaken.displacement + 1e-4 * random.standard_normal(elapsed.size)
+    >>> shown = shaken.control_displacement + 1e-4 * random.standard_normal(elapsed.size)
     >>> fit = rd.calibrate(rd.Record(elapsed, motion.ground_acceleration, shown), wall)
     >>> float(fit.estimate.sel(parameter="restitution").round(3))
     0.845
@@ -296,7 +296,7 @@ def calibrate(
             "covariance": (("parameter", "parameter_other"), covariance),
             "standard_error_by_motion": ("parameter", np.sqrt(np.diag(by_motion))),
             "measured": ("elapsed", fit.measured - fit.trend @ [offset, drift]),
-            "displacement": ("elapsed", computed),
+            "control_displacement": ("elapsed", computed),
             "residual_deviation": np.sqrt(residual @ residual / degrees_of_freedom),
             "rest_deviation": fit.rest_deviation,
             **misfit.variables,

@@ -68,7 +68,7 @@ def calibration_figure(calibration: xr.Dataset) -> Figure:
     """Draw the measured response and the fitted one, and what is left between them."""
     figure = new_figure(105.0)
     axes, left = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [2.6, 1.0]})
-    measured, fitted = (MILLIMETRES * calibration[name] for name in ("measured", "displacement"))
+    measured, fitted = (MILLIMETRES * calibration[name] for name in ("measured", "control_displacement"))
     axes.plot(calibration["elapsed"], measured, label=measured_name(calibration), **MEASURED)
     axes.plot(calibration["elapsed"], fitted, label="fitted, CR", **line_of(REFERENCE))
     values = [calibration[name].sel(parameter=list(PARAMETERS)).values for name in ("estimate", "standard_error")]
@@ -332,7 +332,7 @@ def _decay(history: Axes, left: Axes, fitted: xr.Dataset) -> None:
     of_release = fitted.isel(sample=(fitted["sample_release"] == 1).values)
     peaks = fitted.isel(half_cycle=(fitted["half_cycle_release"] == 1).values)
     elapsed = of_release["sample_elapsed"]
-    measured, computed = (MILLIMETRES * of_release[name] for name in ("measured", "displacement"))
+    measured, computed = (MILLIMETRES * of_release[name] for name in ("measured", "control_displacement"))
     history.plot(elapsed, measured, label=measured_name(fitted), **MEASURED)
     history.plot(elapsed, computed, label="fitted", **line_of(REFERENCE))
     at, height = peaks["peak_elapsed"].values, MILLIMETRES * peaks["peak_displacement"].values
@@ -382,7 +382,7 @@ def _impacts(axes: Axes, fitted: xr.Dataset) -> None:
         axes.errorbar(amplitude[chosen], e[chosen], errors, color=INK, elinewidth=0.8, label=label, **_marker(release))
     ends = fitted["interval"].sel(parameter="restitution").values
     axes.axhspan(*ends, color=PALE, alpha=0.45, linewidth=0, label="mean, 90 %", zorder=0)
-    axes.axhline(float(fitted["restitution_analytical"]), color="black", linestyle="dotted", label="$e_{an}$")
+    axes.axhline(float(fitted["restitution_rigid"]), color="black", linestyle="dotted", label="$e_{an}$")
     order = np.argsort(amplitude)
     for model in PAPER_MODELS:
         expected = rocking["expected_restitution"].sel(damping_model=model).values[order]

@@ -88,7 +88,9 @@ def calibrate_free_rocking(
     >>> curve, damping = rd.TrilinearCurve(0.05, 0.80), rd.Damping.cr(0.88)
     >>> decay = rd.free_decay(curve, damping, wall=wall, length=6.0, points=3001, step=0.002)
     >>> held = np.full(200, 0.125)
-    >>> shown = np.concatenate([held, decay.displacement]) + 1e-4 * np.random.RandomState(1).standard_normal(3201)
+    >>> shown = np.concatenate([held, decay.control_displacement]) + 1e-4 * np.random.RandomState(1).standard_normal(
+    ...     3201
+    ... )
     >>> test = rd.FreeRocking(0.002 * np.arange(3201), shown)
     >>> fitted = rd.calibrate_free_rocking(test, wall)
     >>> fitted.estimate.values.round(3)
@@ -116,7 +118,7 @@ def calibrate_free_rocking(
     resting = [rest_deviation(displacement_of(test, wall)) for test in given]
     fitted = fitted.assign(
         rest_deviation=np.nanmean(resting) if np.isfinite(resting).any() else np.nan,
-        restitution_analytical=float(wall.restitution),
+        restitution_rigid=float(wall.restitution),
         restitution_impulsive=float(wall.restitution_impulsive),
         instability_displacement=float(wall.instability_displacement),
         frequency_parameter=float(wall.frequency_parameter),
@@ -277,7 +279,7 @@ def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float, r
         "amplitude_exponent_interval": ("bound", np.array(interval)),
         "expected_exponent": ("damping_model", np.array(expected)),
         "expected_restitution": (("damping_model", "impact"), restitution),
-        "log_likelihood": ("damping_model", np.array(likelihoods) - max(likelihoods)),
+        "relative_log_likelihood": ("damping_model", np.array(likelihoods) - max(likelihoods)),
         "log_likelihood_threshold": -losses.threshold,
     }
 
@@ -314,7 +316,7 @@ def _histories(solution: Solution, amplitudes: Sequence[Array]) -> dict[str, obj
             sample_release=np.full(release.elapsed.size, index + 1),
             sample_elapsed=release.elapsed,
             measured=test.u_ins * (test.measured[index] - trend),
-            displacement=test.u_ins * computed,
+            control_displacement=test.u_ins * computed,
         )
     of_half_cycles = ("peak_elapsed", "peak_displacement", "half_period", "half_period_fitted")
     dims = dict.fromkeys(of_half_cycles, "half_cycle")
@@ -366,7 +368,7 @@ def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
         found.append(
             f"a1 is not determined: it is {float(a1['estimate']):.2g}, and 0 is inside its interval, up to {high:.2g}"
         )
-    e, analytical = float(fitted["estimate"].sel(parameter=PARAMETERS[2])), float(fitted["restitution_analytical"])
+    e, analytical = float(fitted["estimate"].sel(parameter=PARAMETERS[2])), float(fitted["restitution_rigid"])
     least, most = USUAL_RATIO
     if not least <= e / analytical <= most:
         found.append(

@@ -9,7 +9,7 @@ import csv as csv_module
 import difflib
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,11 +18,13 @@ import pandas as pd
 from rockdamp import units
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.motions.sampling import Place, check_finite, check_time
 from rockdamp.storage import tables
 from rockdamp.storage.tables import Column
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
+Place = Callable[[int], str]  # of a sample, by its index: "on line 12"
+
+UNIFORM = 1e-4  # of a step: how far a time may lie from where uniform sampling puts it
 COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")  # as they are written
 ACCELERATIONS = {  # the columns that an acceleration may be read from, and their units, also in m s-2
     "ground_acceleration_m_s2": ("m s-2", 1.0),
@@ -299,3 +301,37 @@ def _numbers(cells: Sequence[str], name: str, place: Place) -> Array:
             raise InputError(f"{name} is {shown!r} {place(index)}; it must be a number") from None
     check_finite(values, name, place)
     return values
+
+
+def check_finite(values: Array, name: str, place: Place) -> None:
+    """Raise unless every value is a finite number."""
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise InputError(f"{name} is {float(values[bad[0]])} {place(int(bad[0]))}; it must be a finite number")
+
+
+def step_of(elapsed: Array) -> float:
+    """Return the mean interval between two samples."""
+    return float(elapsed[-1] - elapsed[0]) / (len(elapsed) - 1)
+
+
+def check_time(elapsed: Array, place: Place) -> None:
+    """Raise unless time has at least two samples, increases, and is uniform to `UNIFORM` of a step."""
+    if len(elapsed) < 2:
+        raise InputError(f"elapsed_s has {len(elapsed)} samples; it must have at least 2")
+    intervals = np.diff(elapsed)
+    back = np.flatnonzero(intervals <= 0)
+    if back.size:
+        late = int(back[0]) + 1
+        raise InputError(f"elapsed_s is {elapsed[late]} {place(late)}; it must be greater than {elapsed[late - 1]}")
+    # The straight line of least squares, moved to the middle, lies within UNIFORM of a step of all times.
+    # Sums, as the product of long vectors by BLAS starts threads, which take longer than it does.
+    index = np.arange(len(elapsed)) - (len(elapsed) - 1) / 2
+    departure = elapsed - index * (index * elapsed).sum() / (index * index).sum()
+    if np.ptp(departure) / 2 > UNIFORM * step_of(elapsed):
+        usual = float(np.median(intervals))
+        late = int(np.argmax(np.abs(intervals - usual))) + 1
+        raise InputError(
+            f"elapsed_s is {elapsed[late]} {place(late)}; it must be {elapsed[late - 1] + usual:.9g}: times must be "
+            f"uniform to {UNIFORM:g} of a step, and be written with as many digits"
+        )

@@ -18,8 +18,7 @@ from rockdamp.arguments import path as file_path
 from rockdamp.arrays import Array, ByValue
 from rockdamp.errors import InputError, require
 from rockdamp.motions import record_files
-from rockdamp.motions.record_files import COLUMNS
-from rockdamp.motions.sampling import check_finite, check_time, step_of
+from rockdamp.motions.record_files import COLUMNS, check_finite, check_time, step_of
 from rockdamp.storage import input_file
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.tables import Column

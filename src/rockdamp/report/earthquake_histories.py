@@ -48,8 +48,8 @@ def exceptions(earthquakes: xr.Dataset | None) -> list[xr.Dataset]:
     """Return the histories whose bound is larger than their peak, that of the largest ratio first."""
     if earthquakes is None:
         return []
-    peak = earthquakes["peak_ratio"]
-    over = earthquakes["peak_ratio_uncertainty"] / peak
+    peak = earthquakes["peak"]
+    over = earthquakes["peak_uncertainty"] / peak
     again = (over["damping_model"] == REFERENCE) & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
     histories = xr.Dataset({"peak": peak, "over": over.where(~again)}).stack(history=over.dims)
     named = histories.isel(history=np.flatnonzero(histories["over"] > 1))

@@ -40,9 +40,9 @@ def demand(config: Config) -> xr.Dataset:
     by_pulse, by_record = ("force_curve", *CELLS), ("force_curve", "record", "velocity_ratio")
     return xr.Dataset(
         {
-            "pulse_peak_ratio": (by_pulse, pulses[0]),
+            "peak_under_pulse": (by_pulse, pulses[0]),
             "pulse_collapsed": (by_pulse, pulses[1].astype(np.int8)),
-            "record_peak_ratio": (by_record, records[0]),
+            "peak_under_record": (by_record, records[0]),
             "record_collapsed": (by_record, records[1].astype(np.int8)),
             "yield_displacement_ratio": ("force_curve", a1),
             "strength_ratio": ("force_curve", b1),

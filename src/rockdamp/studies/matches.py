@@ -11,11 +11,9 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
 from rockdamp.config.sections import Matching
 from rockdamp.config.study import Study
-from rockdamp.equivalence.absolute_minima import least_absolute
-from rockdamp.equivalence.closed_form import damping_ratio_energy, damping_ratio_secant
-from rockdamp.equivalence.matching import Matched, of_each, solve
+from rockdamp.equivalence.closed_form import Scan, damping_ratio_energy, damping_ratio_secant
+from rockdamp.equivalence.matching import Matched, least_absolute, of_each, solve
 from rockdamp.equivalence.minima import Cases, global_minima
-from rockdamp.equivalence.scan import Scan
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.studies.decays import longest_response, response_lengths_of_fixed_seconds, step_count
 from rockdamp.vocabulary import VISCOUS_MODELS

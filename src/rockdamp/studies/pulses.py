@@ -84,7 +84,7 @@ def pulses(config: Config) -> xr.Dataset:
             "reference_peak": (dims, reference[0]),
             "reference_collapsed": (dims, reference[1].astype(np.int8)),
             "impacts_before_peak": (dims, reference[2].astype(np.int32)),
-            "peak_ratio": ((*by_model, *dims), by_damper[0]),
+            "peak": ((*by_model, *dims), by_damper[0]),
             "collapsed": ((*by_model, *dims), by_damper[1].astype(np.int8)),
         },
         coords={
@@ -140,7 +140,7 @@ def statistics(dataset: xr.Dataset, edges: Array) -> xr.Dataset:
     collapses and the model does not, ``false_collapse`` the reverse.
     """
     fell, reference, peak = dataset["collapsed"] == 1, dataset["reference_collapsed"] == 1, dataset["reference_peak"]
-    ratio = (dataset["peak_ratio"] / peak).where(~fell & ~reference)
+    ratio = (dataset["peak"] / peak).where(~fell & ~reference)
     inside = ratio.where((peak >= edges[0]) & (peak < edges[-1]))
     over_all = of_pairs(inside, CELLS)
     before_impact = of_pairs(inside.where(dataset["impacts_before_peak"] == 0), CELLS)

@@ -150,7 +150,7 @@ def _under_pulses(pulses: xr.Dataset, models: NDArray[Any]) -> xr.Dataset:
         damping_ratio_source=RECOMMENDED_SOURCE, drop=True
     )
     stand = (at_e["collapsed"] == 0) & (at_e["reference_collapsed"] == 0)
-    ratio = (at_e["peak_ratio"] / at_e["reference_peak"]).where(stand).sortby("pulse_frequency")
+    ratio = (at_e["peak"] / at_e["reference_peak"]).where(stand).sortby("pulse_frequency")
     error = of_pairs(ratio, ["pulse", "load_ratio"])["log_error"].reindex(damping_model=models)
     slow, quick = (error.isel(pulse_frequency=end).values for end in (0, -1))
     return xr.Dataset(

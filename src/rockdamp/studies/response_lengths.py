@@ -11,8 +11,8 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.equivalence.closed_form import Scan
 from rockdamp.equivalence.minima import RESOLUTION, Cases, global_minima
-from rockdamp.equivalence.scan import Scan
 from rockdamp.progress import track
 from rockdamp.studies.decays import INFERS, step_count
 from rockdamp.studies.matches import cases_of

@@ -160,7 +160,7 @@ def _misfits(
     amplitude, judged = np.abs(decay.peak), free & np.isfinite(peaks)
     both = free & np.isfinite(durations) & np.isfinite(decay.duration)
     return {
-        "displacement": (("elapsed",), displacement),
+        "control_displacement": (("elapsed",), displacement),
         "collapsed": ((), np.int8(collapsed)),
         "peak_displacement": ((), u_ins * float(response.peak)),
         "rms_misfit": ((), np.sqrt(np.mean((displacement - measured)[rest:] ** 2))),

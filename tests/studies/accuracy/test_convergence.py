@@ -151,7 +151,7 @@ def test_the_default_scheme_is_second_order_for_every_damper(orders, model, exci
 
 def test_the_printed_scheme_is_first_order_but_for_a_constant_coefficient(orders):
     paper = orders.sel(scheme="paper")
-    assert (np.abs(paper["order"].sel(damping_model="CDC") - 2) < 0.1).all()
+    assert (np.abs(paper["convergence_order"].sel(damping_model="CDC") - 2) < 0.1).all()
     # C frozen over the step is a small first-order term, which takes over from the second-order ones at fine steps.
-    frozen = paper["finest_order"].sel(damping_model=["CR", "CDR", "SDR", "ECD"])
+    frozen = paper["finest_convergence_order"].sel(damping_model=["CR", "CDR", "SDR", "ECD"])
     assert ((frozen > 0.75) & (frozen < 1.5)).all()

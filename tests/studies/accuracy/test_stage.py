@@ -27,7 +27,7 @@ def test_the_error_of_a_history_is_against_the_exact_one(stage, drawn, excitatio
     rms = np.sqrt(np.mean((found - expected) ** 2))
     one = stage.sel(excitation=excitation, damping_model="CDC")
     assert float(one["solver_error"].sel(step=0.01)[case, e]) == pytest.approx(rms, rel=1e-6)
-    assert float(one["largest_difference"]) >= np.abs(found - expected).max() * (1 - 1e-6) > rms
+    assert float(one["largest_history_error"]) >= np.abs(found - expected).max() * (1 - 1e-6) > rms
     assert float(one["largest_displacement"][case, e]) >= np.abs(expected).max()
 
 
@@ -39,7 +39,9 @@ def test_medians_and_largest_errors_are_over_walls_and_restitutions(stage):
     )
     np.testing.assert_allclose(stage["median_solver_error"], np.median(error, axis=-1))
     np.testing.assert_allclose(stage["largest_solver_error"], error.max(axis=-1))
-    np.testing.assert_allclose(stage["order"], ensemble.fitted_order(stage["step"], stage["median_solver_error"]))
+    np.testing.assert_allclose(
+        stage["convergence_order"], ensemble.fitted_order(stage["step"], stage["median_solver_error"])
+    )
 
 
 # --- the dataset and its figures -------------------------------------------------------------------------------------

@@ -66,9 +66,9 @@ def energy(curve, peak):
 
 
 def test_a_blow_of_some_scale_gives_that_velocity_and_the_peak_comes_in_the_rest_after_it(study, named):
-    cr = study["peak_ratio"].sel(damping_model="CR").isel(damping_ratio_source=0)
+    cr = study["peak"].sel(damping_model="CR").isel(damping_ratio_source=0)
     np.testing.assert_allclose(energy(named.curve, cr.values), 1.0, rtol=0.01)
-    assert (study["peak_ratio"].sel(damping_model=list(incremental.VISCOUS_MODELS)) < cr).all()
+    assert (study["peak"].sel(damping_model=list(incremental.VISCOUS_MODELS)) < cr).all()
 
 
 def test_the_spectral_acceleration_is_that_at_the_period_of_the_first_branch(study, named):

@@ -49,11 +49,11 @@ def study():
 def shares():
     """The same peaks as a study of orders."""
     given = study()
-    peaks = given["peak_ratio"].isel(damping_ratio_source=0, drop=True)
+    peaks = given["peak"].isel(damping_ratio_source=0, drop=True)
     by_order = peaks.isel(damping_model=slice(1, 4)).rename(damping_model="order").assign_coords(order=[0.0, 1.0, 2.0])
     reference, varied = peaks.isel(damping_model=0, drop=True), given["varied_peak"].isel(variation=[0, *[1, 2] * 3])
     varied = varied.assign_coords(variation=list(orders.VARIATIONS))
-    data = {"reference_peak": reference, "varied_peak": varied, "peak_ratio": by_order}
+    data = {"reference_peak": reference, "varied_peak": varied, "peak": by_order}
     falls = {"reference_collapsed": reference, "varied_collapsed": varied, "collapsed": by_order}
     of_set = {"record_set": ("record", ["own"] * len(STATION))}
     return xr.Dataset({**data, **{name: (peak > 1).astype(np.int8) for name, peak in falls.items()}}).assign_coords(
@@ -105,7 +105,7 @@ def test_each_replicate_is_the_study_of_the_records_that_it_draws(name):
 def test_the_excess_is_the_difference_of_errors_over_the_histories_that_stand_with_both():
     given = study()
     found = comparison.compare_dampers(config(), given)["log_error_excess"]
-    peak, fell = given["peak_ratio"], given["collapsed"]
+    peak, fell = given["peak"], given["collapsed"]
     for e in (0.8, 0.9):
         cr, cr_fell = (values.sel(restitution=e, damping_model="CR") for values in (peak, fell))
         cr, cr_fell = cr.isel(damping_ratio_source=0).values, cr_fell.isel(damping_ratio_source=0).values
@@ -127,12 +127,12 @@ def test_the_excess_is_the_difference_of_errors_over_the_histories_that_stand_wi
 def test_dampers_that_share_their_scatter_are_told_apart_though_their_intervals_overlap():
     """The second damper errs a tenth more than the first in every history: certain, however much both scatter."""
     given = study()
-    cr = given["peak_ratio"].sel(damping_model="CR")
-    first = given["peak_ratio"].isel(damping_model=2)
+    cr = given["peak"].sel(damping_model="CR")
+    first = given["peak"].isel(damping_model=2)
     more = cr * (first / cr) ** 1.1
-    peaks = xr.where(given["damping_model"] == MODELS[1], first, given["peak_ratio"])
-    peaks = xr.where(given["damping_model"] == MODELS[2], more, peaks).transpose(*given["peak_ratio"].dims)
-    given = given.assign(peak_ratio=peaks, collapsed=(peaks > 1).astype(np.int8))
+    peaks = xr.where(given["damping_model"] == MODELS[1], first, given["peak"])
+    peaks = xr.where(given["damping_model"] == MODELS[2], more, peaks).transpose(*given["peak"].dims)
+    given = given.assign(peak=peaks, collapsed=(peaks > 1).astype(np.int8))
     at = comparison.compare_dampers(config(replicates=200), given).sel(
         damping_ratio_source="polynomial", restitution=0.8
     )

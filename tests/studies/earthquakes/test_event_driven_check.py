@@ -72,9 +72,9 @@ def test_rates_count_the_outcomes_that_differ_and_the_peaks_beyond_their_bound()
     sample = Sample(np.zeros(8, int), np.zeros((8, 1), int), stratum, np.array([90, 0, 7, 5, 3]))
     checked = xr.Dataset(
         {
-            "peak_ratio": ("history", [0.10, 0.20, 0.30, 0.40, 0.90, 0.95, 1.01, 0.7]),
+            "peak": ("history", [0.10, 0.20, 0.30, 0.40, 0.90, 0.95, 1.01, 0.7]),
             "exact_peak": ("history", [0.11, 0.20, 0.30, 0.50, 0.90, 0.99, 0.40, 0.7]),
-            "peak_ratio_uncertainty": ("history", [0.02, 0.01, 0.01, 0.05, 0.01, 0.01, np.nan, np.nan]),
+            "peak_uncertainty": ("history", [0.02, 0.01, 0.01, 0.05, 0.01, 0.01, np.nan, np.nan]),
             "collapsed": ("history", [0, 0, 0, 0, 0, 0, 1, 0]),
             "exact_collapsed": ("history", [0, 0, 0, 0, 0, 1, 1, 0]),
         }
@@ -87,7 +87,7 @@ def test_rates_count_the_outcomes_that_differ_and_the_peaks_beyond_their_bound()
     np.testing.assert_allclose(found["largest_difference"], [0.2, np.nan, 0, np.nan, 0])
     np.testing.assert_allclose(found["median_difference"], [0.5 / 11, np.nan, 0, np.nan, 0])
     assert found["history_stratum"].tolist() == [STRATA[place] for place in stratum]
-    bare = rates(sample, checked.drop_vars("peak_ratio_uncertainty"))
+    bare = rates(sample, checked.drop_vars("peak_uncertainty"))
     assert set(found) - set(bare) == {"beyond_bound_share"}
 
 
@@ -131,5 +131,5 @@ def test_no_history_is_drawn_twice_and_none_that_was_not_run(chosen, earthquakes
         drawn, found = chosen(seed)
         assert len(set(drawn)) == len(drawn) == found.sizes["history"]
         assert (found["collapsed"] >= 0).all()
-        for at, peak in zip(drawn, found["peak_ratio"].values, strict=True):
-            assert float(earthquakes["peak_ratio"].sel(dict(zip(AT, at, strict=True)))) == peak
+        for at, peak in zip(drawn, found["peak"].values, strict=True):
+            assert float(earthquakes["peak"].sel(dict(zip(AT, at, strict=True)))) == peak

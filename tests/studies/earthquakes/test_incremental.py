@@ -100,7 +100,7 @@ def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
 def test_the_study_has_the_dimensions_that_others_depend_on(study):
     dataset.check(study, "earthquakes")
     dims = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
-    assert study["peak_ratio"].dims == study["collapsed"].dims == dims
+    assert study["peak"].dims == study["collapsed"].dims == dims
     assert study["record"].values.tolist() == [f"far-field/{number}/a" for number in (1, 2, 3)]
     assert study.sizes["velocity_ratio"] >= 12 and study["damping_model"].values.tolist() == list(MODELS)
 
@@ -121,17 +121,17 @@ def test_every_wall_is_shaken_to_the_same_scales(config, study):
 
 def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
     cr = study.sel(damping_model="CR")
-    for name in ("peak_ratio", "collapsed", "settled"):
+    for name in ("peak", "collapsed", "settled"):
         assert (cr[name] == cr[name].isel(damping_ratio_source=0)).all()
     missing = np.isnan(study["damping_ratio"]) & (study["damping_model"] != "CR")
     assert missing.any()
-    assert ((study["collapsed"] == -1) == missing).all() and (np.isnan(study["peak_ratio"]) == missing).all()
+    assert ((study["collapsed"] == -1) == missing).all() and (np.isnan(study["peak"]) == missing).all()
 
 
 def test_walls_stand_at_the_lowest_scale_and_collapse_at_the_highest(study):
     run = study["collapsed"].where(study["collapsed"] >= 0)
     assert run.isel(velocity_ratio=0).mean() < 0.05 and run.isel(velocity_ratio=-1).mean() > 0.9
-    stands, peak = study["collapsed"] == 0, study["peak_ratio"]
+    stands, peak = study["collapsed"] == 0, study["peak"]
     assert (peak.where(stands) <= 1.0).sum() == stands.sum()
     assert (peak.where(study["collapsed"] == 1) == 1.0).sum() == (study["collapsed"] == 1).sum()  # a3 is 1 here
 
@@ -156,7 +156,7 @@ def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_th
     assert (certain["median_difference"].dropna("stratum") < 0.002).all()
     stands = found.isel(history=((found["settled"] == 1) & (found["collapsed"] == 0)).values)
     assert stands.sizes["history"] > 20
-    assert (stands["peak_ratio_uncertainty"] / stands["peak_ratio"]).median() < 0.005
+    assert (stands["peak_uncertainty"] / stands["peak"]).median() < 0.005
 
 
 def test_shares_of_the_records_change_nothing(config, walls):
@@ -187,7 +187,7 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     cr, damped = (solve(curve, damper, store_every=1, **run).displacement.ravel() for damper in dampers)
     start = case.decay * case.substeps + 1
     misfit = np.sqrt(np.mean((np.abs(cr) - np.abs(damped))[start:] ** 2))
-    peak = float(study.sel(at)["peak_ratio"].isel(velocity_ratio=scale).sel(damping_model="CR")[0])
+    peak = float(study.sel(at)["peak"].isel(velocity_ratio=scale).sel(damping_model="CR")[0])
     assert one["decay_misfit"].values[scale] == pytest.approx(misfit / peak, rel=1e-9)
 
 
@@ -234,6 +234,6 @@ def test_only_walls_with_every_source_are_taken_together(study, compared):
 def test_fractiles_end_where_the_record_of_that_rank_collapses(compared):
     share = compared["collapse_fraction"]
     for probability in comparison.FRACTILES:
-        one = compared["fractile"].sel(probability=probability)
+        one = compared["fractile"].sel(fractile_probability=probability)
         known = share.notnull()
         np.testing.assert_array_equal(one.notnull().where(known), (share <= 1 - probability).where(known))

@@ -43,7 +43,7 @@ def test_histories_in_which_a_changed_restitution_collapses_are_no_pair():
     fallen = {"variation": "more loss", "record": [f"r{i}" for i in range(10)], "velocity_ratio": 0.5}
     histories["varied_collapsed"].loc[fallen] = 1
     # There the order would be far off; its collapse under the changed CR leaves these out.
-    histories["peak_ratio"].loc[{name: fallen[name] for name in ("record", "velocity_ratio")}] = 0.9
+    histories["peak"].loc[{name: fallen[name] for name in ("record", "velocity_ratio")}] = 0.9
     assert compare(histories)["excess"].sel(measure="log_error").item() == pytest.approx(0.05 - 0.1)
 
 

@@ -57,7 +57,7 @@ def test_the_histories_are_the_event_driven_solver_s(config, shares):
     factor = float(own["velocity_ratio"][stands]) * unit / intensity_measures(motion.record).pgv
     for damping, stored in (
         (Damping.cr(0.79), own["varied_peak"].sel(variation="lower e")),
-        (Damping.of_restitution(0.8, order=8), own["peak_ratio"].sel(order=8)),
+        (Damping.of_restitution(0.8, order=8), own["peak"].sel(order=8)),
     ):
         solved = event_driven.history(
             named.curve,
@@ -73,7 +73,7 @@ def test_the_larger_the_order_the_nearer_to_restitution(shares):
     """By the median: a few histories on the edge of collapse rule the mean square of so small a sample."""
     histories = xr.concat(shares, "record")
     stand = (histories["collapsed"] == 0) & (histories["reference_collapsed"] == 0)
-    ratio = (histories["peak_ratio"] / histories["reference_peak"]).where(stand)
+    ratio = (histories["peak"] / histories["reference_peak"]).where(stand)
     away = np.abs(np.log(ratio)).median(("record", "velocity_ratio", "wall", "restitution"))
     assert (away.diff("order") < 0).all()
     assert away.sel(order=8) < 0.5 * away.sel(order=0)
@@ -105,6 +105,6 @@ def test_orders_are_run_at_the_finer_step(config, shares):
     np.testing.assert_array_equal(half["varied_peak"].sel(variation="step"), own["reference_peak"])
     # The peak of a wall that collapsed is u3/u_ins, at any step.
     stands, cr_stands = own["collapsed"] == 0, own["reference_collapsed"] == 0
-    moved = np.abs(half["peak_ratio"] / own["peak_ratio"] - 1).where(stands).median()
+    moved = np.abs(half["peak"] / own["peak"] - 1).where(stands).median()
     coarser = np.abs(own["varied_peak"].sel(variation="step") / own["reference_peak"] - 1).where(cr_stands).median()
     assert moved < 0.5 * coarser

@@ -113,7 +113,7 @@ def test_shares_of_the_walls_change_nothing(config, walls, shares):
     """Bit for bit: a wall's steps depend on no other wall."""
     whole = changed(config, {"population.chunk": 120})
     together = population.share("0", whole, walls)
-    for name in ("peak_ratio", "collapsed", "vulnerability"):
+    for name in ("peak", "collapsed", "vulnerability"):
         np.testing.assert_array_equal(together[name], np.concatenate([one[name] for one in shares]))
 
 
@@ -153,9 +153,9 @@ def test_a_sample_towards_collapse_agrees_with_the_event_driven_solver_at_the_po
     dataset.check(found, "population_check")
     assert found["checked_count"].values.tolist() == [12, 12, 12, 12]
     assert found["stratum"].values.tolist() == ["far", "near", "edge", "just collapsed"]
-    together = xr.concat([one[["peak_ratio", "collapsed"]] for one in shares], "wall", join="exact")
+    together = xr.concat([one[["peak", "collapsed"]] for one in shares], "wall", join="exact")
     picked = together.sel({name: found[name] for name in ("wall", "record", "intensity", "damping_model")})
-    for name in ("peak_ratio", "collapsed"):
+    for name in ("peak", "collapsed"):
         np.testing.assert_array_equal(found[name], picked[name])
     assert len(np.unique(found["wall"] // 50)) == 3  # of every share
     assert (found["otherwise_share"] <= 2 / 12).all()

@@ -169,7 +169,7 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
     """
     answer, motions = subject.answer, {motion.name: motion for motion in subject.motions}
     dampings, tail = side_by_side(float(answer["restitution"])), float(answer["tail"])
-    peaks = answer["peak_ratio"].sel(damping_model=REFERENCE)
+    peaks = answer["peak"].sel(damping_model=REFERENCE)
     for index in reversed(range(answer.sizes["intensity"])):
         at = peaks.isel(intensity=index).dropna("record")
         for name in at["record"].values[np.argsort(-at.values, kind="stable")]:
@@ -179,7 +179,7 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
                 histories = responses(record, subject.wall, subject.curve, dampings, scale=scale, tail=tail)
             if str(histories["outcome"].sel(damping_model=REFERENCE).item()) == "completed":
                 intensity = float(answer[answer.attrs["intensity_measure"].lower()][index])
-                peak = float(histories["peak_ratio"].sel(damping_model=REFERENCE))
+                peak = float(histories["peak"].sel(damping_model=REFERENCE))
                 return {
                     "record": str(name),
                     "intensity": intensity,

@@ -73,8 +73,8 @@ def convergence(config: Config) -> xr.Dataset:
     return xr.Dataset(
         {
             "solver_error": ((*dims, "step"), error),
-            "order": (dims, fitted_order(steps, error)),
-            "finest_order": (dims, np.log2(error[..., -2] / error[..., -1])),
+            "convergence_order": (dims, fitted_order(steps, error)),
+            "finest_convergence_order": (dims, np.log2(error[..., -2] / error[..., -1])),
         },
         coords={
             "scheme": list(SCHEMES),

@@ -105,8 +105,8 @@ def solver_errors(ensemble: Ensemble, step: float, refinement: int) -> xr.Datase
             "solver_error": ((*dims, "case", "restitution", "step"), error),
             "median_solver_error": ((*dims, "step"), median),
             "largest_solver_error": ((*dims, "step"), error.max(axis=(2, 3))),
-            "order": (dims, fitted_order(steps, median)),
-            "largest_difference": (dims, largest),
+            "convergence_order": (dims, fitted_order(steps, median)),
+            "largest_history_error": (dims, largest),
             "largest_displacement": (("excitation", "case", "restitution"), peak),
         },
         coords={

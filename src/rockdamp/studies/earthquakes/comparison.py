@@ -40,7 +40,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     varied = bootstrapped(_beside_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
     statistics = xr.merge(
         [
-            bootstrapped(_beside_cr(pooled, "peak_ratio", "collapsed"), weights, bands, "Dampers"),
+            bootstrapped(_beside_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
             varied.rename({name: f"varied_{name}" for name in varied}),
             _excess(pooled, edges, weights),
             _pooled_fragility(pooled, weights),
@@ -60,7 +60,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         {name: earthquakes[name].values for name in (*BY_DAMPER, "variation", "wall", "velocity_ratio")}
         | {
             "bound": list(BOUND),
-            "probability": list(FRACTILES),
+            "fractile_probability": list(FRACTILES),
             "share": list(SHARES),
             "band": np.arange(edges.size),
             "band_start": ("band", [low for low, _ in bands]),
@@ -78,7 +78,7 @@ def _complete(earthquakes: xr.Dataset) -> NDArray[np.bool_]:
 
 def _uncertainty(earthquakes: xr.Dataset) -> Array:
     """Return fractiles of the bound of the peaks' error, as a fraction of the peak."""
-    bound = (earthquakes["peak_ratio_uncertainty"] / earthquakes["peak_ratio"]).values
+    bound = (earthquakes["peak_uncertainty"] / earthquakes["peak"]).values
     known = bound[np.isfinite(bound)]
     return np.quantile(known, SHARES) if known.size else np.full(len(SHARES), np.nan)
 
@@ -89,7 +89,7 @@ def _beside_cr(earthquakes: xr.Dataset, peak: str, collapsed: str) -> xr.Dataset
     cr = earthquakes.sel(damping_model=REFERENCE).isel(damping_ratio_source=0)
     return xr.Dataset(
         {
-            "reference_peak": cr["peak_ratio"].variable,
+            "reference_peak": cr["peak"].variable,
             "reference_collapsed": cr["collapsed"].variable,
             "peak": earthquakes[peak].variable,
             "collapsed": earthquakes[collapsed].variable,
@@ -111,7 +111,7 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array) -> xr.Dataset
     cr = _cr(earthquakes)
     excess, bounds = [], []
     for e in range(stored.sizes["restitution"]):
-        peak, collapsed = (stored[name].isel(restitution=e).values for name in ("peak_ratio", "collapsed"))
+        peak, collapsed = (stored[name].isel(restitution=e).values for name in ("peak", "collapsed"))
         reference, fell = (values[..., cr : cr + 1, :1] for values in (peak, collapsed))
         stand = (collapsed == 0) & (fell == 0) & (reference >= edges[0]) & (reference < edges[-1])
         square = np.log(np.where(stand, peak / reference, 1.0)) ** 2
@@ -163,12 +163,12 @@ def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
         _fragility(scale, collapsed[:, wall], run[:, wall], weights, cr)
         for wall in track(range(earthquakes.sizes["wall"]), "Fragilities of the walls")
     ]
-    peaks = np.where(collapsed == 1, np.inf, np.where(run == 1, earthquakes["peak_ratio"].transpose(*order), np.nan))
+    peaks = np.where(collapsed == 1, np.inf, np.where(run == 1, earthquakes["peak"].transpose(*order), np.nan))
     fractiles = np.quantile(peaks, FRACTILES, axis=0, method="inverted_cdf")
     fragility = xr.concat(by_wall, "wall")
     return fragility.rename({name: f"wall_{name}" for name in fragility}).assign(
         collapse_fraction=(order[1:], quotient(collapsed.sum(axis=0), run.sum(axis=0))),
-        fractile=(("probability", *order[1:]), np.where(np.isfinite(fractiles), fractiles, np.nan)),
+        fractile=(("fractile_probability", *order[1:]), np.where(np.isfinite(fractiles), fractiles, np.nan)),
     )
 
 

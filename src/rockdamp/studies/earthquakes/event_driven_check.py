@@ -96,7 +96,7 @@ def rates(sample: Sample, checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
     of = {str(name): checked[name].values for name in checked.data_vars}
     same = of["collapsed"] == of["exact_collapsed"]
     stand = same & (of["collapsed"] == 0)
-    error = np.abs(of["peak_ratio"] - of["exact_peak"])
+    error = np.abs(of["peak"] - of["exact_peak"])
 
     def each(statistic: Callable[[Array], Any], values: Array, among: NDArray[np.bool_]) -> tuple[str, Array]:
         own = [values[among & (sample.stratum == stratum)] for stratum in range(sample.study.size)]
@@ -110,8 +110,8 @@ def rates(sample: Sample, checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
         "largest_difference": each(np.max, error / of["exact_peak"], stand),
         "history_stratum": ("history", np.array(STRATA)[sample.stratum]),
     }
-    if "peak_ratio_uncertainty" in of:
-        bound = of["peak_ratio_uncertainty"]
+    if "peak_uncertainty" in of:
+        bound = of["peak_uncertainty"]
         columns["beyond_bound_share"] = each(np.mean, error > bound, stand & np.isfinite(bound))
     return columns
 
@@ -123,7 +123,7 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     stratum the share of histories that end otherwise or lie beyond their bound.
     """
     quakes = config.earthquakes
-    names = ("peak_ratio", "collapsed", "settled")
+    names = ("peak", "collapsed", "settled")
     peak, collapsed, settled = (earthquakes[name].transpose(*BY_DAMPER).values for name in names)
     collapsed = np.where(_once(collapsed.shape), collapsed, -1)
     members = strata(peak, collapsed, np.where(collapsed < 0, -1, settled), BY_DAMPER.index("velocity_ratio"))
@@ -142,7 +142,7 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         return exact_peak(case, motions[str(case["record"].values)], walls[str(case["wall"].values)], quakes.tail)
 
     checked = (
-        picked[[*names, "peak_ratio_uncertainty"]]
+        picked[[*names, "peak_uncertainty"]]
         .reset_coords(list(BY_DAMPER))
         .drop_vars(["record_set", "station"])
         .assign(solved(solve, len(sample.place), "Histories, event by event"))

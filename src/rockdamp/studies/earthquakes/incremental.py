@@ -144,7 +144,7 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
     ]
     dims = {
         **dict.fromkeys(
-            ("peak_ratio", "peak_ratio_uncertainty", "collapsed", "settled", "decay_misfit"),
+            ("peak", "peak_uncertainty", "collapsed", "settled", "decay_misfit"),
             BY_DAMPER[1:],
         ),
         **dict.fromkeys(("varied_peak", "varied_collapsed"), (*HISTORY[1:], "variation")),

@@ -54,7 +54,7 @@ class Sums:
         """Sum histories of the dimensions (record, velocity_ratio, wall, restitution, ...)."""
         sides = histories.sel(variation=list(SIDES[change]))
         reference, fell = (histories[f"reference_{name}"].values[..., None] for name in ("peak", "collapsed"))
-        peak, falls = histories["peak_ratio"].values, histories["collapsed"].values == 1
+        peak, falls = histories["peak"].values, histories["collapsed"].values == 1
         side_peak, side_falls = (np.moveaxis(sides[f"varied_{name}"].values, -1, 0) for name in ("peak", "collapsed"))
         fell, (more_falls, less_falls) = fell == 1, (side_falls == 1)[..., None]
         stand = ~(fell | falls | more_falls | less_falls)

@@ -60,7 +60,7 @@ def _under(motion: catalogue.GroundMotion, config: Config) -> xr.Dataset:
     names = {
         "reference": ("reference_peak", "reference_collapsed"),
         "varied": ("varied_peak", "varied_collapsed"),
-        "by_order": ("peak_ratio", "collapsed"),
+        "by_order": ("peak", "collapsed"),
     }
     data: dict[str, Any] = {}
     for key, (peak, collapsed) in names.items():
@@ -156,7 +156,7 @@ def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
 
 def _compare_set(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Dataset:
     """Return every statistic of one set of records."""
-    orders = histories.rename(peak_ratio="peak").drop_dims("variation")
+    orders = histories.rename(peak="peak").drop_dims("variation")
     varied = histories.drop_dims("order").rename(varied_peak="peak", varied_collapsed="collapsed")
     of_varied = _statistics(varied, weights, bands)
     statistics = _statistics(orders, weights, bands).assign({f"varied_{name}": of_varied[name] for name in of_varied})

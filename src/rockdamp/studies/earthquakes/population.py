@@ -127,7 +127,7 @@ def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     dims = ("wall", "record", "intensity", "damping_model")
     return xr.Dataset(
         {
-            "peak_ratio": (dims, peak),
+            "peak": (dims, peak),
             "collapsed": (dims, collapsed.astype(np.int8)),
             "collapses": (dims[1:], collapsed.sum(axis=0)),
             "vulnerability": (("wall", "damping_model"), collapsed.mean(axis=(1, 2))),
@@ -196,8 +196,8 @@ def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset
             "median_intensity_ratio": (model, fitted["median_intensity_ratio"]),
             "median_intensity_ratio_interval": ((*model, "bound"), fitted["median_intensity_ratio_interval"]),
             "vulnerability": (("wall", *model), vulnerability),
-            "sensitivity": (("parameter", *model), sensitivity),
-            "sensitivity_confidence": (("parameter", *model), confidence),
+            "first_order_index": (("parameter", *model), sensitivity),
+            "first_order_index_confidence": (("parameter", *model), confidence),
             "records": len(by_model),
             **{name: walls[name] for name in PARAMETERS},
         },

@@ -53,7 +53,7 @@ def check_population(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> 
         "record": np.array([motion.name for motion in motions])[sample.place[:, 1]],
         "intensity": intensity[sample.place[:, 2]],
         "damping_model": np.array(models)[sample.place[:, 3]],
-        "peak_ratio": _picked(shares, "peak_ratio", sample).astype(float),
+        "peak": _picked(shares, "peak", sample).astype(float),
         "collapsed": _picked(shares, "collapsed", sample),
     }
     checked = xr.Dataset(
@@ -66,7 +66,7 @@ def check_population(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> 
 
 def _members(share: xr.Dataset) -> Members:
     """Return the strata of one share; without finer steps, nothing is known to be unsettled."""
-    peak, collapsed = (share[name].transpose(*HISTORY).values for name in ("peak_ratio", "collapsed"))
+    peak, collapsed = (share[name].transpose(*HISTORY).values for name in ("peak", "collapsed"))
     of_all = event_driven_check.strata(peak, collapsed, np.ones_like(collapsed), HISTORY.index("intensity"))
     return of_all[: STRATA.index("unsettled")]
 

@@ -96,13 +96,13 @@ class Case:
         """Return peaks, collapses and misfits over the decay; shape (scales, e, models, sources)."""
         restitution = runs[0]
         shape = (*restitution.near.shape, len(MODELS), len(SOURCES))
-        names = ("peak_ratio", "peak_ratio_uncertainty", "decay_misfit")
+        names = ("peak", "peak_uncertainty", "decay_misfit")
         outcome = {name: np.full(shape, np.nan) for name in names}
         outcome |= {name: np.full(shape, -1, dtype=np.int8) for name in ("collapsed", "settled")}
         of_restitution = self._judged(restitution)
         for name, values in of_restitution.items():
             outcome[name][:, :, 0] = values[..., None]  # the same whatever the source
-        peak = np.where(of_restitution["collapsed"] == 0, of_restitution["peak_ratio"], np.nan)
+        peak = np.where(of_restitution["collapsed"] == 0, of_restitution["peak"], np.nan)
         for row, of_damper in enumerate(runs[1:], start=1):
             for name, values in self._judged(of_damper).items():
                 outcome[name][:, :, row, of_damper.defined] = values
@@ -146,8 +146,8 @@ class Case:
         changes = np.abs(np.diff(peak, axis=0)).max(axis=0)
         bound = np.where(settled & ~collapsed[-1], changes + self.roughness(last) * peak[-1], np.nan)
         return {
-            "peak_ratio": peak[-1],
-            "peak_ratio_uncertainty": bound,
+            "peak": peak[-1],
+            "peak_uncertainty": bound,
             "collapsed": collapsed[-1].astype(np.int8),
             "settled": settled.astype(np.int8),
         }
