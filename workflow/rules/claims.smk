@@ -1,6 +1,5 @@
 """The paper's claims, judged from the datasets, and its errata; what measured trials say, apart from these."""
 
-
 for stage in STAGES.values():
     if stage.name.endswith("claims"):
 
