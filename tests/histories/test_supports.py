@@ -8,6 +8,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import rockdamp as rd
+from rockdamp.histories import supports
 from rockdamp.histories.forcing import Forcing
 from rockdamp.histories.supports import SupportRecord, joint_offset, support_factors, two_records
 from rockdamp.plausibility import as_meant
@@ -144,17 +145,21 @@ def test_the_diaphragm_on_a_floor_is_that_of_a_general_integrator(ground):
         assert np.abs(found[at <= 10] - expected).max() < 5e-3 * np.abs(expected).max()
 
 
-def test_a_stiff_diaphragm_is_a_rigid_one(ground):
+def test_a_stiff_diaphragm_is_a_rigid_one(ground, monkeypatch):
+    """Below the least period bit for bit; and without that limit the answer tends to it as the period does to 0."""
     wall, curve = rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new")
-    plain = rd.assess(wall, curve, ground, pga=1.5, restitution=0.85)
-    rigid, stiff, timber = (
-        rd.assess(wall, curve, rd.floor_motions(ground, diaphragm=rd.Diaphragm(period)), pga=1.5, restitution=0.85)
-        for period in (0.02, 0.031, 0.4)
-    )
-    np.testing.assert_array_equal(rigid["stripe_collapses"], plain["stripe_collapses"])
-    np.testing.assert_array_equal(rigid["peak"], plain["peak"])
-    np.testing.assert_allclose(stiff["peak"], plain["peak"], rtol=0.03)
-    assert (np.abs(timber["peak"].fillna(np.inf) / plain["peak"] - 1) > 0.03).all()
+
+    def peak(motions):
+        run = rd.respond(wall, curve, rd.Damping.cr(0.85), motions[0].record, scale=0.25, histories=False)
+        assert run["outcome"].item() == "completed"
+        return float(run["peak_displacement"])
+
+    plain = peak(ground)
+    assert peak(rd.floor_motions(ground, diaphragm=rd.Diaphragm(0.02))) == plain
+    assert abs(peak(rd.floor_motions(ground, diaphragm=rd.Diaphragm(0.4))) / plain - 1) > 0.05
+    monkeypatch.setattr(supports, "RIGID_PERIOD", 0.0)
+    errors = [abs(peak(rd.floor_motions(ground, diaphragm=rd.Diaphragm(T))) / plain - 1) for T in (0.03, 0.003)]
+    assert errors[1] < 2e-3 and max(errors) < 0.05
 
 
 def test_the_floors_of_a_building_move_apart_as_their_accelerations_say(ground):

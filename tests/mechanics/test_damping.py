@@ -100,7 +100,7 @@ BAD = [
     (lambda: Damping.cr(0.0), r"restitution \(e\) is 0\.0; it must be greater than 0 and at most 1"),
     (lambda: Damping.cr(np.array([0.9, 1.2])), r"restitution \(e\) is 1\.2; it must be"),
     (lambda: Damping("CDC", -0.01), r"damping_ratio \(xi\) is -0\.01; it must be at least 0"),
-    (lambda: Damping.power(-1.0, 0.1), r"exponent \(n\) is -1\.0; it must be at least 0"),
+    (lambda: Damping.power(-1.0, 0.1), r"exponent is -1\.0; it must be at least 0"),
     (
         lambda: Damping("CDR", 0.1, 1.0),
         r"CDR takes damping_ratio and nothing else; it was given damping_ratio, another value",

@@ -34,7 +34,7 @@ def test_both_solvers_have_the_size_of_the_damper_by_their_own_formula():
     curve = TrilinearCurve(0.04, 0.85)
     for order in (0.3, 1, 16, 40.7):
         damping = Damping("ECD", 0.05, order=order)
-        (batched, _), (exact, _) = damping.formula_parameters(curve), damping.law_parameters(1.0)
+        batched, exact = damping.formula_parameters(curve)[0], damping.law_parameters(curve)[0]
         assert exact == pytest.approx(float(batched), rel=1e-13)
 
 
@@ -53,9 +53,7 @@ def test_the_ratio_is_delta_over_pi_and_that_of_order_zero_the_linear_oscillator
 def test_an_e_that_the_cap_would_touch_is_refused_with_the_least_that_is_not(order):
     least = float(np.exp(-CAP * np.pi * critical_damping_ratio(order)))
     assert Damping.of_restitution(1.001 * least, order=order).damping_ratio > 0
-    with pytest.raises(
-        InputError, match=rf"restitution \(e\) is .*; it must be at least {least:.3g} for order {order:g}"
-    ):
+    with pytest.raises(InputError, match=rf"at least {least:.3g} for a damper of an order above 0"):
         Damping.of_restitution(0.999 * least, order=order)
     with pytest.raises(InputError, match=r"order \(m\) is -1"):
         Damping.of_restitution(0.8, order=-1)

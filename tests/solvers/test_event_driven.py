@@ -115,7 +115,7 @@ def test_a_piece_ends_where_the_velocity_first_changes_sign(k, c):
 @pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
 def test_coefficients_on_the_branches_are_those_of_the_damper(damper):
     for curve in CURVES:
-        given = damper.law_parameters(float(curve.initial_stiffness))
+        given = damper.law_parameters(curve)
         coefficient = event_kernel.plain(damper.law)["coefficient"]
         for branch in event_driven.branches(curve, damper):
             for x in np.linspace(branch[event_kernel.LOW], branch[event_kernel.HIGH], 9)[1:-1]:

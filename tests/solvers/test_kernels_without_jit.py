@@ -72,6 +72,7 @@ class Textbook:
     def __init__(self, model, lane):
         self.model = model
         a1, b1, a3, self.x, self.v, self.factor = lane
+        self.curve = TrilinearCurve(a1, b1, a3)
         self.corners = np.array([0, a1, 1 - b1, a3])
         self.values = np.array([0, b1, b1, 0])
         self.a = self.factor * GROUND[0] - self.force(self.x) - self.c(self.x, self.v) * self.v
@@ -98,9 +99,10 @@ class Textbook:
         exponents = {"CDC": 0, "CDR": 1, "ECD": 1, "SDR": 2, "POWER": EXPONENT}
         if self.model in exponents:
             return 2 * w1 * RATIO * (w / w1) ** exponents[self.model]
+        away = -v if x < 0 else v
         x = max(abs(x), 1e-100)
         damping = damping_of(self.model)
-        return damping.law(x, self.force(x), 2 * self.energy(x), v, damping.law_parameters(w1**2))
+        return damping.law(x, self.force(x), 2 * self.energy(x), away, damping.law_parameters(self.curve))
 
     def explicit(self, p0, p1):
         """Step by beta 0, gamma 1/2; CR is split where the parabola of the displacement crosses zero."""

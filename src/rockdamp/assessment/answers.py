@@ -39,7 +39,9 @@ COLUMNS = (
     "error",
 )
 BY_INTENSITY = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
-AVERAGED = "averaged_collapse_probability"  # over the spread of e, by the rule measured alone
+# By the rule measured alone: averaged over e, and by the rule impulsive.
+AVERAGED, IMPULSIVE = "averaged_collapse_probability", "collapse_probability_impulsive"
+BY_RULE = (AVERAGED, "averaging_error", IMPULSIVE)
 HALVING = ("unsettled", "median_uncertainty", "dispersion_uncertainty")
 WIDEST = 2.0  # of a modelling dispersion
 
@@ -58,7 +60,7 @@ def models(answer: xr.Dataset) -> list[dict[str, Any]]:
     rows = []
     for model in map(str, answer["damping_model"].values):
         one = answer.sel(damping_model=model)
-        lists = {name: _plain(one[name].values) for name in (*BY_INTENSITY, AVERAGED) if name in one}
+        lists = {name: _plain(one[name].values) for name in (*BY_INTENSITY, *BY_RULE) if name in one}
         rows.append(
             {
                 "damping_model": model,

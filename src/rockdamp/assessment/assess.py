@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
 from functools import partial
 from typing import Any, TypeVar
@@ -14,15 +14,24 @@ from numpy.typing import ArrayLike
 from rockdamp import plausibility
 from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
-from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, side_by_side
-from rockdamp.assessment.restitution import DEFAULT_RULE, deviation_of, restitution_and_reason, spread
+from rockdamp.assessment import one_sided
+from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, refined, side_by_side
+from rockdamp.assessment.restitution import (
+    DEFAULT_RULE,
+    LOWEST,
+    by_rule,
+    deviation_of,
+    nodes,
+    over_spread,
+    restitution_and_reason,
+)
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError, require
-from rockdamp.histories.at_intensities import peaks_and_collapses
 from rockdamp.histories.labelled import described
 from rockdamp.histories.supports import Records, floor_motions, motions_of
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.progress import counting
@@ -43,7 +52,7 @@ T = TypeVar("T")
 
 
 def assess(
-    wall: Wall | Parapet,
+    wall: Wall | Parapet | OneSidedWall,
     curve: TrilinearCurve,
     records: Records,
     *,
@@ -60,7 +69,9 @@ def assess(
 
     Parameters
     ----------
-    wall : Wall or Parapet
+    wall : Wall, Parapet or OneSidedWall
+        Under a `OneSidedWall` each record acts both ways, as it is and turned round, and counts twice; beside CR, which
+        is then solved event by event, stands STOP, the damper at the stop.
     curve : TrilinearCurve
     records : str, path, GroundMotion, or several of them
         As for `load_records`, or what it returned.
@@ -83,10 +94,11 @@ def assess(
         By ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity, ``collapse_probability``
         with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
         over the stations, ``stripe_collapses``, and ``peak`` of each record, NaN where the wall collapses. And
-        ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. By the rule
-        ``measured`` also ``averaged_collapse_probability``, over the spread of e. Intervals are NaN for fewer than four
-        stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and ``dispersion_uncertainty`` are what
-        the last halving of the step changed.
+        ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. Intervals are NaN
+        for fewer than four stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and
+        ``dispersion_uncertainty`` are what the last halving of the step changed. By the rule ``measured`` also
+        ``averaged_collapse_probability``, over the spread of e and its rules, with the ``averaging_error`` of this
+        integral, and for a wall ``collapse_probability_impulsive``, by rigid mechanics alone.
 
     Raises
     ------
@@ -102,7 +114,7 @@ def assess(
     (array([16]), 18)
     """
     measure, intensity = intensities(pgv, pga)
-    instance("wall", wall, Wall, Parapet)
+    instance("wall", wall, Wall, Parapet, OneSidedWall)
     instance("curve", curve, TrilinearCurve)
     tail, step = number("tail", tail), number("step", step)
     require(tail >= 0, "tail", tail, "at least 0 [s]")
@@ -111,19 +123,20 @@ def assess(
         raise InputError("assess takes one wall and one curve; its parameters must be numbers")
     e, reason = restitution_and_reason(wall, restitution)
     motions = ground_motions(records)
-    runs = collapses(wall, curve, e, motions, measure, intensity, step=step, tail=tail)
+    if isinstance(wall, OneSidedWall):
+        motions = one_sided.both_ways(motions)
+    runs = collapses_of(wall)(wall, curve, e, motions, measure, intensity, step=step, tail=tail)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
     plausibility.warn(below_onset(answer, measure, float(intensity[-1])))
     answer = answer.drop_vars("strongest").assign(
         restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall")
     )
-    if restitution == DEFAULT_RULE:
+    if restitution == DEFAULT_RULE and not isinstance(wall, OneSidedWall):
         deviation, source = deviation_of(wall)
-        share = averaged(wall, curve, e, deviation, motions, factor.values, step=step, tail=tail)
-        answer = answer.assign(
-            restitution_deviation=deviation, averaged_collapse_probability=(("damping_model", "intensity"), share)
-        ).assign_attrs(restitution_range=source)
+        run = partial(collapsed_by_restitution, wall, curve, motions, factor.values, step=step, tail=tail)
+        answer = answer.merge(_over_restitution(wall, run)).assign(restitution_deviation=deviation)
+        answer = answer.assign_attrs(restitution_range=source)
     answer = answer.assign_coords(
         record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]
     ).transpose(*DIMS, missing_dims="ignore")
@@ -166,6 +179,10 @@ def assess_rows(
     errors = {row.line: row.error for row in rows if isinstance(row, BadRow)}
     run = partial(_by_chunks, measure=measure, intensity=intensity, step=step, tail=tail, chunk=chunk, errors=errors)
     good = [row for row in rows if isinstance(row, Row)]
+    if one_way := any(isinstance(row.wall, OneSidedWall) for row in good):
+        motions = one_sided.both_ways(motions)
+    if one_way and (buildings or not all(isinstance(row.wall, OneSidedWall) for row in good)):
+        raise InputError("one-sided walls stand on the ground, and in a table of their own")
     everywhere = []
     for building in buildings or (None,):
         parts = [part for alike, supports in _on_supports(good, motions, building) for part in run(alike, supports)]
@@ -228,7 +245,7 @@ def _by_chunks(
             e, level = np.array([row.restitution for row in rows]), np.array([intensity])
             track = partial(through, count=len(rows))
             try:
-                runs = collapses(wall, curve, e, motions, measure, level, step=step, tail=tail, track=track)
+                runs = collapses_of(wall)(wall, curve, e, motions, measure, level, step=step, tail=tail, track=track)
             except (InputError, ArithmeticError) as error:  # halves of them, down to the one that is out of range
                 if len(rows) == 1:
                     errors[rows[0].line] = f"line {rows[0].line}: {error}"
@@ -245,16 +262,25 @@ def _by_chunks(
                 yield from run(batch)
 
 
+def collapses_of(wall: Any) -> Callable[..., xr.Dataset]:
+    """Return the function that runs such a wall."""
+    return one_sided.collapses if isinstance(wall, OneSidedWall) else collapses
+
+
 def alike(rows: Iterable[Row]) -> Iterable[list[Row]]:
     """Return the rows that fit into one batch: walls or parapets, with one kind of softening."""
     kinds: dict[Any, list[Row]] = {}
     for row in rows:
-        kinds.setdefault((type(row.wall), row.curve.softening), []).append(row)
+        # Each one-sided wall runs alone: its stop has a step of its own.
+        alone = row.line if isinstance(row.wall, OneSidedWall) else -1
+        kinds.setdefault((type(row.wall), row.curve.softening, alone), []).append(row)
     return kinds.values()
 
 
 def stacked(owners: Sequence[T]) -> T:
     """Return walls or curves of numbers as one of arrays."""
+    if isinstance(owners[0], OneSidedWall):
+        return owners[0]
     names = [field.name for field in fields(owners[0])]  # type: ignore[arg-type]
     first = {name: getattr(owners[0], name) for name in names}
     arrays = {
@@ -314,7 +340,7 @@ def below_onset(answer: xr.Dataset, measure: str, intensity: float) -> list[str]
 # --- from runs to an answer -------------------------------------------------------------------------------------------
 
 
-def summary(runs: xr.Dataset, wall: Wall | Parapet, curve: TrilinearCurve, measure: str) -> xr.Dataset:
+def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, measure: str) -> xr.Dataset:
     """Return counts, shares, fragilities and the error of the solver's step, of what `collapses` returned."""
     name, records = measure.lower(), runs.sizes["record"]
     counts = {step: runs[f"stripe_{step}"].sum("record") for step in ("collapsed", "coarser")}
@@ -373,25 +399,36 @@ def median_peak(runs: xr.Dataset) -> xr.DataArray:
     return runs["peak"].isel(record=0, drop=True).copy(data=middle)
 
 
-def averaged(
+def collapsed_by_restitution(
     wall: Wall | Parapet,
     curve: TrilinearCurve,
-    median: float,
-    deviation: float,
     motions: Sequence[GroundMotion],
     factor: Array,
+    restitution: Array,
     *,
     step: float,
     tail: float,
 ) -> Array:
-    """Return the share of records that collapse the wall, averaged over the spread of e, shape (dampings, intensities).
+    """Return which records collapse the wall at each e, 0 or 1, shape (restitution, record, intensity, damping_model).
 
     `factor`, on each record's acceleration, has the shape (records, intensities).
     """
-    values, weights = spread(median, deviation)
-    dampings = side_by_side(values)
-    collapsed = [
-        peaks_and_collapses(motion.record, wall, curve, dampings, by_record, step=step, tail=tail)[1]
+    dampings, shape = side_by_side(restitution), (restitution.size, factor.shape[1])
+    runs = [
+        refined(motion.record, wall, curve, dampings, np.broadcast_to(by_record, shape), step=step, tail=tail)[1]
         for motion, by_record in zip(motions, factor, strict=True)
     ]
-    return np.asarray(np.einsum("e,reid->di", weights, np.array(collapsed, dtype=float)) / len(motions))
+    return np.stack(runs, axis=1).astype(float)
+
+
+def _over_restitution(wall: Wall | Parapet, run: Callable[[Array], Array]) -> xr.Dataset:
+    """Return the share of collapses averaged over e, and by rigid mechanics alone, which no test has confirmed."""
+    e, probability = nodes(wall)
+    dims = ("intensity", "damping_model")
+    mean, error = over_spread(run(e), probability)
+    found = xr.Dataset({"averaged_collapse_probability": (dims, mean), "averaging_error": (dims, error)})
+    if isinstance(wall, Parapet):
+        return found
+    impulsive = max(float(by_rule(wall, "impulsive")[0]), LOWEST)
+    share = run(np.array([impulsive])).mean(axis=(0, 1))
+    return found.assign(collapse_probability_impulsive=(dims, share), restitution_impulsive=impulsive)

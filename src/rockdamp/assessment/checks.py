@@ -19,6 +19,7 @@ from rockdamp.errors import InputError, require
 from rockdamp.histories.supports import SupportRecord
 from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
@@ -73,7 +74,7 @@ class Check(NamedTuple):
 
 
 def checks(
-    answer: xr.Dataset, wall: Wall | Parapet, motions: Sequence[GroundMotion], capacity: float = CAPACITY
+    answer: xr.Dataset, wall: Wall | Parapet | OneSidedWall, motions: Sequence[GroundMotion], capacity: float = CAPACITY
 ) -> list[Check]:
     """Return the checks at each intensity of what `assess` returned for a wall under motions.
 
@@ -147,7 +148,7 @@ class Moved(NamedTuple):
 
 
 def sensitivity(
-    wall: Wall | Parapet,
+    wall: Wall | Parapet | OneSidedWall,
     curve: TrilinearCurve,
     restitution: float,
     motions: Sequence[GroundMotion],
@@ -172,7 +173,7 @@ def sensitivity(
         ):
             made.append(("period of the building [s]", other.period, same, other, diaphragm))
         measured = building is None and any(isinstance(motion.record, SupportRecord) for motion in motions)
-        periods = [] if measured or isinstance(wall, Parapet) else [FIRST_DIAPHRAGM]
+        periods = [] if measured or isinstance(wall, Parapet | OneSidedWall) else [FIRST_DIAPHRAGM]
         if diaphragm is not None:
             periods = [factor * diaphragm.period for factor in PERIOD_FACTORS]
         for period in periods:
@@ -190,10 +191,11 @@ def sensitivity(
     return [one for one in moved if np.isfinite(one.share)]
 
 
-Change = tuple[str, float, tuple[Wall | Parapet, TrilinearCurve, float]]
+Changed = tuple[Wall | Parapet | OneSidedWall, TrilinearCurve, float]
+Change = tuple[str, float, Changed]
 
 
-def _changes(wall: Wall | Parapet, curve: TrilinearCurve, e: float) -> Iterator[Change]:
+def _changes(wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, e: float) -> Iterator[Change]:
     for value in (e - CHANGE_OF_E, min(e + CHANGE_OF_E, HIGHEST_E)):
         yield from _made("coefficient of restitution, e", value, lambda v: (wall, curve, v))
     if isinstance(wall, Wall):
@@ -204,14 +206,26 @@ def _changes(wall: Wall | Parapet, curve: TrilinearCurve, e: float) -> Iterator[
         value = factor * float(curve.yield_displacement_ratio)
         name = "yield displacement ratio, a₁"
         yield from _made(name, value, lambda v: (wall, replace(curve, yield_displacement_ratio=v), e))
+    if isinstance(wall, OneSidedWall):
+        yield from _of_tie(wall, curve, e)
+        return
     loaded = float(wall.overburden_ratio)
     for value in [factor * loaded for factor in FACTORS] if loaded else [FIRST_OVERBURDEN]:
         yield from _made("overburden, O/W", value, lambda v: (replace(wall, overburden_ratio=v), curve, e))
 
 
-def _made(
-    name: str, value: float, make: Callable[[float], tuple[Wall | Parapet, TrilinearCurve, float]]
-) -> Iterator[Change]:
+def _of_tie(wall: OneSidedWall, curve: TrilinearCurve, e: float) -> Iterator[Change]:
+    """Yield the changes of a tie's strength, and the wall without it."""
+    tie = wall.tie
+    if tie is not None:
+        name = "strength of the ties [N]"
+        for factor in FACTORS:
+            value = factor * float(tie.strength)
+            yield from _made(name, value, lambda v: (replace(wall, tie=replace(tie, strength=v)), curve, e))
+        yield name, 0.0, (replace(wall, tie=None), curve, e)
+
+
+def _made(name: str, value: float, make: Callable[[float], Changed]) -> Iterator[Change]:
     """Yield the change, unless there is no such wall."""
     try:
         with as_meant():

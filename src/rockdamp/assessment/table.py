@@ -18,6 +18,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics import written_sizes
 from rockdamp.mechanics.building import DAMPING_RATIO, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.one_sided import OneSidedWall, tie_of
 from rockdamp.mechanics.wall import WEAKEST, Parapet, Wall
 from rockdamp.storage import input_file, tables
 from rockdamp.storage.tables import Column
@@ -27,9 +28,11 @@ from rockdamp.units import number as text_number
 NEEDED = ("id", "thickness", "height")
 SIZES = ("thickness", "height", "width", "density", "hinge_ratio", "overburden_ratio", "eccentricity")
 DIAPHRAGM = ("diaphragm_period", "diaphragm_damping")
+TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height")
+ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "a3", "softening", "preset")
-COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy", *DIAPHRAGM)
-LENGTHS = ("thickness", "height", "width", "eccentricity")
+COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy", *DIAPHRAGM, *ONE_SIDED)
+LENGTHS = ("thickness", "height", "width", "eccentricity", "tie_gap", "tie_height")
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
 EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 
@@ -44,7 +47,7 @@ class Row:
 
     line: int
     id: str
-    wall: Wall | Parapet
+    wall: Wall | Parapet | OneSidedWall
     curve: TrilinearCurve
     restitution: float
     reason: str
@@ -155,9 +158,12 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Ro
         raise InputError("id is empty; each wall must have one")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        wall, curve = _wall(filled), _curve(filled)
+        mechanism, curve = _wall(filled), _curve(filled)
+        wall = _one_sided(filled, mechanism)
+        if isinstance(wall, OneSidedWall):
+            wall.force(curve)
         plausibility.warn(
-            [*plausibility.of_stated(wall), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
+            [*plausibility.of_stated(mechanism), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
         )
         e, reason = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
         diaphragm = _diaphragm(filled)
@@ -181,6 +187,36 @@ def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
     if "overburden" in filled:
         sizes["overburden_ratio"] = _overburden_ratio(filled, kind(**sizes))
     return kind(**sizes)
+
+
+def _one_sided(filled: Mapping[str, str], wall: Wall | Parapet) -> Wall | Parapet | OneSidedWall:
+    """Return the wall against a stop, with its tie, where the row says that it is."""
+    answer = filled.get("one_sided", "").lower()
+    if answer not in ANSWERS:
+        raise InputError(f"one_sided is {filled['one_sided']!r}; it must be yes, no or empty")
+    given = [name for name in TIE if name in filled]
+    if not ANSWERS[answer]:
+        if given:
+            raise InputError(f"{given[0]} is {filled[given[0]]}; only a row that is one_sided may have ties")
+        return wall
+    if DIAPHRAGM[0] in filled:
+        raise InputError("a row that is one_sided has no diaphragm: the stop moves as the base does")
+    if not given:
+        return OneSidedWall(wall)
+    for name in TIE[:2]:
+        if name not in filled:
+            raise InputError(f"{name} is empty; a tie must have a stiffness and a strength")
+    stiffness, strength = (_of_ties(name, filled[name], unit) for name, unit in zip(TIE, ("N m-1", "N"), strict=False))
+    gap, height = (_size(name, filled[name]) if name in filled else None for name in TIE[2:])
+    return OneSidedWall(wall, tie_of(wall, stiffness, strength, gap or 0.0, height))
+
+
+def _of_ties(name: str, text: str, unit: str) -> tuple[float, bool]:
+    try:
+        return written_sizes.of_ties(text, unit)
+    except UnitError as error:
+        allowed = f"a number in {unit}, or with its unit, by metre of wall too"
+        raise InputError(f"{name} is {text!r}: {error}; it must be {allowed}") from None
 
 
 def _diaphragm(filled: Mapping[str, str]) -> Diaphragm | None:

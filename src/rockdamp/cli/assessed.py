@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from rockdamp.equivalence.programs import Typed
     from rockdamp.mechanics.wall import Parapet, Wall
 
+SHARE = "collapse_probability"
 INTERVAL = "collapse_probability_interval"  # the attribute that names the kind of interval
 
 
@@ -23,7 +24,7 @@ def values(
     answer: xr.Dataset, wall: Wall | Parapet, typed: list[Typed], frequencies: tuple[float, float]
 ) -> dict[str, Any]:
     """Return the JSON: numbers for one intensity, lists for several; in SI."""
-    from rockdamp.assessment.answers import AVERAGED, BY_INTENSITY, models
+    from rockdamp.assessment.answers import BY_INTENSITY, BY_RULE, models
 
     measure = answer.attrs["intensity_measure"]
     asked = answer[measure.lower()].values.tolist()
@@ -42,7 +43,7 @@ def values(
         "interval": answer.attrs[INTERVAL],
         "tail": float(answer["tail"]),
         "models": [
-            row | {name: at(row[name]) for name in (*BY_INTENSITY, AVERAGED) if name in row} for row in models(answer)
+            row | {name: at(row[name]) for name in (*BY_INTENSITY, *BY_RULE) if name in row} for row in models(answer)
         ],
         "initial_frequency": frequencies[0],
         "initial_period": frequencies[1],
@@ -66,7 +67,8 @@ def _uncertainty(answer: xr.Dataset) -> dict[str, Any]:
 
 def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
     """Print the answer as tables: accelerations in g too, a reason for every dash, and what the step changes."""
-    from rockdamp.assessment.answers import AVERAGED, models
+
+    from rockdamp.assessment.answers import AVERAGED, IMPULSIVE, models
     from rockdamp.text import counted
 
     measure, rows = answer.attrs["intensity_measure"], models(answer)
@@ -90,6 +92,10 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
         in_g = {f"{name} in g": None if value is None else value / STANDARD_GRAVITY} if measure == "PGA" else {}
         return {name: None if value is None else value / size, **in_g}
 
+    # Rigid mechanics stands beside the tests where it is the worse.
+    larger = any(
+        worse > share for row in rows for worse, share in zip(row.get(IMPULSIVE, ()), row[SHARE], strict=False)
+    )
     shares = [
         {
             **level(measure, intensity),
@@ -98,11 +104,21 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
             "share": row["collapse_probability"][index],
             "interval": _span(row[INTERVAL][index]),
             **({"averaged over e": row[AVERAGED][index]} if AVERAGED in row else {}),
+            **({"impulsive": row[IMPULSIVE][index]} if larger else {}),
         }
         for index, intensity in enumerate(answer[measure.lower()].values.tolist())
         for row in rows
     ]
     print_table(shares, {measure: unit})
+    if AVERAGED in rows[0]:
+        from rockdamp.assessment.restitution import RULE_WEIGHTS
+
+        rules = ", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items())
+        error = max(max(row["averaging_error"]) for row in rows)
+        click.echo(f"\naveraged over e: about its rules ({rules}, a judgement); the integral errs by some {error:.1g}")
+    if larger:
+        e = float(answer["restitution_impulsive"])
+        click.echo(f"impulsive: with e = {e:.4g} of rigid mechanics, which is worse here than the tests' e")
     click.echo("\nfragility, lognormal, with 95 % bootstrap intervals over stations; record-to-record scatter alone:\n")
     fragilities = [
         {

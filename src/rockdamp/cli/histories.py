@@ -30,6 +30,7 @@ from rockdamp.cli.command import (
     write_figure,
     write_table,
 )
+from rockdamp.cli.one_sided import SIGNS, one_sided_options, respond_one_sided
 from rockdamp.cli.options import (
     column_option,
     curve_options,
@@ -166,6 +167,8 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 )
 @column_option
 @wall_options()
+@one_sided_options
+@with_default("--sign", type=click.Choice(SIGNS), default="both", help="Which way the record acts, with --one-sided.")
 @curve_options
 @damping_options
 @with_default("--scale", type=quantities(), default="1", help="Factor on the acceleration.")
@@ -189,13 +192,21 @@ def respond_command(
     """Response to a record: peak and outcome.
 
     The wall starts at rest. Where it collapses the history ends: a collapse is an outcome and no error. It has no peak;
-    the JSON holds the displacement at the end. PGA and PGV are those of the scaled motion; in a
-    building, of the ground. rocking_onset is the acceleration of the supports whose static load reaches the plateau of
-    the curve. Several records or scales give a row each.
+    the JSON holds the displacement at the end. PGA and PGV are those of the scaled motion; in a building, of the
+    ground. rocking_onset is the acceleration of the supports whose static load reaches the plateau of the curve.
+    Several records or scales give a row each. With --one-sided the wall is run under the record both ways, unless
+    --sign says which.
     """
     wall, curve = make_wall(options), make_curve(options)
-    dampings = make_dampings(options, curve)
     buildings, diaphragm = make_buildings(options), make_diaphragm(options)
+    if options["one_sided"]:
+        from rockdamp.motions.record_files import CONTENTS as HEADINGS
+
+        motions = _motions(records, options, named_columns(columns, HEADINGS))
+        respond_one_sided(wall, curve, motions, _scales(options), {**options, "table": table}, tail, as_json)
+        return
+    refuse_unused(("sign",), "--one-sided")
+    dampings = make_dampings(options, curve)
     from rockdamp.histories.many_records import rows, scales_of
     from rockdamp.histories.side_by_side import responses
     from rockdamp.motions.intensity import intensity_measures

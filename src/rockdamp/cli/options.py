@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from rockdamp.cli.one_sided import TIE, one_sided_wall
 from rockdamp.cli.types import HINGE_RATIO, NUMBER, Read, quantity
 from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
@@ -24,6 +25,7 @@ Decorator = Callable[[Any], Any]
 
 SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity")
 WALL = (*SIZES, "overburden", "hinge_ratio", "parapet")
+ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "preset", "a3", "softening")
 
 
@@ -180,7 +182,7 @@ def refuse_unused(names: Iterable[str], needed: str) -> None:
             raise click.UsageError(f"{option} must be given with {needed}, or not at all")
 
 
-def make_wall(options: Mapping[str, Any]) -> Wall | Parapet:
+def make_wall(options: Mapping[str, Any]) -> Any:
     """Return the wall that `WALL` among the options describe."""
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.plausibility import as_meant, of_stated, warn
@@ -197,7 +199,7 @@ def make_wall(options: Mapping[str, Any]) -> Wall | Parapet:
         sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], unloaded)
     wall = kind(**sizes)
     warn(of_stated(wall))
-    return wall
+    return one_sided_wall(options, wall)
 
 
 def _ratio_of_load(load: tuple[float, bool], unloaded: Wall | Parapet) -> float:

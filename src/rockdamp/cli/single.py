@@ -11,6 +11,8 @@ import click
 from rockdamp.cli.assessed import show_damping
 from rockdamp.cli.assessment import RESTITUTION
 from rockdamp.cli.command import SOME_FAILED, Command, print_json, print_table, print_values, write_table
+from rockdamp.cli.one_sided import constants as one_sided_constants
+from rockdamp.cli.one_sided import one_sided_options
 from rockdamp.cli.options import (
     CURVE,
     WALL,
@@ -65,6 +67,14 @@ UNITS = {
     "initial_frequency": "rad s-1",
     "initial_period": "s",
 }
+ONE_SIDED_UNITS = {
+    "tie_strength": "N",
+    "tie_stiffness": "N m-1",
+    "tie_yield_stretch": "m",
+    "stop_stiffness": "N m-1",
+    "stop_damping_coefficient": "N s m-1",
+    "stop_step": "s",
+}
 AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 
 
@@ -77,6 +87,7 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
     ],
 )
 @wall_options()
+@one_sided_options
 @curve_options
 @click.option("--amplitude", type=quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
 @click.option("--restitution", type=RESTITUTION, help="Restitution e of the dampers, or a rule.  [default: measured]")
@@ -93,7 +104,8 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     from rockdamp.assessment.restitution import DEFAULT_RULE, restitution_and_reason
     from rockdamp.plausibility import of_onset, warn
 
-    built = make_wall(options)
+    made = make_wall(options)
+    built = made.mechanism if options["one_sided"] else made
     keys = (*KEYS, *HINGE) if hasattr(built, "hinge_ratio") else KEYS
     values = {key: float(getattr(built, key)) for key in keys}
     curve = None
@@ -112,7 +124,11 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
         e, _ = restitution_and_reason(built, options["restitution"] or DEFAULT_RULE)
         of_curve = frequencies(built, curve)
         values |= dict(zip(("initial_frequency", "initial_period"), of_curve, strict=True))
-        typed = typed_in(built, curve, e)
+        typed = [] if options["one_sided"] else typed_in(built, curve, e)
+    stop = {}
+    if options["one_sided"]:
+        stated = options["restitution"]
+        stop = one_sided_constants(made, curve, stated if isinstance(stated, float) else None)
     shown = {key: printed(unit, units)[0] for key, unit in UNITS.items()}
     values, rows = _converted(values, units), [_converted(row, units) for row in rows]
     restitutions = _restitutions(built)
@@ -122,7 +138,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
         units_of = {key: shown.get(key, "1") for key in (*values, *(rows[0] if periods else ()))}
         units_of |= {"rocking_onset_g": "g"} | ({"damping_coefficient": "N s m-1"} if damping else {})
         more = {"restitutions": restitutions, "units": units_of, **damping, **periods}
-        print_json({**values, "rocking_onset_g": in_g, **more})
+        print_json({**values, "rocking_onset_g": in_g, **more, **({"one_sided": stop} if stop else {})})
         return
     constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
     print_values(constants, shown | {"rocking_onset": f"{shown['rocking_onset']}, which is {in_g:.4g} g"})
@@ -132,7 +148,10 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
         click.echo(f"{'restitution':26s} {row['restitution']:10.5g}  {row['reason']}{recommended}")
     click.echo()
     print_table(rows, shown)
-    if typed is not None:
+    if stop:
+        click.echo("\nagainst a stop, and the damper at it where u is measured:")
+        print_values(stop, ONE_SIDED_UNITS)
+    if typed:
         show_damping(typed, of_curve, e, units)
 
 

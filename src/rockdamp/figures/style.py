@@ -47,7 +47,9 @@ CHOSEN: dict[str, tuple[str | tuple[float, tuple[float, ...]], str]] = {
     RECOMMENDED: ((0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
     "POWER": ((0, (8.0, 1.4, 2.6, 1.4)), "P"),
     "LOCAL": ((0, (3.0, 1.4, 1.0, 1.4)), "*"),
+    "STOP": ((0, (4.5, 1.4, 1.0, 1.4, 1.0, 1.4)), "h"),
 }
+STOP_COLOUR = "#8C510A"  # of the damper at the stop, which is no damper of a wall
 # For other models: two cycles of unlike lengths, so that many differ. Lines differ in the order of their dots, short
 # and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
 SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
@@ -92,7 +94,8 @@ def style_of(model: str) -> ModelStyle:
     """Return how a model is drawn, with a spare line and marker where none is chosen for it."""
     index = [name for name in (*MODELS, model) if name not in CHOSEN].index(model) if model not in CHOSEN else 0
     spare = SPARE_LINES[index % len(SPARE_LINES)], SPARE_MARKERS[index % len(SPARE_MARKERS)]
-    return ModelStyle(kinds()[model].colour, *CHOSEN.get(model, spare))
+    colour = STOP_COLOUR if model == "STOP" else kinds()[model].colour
+    return ModelStyle(colour, *CHOSEN.get(model, spare))
 
 
 def papers(dataset: xr.Dataset) -> xr.Dataset:

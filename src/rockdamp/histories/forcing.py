@@ -72,8 +72,8 @@ class Forcing:
         return self.ground_acceleration.size - 1
 
     def substeps(self, longest: ArrayLike) -> int:
-        """Return the least number of equal steps between two samples of which none exceeds `longest`, in tau."""
-        return max(int(np.ceil(np.max(self.sampling / longest) * (1 - ROUNDING))), 1)
+        """Return the fewest substeps between two samples no longer than `longest`, in tau, for all walls together."""
+        return int(substeps_of(self.sampling, longest).max())
 
     def newmark(self, substeps: int = 1) -> Options:
         """Return the arguments of `newmark.solve` for so many steps between two samples."""
@@ -107,6 +107,16 @@ class Forcing:
         from scipy.interpolate import CubicSpline  # slow to import, and accelerograms alone need none
 
         return np.asarray(CubicSpline(index, self.ground_acceleration)(np.arange(self.intervals * parts + 1) / parts))
+
+
+def substeps_of(sampling: ArrayLike, longest: ArrayLike) -> Array:
+    """Return the fewest equal substeps between two samples no longer than `longest`, for each wall of its own.
+
+    They are whole numbers; infinity stands for more than floating point holds. See `require_affordable`.
+    """
+    with np.errstate(over="ignore"):
+        between = np.asarray(sampling, dtype=float) / longest
+        return np.maximum(np.ceil(between * (1 - ROUNDING)), 1.0)
 
 
 def require_affordable(steps: float, cause: str) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from rockdamp.arguments import instance, number, numbers, together
+from rockdamp.arguments import instance, number, numbers, real, together
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -157,18 +157,17 @@ class OneSidedWall(ByValue):
         Sorrentino, AlShawa and Decanini (2011), second-hand. It is a block's; a strip has none of its own.
         """
         sine2 = 1 / (1 + self.mechanism.slenderness**2)
-        return 1.05 * (1 - 1.5 * sine2) ** 2 * np.abs(1 - 1.5 * (1 - sine2))
+        return np.asarray(1.05 * (1 - 1.5 * sine2) ** 2 * np.abs(1 - 1.5 * (1 - sine2)))
 
-    def rocking_onset(self, curve: TrilinearCurve) -> Array:
-        """Return the ground acceleration whose static load reaches the plateau, with a tie that yields. [m s-2]
+    def rocking_onset(self, strength_ratio: ArrayLike = 1.0) -> Array:
+        """Return the ground acceleration whose static load reaches the plateau, without the tie. [m s-2]
 
         Parameters
         ----------
-        curve : TrilinearCurve
+        strength_ratio : float or ndarray
+            b1 of a cracked wall, broadcasts. [-]
         """
-        force = self.force(curve)
-        held = np.where(force.tie_gap > 0, 0.0, force.tie_strength)
-        return np.asarray((curve.strength_ratio + held) / np.abs(self.load_factor))
+        return self.mechanism.rocking_onset(strength_ratio)
 
     def force(self, curve: TrilinearCurve) -> OneSidedForce:
         """Return the dimensionless force of the wall and its tie.
@@ -201,6 +200,32 @@ class OneSidedWall(ByValue):
             tie_rupture=tie.rupture / reach,
             stop_stiffness=stop,
         )
+
+
+def tie_of(
+    wall: Wall | Parapet,
+    stiffness: tuple[float, bool],
+    strength: tuple[float, bool],
+    gap: float = 0.0,
+    height: float | None = None,
+) -> Tie:
+    """Return the tie of one wall, from a stiffness and a strength of which each says whether it is by metre of wall.
+
+    Parameters
+    ----------
+    wall : Wall or Parapet
+    stiffness, strength : tuple of float and bool
+        [N m-1] or [N m-2] by metre, and [N] or [N m-1] by metre.
+    gap : float
+        [m]
+    height : float, optional
+        Of the tie over the base; by default where u is measured. [m]
+    """
+    level = float(wall.lower_height if isinstance(wall, Wall) else wall.height)
+    height = level if height is None else height
+    require(0 < height <= level, "tie height", height, f"greater than 0 and at most {level:g} m, where u is measured")
+    in_all = [value * (float(wall.width) if by_metre else 1.0) for value, by_metre in (stiffness, strength)]
+    return Tie(stiffness=in_all[0], strength=in_all[1], gap=gap, height_ratio=height / level)
 
 
 @dataclass(frozen=True, eq=False)
@@ -354,6 +379,6 @@ def parting_loss(xi: float) -> float:
 
 def _or_infinite(name: str, value: Quantity) -> Array:
     """Return numbers of which some may be infinite."""
-    array = np.asarray(value, dtype=float)
+    array = real(name, value)
     numbers(name, np.where(np.isposinf(array), 1.0, array))
     return array

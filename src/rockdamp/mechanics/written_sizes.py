@@ -53,6 +53,17 @@ def overburden_ratio(load: float, by_metre: bool, weight: float, width: float) -
     return load * width / weight if by_metre else load / weight
 
 
+def of_ties(text: str, unit: str) -> tuple[float, bool]:
+    """Return a stiffness (``N m-1``) or strength (``N``) of ties and whether it is by metre of wall.
+
+    A number without a unit is of all ties together.
+    """
+    try:
+        return units.quantity(text, {FORCE: PER_METRE, PER_METRE: "N m-2"}[unit]), not _is_plain(text)
+    except UnitError:
+        return units.quantity(text, unit), False
+
+
 def _is_plain(text: str) -> bool:
     try:
         units.number(text)

@@ -24,6 +24,7 @@ from rockdamp.solvers import event_kernel
 from rockdamp.solvers.response import OUTCOMES
 
 STALLED = 50  # pieces without progress before giving up: a state that balances on a corner to the last bit
+AT_REST = 1e-12  # speed at x = 0 from which on the wall rests there, where the loss grows as the motion fades [u_ins p]
 ROOM = 64  # for events; where they are more, it is doubled
 
 
@@ -68,8 +69,9 @@ def history(
     displacement[times == 0.0], velocity[times == 0.0] = x, v
     ended, tau, x, impacts, turns = event_kernel.compiled_run(damping.law)(
         described,
-        damping.law_parameters(float(curve.initial_stiffness)),
-        float(damping.restitution) if damping.is_impact else 1.0,
+        damping.law_parameters(curve),
+        damping.is_impact,
+        AT_REST if damping.loss_depends_on_amplitude else 0.0,
         float(damping.local_damping) if damping.on_net_force else -1.0,
         at,
         x,

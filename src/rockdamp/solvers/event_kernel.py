@@ -330,7 +330,8 @@ def appended(rows, count, first, second):
 def run(
     branches,
     parameters,
-    restitution,
+    impact,
+    rest,
     alpha,
     at,
     x,
@@ -354,6 +355,10 @@ def run(
         From the left to the right; `at` is the one of the start.
     parameters : tuple of float
         The values that the law reads besides the state.
+    impact : bool
+        Whether the law is of an impact: the factor on the velocity at x = 0.
+    rest : float
+        Speed below which the wall stops where it crosses x = 0; a load sets it in motion again.
     alpha : float
         Of local damping; less than 0 for any other damper.
     load, load_step : ndarray and float
@@ -411,7 +416,8 @@ def run(
             if way and x == 0.0 and v != 0.0:
                 impacts = appended(impacts, crossings, tau, v)
                 crossings += 1
-                v *= restitution  # Eq. (8)
+                v *= law(0.0, 0.0, 0.0, v, parameters) if impact else 1.0  # Eq. (8)
+                v = v if abs(v) > rest else 0.0
             stalled = stalled + 1 if tau == origin else 0
             if stalled > patience:
                 return STALLED, tau, x, impacts[:crossings], turns[:changes]

@@ -2,7 +2,7 @@
 
 The force is linear in pieces: the branches of the curve, the tie slack, elastic, yielding or broken, the stop. Under a
 load that is linear between its samples each piece of the motion has a closed form, and the moment at which it ends is
-located by bisection to the last bits. At a rigid stop the velocity is turned round, times e; a wall that bounces ever
+located to the last bits. At a rigid stop the velocity is turned round, times e; a wall that bounces ever
 lower while the load presses on it comes to rest, and rests until the load lifts it. Nothing here is the stepper's.
 
 Dimensionless: x = u/u_ins, tau = p t, unit mass, forces over F0.
@@ -24,7 +24,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.mechanics.one_sided import OneSidedForce, Stop
 from rockdamp.solvers.compiled import compiled
-from rockdamp.solvers.event_kernel import closed_state, closed_turn
+from rockdamp.solvers.event_kernel import closed_state, closed_turn, responses
 from rockdamp.solvers.response import OUTCOMES
 
 # A row for each lane: what `OneSidedForce.parameters` says, then the stop, the load and the start.
@@ -34,10 +34,11 @@ X, V, TAU, BRANCH, TIE, SLACK, RESTING, PARTED, PEAK, PEAK_AT, IMPACTS, EVENTS, 
 STATES = 13
 LOOSE, ELASTIC, YIELDING, BROKEN = range(4)  # the tie
 STOP, FIRST, PLATEAU, LAST, BEYOND = range(-1, 4)  # the branches
-STILL = 1e-7  # speed after an impact, over p u_ins, below which a wall that is pressed on the stop rests
+STILL = 1e-6  # speed after an impact, over p u_ins, below which a wall that is pressed on the stop rests
 LIFTING = 1e-12  # of the load beyond what holds it, by which a wall at rest lifts
 PATIENCE = 200  # pieces without progress before giving up
 HALVINGS = 100  # of a stretch with an event: to the last bit
+CLOSE = 4e-16  # of its length: two moments that are one
 COMPLETED, COLLAPSED, NO_PROGRESS = range(3)
 ROOM = 256  # for events; where they are more, it is doubled
 
@@ -222,19 +223,43 @@ def bounds_of(w, s):
 
 
 @register_jitable
-def located(x, v, c, k, q, slope, of_x, of_v, bound, sign_after, after):
-    """Return the moments just before and after of_x x + of_v v - bound changes sign, once between 0 and `after`."""
+def root(x, v, c, k, q, slope, of_x, of_v, bound, sign_after, after):
+    """Return the moment at which of_x x + of_v v - bound changes sign, once between 0 and `after`.
+
+    By Newton's method, and by halves where that leaves the bracket.
+    """
+    low, high, at = 0.0, after, 0.5 * after
+    for _ in range(HALVINGS):
+        x_at, v_at = closed_state(x, v, c, k, q, slope, at)
+        value = of_x * x_at + of_v * v_at - bound
+        if value * sign_after > 0.0:
+            high = at
+        else:
+            low = at
+        rate = of_x * v_at + of_v * (q + slope * at - c * v_at - k * x_at)
+        following = at - value / rate if rate != 0.0 else low
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        if abs(following - at) <= CLOSE * high or value == 0.0:
+            return following if value != 0.0 else at
+        at = following
+    return at
+
+
+@register_jitable
+def parting(w, x, v, c, k, q, slope, sign, after):
+    """Return the moment just after the force of a stop that cannot pull has changed its sign, once up to `after`."""
     before = 0.0
     for _ in range(HALVINGS):
         middle = 0.5 * (before + after)
         if middle <= before or middle >= after:
             break
         x_at, v_at = closed_state(x, v, c, k, q, slope, middle)
-        if (of_x * x_at + of_v * v_at - bound) * sign_after > 0.0:
+        if (w[KC] * x_at + w[C] * v_at) * sign > 0.0:
             after = middle
         else:
             before = middle
-    return before, after
+    return after
 
 
 @register_jitable
@@ -317,7 +342,7 @@ def move(w, s, p, slope, stop, times, displacement, velocity, reached, events):
     end, after, turns = closed_turn(x, v, c, k, q, slope, remaining)
     if turns:
         way = closed_state(x, v, c, k, q, slope, after)[1]
-        end, _ = located(x, v, c, k, q, slope, 0.0, 1.0, 0.0, way, after)
+        end = root(x, v, c, k, q, slope, 0.0, 1.0, 0.0, way, after)
     x_end, v_end = closed_state(x, v, c, k, q, slope, end)
     way, bound = 0, 0.0
     if x_end > high:
@@ -325,7 +350,7 @@ def move(w, s, p, slope, stop, times, displacement, velocity, reached, events):
     elif x_end < low:
         way, bound = -1, low
     if way != 0:
-        end = located(x, v, c, k, q, slope, 1.0, 0.0, bound, way, end)[0] if x != bound else 0.0
+        end = root(x, v, c, k, q, slope, 1.0, 0.0, bound, way, end) if x != bound else 0.0
         x_end, v_end = closed_state(x, v, c, k, q, slope, end)
         turns = False
     if s[BRANCH] == STOP and w[PULLS] == 0.0:
@@ -333,7 +358,7 @@ def move(w, s, p, slope, stop, times, displacement, velocity, reached, events):
         sign = 1.0 if held else -1.0
         if sign * (w[KC] * x_end + w[C] * v_end) > 0.0:  # it parts, or meets the stop again, before
             # Just after the event, so that the next piece does not begin with it.
-            _, end = located(x, v, c, k, q, slope, w[KC], w[C], 0.0, sign, end)
+            end = parting(w, x, v, c, k, q, slope, sign, end)
             x_end, v_end = closed_state(x, v, c, k, q, slope, end)
             s[PARTED] = 1.0 if held else 0.0
             way, turns = 0, False
@@ -358,6 +383,44 @@ def move(w, s, p, slope, stop, times, displacement, velocity, reached, events):
 
 
 @register_jitable
+def full_steps(w):
+    """Return `responses` over a whole interval between samples, of each branch, with the tie elastic and not."""
+    table = np.zeros((8, 3))
+    for row in range(8):
+        at = row // 2 - 1
+        k = 0.0 if at == STOP or at == PLATEAU else w[SLOPE] if at == FIRST else -w[KS]
+        table[row] = responses(0.0, k + (row % 2) * w[KT], w[STEP])
+    return table
+
+
+@register_jitable
+def leap(w, s, table, p, slope, stop):
+    """Move over a whole interval between samples if nothing happens in it, and say whether it does not.
+
+    It is most of them. Away from the stop there is no damping; an acceleration that has one sign at both ends of so
+    short a time has it between them, and then the velocity is monotone.
+    """
+    if s[BRANCH] == STOP:
+        return False
+    _, k, offset = branch_of(w, s)
+    low, high = bounds_of(w, s)
+    x, v, h = s[X], s[V], w[STEP]
+    if abs(k) * h * h > 1.0 or not low < x < high:
+        return False
+    a = p - offset - k * x
+    jerk = slope - k * v
+    row = 2 * (int(s[BRANCH]) + 1) + (1 if s[TIE] == ELASTIC else 0)
+    g, g1, g2 = table[row, 0], table[row, 1], table[row, 2]
+    x_end, v_end = x + v * h + a * g1 + jerk * g2, v + a * g + jerk * g1
+    if v * v_end <= 0.0 or a * (p + slope * h - offset - k * x_end) <= 0.0 or not low < x_end < high:
+        return False
+    s[X], s[V], s[TAU], s[STALLED] = x_end, v_end, stop, 0.0
+    if x_end > s[PEAK]:
+        s[PEAK], s[PEAK_AT] = x_end, stop
+    return True
+
+
+@register_jitable
 def settle(w, s, p, events):
     """Bring a wall to rest that bounces off with next to no speed while the load presses on it."""
     if s[TIE] != ELASTIC and p <= w[INITIAL] + LIFTING * (1.0 + w[INITIAL]):
@@ -368,7 +431,7 @@ def settle(w, s, p, events):
 @register_jitable
 def run(w, ground, times, displacement, velocity, events):
     """Move a lane from tau = 0 to the last of `times`, or to its collapse; return its state and how it ended."""
-    s = begin(w)
+    s, table = begin(w), full_steps(w)
     reached, last, samples = 0, times[-1], ground.size
     for segment in range(max(samples, 1)):
         start, stop, p, slope = max(samples - 1, 0) * w[STEP], last, 0.0, 0.0
@@ -378,6 +441,9 @@ def run(w, ground, times, displacement, velocity, events):
             slope = (w[FACTOR] * ground[segment + 1] - p) / w[STEP]
         while s[TAU] < stop:
             now = p + slope * (s[TAU] - start)
+            whole = s[TAU] == start and segment < samples - 1 and times[reached] > stop
+            if whole and s[RESTING] == 0.0 and leap(w, s, table, now, slope, stop):
+                continue
             if s[RESTING] == 1.0:
                 rest(w, s, now, slope, stop, events)
                 while reached < times.size and times[reached] <= s[TAU]:

@@ -99,7 +99,8 @@ def restitution_located(x, v, a, h, start, end, curve, damper):
     s = impact_within(x, v, a, h) if hit else 0.0
     # At the impact x = 0, so the restoring force vanishes and the acceleration is the load's alone.
     load = start + (end - start) * (s / h)
-    v = damper[0] * (v + 0.5 * s * (a + load)) if hit else v
+    v = v + 0.5 * s * (a + load) if hit else v
+    v = damped_at(0.0, v, curve, damper)[1] * v if hit else v
     a = load if hit else a
     return between_impacts(0.0 if hit else x, v, a, h - s, start, end, curve, damper)
 
@@ -117,7 +118,7 @@ def restitution_printed(x, v, a, h, start, end, curve, damper):
     # ASSUME: the acceleration at the end of the step comes from the balance of forces there, not from the increment.
     dx, dv = linear_acceleration(v, a, h, end - start, tangent_at(np.abs(x), curve), 0.0)
     before, x, v = x, x + dx, v + dv
-    v = damper[0] * v if crossed(before, x) else v
+    v = damped_at(0.0, v, curve, damper)[1] * v if crossed(before, x) else v
     return x, v, end - odd(x, force_at(np.abs(x), curve))
 
 

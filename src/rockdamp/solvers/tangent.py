@@ -48,6 +48,8 @@ def derivatives(
     wall with a little more of it, with a little less, and the difference. `substeps` are the solver's steps between two
     samples, and `ground_acceleration` [m s-2] is given at each of them. A wall that collapses raises `InputError`.
     """
+    if wall[1].loss_depends_on_amplitude:
+        raise InputError("derivatives of a response take a damper whose loss does not depend on the amplitude")
     ran = solve(
         *wall,
         step=step,

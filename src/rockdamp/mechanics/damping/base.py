@@ -5,11 +5,12 @@ dimensionless: z = |x| = |u|/u_ins, f = |F|/(K0 u_ins), v = dx/dtau, and C is ov
 
 1. `model`, `title` and `colour`: its short name, what it stands for, and its colour in figures as ``"#rrggbb"``;
 2. `names`, and `defaults` of those that need not be given: its parameters, each with a range in `RANGES`;
-3. `formula(z, f, double_v, v, parameters)`: the coefficient C for the batched solver, which compiles it;
+3. `formula(z, f, double_v, v, parameters)`: the coefficient C for the batched solver, which compiles it; of an impact,
+   the factor on the velocity v at x = 0, e;
 4. `formula_parameters(curve)`: up to three values, of shapes that broadcast with the curve's, that `formula` reads;
 5. `law(z, f, double_v, v, parameters)`: C once more, for the event-driven solver, which compiles it too. Write it from
    the paper and not from the formula, with `math` alone, as each of the two solvers is checked by the other;
-6. `law_parameters(k1)`: the plain numbers that `law` reads, k1 = w1^2 the curve's first stiffness.
+6. `law_parameters(curve)`: the plain numbers that `law` reads.
 
 `formula` is called with numbers and with arrays; it uses arithmetic and NumPy's functions of one number. `v` is
 positive where the wall moves away from x = 0, and `double_v` is twice the stored energy; what a formula does not use
@@ -48,10 +49,15 @@ from rockdamp.vocabulary import DAMPERS, LOCAL, MODELS
 RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
     "restitution": ("restitution (e)", lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1"),
     "damping_ratio": ("damping_ratio (xi)", lambda xi: xi >= 0, "at least 0"),
-    "exponent": ("exponent (n)", lambda n: n >= 0, "at least 0"),
+    "exponent": ("exponent", lambda exponent: exponent >= 0, "at least 0"),
     "order": ("order (m)", lambda m: m >= 0, "at least 0"),
+    "at": ("at (u/u_ins)", lambda at: at > 0, "greater than 0"),
     "local_damping": ("local_damping (alpha)", lambda alpha: (alpha >= 0) & (alpha < 1), "at least 0 and less than 1"),
 }
+
+
+# ASSUME: the amplitude that e belongs to where the loss depends on the amplitude and no other is said [u/u_ins].
+REFERENCE_AMPLITUDE = 0.3
 
 
 @cache
@@ -77,7 +83,8 @@ class Damping(ByValue):
     *values, **named : float or ndarray
         Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in (0, 1]; ``local_damping``
         alpha for LOCAL, in [0, 1); ``damping_ratio`` xi for the others, >= 0; after it ``exponent`` n for POWER and, by
-        name, ``order`` m for ECD, which is 0 if not given; both >= 0. [-]
+        name, ``order`` m for ECD, which is 0 if not given; both >= 0. CR, ECD and ECD16 take, by name, ``exponent`` g
+        of a loss that falls with the amplitude, 0 if not given, and ``at``: see `cr`. [-]
 
     Attributes
     ----------
@@ -85,7 +92,7 @@ class Damping(ByValue):
         Its short name and what it stands for.
     is_impact : bool
         Whether it takes energy at impacts, by `restitution`, rather than on the way, by `damping_ratio`.
-    restitution, damping_ratio, exponent, order, local_damping : ndarray
+    restitution, damping_ratio, exponent, order, at, local_damping : ndarray
         Its parameters; a model has those of `names` alone. [-]
     names : tuple of str
         Names of its parameters.
@@ -116,6 +123,7 @@ class Damping(ByValue):
     colour: ClassVar[str]
     names: ClassVar[tuple[str, ...]] = ("damping_ratio",)
     defaults: ClassVar[Mapping[str, float]] = {}  # of parameters that need not be given, and are by name alone
+    fades: ClassVar[bool] = False  # whether its loss can depend on the amplitude, by an exponent and `at`
     formula: Any
     law: Any
     is_impact: ClassVar[bool] = False
@@ -129,6 +137,7 @@ class Damping(ByValue):
     damping_ratio: Quantity
     exponent: Quantity
     order: Quantity
+    at: Quantity
     local_damping: Quantity
 
     def __new__(cls, model: str = "", *values: Quantity, **named: Quantity) -> Damping:
@@ -137,6 +146,15 @@ class Damping(ByValue):
         return super().__new__(kinds()[_known(model)])
 
     def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
+        if self.fades:
+            loss = {"exponent": 0.0, "at": REFERENCE_AMPLITUDE} | {
+                k: named.pop(k) for k in ("exponent", "at") if k in named
+            }
+            if np.any(np.asarray(loss["exponent"]) != 0):
+                self.__dict__["names"] = (*self.names, *loss)
+                named |= loss
+            else:
+                self.__dict__.update({name: self._within(name, numbers(name, value)) for name, value in loss.items()})
         required = [name for name in self.names if name not in self.defaults]
         given = {**self.defaults, **dict(zip(required, values, strict=False)), **named}
         others = ["another value"] * (len(values) - len(required))
@@ -147,10 +165,14 @@ class Damping(ByValue):
             )
         arrays = together(**{RANGES[name][0]: given[name] for name in self.names})
         for name, array in zip(self.names, arrays, strict=True):
-            text, within, allowed = RANGES[name]
-            if not holds(within(array.item() if array.size == 1 else array)):  # NumPy is slow at one number
-                require(within(array), text, array, f"{allowed}{plausibility.per_cent(array, within)}")
-            self.__dict__[name] = array
+            self.__dict__[name] = self._within(name, array)
+
+    def _within(self, name: str, array: Any) -> Any:
+        """Return a parameter that lies in its range."""
+        text, within, allowed = RANGES[name]
+        if not holds(within(array.item() if array.size == 1 else array)):  # NumPy is slow at one number
+            require(within(array), text, array, f"{allowed}{plausibility.per_cent(array, within)}")
+        return array
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"{name} cannot be set: a damper keeps its parameters; `replace` makes another")
@@ -162,15 +184,22 @@ class Damping(ByValue):
         return f"Damping({self.model!r}, {', '.join(f'{name}={value!r}' for name, value in self.parameters.items())})"
 
     @classmethod
-    def cr(cls, restitution: Quantity) -> Damping:
-        """Return CR, Eq. (8): the velocity is multiplied by e whenever u changes sign.
+    def cr(cls, restitution: Quantity, *, exponent: Quantity = 0.0, at: Quantity = REFERENCE_AMPLITUDE) -> Damping:
+        r"""Return CR, Eq. (8): the velocity is multiplied by e whenever u changes sign.
+
+        With an exponent g > 0 the loss falls with the amplitude (docs/theory.md, section 9): an impact that the wall
+        reaches with the energy :math:`E_-` leaves :math:`E_+^g = E_-^g - E_r^g (1 - e^{2g})`, or stops it.
 
         Parameters
         ----------
         restitution : float or ndarray
-            e, in (0, 1]. [-]
+            e, in (0, 1]; with an exponent, that of the amplitude `at`. [-]
+        exponent : float or ndarray
+            g, at least 0. [-]
+        at : float or ndarray
+            Amplitude u/u_ins that e belongs to, E_r = V(at); greater than 0 and less than the a3 of the curve. [-]
         """
-        return Damping("CR", restitution)
+        return Damping("CR", restitution, exponent=exponent, at=at)
 
     @classmethod
     def power(cls, exponent: Quantity, damping_ratio: Quantity) -> Damping:
@@ -198,7 +227,8 @@ class Damping(ByValue):
         model : str
             ``"ECD"``, the energy-consistent damper, ``"LOCAL"``, local damping, or ``"CR"`` itself.
         **named : float or ndarray
-            ``order`` m of ECD, >= 0; the larger, the nearer to restitution under any load. [-]
+            ``order`` m of ECD, >= 0; the larger, the nearer to restitution under any load. ``exponent`` g, less than
+            0.5 for a damper, and ``at`` as for `cr`. [-]
 
         Raises
         ------
@@ -210,7 +240,7 @@ class Damping(ByValue):
         --------
         >>> import rockdamp as rd
         >>> rd.Damping.of_restitution([0.8, 0.85], order=8).damping_ratio.round(4)
-        array([0.0709, 0.0517])
+        array([0.071 , 0.0517])
         """
         exact = (*Damping.exact_models(), LOCAL)
         model = one_of("damping_model", model, exact, ": the others need a fit")
@@ -290,15 +320,27 @@ class Damping(ByValue):
         """
         raise NotImplementedError
 
-    def law_parameters(self, k1: float) -> tuple[float, ...]:
+    def law_parameters(self, curve: TrilinearCurve) -> tuple[float, ...]:
         """Return what `law` reads besides the state, of a damper of plain numbers.
 
         Parameters
         ----------
-        k1 : float
-            Stiffness of the curve's first branch. [-]
+        curve : TrilinearCurve
+            Of one wall.
         """
         raise NotImplementedError
+
+    @property
+    def loss_depends_on_amplitude(self) -> bool:
+        """Whether an exponent g > 0 is given."""
+        return self.fades and "exponent" in self.names
+
+    def reference_energy(self, curve: TrilinearCurve) -> Array:
+        """Return twice the energy V(at), to which e or xi belongs; `at` must be less than a3. [-]"""
+        require(
+            self.at < curve.ultimate_displacement_ratio, "at (u/u_ins)", self.at, "less than a3, the end of the curve"
+        )
+        return 2 * curve.energy(self.at)
 
     def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
         """Return the coefficient C over m_eff p, which for CR is zero. [-]
@@ -317,6 +359,8 @@ class Damping(ByValue):
 
     def unchecked_coefficient(self, curve: TrilinearCurve, x: Array, v: Array) -> Quantity:
         """Return the coefficient of arrays that were checked, in a shape that broadcasts to theirs. [-]"""
+        if self.is_impact:
+            return 0.0
         z = np.maximum(np.abs(x), trilinear.TINY)
         k1, b1, ks, a1, a2, a3 = curve.parameters()
         f, double_v = trilinear.force(z, k1, b1, ks, a3), trilinear.double_energy(z, k1, b1, ks, a1, a2, a3)

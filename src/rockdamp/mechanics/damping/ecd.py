@@ -2,6 +2,7 @@
 
 Derived in docs/theory.md, sections 4 and 8. With the phase of the motion, tan phi = sqrt(V/T) and positive on the way
 out, a coefficient C = w_E D(phi), w_E = abs(f)/sqrt(2V), loses the same fraction from every amplitude of any curve.
+With an exponent g the damper's size kappa goes with E^-g, E = T + V, and the loss with the amplitude (section 9).
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arguments import numbers
 from rockdamp.arrays import Array, Quantity
-from rockdamp.errors import holds, require
+from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.base import RANGES, Damping
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER
@@ -59,6 +60,12 @@ def log_decrement(damping_ratio: ArrayLike, order: ArrayLike = 0.0) -> Array:
     return np.where(np.asarray(order) == 0, np.pi * xi / np.sqrt(1 - xi**2), np.pi * xi)
 
 
+def loss_at(log_decrement: ArrayLike, exponent: ArrayLike) -> Array:
+    """Return (1 - e^2g)/(2g), which takes the place of delta = -ln e where the loss has an exponent g. [-]"""
+    delta, g = np.asarray(log_decrement, dtype=float), np.asarray(exponent, dtype=float)
+    return np.where(g == 0, delta, -np.expm1(-2 * g * delta) / np.where(g == 0, 1.0, 2 * g))
+
+
 def critical_damping_ratio(order: ArrayLike) -> Array:
     r"""Return xi from which a half cycle does not end: the motion creeps to the origin and never crosses it. [-]
 
@@ -86,6 +93,15 @@ def of_any_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
     inverse = 1.0 / (double_t + double_v)
     size = parameters[0] * (double_t * inverse) ** parameters[1]
     outwards = np.minimum(size * v * root * inverse, 0.95) * (parameters[1] > 0.0)  # CAP: compiled code takes numbers
+    return size * f / (root * (1.0 - outwards))
+
+
+def of_any_loss(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
+    """Return C of any order and exponent: kappa (2 E)^-g in place of kappa. Order 0 without a g has no denominator."""
+    double_t, root = v * v, np.sqrt(double_v)
+    inverse = 1.0 / (double_t + double_v)
+    size = parameters[0] * inverse ** parameters[2] * (double_t * inverse) ** parameters[1]
+    outwards = np.minimum(size * v * root * inverse, 0.95) * (parameters[1] + parameters[2] > 0.0)
     return size * f / (root * (1.0 - outwards))
 
 
@@ -123,14 +139,15 @@ def energy_law(z: float, f: float, double_v: float, v: float, parameters: tuple[
 
     It is as smooth as its rounding: that of a power grows with m, and the event-driven solver's steps would shrink.
     """
-    kappa, m = parameters
+    kappa, m, g, double_r = parameters
     root = math.sqrt(double_v)
-    if m == 0.0:
+    if m == 0.0 and g == 0.0:
         return kappa * f / root
+    size = kappa * math.exp(-g * math.log((v * v + double_v) / double_r)) if g > 0.0 else kappa
     if v == 0.0:
-        return 0.0
+        return size * f / root if m == 0.0 else 0.0
     u = root / v
-    size = kappa * math.exp(-m * math.log1p(u * u))
+    size *= math.exp(-m * math.log1p(u * u))
     return size * f / root / (1.0 - min(size / (u + 1.0 / u), CAP))
 
 
@@ -138,7 +155,8 @@ class EnergyConsistent(Damping):
     """ECD of order m: C = w_E kappa cos^2m/(1 - kappa cos^(2m+1) sin) of the phase, kappa = 2 xi N_m.
 
     ECD alone means m = 0, C = 2 xi w_E, without a phase. It loses the same fraction of the energy in every half cycle,
-    from any amplitude, on any odd curve; as m grows it tends to restitution (docs/theory.md, section 8).
+    from any amplitude, on any odd curve; as m grows it tends to restitution (docs/theory.md, section 8). With an
+    exponent g the loss is that of `Damping.cr` with the same g, and xi belongs to the amplitude `at` (section 9).
     """
 
     model = "ECD"
@@ -146,11 +164,16 @@ class EnergyConsistent(Damping):
     colour = "#9A4C95"
     names: ClassVar[tuple[str, ...]] = ("damping_ratio", "order")
     defaults: ClassVar[Mapping[str, float]] = {"order": 0.0}
+    fades = True
     same_loss_at_any_amplitude = True
     javascript = (
         "((size, root, both) => (size * f) / (root * (1 - (m > 0 ? Math.min((size * v * root) / both, 0.95) : 0))))"
         "(2 * xi * N * ((v * v) / (v * v + doubleV)) ** m, Math.sqrt(doubleV), v * v + doubleV)"
     )
+
+    def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
+        super().__init__(model, *values, **named)
+        require(self.exponent < 0.5, "exponent", self.exponent, "at least 0, and for a damper less than 0.5")
 
     @cached_property
     def _one_order(self) -> float | None:
@@ -161,6 +184,8 @@ class EnergyConsistent(Damping):
     @property
     def formula(self) -> Callable[..., Any]:
         order = self._one_order
+        if self.loss_depends_on_amplitude:
+            return of_any_loss
         if order == 0:
             return of_order_0
         if order == RECOMMENDED_ORDER:
@@ -168,29 +193,40 @@ class EnergyConsistent(Damping):
         return of_doubled_order if order in DOUBLED_ORDERS else of_any_order
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
-        return 2 * self.damping_ratio * normalisation(self.order), self.order
+        kappa = 2 * self.damping_ratio * normalisation(self.order)
+        if not self.loss_depends_on_amplitude:
+            return kappa, self.order
+        return kappa * self.reference_energy(curve) ** self.exponent, self.order, self.exponent
 
     @property
     def constant_branches(self) -> int:
-        return 1 if self._one_order == 0 else 0
+        return 1 if self._one_order == 0 and not self.loss_depends_on_amplitude else 0
 
     law = staticmethod(energy_law)
 
-    def law_parameters(self, k1: float) -> tuple[float, ...]:
+    def law_parameters(self, curve: TrilinearCurve) -> tuple[float, ...]:
         m = float(self.order)
         # The integral of cos^(2m+2) over a half cycle is the beta function of m + 3/2 and 1/2.
         integral = math.exp(math.lgamma(m + 1.5) + math.lgamma(0.5) - math.lgamma(m + 2)) if m else math.pi / 2
-        return math.pi * float(self.damping_ratio) / integral, m
+        kappa = math.pi * float(self.damping_ratio) / integral
+        if not self.loss_depends_on_amplitude:
+            return kappa, m, 0.0, 1.0
+        return kappa, m, float(self.exponent), float(self.reference_energy(curve))
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
         m, delta = numbers("order (m)", named.get("order", 0.0)), 0.0 - np.log(restitution)
+        g = numbers("exponent", named.get("exponent", 0.0))
         require(m >= 0, "order (m)", m, RANGES["order"][2])
-        least = np.where(m == 0, 0.0, np.exp(-CAP * np.pi * critical_damping_ratio(m)))
-        least = np.broadcast_to(least, np.broadcast_shapes(delta.shape, m.shape))
-        within = np.exp(-delta) >= least
-        require(within, "restitution (e)", np.exp(-delta), f"at least {least.max():.3g} for order {m.max():g}")
-        return damping_ratio(delta, m)
+        xi = np.where(g == 0, damping_ratio(delta, m), loss_at(delta, g) / np.pi)
+        most = np.where((m == 0) & (g == 0), np.inf, CAP * critical_damping_ratio(m))
+        if not holds(xi < most):
+            least = np.max(np.exp(-np.pi * np.broadcast_to(most, xi.shape)[~(xi < most)]))
+            raise InputError(
+                f"restitution (e) is {np.min(restitution):.3g}; it must be at least {least:.3g} for a damper of an"
+                " order above 0, whose half cycles would else not end"
+            )
+        return xi
 
 
 class RecommendedOrder(EnergyConsistent):
@@ -208,4 +244,4 @@ class RecommendedOrder(EnergyConsistent):
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
-        return super().exact_damping_ratio(restitution, order=RECOMMENDED_ORDER)
+        return super().exact_damping_ratio(restitution, order=RECOMMENDED_ORDER, **named)

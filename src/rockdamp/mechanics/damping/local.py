@@ -41,7 +41,7 @@ class LocalDamping(Damping):
     def law(z: float, f: float, double_v: float, v: float, parameters: tuple[float, ...]) -> float:
         return parameters[0] * f / max(abs(v), TINY)  # no branch asks it: a piece of the motion has a closed form
 
-    def law_parameters(self, k1: float) -> tuple[float, ...]:
+    def law_parameters(self, curve: TrilinearCurve) -> tuple[float, ...]:
         return (float(self.local_damping),)
 
     @classmethod

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.base import Damping
 
 
@@ -19,5 +20,6 @@ class OfTheSecant(Damping):
     law = staticmethod(secant_law)
     constant_branches = 1
 
-    def law_parameters(self, k1: float) -> tuple[float, ...]:
+    def law_parameters(self, curve: TrilinearCurve) -> tuple[float, ...]:
+        k1 = float(curve.initial_stiffness)
         return 2 * float(self.damping_ratio) * math.sqrt(k1), k1, float(self.secant_exponent) / 2

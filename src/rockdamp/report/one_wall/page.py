@@ -23,6 +23,7 @@ from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import REPLICATES
 from rockdamp.assessment.checks import Check, sensitivity
 from rockdamp.assessment.collapses import STRIPES, UNITS, side_by_side
+from rockdamp.assessment.restitution import RULE_WEIGHTS
 from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, typed_in
 from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.single import response_figure
@@ -115,6 +116,7 @@ def build(subject: Subject) -> str:
         dampers=[(offer, kinds()[model].title, typed[model]) for model, offer in OFFERS.items()],
         studied_e=plain(false_safe(float(answer["restitution"]))[0]),
         order=RECOMMENDED_ORDER,
+        rules=", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items()),
         close_together=SMALL,
         frequency=frequency,
         period=period,

@@ -18,7 +18,7 @@ from rockdamp.config import Config
 from rockdamp.config.earthquakes import PARAMETERS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.histories.at_intensities import peaks_and_collapses
+from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall

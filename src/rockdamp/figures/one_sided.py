@@ -1,0 +1,91 @@
+"""Walls that rock to one side: a history, the sketch of one with its stop and tie, and how good the damper at it is."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon, Rectangle
+
+from rockdamp.figures.bodies import wall_corners
+from rockdamp.figures.style import GREY, PALE, STOP_COLOUR, new_figure, styled
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.one_sided import OneSidedWall
+from rockdamp.mechanics.wall import Wall
+
+DRAWN = 0.6  # of the thickness: the displacement of the sketch
+MASONRY, STONE = "#D9C3B0", "#BDBDBD"
+POINTS = 400  # of the curve
+MILLIMETRES = 1000.0
+
+
+@styled
+def history_figure(history: xr.Dataset) -> Figure:
+    """Draw the ground's motion as it acts, and the response of a wall against a stop, of one sign."""
+    one = history.isel(sign=0) if "sign" in history.dims else history
+    figure = new_figure(110.0)
+    ground, axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 2.2]})
+    ground.plot(one["elapsed"], one["ground_acceleration"], color="black", linewidth=0.8)
+    ground.set_ylabel(r"$\ddot u_g$ [m s$^{-2}$]")
+    label = f"CR, largest displacement {MILLIMETRES * float(np.nanmax(one['control_displacement'])):.3g} mm"
+    if bool(one["collapsed"]):
+        label = f"CR, collapses at {float(one['outcome_elapsed']):.2f} s"
+    axes.plot(one["elapsed"], MILLIMETRES * one["control_displacement"], color="black", linewidth=0.9, label=label)
+    axes.axhspan(-0.04 * axes.get_ylim()[1], 0.0, color=STONE)
+    for each in (ground, axes):
+        each.axhline(0, color=PALE, linewidth=0.5, zorder=0)
+    axes.set(xlabel="time $t$ [s]", ylabel="$u$ away from the stop [mm]")
+    figure.align_ylabels([ground, axes])
+    figure.legend(loc="outside lower center")
+    return figure
+
+
+@styled
+def one_sided_wall_figure(wall: OneSidedWall, curve: TrilinearCurve) -> Figure:
+    """Draw a wall against its stop, displaced, with its tie; and its force with the tie and without."""
+    figure = new_figure(70.0)
+    sketch, forces = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
+    _draw_wall(sketch, wall)
+    _draw_force(forces, wall, curve)
+    return figure
+
+
+def _draw_wall(axes: Axes, wall: OneSidedWall) -> None:
+    mechanism = wall.mechanism
+    thickness, height = float(mechanism.thickness), float(mechanism.height)
+    hinge = float(mechanism.hinge_ratio) if isinstance(mechanism, Wall) else np.nan
+    offset = DRAWN * thickness
+    for corners in wall_corners(thickness, height, hinge, 0.0):
+        axes.add_patch(Polygon(corners, closed=True, facecolor="none", edgecolor=PALE, linewidth=0.8))
+    for corners in wall_corners(thickness, height, hinge, offset):
+        axes.add_patch(Polygon(corners, closed=True, facecolor=MASONRY, edgecolor="black", linewidth=0.8))
+    behind = -0.5 * thickness
+    axes.add_patch(Rectangle((behind - 2.2 * thickness, 0), 2.2 * thickness, height, facecolor=STONE, hatch="////"))
+    axes.text(behind - 1.1 * thickness, -0.03 * height, "stop", ha="center", va="top")
+    if wall.tie is not None:
+        level = float(mechanism.height if np.isnan(hinge) else mechanism.lower_height)  # type: ignore[union-attr]
+        at = float(wall.tie.height_ratio)
+        start, end = behind - 2.2 * thickness, behind + offset * at
+        axes.plot([start, end], [at * level] * 2, color=STOP_COLOUR, linewidth=1.4, marker="|", markersize=5)
+        axes.text(end + 1.3 * thickness, at * level, "tie", va="center", color=STOP_COLOUR)
+    axes.plot([behind - 2.4 * thickness, 3 * thickness], [0, 0], color="black", linewidth=1.2)
+    axes.text(0.6 * thickness, -0.03 * height, f"$t$ = {thickness:g} m, $h$ = {height:g} m", ha="left", va="top")
+    axes.set(ylim=(-0.12 * height, 1.1 * height), aspect="equal", xticks=[], yticks=[])
+    axes.set_xlim(-0.75 * height, 0.75 * height)
+    axes.spines[:].set_visible(False)
+
+
+def _draw_force(axes: Axes, wall: OneSidedWall, curve: TrilinearCurve) -> None:
+    u_ins, strength = MILLIMETRES * float(wall.instability_displacement), float(wall.mechanism.rigid_strength) / 1000
+    x = np.linspace(0.0, 1.0, POINTS)
+    axes.plot(u_ins * x, strength * (1.0 - x), color=GREY, linestyle="dashed", label="rigid wall")
+    force = wall.force(curve)
+    slope, initial, b1, ks, *_, a3, kt, ft, gap, rupture = (float(value) for value in force.parameters())
+    own = np.maximum(np.minimum(np.minimum(initial + slope * x, b1), ks * (a3 - x)), 0.0)
+    axes.plot(u_ins * x, strength * own, color="black", label="this wall")
+    if kt > 0:
+        tension = np.where(x - gap > rupture, 0.0, np.clip(kt * (x - gap), 0.0, ft))
+        axes.plot(u_ins * x, strength * (own + tension), color=STOP_COLOUR, label="with its ties, stretched once")
+    axes.set(xlim=(0, None), ylim=(0, None), xlabel="$u$ [mm]", ylabel="force $F$ [kN]")
+    axes.legend(loc="upper right")

