@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.histories.at_intensities import peaks_and_collapses as of_two_sides
+from rockdamp.histories.loads import peaks_and_collapses as of_two_sides
 from rockdamp.histories.one_sided import SIGNS, peaks_and_collapses
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
