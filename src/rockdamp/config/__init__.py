@@ -15,6 +15,7 @@ from pydantic import BaseModel, Field
 from rockdamp.arrays import Array
 from rockdamp.config.earthquakes import Bilinear, Comparison, Earthquakes, Population, SpectrumMethod
 from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
+from rockdamp.config.one_sided import OneSided
 from rockdamp.config.sections import (
     Accuracy,
     AmplitudeDependence,
@@ -88,6 +89,9 @@ class Config(Section):
     spectrum_method: Annotated[SpectrumMethod, OrNull] = Field(
         description="An elastic spectrum at the secant period in place of histories, for the walls and records of the"
         " study of earthquakes."
+    )
+    one_sided: Annotated[OneSided, OrNull] = Field(
+        description="Facades that rock to one side against a stop, with restitution and with a damper at the stop."
     )
     population: Annotated[Population, OrNull] = Field(description="Many walls, drawn at random, under earthquakes.")
     convergence: Annotated[Convergence, OrNull] = Field(
