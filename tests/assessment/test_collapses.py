@@ -4,7 +4,7 @@ import numpy as np
 
 import rockdamp as rd
 from rockdamp.assessment.collapses import HALVINGS, NEAR, near_to_collapse, refined
-from rockdamp.histories.at_intensities import peaks_and_collapses
+from rockdamp.histories.loads import peaks_and_collapses
 
 
 def test_large_peaks_that_stand_and_first_collapses_are_near():

@@ -10,10 +10,10 @@ from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.histories.forcing import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.pulse_shapes import pulse
 from rockdamp.motions.records import read_record
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
-from rockdamp.studies import pulses
 from rockdamp.studies.damper_order import (
     Dampers,
     damper_order,
@@ -147,7 +147,7 @@ def test_a_ratio_under_a_pulse_is_that_of_the_event_driven_solver(found, config)
     grid = config.damper_order.pulses
     one = found.isel(pulse=0, pulse_frequency=1, load_ratio=1).sel(order=4, restitution=0.85)
     step = grid.step
-    wave = 0.85 * float(one["load_ratio"]) * pulses.pulse("Ricker", float(one["pulse_frequency"]), step)
+    wave = 0.85 * float(one["load_ratio"]) * pulse("Ricker", float(one["pulse_frequency"]), step)
     times = [step * (wave.size - 1) + grid.tail]
     peaks = [
         np.abs(event_driven.history(CURVE, damping, times, load=wave, load_step=step).turning_displacement).max()

@@ -7,11 +7,11 @@ from configs import configured
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
+from rockdamp.motions.pulse_shapes import pulse
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
 from rockdamp.studies import local_damping
-from rockdamp.studies.pulses import pulse
 from rockdamp.vocabulary import LOCAL
 
 
@@ -26,7 +26,7 @@ def config():
 def histories(config):
     e = config.damping_force.restitution
     dampings = {"CR": Damping.cr(e)} | {m: Damping.of_restitution(e, m) for m in local_damping.DAMPERS}
-    return local_damping.under_pulses(config, dampings), local_damping.under_records(config, dampings)
+    return local_damping._under_pulses(config, dampings), local_damping._under_records(config, dampings)
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.pulse_shapes import pulse
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
 from rockdamp.studies import pulses
@@ -36,13 +37,13 @@ def found(config):
 @pytest.mark.parametrize("frequency", [0.5, 2.0, 8.0])
 def test_pulses_have_the_peak_one_and_their_period_and_end_at_zero(frequency):
     step, period = 0.005, 2 * np.pi / frequency
-    wavelet = pulses.pulse("Ricker", frequency, step)
+    wavelet = pulse("Ricker", frequency, step)
     assert wavelet.max() == wavelet[wavelet.size // 2] == 1.0
     assert abs(wavelet[0]) < 1e-6 and abs(wavelet[-1]) < 1e-6
     # A Ricker wavelet crosses zero at 1/(sqrt(2) pi f) from its peak.
     zeros = np.diff(np.flatnonzero(np.diff(np.sign(wavelet)))) * step
     assert zeros[0] == pytest.approx(2 * period / (np.sqrt(2) * np.pi), abs=2 * step)
-    sine = pulses.pulse("sine", frequency, step)
+    sine = pulse("sine", frequency, step)
     tau = step * np.arange(sine.size)
     np.testing.assert_allclose(sine[:-1], np.sin(frequency * tau[:-1]), atol=1e-12)
     assert sine[-1] == 0.0 and period <= tau[-1] < period + step
@@ -58,7 +59,7 @@ def test_peaks_are_those_of_the_event_driven_solver(found, model, name, frequenc
     one = found.sel(damping_ratio_source="closed form", pulse=name, restitution=0.85)
     one = one.sel(pulse_frequency=frequency, load_ratio=load, method="nearest")
     step = 0.02  # of the load's samples
-    wave = pulses.pulse(name, float(one["pulse_frequency"]), step)
+    wave = pulse(name, float(one["pulse_frequency"]), step)
     damping = Damping.cr(0.85)
     peak = float(one["reference_peak"])
     if model != "CR":

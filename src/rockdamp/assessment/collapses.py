@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockdamp import progress
 from rockdamp.arrays import Array
-from rockdamp.histories.at_intensities import peaks_and_collapses
+from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall

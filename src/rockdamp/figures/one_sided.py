@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
-from rockdamp.figures.bodies import wall_corners
+from rockdamp.figures.mechanism import wall_corners
 from rockdamp.figures.style import GREY, PALE, STOP_COLOUR, new_figure, styled
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall

@@ -18,7 +18,7 @@ from rockdamp import plausibility
 from rockdamp.arguments import broadcast, instance, number, quantity, whole
 from rockdamp.arrays import Array, Quantity, is_named
 from rockdamp.errors import InputError, require
-from rockdamp.histories.forcing import MOST_STEPS, Forcing, require_affordable
+from rockdamp.histories.forcing import MOST_STEPS, Forcing, require_affordable, substeps_of
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -239,10 +239,9 @@ class _Batch:
         """Return the solver's steps between two of so many times, `spacing` apart in s, or without a wall in tau."""
         longest = np.minimum(STEP, FINEST * stable_step(self.curve)) if step is None else number("step", step)
         require(np.greater(longest, 0), "step", longest, "greater than 0")
-        with np.errstate(over="ignore"):
-            between = np.max(self.frequency * spacing / longest, initial=0.0) * (1 - 1e-12)
+        between = substeps_of(self.frequency * spacing, longest).max(initial=1.0)
         require_affordable(float(between) * times, f"the length is {spacing * times:g}")
-        return max(int(np.ceil(between)), 1)
+        return int(between)
 
     def dataset(self, response: Response, time: NDArray[Any]) -> xr.Dataset:
         """Name what the solver returned; with a wall in m and s."""

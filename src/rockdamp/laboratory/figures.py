@@ -26,8 +26,7 @@ from rockdamp.figures.style import (
     style_of,
     styled,
 )
-from rockdamp.figures.test_series import measured_name
-from rockdamp.figures.validation import MEASURED, MILLIMETRES
+from rockdamp.figures.validation import MEASURED, MILLIMETRES, measured_name
 from rockdamp.laboratory.releases import FreeRocking
 from rockdamp.motions.records import Record
 from rockdamp.text import by_name, listed, number, percent, span

@@ -10,11 +10,23 @@ from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import require
 
+PULSES = ("Ricker", "sine")
+RICKER_HALF_LENGTH = 1.5  # periods before and after the peak, where the wavelet is 1e-8 of it
 RICKER_SIDE_LOBE = 2 * np.exp(-1.5)  # 0.446 of the peak
 
 # ASSUME: shape of a table's pulse. Pulses recorded on the sister specimen of Fig. 8 are said (secondary source, not
 # verified) to have had main lobes about 0.29 s wide and side lobes of -0.18 to -0.28 of the peak: the middle of that.
 PULSE_WIDTH, PULSE_SIDE_LOBE = 0.29, 0.23
+
+
+def pulse(name: str, frequency: float, step: float) -> Array:
+    """Return a pulse of peak 1 and angular frequency w/p, sampled every `step` in tau; it ends at zero."""
+    period = 2 * np.pi / frequency
+    if name == "Ricker":
+        half = round(RICKER_HALF_LENGTH * period / step)
+        return ricker(step * np.arange(-half, half + 1), 1 / period, 1.0)
+    tau = step * np.arange(int(np.ceil(period / step)) + 1)
+    return np.where(tau < period, np.sin(frequency * tau), 0.0)
 
 
 def ricker(time: ArrayLike, frequency: float, amplitude: float) -> Array:

@@ -57,7 +57,7 @@ def floor_response(record: Record, period: Array, contribution: Array, damping_r
         still = np.zeros((len(contribution), record.elapsed.size))
         return FloorResponse(record.step, still + record.ground_acceleration, still)
     step = record.step
-    # A power of two, as the wall's solver takes powers of two of steps between samples: the steps stay as many.
+    # A power of two, so that a small change of the building seldom changes the samples.
     finer = 2 ** max(int(np.ceil(np.log2(step * POINTS / period.min()))), 0)
     rest = np.log(1 / LEFT) / (2 * np.pi * damping_ratio) * period.max()
     ground = np.concatenate([[0.0], record.ground_acceleration, np.zeros(1 + int(np.ceil(rest / step)))])

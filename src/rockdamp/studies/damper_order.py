@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.histories.half_cycles import passes_zero, turns
+from rockdamp.histories.loads import CELLS, pulse_load
 from rockdamp.histories.measured_test import computed_response, record_attributes
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.pulse_shapes import PULSES
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
@@ -28,7 +30,6 @@ from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_outcomes, o
 from rockdamp.studies.amplitude_dependence import Group, groups
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.pulses import CELLS, PULSES, Run, pulse
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 PULSE_DIMS = (*CELLS, "restitution")
@@ -244,9 +245,12 @@ def _under_pulses(config: Config) -> xr.Dataset:
     reference_fell = np.empty(shape, dtype=bool)
     for i, name in enumerate(PULSES):
         for j, w in enumerate(track(section.frequency, f"{name} pulses by order")):
-            run = Run(config.curve, pulse(name, float(w), section.step), section.load, section.step, section.tail)
-            impact = run.histories(Damping.cr(e))
-            histories = dampers.each(run.histories)
+            peak_load = float(config.curve.strength_ratio) * section.load[:, None]
+            forcing = pulse_load(name, float(w), peak_load, section.step, section.tail)
+            impact, *histories = [
+                solve(config.curve, damping, store_every=1, **forcing.newmark())
+                for damping in (Damping.cr(e), *dampers.each(lambda damping: damping))
+            ]
             reference_fell[i, j] = impact.outcome == COLLAPSED
             for row, history in enumerate(histories):
                 fell[row, i, j] = history.outcome == COLLAPSED

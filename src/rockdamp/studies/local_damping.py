@@ -6,22 +6,16 @@ is when, within the half cycle, they take it.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import xarray as xr
 
 from rockdamp.config import Config
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import CELLS, under_pulses, under_records
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.against_restitution import BOUND, HISTORIES, bootstrapped, in_bands, of_pairs
 from rockdamp.statistics.fragility import resample
-from rockdamp.studies.pulses import CELLS, PULSES, Run, pulse
 from rockdamp.vocabulary import LOCAL, RECOMMENDED, REFERENCE
 
 DAMPERS = ("ECD", RECOMMENDED, LOCAL)
@@ -33,7 +27,7 @@ def compare(config: Config) -> xr.Dataset:
     e = config.damping_force.restitution
     dampings = {REFERENCE: Damping.cr(e)} | {model: Damping.of_restitution(e, model) for model in DAMPERS}
     bands = config.comparison.bands
-    parts = [_of_pulses(under_pulses(config, dampings)), _of_records(under_records(config, dampings), config)]
+    parts = [_of_pulses(_under_pulses(config, dampings)), _of_records(_under_records(config, dampings), config)]
     by_band = xr.concat([_by_band(part, dims, bands) for part, dims in parts], "loading")
     statistics = xr.merge([part.drop_dims([*dims]) for part, dims in parts])
     return (
@@ -51,13 +45,14 @@ def compare(config: Config) -> xr.Dataset:
     )
 
 
-def _against(peak: xr.DataArray, collapsed: xr.DataArray) -> xr.Dataset:
+def _against(ended: xr.Dataset) -> xr.Dataset:
     """Return the peaks and outcomes of the dampers beside those of CR, and the ratios of peaks where neither falls."""
-    reference, fell = (values.sel(damping_model=REFERENCE, drop=True) for values in (peak, collapsed.astype(np.int8)))
-    other, other_fell = (values.sel(damping_model=list(DAMPERS)) for values in (peak, collapsed.astype(np.int8)))
-    ratio = (other / reference).where((fell == 0) & (other_fell == 0))
-    named = {"reference_peak": reference, "reference_collapsed": fell, "peak": other, "collapsed": other_fell}
-    return xr.Dataset({**named, "ratio": ratio})
+    reference = ended.sel(damping_model=REFERENCE, drop=True).rename(
+        peak="reference_peak", collapsed="reference_collapsed"
+    )
+    both = ended.sel(damping_model=list(DAMPERS)).merge(reference)
+    stand = (both["reference_collapsed"] == 0) & (both["collapsed"] == 0)
+    return both.assign(ratio=(both["peak"] / both["reference_peak"]).where(stand))
 
 
 def _by_band(histories: xr.Dataset, dims: tuple[str, ...], bands: np.ndarray) -> xr.Dataset:
@@ -69,20 +64,19 @@ def _by_band(histories: xr.Dataset, dims: tuple[str, ...], bands: np.ndarray) ->
 # --- pulses -----------------------------------------------------------------------------------------------------------
 
 
-def under_pulses(config: Config, dampings: dict[str, Damping]) -> xr.Dataset:
+def _under_pulses(config: Config, dampings: dict[str, Damping]) -> xr.Dataset:
     """Run the reference curve under every pulse."""
-    pulses, shape = config.pulses, (config.pulses.frequency.size, config.pulses.load.size)
-    ended = np.empty((2, len(dampings), len(PULSES), *shape))
-    for i, name in enumerate(PULSES):
-        for j, frequency in enumerate(track(pulses.frequency, f"{name} pulses, local damping")):
-            load = pulse(name, float(frequency), pulses.step)
-            run = Run(config.curve, load, pulses.load, pulses.step, pulses.tail)
-            for row, damping in enumerate(dampings.values()):
-                response = run(damping.map(lambda parameter: parameter[None]))
-                ended[:, row, i, j] = response.peak[:, 0], response.outcome[:, 0] == COLLAPSED
-    dims = ("damping_model", *CELLS)
-    peak, fell = (xr.DataArray(values, dims=dims, coords={"damping_model": list(dampings)}) for values in ended)
-    return _against(peak, fell)
+    pulses = config.pulses
+    ended = under_pulses(
+        config.curve,
+        dampings,
+        pulses.frequency,
+        pulses.load,
+        step=pulses.step,
+        tail=pulses.tail,
+        description=", local damping",
+    )
+    return _against(ended.drop_vars(CELLS))
 
 
 def _of_pulses(histories: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:
@@ -100,32 +94,20 @@ def _of_pulses(histories: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:
 # --- earthquakes ------------------------------------------------------------------------------------------------------
 
 
-def under_records(config: Config, dampings: dict[str, Damping]) -> xr.Dataset:
+def _under_records(config: Config, dampings: dict[str, Damping]) -> xr.Dataset:
     """Run every wall under every record at every intensity."""
     quakes = config.earthquakes
-    entries = catalogue.listing(config.records)
-    shape = (len(entries), quakes.velocity_ratio.size, len(quakes.walls))
-    ended, stations = np.empty((2, len(dampings), *shape)), []
-    for row, entry in enumerate(track(entries, "Local damping, records")):
-        motion = catalogue.read(entry)
-        pgv = intensity_measures(motion.record).pgv
-        stations.append(motion.group)
-        for column, named in enumerate(quakes.walls):
-            factor = quakes.velocity_ratio * named.wall.velocity_scale / pgv
-            forcing = Forcing.of(named.wall, motion.record, factor, rest=quakes.tail)
-            substeps = forcing.substeps(quakes.orders.step / named.curve.initial_frequency)
-            loads = replace(forcing, load_factor=np.asarray(forcing.load_factor)).newmark(substeps)
-            for index, damping in enumerate(dampings.values()):
-                response = solve(named.curve, damping, peaks_only=True, **loads)
-                ended[:, index, row, :, column] = response.peak, response.outcome == COLLAPSED
-    dims = ("damping_model", *HISTORIES)
-    coords = {
-        "damping_model": list(dampings),
-        "velocity_ratio": quakes.velocity_ratio,
-        "station": ("record", stations),
-    }
-    peak, fell = (xr.DataArray(values, dims=dims, coords=coords) for values in ended)
-    return _against(peak, fell)
+    entries = track(catalogue.listing(config.records), "Local damping, records")
+    walls = {named.name: (named.wall, named.curve) for named in quakes.walls}
+    ended = under_records(
+        map(catalogue.read, entries),
+        walls,
+        dampings,
+        quakes.velocity_ratio,
+        step=quakes.orders.step,
+        tail=quakes.tail,
+    )
+    return _against(ended.drop_vars(["record", "wall", "record_set"]))
 
 
 def _of_records(histories: xr.Dataset, config: Config) -> tuple[xr.Dataset, tuple[str, ...]]:

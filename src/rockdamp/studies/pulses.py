@@ -6,8 +6,6 @@ stands when it is applied slowly. Everything is dimensionless: w over p, time as
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -15,34 +13,18 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.histories.forcing import Forcing
 from rockdamp.histories.half_cycles import passes_zero
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.histories.loads import CELLS, pulse_load, under_pulses
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.pulse_shapes import ricker
-from rockdamp.motions.records import followed_by_rest
+from rockdamp.motions.pulse_shapes import PULSES
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED, Histories, Options, Peaks
+from rockdamp.solvers.response import COLLAPSED, Histories
 from rockdamp.statistics.against_restitution import in_bands, of_outcomes, of_pairs
-from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
 from rockdamp.vocabulary import VISCOUS_MODELS
 
-PULSES = ("Ricker", "sine")
-CELLS = ("pulse", "pulse_frequency", "load_ratio")
 SOURCES = ("closed form", "least error")
-RICKER_HALF_LENGTH = 1.5  # periods before and after the peak, where the wavelet is 1e-8 of it
-
-
-def pulse(name: str, frequency: float, step: float) -> Array:
-    """Return a pulse of peak 1 and angular frequency w/p, sampled every `step` in tau; it ends at zero."""
-    period = 2 * np.pi / frequency
-    if name == "Ricker":
-        half = step_count(RICKER_HALF_LENGTH * period, step)
-        return ricker(step * np.arange(-half, half + 1), 1 / period, 1.0)
-    tau = step * np.arange(int(np.ceil(period / step)) + 1)
-    return np.where(tau < period, np.sin(frequency * tau), 0.0)
 
 
 def damping_ratios(config: Config) -> Array:
@@ -63,64 +45,38 @@ def pulses(config: Config) -> xr.Dataset:
     """Run CR and every viscous model under pulses of every frequency and load."""
     frequency, load, e = config.pulses.frequency, config.pulses.load, config.pulses.restitution
     xi = damping_ratios(config)
-    shape = (len(PULSES), frequency.size, load.size, e.size)
-    reference = np.empty((3, *shape))
-    by_damper = np.empty((2, *xi.shape[:2], *shape))
+    by_source, step, tail = "damping_ratio_source", config.pulses.step, config.pulses.tail
+    by_damper = under_pulses(
+        config.curve,
+        {model: Damping(model, xi[:, row]) for row, model in enumerate(VISCOUS_MODELS)},
+        frequency,
+        load,
+        step=step,
+        tail=tail,
+        dims=[by_source, "restitution"],
+        description=" by damper",
+    )
+    reference = np.empty((3, len(PULSES), frequency.size, load.size, e.size))
     for i, name in enumerate(PULSES):
         for j, w in enumerate(track(frequency, f"{name} pulses")):
-            step = config.pulses.step
-            run = Run(config.curve, pulse(name, float(w), step), load, step, config.pulses.tail)
-            histories = run.histories(Damping.cr(e))
+            forcing = pulse_load(name, float(w), float(config.curve.strength_ratio) * load[:, None], step, tail)
+            histories = solve(config.curve, Damping.cr(e), store_every=1, **forcing.newmark())
             reference[0, i, j], reference[1, i, j] = histories.peak, histories.outcome == COLLAPSED
             reference[2, i, j] = _impacts_before_peak(histories, step)
-            for row, model in enumerate(VISCOUS_MODELS):
-                response = run(Damping(model, xi[:, row, None, :]))
-                by_damper[0, :, row, i, j], by_damper[1, :, row, i, j] = response.peak, response.outcome == COLLAPSED
-    dims = (*CELLS, "restitution")
-    by_model = ("damping_ratio_source", "damping_model")
-    dataset = xr.Dataset(
-        {
-            "damping_ratio": ((*by_model, "restitution"), xi),
-            "reference_peak": (dims, reference[0]),
-            "reference_collapsed": (dims, reference[1].astype(np.int8)),
-            "impacts_before_peak": (dims, reference[2].astype(np.int32)),
-            "peak": ((*by_model, *dims), by_damper[0]),
-            "collapsed": ((*by_model, *dims), by_damper[1].astype(np.int8)),
-        },
-        coords={
-            "damping_ratio_source": list(SOURCES),
-            "damping_model": list(VISCOUS_MODELS),
-            "pulse": list(PULSES),
-            "pulse_frequency": frequency,
-            "load_ratio": load,
-            "restitution": e,
-        },
+    stored = (*CELLS, "restitution")
+    dataset = (
+        by_damper.transpose(by_source, "damping_model", *stored)
+        .assign(
+            damping_ratio=((by_source, "damping_model", "restitution"), xi),
+            reference_peak=(stored, reference[0]),
+            reference_collapsed=(stored, reference[1].astype(np.int8)),
+            impacts_before_peak=(stored, reference[2].astype(np.int32)),
+        )
+        .assign_coords({by_source: list(SOURCES), "restitution": e})
     )
     return dataset.merge(statistics(dataset, config.pulses.bands)).assign_coords(
         release_amplitude=config.release_amplitude
     )
-
-
-@dataclass(frozen=True)
-class Run:
-    """A pulse of one frequency at every load, for the dampers that are asked for."""
-
-    curve: TrilinearCurve
-    pulse: Array
-    load: Array
-    step: float
-    tail: float
-
-    def __call__(self, damping: Damping) -> Peaks:
-        """Dampers of shape (..., e) give a batch (..., load, e)."""
-        return solve(self.curve, damping, peaks_only=True, **self._forced())
-
-    def histories(self, damping: Damping) -> Histories:
-        return solve(self.curve, damping, store_every=1, **self._forced())
-
-    def _forced(self) -> Options:
-        pulse = followed_by_rest(self.pulse, self.step, self.tail)
-        return Forcing(pulse, self.step, float(self.curve.strength_ratio) * self.load[:, None]).newmark()
 
 
 def _impacts_before_peak(response: Histories, step: float) -> NDArray[np.int64]:

@@ -20,7 +20,7 @@ import xarray as xr
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import NamedWall
-from rockdamp.histories.at_intensities import peaks_and_collapses
+from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.histories.supports import floor_motions
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet

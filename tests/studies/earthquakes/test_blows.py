@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 from configs import changed, configured
 
-from rockdamp.histories import at_intensities
+from rockdamp.histories import loads
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.records import Record
@@ -154,7 +154,7 @@ def test_no_wall_of_the_population_has_a_longer_step_than_asked_for(walls, motio
         steps.append(np.ravel(np.asarray(step) * curve.initial_frequency))
         return type("Ended", (), {"peak": np.zeros(shape), "outcome": np.full(shape, COLLAPSED)})
 
-    monkeypatch.setattr(at_intensities, "solve", solve)
+    monkeypatch.setattr(loads, "solve", solve)
     coarse = GroundMotion("coarse", "coarse", "own", Record(0.02 * np.arange(4), np.array([0.0, 1.0, 0.0, 0.0])))
     population.run(coarse, walls, np.array([1.0]), step=longest, tail=0.0)
     together = np.concatenate(steps)

@@ -7,25 +7,17 @@ Which order is enough is judged in `order_criterion`.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import chain
-from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import NamedWall
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import under_records
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.wall import EXCITATION_FACTOR
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED
 from rockdamp.statistics.against_restitution import (
     BOUND,
     HISTORIES,
@@ -37,6 +29,7 @@ from rockdamp.statistics.against_restitution import (
 from rockdamp.statistics.fragility import resample
 from rockdamp.studies.earthquakes import order_criterion
 from rockdamp.studies.earthquakes.order_criterion import MEASURES, SIDES, Sums
+from rockdamp.vocabulary import REFERENCE
 
 VARIATIONS = ("step", *chain(*SIDES.values()))  # of CR: a step twice as long, and each change of e
 EVERY_SET = "all"
@@ -44,71 +37,37 @@ EVERY_SET = "all"
 
 def chunk(number: str, config: Config) -> xr.Dataset:
     """Run every wall under one job's share of the records, with CR, its small changes, and each order."""
-    size = config.earthquakes.chunk
-    mine = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
-    shares = [_under(catalogue.read(entry), config) for entry in track(mine, f"Orders, records {int(number) + 1}")]
-    return xr.concat(shares, "record", join="exact")
-
-
-def _under(motion: catalogue.GroundMotion, config: Config) -> xr.Dataset:
-    """Run all histories of one record."""
     quakes = config.earthquakes
-    orders = quakes.orders
-    pgv = intensity_measures(motion.record).pgv
-    per_wall = [_of_wall(named, motion, pgv, config) for named in quakes.walls]
-    last = {"reference": (), "varied": ("variation",), "by_order": ("order",)}
-    names = {
-        "reference": ("reference_peak", "reference_collapsed"),
-        "varied": ("varied_peak", "varied_collapsed"),
-        "by_order": ("peak", "collapsed"),
-    }
-    data: dict[str, Any] = {}
-    for key, (peak, collapsed) in names.items():
-        dims = ("velocity_ratio", "wall", "restitution", *last[key])
-        peaks, outcomes = (np.stack([wall[key][part] for wall in per_wall], axis=1) for part in (0, 1))
-        data[peak], data[collapsed] = (dims, peaks), (dims, (outcomes == COLLAPSED).astype(np.int8))
-    coords = {
-        "velocity_ratio": quakes.velocity_ratio,
-        "wall": [named.name for named in quakes.walls],
-        "restitution": orders.restitution,
-        "variation": list(VARIATIONS),
-        "order": orders.order,
-        "record": motion.name,
-    }
-    of_record = {"record_set": ("record", [motion.record_set]), "station": ("record", [motion.group])}
-    return xr.Dataset(data, coords=coords).expand_dims("record").assign_coords(of_record)
+    size, asked, e = quakes.chunk, quakes.orders, quakes.orders.restitution
+    entries = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
+    motions = [catalogue.read(entry) for entry in entries]
+    walls = {named.name: (named.wall, named.curve) for named in quakes.walls}
 
-
-def _of_wall(
-    named: NamedWall, motion: catalogue.GroundMotion, pgv: float, config: Config
-) -> dict[str, tuple[Array, NDArray[np.int8]]]:
-    """Return peaks and outcomes of one wall under one record: of CR (scales, e), its changes and the orders."""
-    quakes = config.earthquakes
-    asked = quakes.orders
-    wall = named.wall
-    factor = quakes.velocity_ratio * wall.frequency_parameter * wall.instability_displacement / EXCITATION_FACTOR / pgv
-    forcing = Forcing.of(wall, motion.record, factor, rest=quakes.tail)
-    coarser = forcing.substeps(2 * asked.step / named.curve.initial_frequency)
-
-    def run(damping: Damping, substeps: int) -> tuple[Array, NDArray[np.int8]]:
-        by_scale = forcing.load_factor.reshape(-1, *(1 for _ in damping.shape))
-        response = solve(
-            named.curve, damping, peaks_only=True, **replace(forcing, load_factor=by_scale).newmark(substeps)
+    def run(dampings: dict[str, Damping], dims: list[str], halvings: int, what: str) -> xr.Dataset:
+        some = track(motions, f"Orders, records {int(number) + 1}, {what}")
+        step, tail = 2 * asked.step, quakes.tail
+        return under_records(
+            some, walls, dampings, quakes.velocity_ratio, step=step, tail=tail, halvings=halvings, dims=dims
         )
-        return response.peak, response.outcome
 
-    e, finer = asked.restitution, 2 * coarser
     # CR and CR with e changed are one batch: its lanes fill the kernel's blocks.
     changes = quakes.restitution_change, asked.loss_change, asked.test_spread
-    changed = run(Damping.cr(np.column_stack([e, order_criterion.changed(e, *changes)])), finer)
-    coarse = run(Damping.cr(e), coarser)
-    orders = [run(Damping.of_restitution(e, order=float(order)), finer) for order in asked.order]
-    peaks, outcomes = (np.concatenate([coarse[part][..., None], changed[part][..., 1:]], axis=-1) for part in (0, 1))
-    return {
-        "reference": (changed[0][..., 0], changed[1][..., 0]),
-        "varied": (peaks, outcomes),
-        "by_order": (np.stack([peak for peak, _ in orders], -1), np.stack([outcome for _, outcome in orders], -1)),
-    }
+    each_e = np.column_stack([e, order_criterion.changed(e, *changes)])
+    changed = run({REFERENCE: Damping.cr(each_e)}, ["restitution", "variation"], 1, "restitution").isel(damping_model=0)
+    coarse = run({REFERENCE: Damping.cr(e)}, ["restitution"], 0, "twice the step")
+    orders = {f"{m:g}": Damping.of_restitution(e, order=float(m)) for m in asked.order}
+    by_order = run(orders, ["restitution"], 1, "orders").rename(damping_model="order")
+    reference = changed.isel(variation=0)
+    varied = xr.concat([coarse.isel(damping_model=0), changed.isel(variation=slice(1, None))], "variation")
+    parts = [
+        by_order.transpose(..., "order").assign_coords(order=asked.order),
+        reference.rename(peak="reference_peak", collapsed="reference_collapsed").drop_vars("damping_model"),
+        varied.transpose(..., "variation")
+        .rename(peak="varied_peak", collapsed="varied_collapsed")
+        .drop_vars("damping_model")
+        .assign_coords(variation=list(VARIATIONS)),
+    ]
+    return xr.merge(parts, join="exact", compat="equals").assign_coords(restitution=e)
 
 
 # --- comparison -------------------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from rockdamp.config import Config
 from rockdamp.config.earthquakes import PARAMETERS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.histories.at_intensities import peaks_and_collapses
+from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
@@ -26,6 +26,7 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
 from rockdamp.statistics.against_restitution import fragilities
+from rockdamp.statistics.distribution import Distribution
 from rockdamp.statistics.fragility import resample
 from rockdamp.vocabulary import MODELS, REFERENCE, VISCOUS_MODELS
 
@@ -70,9 +71,9 @@ def sample(config: Config) -> dict[str, Array]:
     drawn, factor = _hypercube(config), _factor_of_correlations(config)
     scores = ndtri(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, ndtr(scores))
+    distributions: list[Distribution] = [getattr(config.population.parameters, name) for name in PARAMETERS]
     return {
-        name: getattr(config.population.parameters, name).quantile(uniform[:, column])
-        for column, name in enumerate(PARAMETERS)
+        name: of.quantile(uniform[:, i]) for i, (name, of) in enumerate(zip(PARAMETERS, distributions, strict=True))
     }
 
 
