@@ -87,6 +87,23 @@ def test_a_damper_that_made_a_test_is_told(model, ratio):
     assert float(fit["relative_log_likelihood"].sel(damping_model="CR")) < float(fit["log_likelihood_threshold"])
 
 
+def test_e_is_told_at_the_amplitudes_where_an_assessment_needs_it():
+    """A specimen that loses more as it fades: e is 0.86 at 0.3 u_ins, smaller below and larger above."""
+    law = rd.Damping.cr(E, exponent=0.26, at=0.3)
+    tests = [test_of(decay(law, release=0.6, seed=1)), test_of(decay(law, release=0.6, seed=2, sign=-1.0))]
+    found = rd.calibrate_free_rocking(tests, WALL)
+    power = (CURVE.energy(np.array([0.1, 0.3, 0.5])) / CURVE.energy(0.3)) ** -0.26
+    true = (1 - power * (1 - E**0.52)) ** (1 / 0.52)
+    np.testing.assert_allclose(found["restitution_at_amplitude"], true, atol=3e-3)
+    low, high = found["restitution_at_amplitude_interval"].values
+    assert ((low < true) & (true < high)).all() and (high - low < 0.02).all()
+
+
+def test_small_releases_are_doubted():
+    with pytest.warns(rd.InputWarning, match=r"the releases reach 0\.1\d u_ins: e at 0\.3 u_ins"):
+        rd.calibrate_free_rocking(test_of(decay(release=0.15, noise=2e-5)), WALL)
+
+
 def test_a_rotation_is_a_displacement_over_the_height_of_the_hinge():
     displacement = decay()
     turned = rd.FreeRocking(0.002 * np.arange(displacement.size), rotation=displacement / float(WALL.lower_height))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from rockdamp.laboratory.excursions import Losses, exponent_of
+from rockdamp.laboratory.excursions import Losses, exponent_of, law_of_loss, restitution_at
 
 COUNT = 14
 LOG_ENERGY = np.linspace(-1.0, -5.0, COUNT)
@@ -46,3 +46,24 @@ def test_an_exponent_that_losses_do_not_tell_has_no_end():
     noise = 0.5 * np.random.RandomState(3).standard_normal(4)
     _, ends = exponent_of(Losses(0.05 + noise, 1e-6 * np.eye(4)), LOG_ENERGY[:4] / 10)
     assert np.isnan(ends).all()
+
+
+@pytest.mark.parametrize("g", [0.13, 0.26, 0.5])
+def test_the_energy_left_to_the_power_g_falls_by_the_same_at_each_impact(g):
+    """E+^g = E-^g - K, with K = 1 - e_r^(2 g) where E_r = 1; without a power the loss is the same at each."""
+    decrement = -np.log(0.85)
+    energy = np.geomspace(0.2, 3.0, 9)
+    left = energy * np.exp(-2 * law_of_loss(np.log(energy), decrement, -g))
+    np.testing.assert_allclose(energy**g - left**g, 1 - 0.85 ** (2 * g), rtol=1e-10)
+    np.testing.assert_allclose(law_of_loss(np.log(energy), decrement, 0.0), decrement)
+    assert law_of_loss(np.array([-60.0]), decrement, -g)[0] == np.inf  # the impact stops the wall
+
+
+def test_e_at_an_energy_is_that_of_the_law_which_made_the_losses():
+    exact = law_of_loss(LOG_ENERGY + 2.0, 0.15, -0.26)
+    for at in (-1.0, -2.0, -3.0):
+        true = float(np.exp(-law_of_loss(np.array([at + 2.0]), 0.15, -0.26)[0]))
+        assert restitution_at(Losses(exact, 1e-8 * np.eye(COUNT)), LOG_ENERGY, at)[0] == pytest.approx(true, abs=2e-4)
+        noisy = exact + 0.02 * np.random.RandomState(4).standard_normal(COUNT)
+        _, (low, high) = restitution_at(Losses(noisy, 1e-8 * np.eye(COUNT)), LOG_ENERGY, at)
+        assert low < true < high and 0.005 < high - low < 0.1

@@ -122,6 +122,14 @@ def content(fitted: xr.Dataset) -> dict[str, Any]:
         ],
         **{name: known(fitted[name]) for name in SCALARS},
         "amplitude_exponent_interval_90": _numbers(fitted["amplitude_exponent_interval"]),
+        "restitution_at": [
+            {
+                "amplitude": float(one["amplitude"]),
+                "restitution": float(one["restitution_at_amplitude"]),
+                "interval_90": _numbers(one["restitution_at_amplitude_interval"]),
+            }
+            for one in (fitted.sel(amplitude=at) for at in fitted["amplitude"])
+        ],
         "residual_over_peak": rms / peak,
         "residual_over_rest": rms / float(fitted["rest_deviation"]) if known(fitted["rest_deviation"]) else None,
         "damping_models": models(fitted),
@@ -158,6 +166,7 @@ def _print(fitted: xr.Dataset, law: str) -> None:
         f"\nfrom impact to impact e scatters by {told['restitution_scatter']:.2g} (standard deviation of ln e)"
         f"\nthe fit leaves {1000 * told['residual_rms']:.3g} mm (rms), {told['residual_over_peak']:.2g} of the"
         f" largest peak{over}"
+        f"\ne of an impact depends on the peak before it: {_at_amplitudes(told)}; `assess` needs that at 0.3 u_ins"
         f"\nthe loss per impact goes with the energy to the power {told['amplitude_exponent']:.3f}"
         f" ({_span(told['amplitude_exponent_interval_90'])}); that of each damper on this curve:\n"
     )
@@ -175,6 +184,13 @@ def _print(fitted: xr.Dataset, law: str) -> None:
 
 def _rows(fitted: xr.Dataset, dim: str, names: tuple[str, ...]) -> list[dict[str, Any]]:
     return [{name: known(fitted[name].isel({dim: index})) for name in names} for index in range(fitted.sizes[dim])]
+
+
+def _at_amplitudes(told: dict[str, Any]) -> str:
+    return ", ".join(
+        f"{row['restitution']:.3f} ({_span(row['interval_90'])}) at {row['amplitude']:g} u_ins"
+        for row in told["restitution_at"]
+    )
 
 
 def _numbers(values: xr.DataArray) -> list[float | None]:

@@ -217,6 +217,9 @@ LEVEL = 0.90
 SPACING = 0.1
 EXPONENTS = SPACING * np.arange(-30, 31)  # gammas that are looked at
 LARGEST_SCATTER = 1.0  # of ln e
+LAW_EXPONENTS, LAW_GRIDS = np.linspace(-1.5, 1.0, 26), 3  # by whose likelihood e at an amplitude is weighted; refined
+NEGLIGIBLE_WEIGHT = 1e-6
+LAW_ROUNDS, LARGEST_SHAPE, SMALLEST_LOSS = 4, 50.0, 1e-6
 
 
 @dataclass(frozen=True)
@@ -286,6 +289,49 @@ class Losses:
         left = max(self.decrement.size - 2, 1)
         quantile = float(student.ppf(0.5 + LEVEL / 2, left))
         return 0.5 * self.decrement.size * float(np.log1p(quantile**2 / left))
+
+
+def law_of_loss(log_energy: Array, decrement: float, exponent: float) -> Array:
+    """Return the loss by energies before an impact, ln E less ln of that at which it is `decrement`.
+
+    The energy left to the power g falls by the same at each impact: with g = -`exponent`,
+    delta(E) = -ln(1 - (1 - exp(-2 g delta_r)) (E_r/E)^g) / (2 g). A wall that the impact stops loses infinitely much.
+    """
+    g = -exponent
+    if abs(g) < 1e-9:
+        return np.full(log_energy.shape, decrement)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        loss = -np.log1p(np.exp(-g * log_energy) * np.expm1(-2 * g * decrement)) / (2 * g)
+    return np.asarray(np.nan_to_num(loss, nan=np.inf))
+
+
+def restitution_at(losses: Losses, log_energy: Array, at: float) -> tuple[float, tuple[float, float]]:
+    """Return e at an energy, of logarithm `at`, and its interval, by the law of loss whose exponent is unknown too.
+
+    Each exponent counts by its likelihood. The interval has the spread of the loss at each, and from one to the other.
+    """
+    away, exponents = log_energy - at, LAW_EXPONENTS
+    for _ in range(LAW_GRIDS):
+        found, error, likelihood = np.array([_law_line(losses, away, float(gamma)) for gamma in exponents]).T
+        weight = np.exp(likelihood - likelihood.max())
+        near = np.flatnonzero(weight > NEGLIGIBLE_WEIGHT)
+        ends = exponents[max(near[0] - 1, 0)], exponents[min(near[-1] + 1, exponents.size - 1)]
+        exponents = np.linspace(*ends, exponents.size)
+    weight /= weight.sum()
+    mean = float(weight @ found)
+    deviation = float(np.sqrt(weight @ (error**2 + (found - mean) ** 2)))
+    reach = float(student.ppf(0.5 + LEVEL / 2, max(losses.decrement.size - 2, 1))) * deviation
+    return float(np.exp(-mean)), (float(np.exp(-mean - reach)), min(float(np.exp(-mean + reach)), 1.0))
+
+
+def _law_line(losses: Losses, log_energy: Array, exponent: float) -> tuple[float, float, float]:
+    """Return the loss at the energy of logarithm 0 of a law, its standard error, and ln of the likelihood."""
+    decrement = float(losses.decrement.mean())
+    for _ in range(LAW_ROUNDS):  # the law is all but proportional to its loss
+        shape = np.minimum(law_of_loss(log_energy, decrement, exponent) / decrement, LARGEST_SHAPE)
+        line = losses.line(shape, restricted=False)
+        decrement = max(line.decrement, SMALLEST_LOSS)
+    return decrement, line.standard_error, line.log_likelihood
 
 
 def exponent_of(losses: Losses, log_energy: Array) -> tuple[float, tuple[float, float]]:

@@ -16,7 +16,7 @@ from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import record_attributes
 from rockdamp.laboratory.candidates import size_deviations, true_values
-from rockdamp.laboratory.excursions import Excursions, Losses, Solution, exponent_of
+from rockdamp.laboratory.excursions import Excursions, Losses, Solution, exponent_of, restitution_at
 from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -32,6 +32,8 @@ SYSTEMATIC = 3.0  # of the sensor's noise: residuals beyond it are no noise
 USUAL_RATIO = (0.60, 1.10)  # of e to the analytical one; ASSUME: measured ones lie within
 DIFFERENCE = 1e-5
 MANY = 5.0  # times the displacement at which a wall falls: a peak beyond it is a slip of units
+AMPLITUDES, HANDED_ON = (0.1, 0.3, 0.5), 0.3  # of u_ins, where e is told; where an assessment takes it from
+LEAST_RELEASE = 0.2  # of u_ins: of smaller ones e at 0.3 u_ins is a guess
 MILLI, DEGREE = 1000.0, np.pi / 180
 
 
@@ -228,6 +230,7 @@ def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:
             "restitution_scatter": mean.scatter,
             "restitution_unlike_releases": _between(losses, release_of_impact[rocking]),
             **_exponents(losses, curve, before[rocking], e, rocking),
+            **_at_amplitudes(losses, curve, before[rocking]),
             **_histories(solution, amplitudes),
         },
         coords={
@@ -236,6 +239,7 @@ def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:
             "damping_model": list(MODELS),
             "release": np.arange(1, len(test.releases) + 1),
             "impact": np.arange(1, before.size + 1),
+            "amplitude": list(AMPLITUDES),
         },
     )
 
@@ -281,6 +285,16 @@ def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float, r
         "expected_restitution": (("damping_model", "impact"), restitution),
         "relative_log_likelihood": ("damping_model", np.array(likelihoods) - max(likelihoods)),
         "log_likelihood_threshold": -losses.threshold,
+    }
+
+
+def _at_amplitudes(losses: Losses, curve: TrilinearCurve, before: Array) -> dict[str, object]:
+    """Return e at `AMPLITUDES`, by the law of loss by amplitude."""
+    at = np.log(curve.energy(np.array(AMPLITUDES)))
+    found = [restitution_at(losses, np.log(curve.energy(before)), float(one)) for one in at]
+    return {
+        "restitution_at_amplitude": ("amplitude", np.array([e for e, _ in found])),
+        "restitution_at_amplitude_interval": (("bound", "amplitude"), np.array([ends for _, ends in found]).T),
     }
 
 
@@ -367,6 +381,12 @@ def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
     if low <= 0:
         found.append(
             f"a1 is not determined: it is {float(a1['estimate']):.2g}, and 0 is inside its interval, up to {high:.2g}"
+        )
+    farthest = float(fitted["impact_amplitude"].max())
+    if farthest < LEAST_RELEASE:
+        found.append(
+            f"the releases reach {farthest:.2g} u_ins: e at {HANDED_ON:g} u_ins, which an assessment needs, lies beyond"
+            f" them; release from {LEAST_RELEASE:g} u_ins or more"
         )
     e, analytical = float(fitted["estimate"].sel(parameter=PARAMETERS[2])), float(fitted["restitution_rigid"])
     least, most = USUAL_RATIO
