@@ -3,7 +3,7 @@
 
 rule claims:
     input:
-        datasets=dataset_files(STAGES["claims"].inputs),
+        datasets=dataset_files(STAGES["claims"].datasets),
         claims="data/claims.yaml",
         errata="data/errata.yaml",
     output:
