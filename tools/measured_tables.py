@@ -69,6 +69,7 @@ INPUTS += (
     "earthquakes/orders",
     "population/check",
     "local_damping",
+    "loss_law",
     "spectrum_method",
 )
 
@@ -268,6 +269,23 @@ def local_damping(data: Data) -> str:
     return table(head, rows)
 
 
+def loss_law(data: Data) -> str:
+    """What a constant e costs if the loss falls with the amplitude: collapse with intervals, and peaks by band."""
+    study = data["loss_law"].isel(wall=0)
+    edges = zip(study["band_start"].values.tolist(), study["band_end"].values.tolist(), strict=True)
+    head = ["g", "e is that of", "median intensity of collapse", "collapses gone", "collapses added"]
+    head += [f"{low:g}-{high:g}" for low, high in edges]
+    rows = []
+    for g in study["loss_exponent"].values.tolist():
+        for at in study["reference_amplitude"].values.tolist():
+            one = study.sel(loss_exponent=g, reference_amplitude=at)
+            cells = [
+                interval(one, name) for name in ("median_intensity_ratio", "false_safe_rate", "false_collapse_rate")
+            ]
+            rows.append([f"{g:g}", f"{at:g} u_ins", *cells, *(f"{float(ratio):.2f}" for ratio in one["median_ratio"])])
+    return table(head, rows)
+
+
 def by_program(data: Data) -> str:
     """Which damper to use by what a program takes, at the middle e."""
     middle = data["recommendation"].sizes["restitution"] // 2
@@ -321,7 +339,7 @@ def mutations(_: Data) -> str:
     return summary()
 
 
-_FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, checks, orders, pulses)
+_FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_law, checks, orders, pulses)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution)
 _LAST = (
     local_damping,

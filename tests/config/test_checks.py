@@ -69,6 +69,10 @@ OPTIONAL = {
     "strength_ratio",
     "mean",
     "standard_deviation",
+    "initial_strength_ratio",
+    "tie_stiffness",
+    "tie_strength",
+    "tie_gap",
 }
 
 

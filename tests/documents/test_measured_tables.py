@@ -73,6 +73,7 @@ def made_up():
         "local_damping": report_content.made_up("local_damping")
         .isel(damping_model=[0, 1, 2], bound=[0, 1])
         .assign_coords(damping_model=list(DAMPERS)),
+        "loss_law": made_up_studies.loss_law(),
         "response_lengths": response_lengths,
         "spectrum_method": made_up_studies.spectrum_method(),
         measured_tables.IDENTIFICATION: identification_as_configured(),
@@ -158,7 +159,10 @@ def row(name, model, data):
 def test_a_row_holds_the_orders_and_the_larger_error_of_both_excitations(made_up):
     accuracy = made_up["accuracy"].assign(solver_step=1.0)
     one = accuracy.sel(damping_model="CDR")
-    expected = [*one["order"].values, *(float(one[name].sel(step=1).max()) for name in ("median_solver_error",))]
+    expected = [
+        *one["convergence_order"].values,
+        *(float(one[name].sel(step=1).max()) for name in ("median_solver_error",)),
+    ]
     assert numbers(row("solver", "CDR", {"accuracy": accuracy}))[:3] == pytest.approx(expected, rel=0.06)
     audited = numbers(row("energy", "CDR", {"accuracy": accuracy}))
     losses = one["energy_lost"].isel(audited_wall=0).values

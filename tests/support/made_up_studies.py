@@ -369,6 +369,39 @@ def spectrum_method():
     return complete(data, "spectrum_method")
 
 
+def loss_law():
+    """Medians that rise with the amplitude and fall with the exponent."""
+    g, at, bands = np.array([0.13, 0.26, 0.39]), np.array([0.1, 0.3, 0.5]), 5
+    edges = np.array([0.01, 0.04, 0.1, 0.25, 0.5, 1.0])
+    laws = ("wall", "loss_exponent", "reference_amplitude")
+    ratio = np.stack([scale * (1 + g[:, None] * (at - 0.3)) for scale in (1.0, 1.02)])
+    by_band = ratio[..., None] * np.linspace(0.8, 1.0, bands)
+    data = {}
+    for name, values, dims in (
+        ("median_intensity_ratio", ratio, laws),
+        ("false_safe_rate", 0.03 * ratio, laws),
+        ("false_collapse_rate", 0.05 * ratio, laws),
+        ("median_ratio", by_band, (*laws, "band")),
+        ("log_error", 0.2 * by_band, (*laws, "band")),
+    ):
+        data[name] = (dims, values)
+        data[f"{name}_interval"] = ((*dims, "bound"), np.stack([0.98 * values, 1.02 * values], -1))
+    study = xr.Dataset(
+        {**data, "pairs": ((*laws, "band"), np.full(by_band.shape, 40)), "records": 100, "stations": 50},
+        coords={
+            "wall": ["all", "tested"],
+            "loss_exponent": g,
+            "reference_amplitude": at,
+            "restitution": 0.85,
+            "band": np.arange(1, bands + 1),
+            "band_start": ("band", edges[:-1]),
+            "band_end": ("band", edges[1:]),
+            "bound": ["lower", "upper"],
+        },
+    )
+    return complete(study, "loss_law")
+
+
 @cache
 def made_up():
     return {
@@ -387,6 +420,7 @@ def made_up():
         "measured_rocking": measured_rocking(),
         "amplitude_dependence": amplitude_dependence(),
         "pulses": pulses(),
+        "loss_law": loss_law(),
         "spectrum_method": spectrum_method(),
         "earthquakes": earthquakes.earthquakes(),
         "earthquakes/walls": earthquakes.walls(),
