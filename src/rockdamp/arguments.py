@@ -38,7 +38,9 @@ def real(name: str, value: Any) -> Array:
         return np.asarray(value, order="C")  # the usual case, quickly
     if isinstance(value, np.ma.MaskedArray):
         if np.ma.is_masked(value):
-            raise InputError(f"{name} has masked values; it must be {NUMBER}: fill them, or leave them out")
+            raise InputError(
+                f"{name} is an array with masked values; it must be {NUMBER}: fill them, or leave them out"
+            )
         value = value.data  # netCDF4 masks arrays that miss nothing
     if is_named(value) and not hasattr(value, "coords"):
         raise InputError(f"{name} is a {type(value).__name__} of xarray; it must be {NUMBER}, or an xarray.DataArray")

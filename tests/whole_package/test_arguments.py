@@ -104,7 +104,7 @@ def test_a_history_has_the_same_cap_in_python_as_on_the_command_line():
 
 def test_a_masked_array_that_misses_nothing_is_an_array_and_names_need_coordinates():
     assert rd.Wall(np.ma.array([0.3, 0.4]), 4.0) == rd.Wall([0.3, 0.4], 4.0)
-    with pytest.raises(rd.InputError, match="thickness has masked values"):
+    with pytest.raises(rd.InputError, match="thickness is an array with masked values"):
         rd.Wall(np.ma.array([0.3, 0.4], mask=[True, False]), 4.0)
     with pytest.raises(rd.InputError, match=r"is a Variable of xarray; it must be .* or an xarray.DataArray"):
         rd.Wall(xr.Variable("wall", [0.3, 0.4]), 4.0)
