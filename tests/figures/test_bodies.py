@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rockdamp.figures.bodies import wall_corners
+from rockdamp.figures.mechanism import wall_corners
 
 
 @pytest.mark.parametrize("offset", [-0.2, 0.05])

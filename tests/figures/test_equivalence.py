@@ -5,7 +5,7 @@ import pytest
 from figure_reading import all_text, drawn, labelled, lines, shows
 from made_up_studies import STEPS, E, made_up
 
-from rockdamp.figures.match_error import PAPER_RANGE
+from rockdamp.figures.equivalence import PAPER_RANGE
 from rockdamp.figures.style import style_of
 from rockdamp.vocabulary import PAPER_MODELS
 

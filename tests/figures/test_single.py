@@ -17,7 +17,7 @@ def histories(clock, **attrs):
     e, xi = np.array(list(MODELS.values())).T
     return xr.Dataset(
         {
-            "displacement": (("damping_model", clock), displacement),
+            "displacement" if clock == "tau" else "control_displacement": (("damping_model", clock), displacement),
             "restitution": ("damping_model", e),
             "damping_ratio": ("damping_model", xi),
             "outcome": ("damping_model", ["completed", "collapsed"]),

@@ -6,8 +6,7 @@ from figure_functions import FIGURES
 from figure_reading import SERIES, all_text, drawn, shows
 from made_up_studies import ALL, LEVELS, MAKERS, records_of_series, validation
 
-from rockdamp.figures.test_series import off, series_by_maker
-from rockdamp.figures.validation import shown
+from rockdamp.figures.validation import off, series_by_maker, shown
 from rockdamp.vocabulary import PAPER_MODELS
 
 MODELS = ("CR", *PAPER_MODELS)

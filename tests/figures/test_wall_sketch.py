@@ -5,7 +5,7 @@ from figure_reading import all_text
 from matplotlib.patches import Polygon
 
 import rockdamp as rd
-from rockdamp.figures.wall_sketch import wall_figure
+from rockdamp.figures.mechanism import wall_figure
 
 CURVE = rd.TrilinearCurve(0.04, 0.85)
 WALL = rd.Wall(0.25, 3.0, hinge_ratio=0.6, overburden_ratio=0.5)

@@ -5,13 +5,15 @@ import re
 import subprocess
 import sys
 from importlib import import_module
+from operator import attrgetter
 
 import pytest
 from configs import configured
 
 from rockdamp.pipeline.figures import FIGURES, drawn
 from rockdamp.pipeline.stages import STAGES, built, each_study, reported, writes
-from rockdamp.storage import glossary
+from rockdamp.storage import glossary, provenance
+from rockdamp.storage.provenance import CONFIG
 from rockdamp.vocabulary import STUDIES
 
 COMPUTED = [name for name, stage in STAGES.items() if stage.dataset]
@@ -65,6 +67,24 @@ def test_the_stages_of_a_module_name_the_sections_that_it_reads(module):
     read |= set().union(*(OF_A_STUDY[name] for name in read & OF_A_STUDY.keys())) - {"study"}
     named = {re.split(r"[.]", key)[0] for stage in stages for key in stage.config}
     assert read - {"study"} <= named
+
+
+@pytest.mark.parametrize("name", COMPUTED)
+def test_what_the_config_makes_for_a_stage_counts_among_its_sources(name):
+    """The modules of the config itself do not count; a `Wall` or a `Distribution` that it holds computes."""
+    keys = [key.format(study="amplitude") for key in STAGES[name].config]
+    made = {module for key in keys for module in modules_of_values(attrgetter(key)(configured()))}
+    assert made - set(CONFIG) <= set(provenance.modules_of(*STAGES[name].sources.modules))
+
+
+def modules_of_values(value):
+    """The package's modules whose classes a value of the config is made of."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list | tuple):
+        return set().union(*map(modules_of_values, value))
+    module = type(value).__module__
+    return {module, *modules_of_values(list(vars(value).values()))} if module.startswith("rockdamp.") else set()
 
 
 def test_a_study_that_is_left_out_takes_what_reads_it_with_it():

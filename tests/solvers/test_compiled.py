@@ -11,7 +11,8 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 from rockdamp.errors import InputWarning
-from rockdamp.solvers import compile_all, compiled, event_kernel, newmark_kernel, peaks_kernel
+from rockdamp.solvers import compiled, event_kernel, newmark_kernel, peaks_kernel
+from rockdamp.solvers.compile_all import compile_all
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 EACH = """

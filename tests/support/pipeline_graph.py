@@ -5,6 +5,7 @@ from collections import Counter
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, each_study, reported
 
+DATASETS = {name for stage in STAGES.values() if stage.dataset for name in each_study(stage.dataset)}
 SHARES = {stage.rule: 2 for stage in STAGES.values() if stage.shares_of}  # so many jobs of each in the minimal config
 
 
@@ -18,6 +19,7 @@ def _graph():
             graph[name] = (stage.rule, [each for one in inputs for each in each_study(one)])
     graph |= {name: (name, figure.inputs) for name, figure in FIGURES.items()}
     graph |= {"report": ("report", [*reported(STAGES.values()), *FIGURES, "claims"])}
+    graph |= {"dictionary": ("dictionary", [name for name in graph if name in DATASETS])}
     return graph | {"checksums": ("checksums", list(graph))}
 
 

@@ -42,12 +42,11 @@ def ratios(rows: Sequence[Row | BadRow], release_amplitude: float) -> Iterator[R
         for part in _of_one_step(batch)
         for start in range(0, len(part), AT_ONCE)
     ]
-    tasks = [(number, model) for number in range(len(batches)) for model in VISCOUS_MODELS]
-    found = of_each(lambda task: _search(batches[task[0]], task[1], release_amplitude), tasks, "Damping ratios")
+    numbers = range(len(batches))
+    found = of_each(lambda number: _search(batches[number], VISCOUS_MODELS, release_amplitude), numbers, "Batches")
     of_line: dict[int, list[Ratio]] = {}
-    for (number, _), answers in found.items():
-        for row, answer in zip(batches[number], answers, strict=True):
-            of_line.setdefault(row.line, []).append(answer)
+    for one in (ratio for batch in found.values() for ratio in batch):
+        of_line.setdefault(one[0], []).append(one[1])
     for each in released:
         if isinstance(each, BadRow):
             yield Ratio(id=each.id, restitution=None, damping_model="", damping_ratio=None, error=each.error)
@@ -70,18 +69,25 @@ def _of_one_step(rows: list[Row]) -> Iterable[list[Row]]:
     return by_step.values()
 
 
-def _search(rows: list[Row], model: str, x0: float) -> list[Ratio]:
-    """Search the walls together; where one of them has no ratio, halves of them, down to that one."""
+def _search(rows: list[Row], models: Sequence[str], x0: float) -> list[tuple[int, Ratio]]:
+    """Search walls and models together; where one has no ratio, in halves and then by model, down to that one.
+
+    Each ratio stands beside the line of its wall; those of a wall are in the order of the models.
+    """
     e, curve = np.array([row.restitution for row in rows]), stacked([row.curve for row in rows])
     try:
-        found = least_error(curve, model, e, np.full(e.shape, x0))[0].tolist()
+        found = least_error(curve, e, np.full(e.shape, x0), damping_models=models)
     except InputError as error:
         if len(rows) > 1:
             half = len(rows) // 2
-            return [*_search(rows[:half], model, x0), *_search(rows[half:], model, x0)]
-        return [_ratio(rows[0], model, None, f"line {rows[0].line}: {error}")]
-    return [_ratio(row, model, xi, "") for row, xi in zip(rows, found, strict=True)]
+            return [*_search(rows[:half], models, x0), *_search(rows[half:], models, x0)]
+        if len(models) > 1:
+            return [one for model in models for one in _search(rows, [model], x0)]
+        return [_answer(rows[0], models[0], None, f"line {rows[0].line}: {error}")]
+    ratios = {model: matched.damping_ratio.tolist() for model, matched in found.items()}
+    return [_answer(row, model, ratios[model][index], "") for index, row in enumerate(rows) for model in models]
 
 
-def _ratio(row: Row, model: str, xi: float | None, error: str) -> Ratio:
-    return Ratio(id=row.id, restitution=row.restitution, damping_model=model, damping_ratio=xi, error=error)
+def _answer(row: Row, model: str, xi: float | None, error: str) -> tuple[int, Ratio]:
+    ratio = Ratio(id=row.id, restitution=row.restitution, damping_model=model, damping_ratio=xi, error=error)
+    return row.line, ratio

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from operator import itemgetter
 from typing import TypedDict
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 from rockdamp.arguments import instance, number
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import check_restitution, damping_ratio_energy
-from rockdamp.equivalence.matching import REFINEMENT, least, of_each
+from rockdamp.equivalence.matching import REFINEMENT, Matched, solve
 from rockdamp.equivalence.minima import Cases
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError, require
@@ -115,20 +116,16 @@ def equivalent(
     require(response_length > 0, "response_length", response_length, "greater than 0 (in tau)")
     batch = curve.map(lambda parameter: np.full(e.size, parameter))
     amplitude = np.full(e.size, release_amplitude)
-
-    def of_model(model: str) -> tuple[Array, Array]:
-        return least_error(batch, model, e, amplitude, response_length)
-
     rows: list[Equivalent] = []
-    for model, (ratio, error) in of_each(of_model, VISCOUS_MODELS).items():
+    for model, matched in least_error(batch, e, amplitude, response_length).items():
         energy = damping_ratio_energy(batch, model, e, amplitude)
         fit = shipped()(model, e, float(curve.yield_displacement_ratio))
         rows += [
             {
                 "restitution": float(e[i]),
                 "damping_model": model,
-                "damping_ratio": float(ratio[i]),
-                "rms_error": float(error[i]),
+                "damping_ratio": float(matched.damping_ratio[i]),
+                "rms_error": float(matched.rms_error[i]),
                 "damping_ratio_energy": float(energy[i]),
                 "damping_ratio_fit": None if np.isnan(fit[i]) else float(fit[i]),
             }
@@ -139,14 +136,14 @@ def equivalent(
 
 def least_error(
     curve: TrilinearCurve,
-    damping_model: str,
     restitution: Array,
     release_amplitude: Array,
     response_length: float = DEFAULT_RESPONSE_LENGTH,
-) -> tuple[Array, Array]:
-    """Return xi of least Err, Eq. (17), and sqrt(Err/k), for walls that `longest_step` gives one step. [-]
+    damping_models: Sequence[str] = VISCOUS_MODELS,
+) -> dict[str, Matched]:
+    """Return the ratios of least Err, Eq. (17), by model, of walls that `longest_step` gives one step.
 
-    Every array and every parameter of the curve has the shape (walls,). A wall has the same xi whatever walls stand
+    Every array and every parameter of the curve has the shape (walls,). A wall has the same ratios whatever walls stand
     beside it. It raises `InputError` where Err has no minimum within reach, or the response ends before the first
     impact.
     """
@@ -154,7 +151,7 @@ def least_error(
     _require_affordable(response_length, step, restitution.size, float(np.min(curve.yield_displacement_ratio)))
     steps = int(np.ceil(response_length / step))
     cases = Cases.released(curve, release_amplitude, restitution, step=response_length / steps, steps=steps)
-    return least(cases, damping_model, steps)
+    return solve(cases, damping_models, steps)
 
 
 def longest_step(curve: TrilinearCurve) -> Array:

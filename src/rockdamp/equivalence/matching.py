@@ -4,8 +4,7 @@ The global minimum of Err, Eq. (17), is found against decays at the solver's ste
 to it of the integral that Err tends to, followed to finer steps in the reference and in the model. The uncertainty is
 twice the largest difference from what the coarser of the last three steps give, and from what the inner half of the
 damping ratios tried gives at each of them. It is never less than the resolution of the minimiser. The stage `accuracy`
-measures how many exact minima lie within it. `least` goes to the finest step at once, and its ratios differ by less
-than the minimiser's resolution.
+measures how many exact minima lie within it.
 """
 
 from __future__ import annotations
@@ -86,21 +85,6 @@ def solve(
         return Matched(ratio[which], uncertainty[which], error[which], best.local_minima[0][which], finest.step, last)
 
     return of_each(of_model, damping_models, description)
-
-
-def least(cases: Cases, damping_model: str, steps: int, refinement: int = REFINEMENT) -> tuple[Array, Array]:
-    """Return xi of least Err and sqrt(Err/k) there without the uncertainty of `solve`, shape (cases,) each. [-]
-
-    Coarser steps on the way take half of the time of `solve`. It raises as `solve` does.
-    """
-    first, which = cases.unlike()
-    unlike = cases.take(first)
-    best = global_minima(unlike, damping_model, [steps])
-    ratio = integral_minima(unlike, damping_model, steps, best.damping_ratio[0])[0]
-    finest = unlike.refined(steps, refinement)
-    ratio = integral_minima(finest, damping_model, finest.steps, ratio)[0]
-    error = error_at(finest, damping_model, finest.steps, ratio)
-    return ratio[which], np.sqrt(error / finest.steps)[which]
 
 
 def of_each(function: Callable[[K], T], items: Sequence[K], description: str = "") -> dict[K, T]:

@@ -1,8 +1,9 @@
-"""Figs 5 and 6: the damping ratio that is equivalent to a coefficient of restitution, by amplitude and by wall."""
+"""Equivalent damping ratios: Figs 5 to 7, and the error of the best match."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -12,22 +13,31 @@ from matplotlib.figure import Figure
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 
+from rockdamp.arrays import Array
 from rockdamp.figures.style import (
     DAMPING_RATIO,
     GREY,
     PALE,
+    REFERENCE_AMPLITUDE,
+    REFERENCE_CRACKED_STIFFNESS,
     REFERENCE_RESTITUTION,
     RESTITUTION,
+    SINGLE_COLUMN,
+    by_model,
     dampers,
+    line_of,
+    marks_of,
+    nearest,
     new_figure,
     papers,
     present,
+    scaling,
     shades,
     style_of,
     styled,
     texts,
 )
-from rockdamp.text import at_most, by_name, number, plain
+from rockdamp.text import at_most, by_name, listed, number, percent, plain, ranges
 
 PAPER_AMPLITUDES = (0.9, 0.5, 0.3)  # u0/u_ins, Fig. 5
 MARKS = 7  # markers on a curve, about
@@ -221,3 +231,179 @@ def _legend(axes: Axes, models: Sequence[str], title: str, values: Sequence[floa
         alignment="left",
         handler_map={tuple: HandlerTuple(ndivide=None, pad=0)},
     )
+
+
+# --- the error of the best match --------------------------------------------------------------------------------------
+
+
+PAPER_RANGE = (0.80, 0.91)  # of e where CDR's error is the lowest, Section 6
+
+
+@styled
+def fig6_error(amplitude: xr.Dataset) -> Figure:
+    """Draw the root of Err at the best match against e, with the range in which the paper finds CDR's the lowest."""
+    study = papers(amplitude).sel(release_amplitude=REFERENCE_AMPLITUDE, method="nearest")
+    e, root, models = study["restitution"], study["error"] ** 0.5, dampers(study)
+    figure = new_figure(82.0, SINGLE_COLUMN)
+    axes = figure.subplots()
+    for model in models:
+        look = {"marker": style_of(model).marker, **line_of(model)}
+        axes.plot(e, root.sel(damping_model=model), markevery=every(e), label=model, **look)
+    top = 1.35 * float(root.max())
+    axes.set_ylim(0, top)
+    axes.axvspan(*PAPER_RANGE, color="#EDEDED", linewidth=0, zorder=0)
+    low, high = PAPER_RANGE
+    axes.text(
+        (low + high) / 2,
+        0.99 * top,
+        f"paper: CDR lowest,\n${low:.2f} \\leq e \\leq {high:.2f}$",
+        ha="center",
+        va="top",
+        fontsize=7,
+    )
+    _lowest(axes, root, 0.8 * top)
+    axes.set_xlabel(RESTITUTION)
+    axes.set_ylabel(r"$\sqrt{\mathrm{Err}}$, Eq. (17) [-]")
+    # Err is a sum over the response: its root over the number of samples does not depend on the step.
+    per_sample = float((study["rms_error"] / root).mean())
+    beside = axes.secondary_yaxis("right", functions=scaling(1000 * per_sample))
+    beside.set_ylabel(r"$10^3\,\sqrt{\mathrm{Err}/k}$ [-]")
+    figure.legend(loc="outside upper center", ncols=len(models))
+    axes.locator_params("x", nbins=6, steps=[1, 2, 5, 10])
+    release = f"$u_0/u_\\mathrm{{ins}} = {float(study['release_amplitude']):g}$"
+    length = f"$\\tau = {float(study['response_length']):g}$ in $k = {int(study['steps'])}$ steps"
+    axes.set_title(f"{release}, {length},\na length that was inferred from this figure")
+    return figure
+
+
+def fig6_error_caption(amplitude: xr.Dataset) -> str:
+    """Write the caption of the second Fig. 6, HTML."""
+    study = papers(amplitude).sel(release_amplitude=REFERENCE_AMPLITUDE, method="nearest")
+    lowest, e = with_lowest(study["error"]), study["restitution"].values.tolist()
+    named = listed(
+        f"{model} at e = {ranges(e, lowest == model)}" for model in dampers(study) if (lowest == model).any()
+    )
+    largest = by_model(study["rms_error"].max("restitution"), lambda error: number(error, 2))
+    return f"""
+    Of the paper's models that of the lowest error is {named}. It is what remains with the best ξ, for a release from
+    {plain(study["release_amplitude"])}&nbsp;u<sub>ins</sub> over τ&nbsp;=&nbsp;{plain(study["response_length"])}, and
+    at most {largest} (root mean square of the difference of u/u<sub>ins</sub>). The length of the response was inferred
+    from this very comparison, so this confirms nothing by itself.
+    """
+
+
+def with_lowest(error: xr.DataArray) -> Array:
+    """Return the model of the lowest error at each e."""
+    models: Array = error["damping_model"].values
+    return models[error.argmin("damping_model").values]
+
+
+def _lowest(axes: Axes, root: xr.DataArray, height: float) -> None:
+    """Draw a row of markers that names the paper's model with the lowest error at each e."""
+    best = with_lowest(root)
+    for model in map(str, root["damping_model"].values):
+        e = root["restitution"].values[best == model]
+        axes.plot(e, np.full(e.size, height), **marks_of(model))
+    names = ", ".join(map(str, root["damping_model"].values))
+    axes.text(
+        float(root["restitution"][0]), height * 1.02, f" lowest of {names} here:", fontsize=7, ha="left", va="bottom"
+    )
+
+
+# --- polynomials ------------------------------------------------------------------------------------------------------
+
+
+SHARED = {
+    "strength_ratio": "$b_1",
+    "ultimate_displacement_ratio": "$a_3",
+    "release_amplitude": r"$u_0/u_\mathrm{ins}",
+}
+EQUATION_15: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (8.0, 1.4, 2.6, 1.4))}
+
+
+@styled
+def fig7(equivalence: xr.Dataset) -> Figure:
+    """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
+    equivalence = papers(equivalence)
+    models, e = dampers(equivalence), equivalence["restitution"]
+    values = equivalence["yield_displacement_ratio"].values.tolist()
+    names = texts(values)
+    figure = new_figure(92.0)
+    grid = figure.add_gridspec(1, 1 + len(models), width_ratios=[1.75] + [1.0] * len(models))
+    together = figure.add_subplot(grid[0])
+    _ranges(together, equivalence)
+    for position, model in enumerate(models):
+        axes = figure.add_subplot(grid[1 + position], sharex=together, sharey=together)
+        keys = []
+        for index, (colour, marker) in enumerate(zip(shades(model, len(values)), cycle(MARKERS), strict=False)):
+            fit = equivalence.sel(damping_model=model).isel(yield_displacement_ratio=index)
+            line: dict[str, Any] = {"color": colour, "linewidth": 0.8, "markersize": 2.6, "markeredgewidth": 0.3}
+            axes.plot(e, fit["damping_ratio_fit"], **line)
+            points = slice(None, None, every(e))
+            axes.plot(e[points], fit["damping_ratio"][points], marker, **line)
+            keys.append(Line2D([], [], marker=marker, label=names[index], **line))
+        axes.plot(e, equivalence["giannini_masiani"], **EQUATION_15)
+        title_panel(axes, model)
+        axes.legend(handles=keys, title="$a_1$ [-]", loc="upper right", ncols=2, handlelength=1.2, columnspacing=0.8)
+        axes.tick_params(labelleft=position == 0)
+        axes.set_xlabel("restitution $e$ [-]")
+    together.locator_params("x", nbins=3, steps=[1, 2, 5, 10])  # shared by the narrow panels
+    together.set_ylim(0, 1.05 * float(equivalence["damping_ratio"].max()))
+    least = f"$R^2 \\geq {_rounded_down(equivalence['r_squared'])}$"
+    lines = f"lines: polynomials, {least}; markers: {response_length_text(equivalence)}"
+    head(figure, lines, *_shared(equivalence))
+    return figure
+
+
+def fig7_caption(equivalence: xr.Dataset) -> str:
+    """Write the caption of Fig. 7, HTML."""
+    fits = papers(equivalence)
+    at = fits.sel(
+        yield_displacement_ratio=REFERENCE_CRACKED_STIFFNESS, restitution=REFERENCE_RESTITUTION, method="nearest"
+    )
+    return f"""
+    Second-order polynomials ξ(e) are off by up to {_by_range(fits["largest_relative_error"])} of ξ where little is
+    lost, as they do not vanish where ξ does: R²&nbsp;≥&nbsp;{_rounded_down(fits["r_squared"])}, with residuals up to
+    {number(fits["largest_residual"].max(), 2)}, hides it. ξ/δ of second order in δ&nbsp;=&nbsp;−ln&nbsp;e is off by up
+    to {_by_range(fits["delta_largest_relative_error"])}. For b<sub>1</sub>&nbsp;=&nbsp;{plain(fits["strength_ratio"])};
+    at e&nbsp;=&nbsp;{plain(at["restitution"])} and a<sub>1</sub>&nbsp;=&nbsp;{plain(at["yield_displacement_ratio"])}
+    they give ξ&nbsp;=&nbsp;{by_model(at["damping_ratio_fit"])}, and Eq.&nbsp;(15) gives
+    {number(at["giannini_masiani"])}.
+    """
+
+
+def _by_range(errors: xr.DataArray) -> str:
+    """Write the largest error of all models and a1 in each range of e that holds values: "4 % (e up to 0.9)"."""
+    largest = errors.max(("damping_model", "yield_displacement_ratio")).dropna("restitution_range")
+    return listed(
+        f"{percent(error)} (e up to {plain(end)})"
+        for end, error in zip(largest["restitution_range"].values, largest.values, strict=True)
+    )
+
+
+def _rounded_down(r_squared: xr.DataArray) -> str:
+    """Write the least R², rounded down: neither figure nor caption claims more than the least fit."""
+    return f"{np.floor(1e4 * float(r_squared.min())) / 1e4:.4f}"
+
+
+def _shared(dataset: xr.Dataset) -> list[str]:
+    """Write what all values of a dataset share of the curve and release."""
+    scalars = {name: symbol for name, symbol in SHARED.items() if name in dataset and dataset[name].ndim == 0}
+    return [f"{symbol} = {float(dataset[name]):g}$" for name, symbol in scalars.items()]
+
+
+def _ranges(axes: Axes, equivalence: xr.Dataset) -> None:
+    """Draw all models together: the polynomial at the reference a1, and the band that the other a1 fill."""
+    e, values = equivalence["restitution"], equivalence["yield_displacement_ratio"].values.tolist()
+    index = nearest(values, REFERENCE_CRACKED_STIFFNESS)
+    fits = equivalence["damping_ratio_fit"]
+    for model in dampers(equivalence):
+        band = fits.sel(damping_model=model)
+        low, high = band.min("yield_displacement_ratio"), band.max("yield_displacement_ratio")
+        axes.fill_between(e, low, high, color=style_of(model).colour, alpha=0.18, linewidth=0)
+        axes.plot(e, band.isel(yield_displacement_ratio=index), label=model, **line_of(model))
+    axes.plot(e, equivalence["giannini_masiani"], label="Eq. (15)", **EQUATION_15)
+    axes.set_title(f"all models at $a_1 = {values[index]:g}$, bands: ${min(values):g} \\leq a_1 \\leq {max(values):g}$")
+    axes.set_xlabel(RESTITUTION)
+    axes.set_ylabel(DAMPING_RATIO)
+    axes.legend(loc="upper right")

@@ -1,7 +1,8 @@
-"""Fig. 1: the mechanism at rest and displaced."""
+"""The mechanism: rigid bodies as they are drawn, the sketch of one wall, force-displacement curves, and Fig. 1."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,228 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon, Rectangle
 
 from rockdamp.arrays import Array
-from rockdamp.figures.bodies import rotation, wall_corners
-from rockdamp.figures.style import GREY, SINGLE_COLUMN, new_figure, styled
+from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, SINGLE_COLUMN, new_figure, styled
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.text import number, plain
+from rockdamp.vocabulary import PRESETS
+
+# --- bodies, at displacements of any size -----------------------------------------------------------------------------
+
+
+def rotation(thickness: float, height: float, offset: float) -> float:
+    """Return the rotation of a body whose top left corner moves `offset` >= 0 to the right. [rad]
+
+    It follows from t - t cos(theta) + h sin(theta) = offset. Beyond its diagonal the body lies on its side.
+    """
+    across = min((offset - thickness) / math.hypot(thickness, height), 1.0)
+    return math.atan2(thickness, height) + math.asin(across)
+
+
+def turned(thickness: float, height: float, offset: float) -> Array:
+    """Return the corners of a body that turns about its bottom right one, the origin, shape (4, 2). [m]
+
+    They are bottom left, bottom right, top right, top left.
+    """
+    angle = rotation(thickness, height, offset)
+    upright = np.array([(-thickness, 0.0), (0.0, 0.0), (0.0, height), (-thickness, height)])
+    turn = np.array([(math.cos(angle), -math.sin(angle)), (math.sin(angle), math.cos(angle))])
+    return upright @ turn
+
+
+def wall_corners(thickness: float, height: float, hinge_ratio: float, offset: float) -> list[Array]:
+    """Return the corners of the lower and the upper body, or of a parapet alone where `hinge_ratio` is NaN. [m]
+
+    x is from mid-thickness. For offset > 0 the lower body turns about its right base corner. The upper one turns about
+    its right top corner, which the support holds. They touch at the hinge, on the left face; offset < 0 mirrors all.
+    """
+    side, size = (-1.0 if offset < 0 else 1.0), abs(offset)
+    lower_height = height if math.isnan(hinge_ratio) else hinge_ratio * height
+    bodies = [turned(thickness, lower_height, size)]
+    if not math.isnan(hinge_ratio):
+        upper = turned(thickness, height - lower_height, size) * (1.0, -1.0)  # upside down about its top corner
+        upper[:, 1] += bodies[0][3, 1] - upper[3, 1]
+        bodies.append(upper)
+    return [(corners + (thickness / 2, 0.0)) * (side, 1.0) for corners in bodies]
+
+
+# --- one wall ---------------------------------------------------------------------------------------------------------
+
+
+DRAWN = 0.6  # of the thickness: the displacement of the sketch
+MASONRY = "#D9C3B0"
+POINTS = 400  # of the curve
+
+
+@styled
+def wall_figure(wall: Wall | Parapet, curve: TrilinearCurve) -> Figure:
+    """Draw a wall with its sizes, displaced, and its curve beside the rigid law."""
+    figure = new_figure(70.0)
+    sketch, forces = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
+    _draw_sketch(sketch, wall)
+    _draw_curve(forces, wall, curve)
+    return figure
+
+
+def _draw_sketch(axes: Axes, wall: Wall | Parapet) -> None:
+    thickness, height = float(wall.thickness), float(wall.height)
+    hinge = float(wall.hinge_ratio) if isinstance(wall, Wall) else np.nan
+    offset = DRAWN * thickness
+    for corners in wall_corners(thickness, height, hinge, 0.0):
+        axes.add_patch(Polygon(corners, closed=True, facecolor="none", edgecolor=PALE, linewidth=0.8))
+    bodies = wall_corners(thickness, height, hinge, offset)
+    for corners in bodies:
+        axes.add_patch(Polygon(corners, closed=True, facecolor=MASONRY, edgecolor="black", linewidth=0.8))
+    top = max(float(corners[:, 1].max()) for corners in bodies)
+    axes.plot([-2 * thickness, 2 * thickness], [0, 0], color="black", linewidth=1.2)
+    side = -1.6 * thickness
+    axes.annotate("", (side, 0), (side, height), arrowprops={"arrowstyle": "<->", "color": GREY, "linewidth": 0.8})
+    axes.text(side, height / 2, f"$h$ = {height:g} m ", ha="right", va="center")
+    axes.text(0, -0.03 * height, f"$t$ = {thickness:g} m", ha="center", va="top")
+    if np.isfinite(hinge):
+        level = float(bodies[0][3, 1])
+        axes.annotate(f"hinge, $h_1$ = {hinge * height:.3g} m", (offset, level), (2.0 * thickness, level), va="center")
+    if float(wall.overburden_ratio) > 0:
+        arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.0}
+        axes.annotate("", (0.0, top), (0.0, top + 0.12 * height), arrowprops=arrow)
+        axes.text(0.25 * thickness, top + 0.1 * height, f"$O$ = {float(wall.overburden_ratio):g} $W$", va="center")
+    axes.set(ylim=(-0.12 * height, top + 0.16 * height), aspect="equal", xticks=[], yticks=[])
+    axes.set_xlim(-0.75 * height, 0.75 * height)
+    axes.spines[:].set_visible(False)
+
+
+def _draw_curve(axes: Axes, wall: Wall | Parapet, curve: TrilinearCurve) -> None:
+    u_ins, strength = 1000 * float(wall.instability_displacement), float(wall.rigid_strength) / 1000  # [mm], [kN]
+    ratio = np.linspace(0.0, 1.0, POINTS)
+    axes.plot(u_ins * ratio, strength * (1.0 - ratio), color=GREY, linestyle="dashed", label="rigid wall")
+    axes.plot(u_ins * ratio, strength * curve.force(ratio), color="black", label="this wall")
+    corners = np.array([curve.yield_displacement_ratio, curve.plateau_end, curve.ultimate_displacement_ratio], float)
+    at, force = u_ins * corners, strength * curve.force(corners)
+    axes.plot(at, force, "o", color="black", markersize=3.5)
+    for nth, corner in enumerate(zip(at, force, strict=True), start=1):
+        axes.annotate(f"$u_{nth}$", corner, xytext=(4, 5), textcoords="offset points")
+    axes.set(xlim=(0, None), ylim=(0, 1.12 * strength), xlabel="$u$ [mm]", ylabel="force [kN]")
+    axes.legend(loc="upper right")
+
+
+# --- Fig. 2 -----------------------------------------------------------------------------------------------------------
+
+
+RED = "#C1121F"  # the secant, as in the paper
+SECANT_AT = 0.45  # u/u_ins
+TOP = 1.34  # leaves room for the legends
+PARAMETERS = ("yield_displacement_ratio", "strength_ratio")  # a1, b1
+FORCE = "$F/F_0$ [-]"
+
+
+@styled
+def fig2(mechanism: xr.Dataset) -> Figure:
+    """Draw the tri-linear law on the bi-linear one, the softening variants and Doherty's stages of degradation."""
+    figure = new_figure(68.0)
+    panels = figure.subplots(1, 3, sharey=True)
+    titles = ("(a) definitions", "(b) softening variants, $a_3 < 1$", "(c) Doherty's stages of degradation")
+    for axes, title in zip(panels, titles, strict=True):
+        curve = mechanism.sel(curve_name="bi-linear")
+        axes.plot(curve["displacement"], curve["force"], color=GREY, linestyle="dashed", label="bi-linear, rigid")
+        axes.set_title(title, pad=16)
+        axes.set(xlabel=DISPLACEMENT, xlim=(0, 1.04), ylim=(0, TOP), yticks=[0, 0.2, 0.4, 0.6, 0.8, 1.0])
+    panels[0].set_ylabel(FORCE)
+    _definitions(panels[0], mechanism)
+    _variants(panels[1], mechanism)
+    _presets(panels[2], mechanism)
+    return figure
+
+
+def _definitions(axes: Axes, mechanism: xr.Dataset) -> None:
+    curve = mechanism.sel(curve_name="tri-linear")
+    a1, a2, a3, b1 = (
+        float(curve[name])
+        for name in ("yield_displacement_ratio", "plateau_end_ratio", "ultimate_displacement_ratio", "strength_ratio")
+    )
+    axes.plot(curve["displacement"], curve["force"], color="black", label="tri-linear")
+    for x, y in ((a1, b1), (a2, b1), (a3, 0.0)):
+        axes.plot([x, x], [y, TOP], color=PALE, linewidth=0.6, linestyle="dotted", zorder=0)
+    axes.plot([a2, 1.04], [b1, b1], color=PALE, linewidth=0.6, linestyle="dotted", zorder=0)
+    axes.plot([0, 1.04], [1, 1], color=PALE, linewidth=0.6, linestyle="dotted", zorder=0)
+    at = _force_at(SECANT_AT, curve)
+    axes.plot([0, SECANT_AT], [0, at], color=RED, label=r"secant, slope $K_\mathrm{sec}$")
+    axes.plot(SECANT_AT, at, "o", color=RED)
+    axes.text(0.6 * SECANT_AT, 0.6 * at - 0.05, r"$K_\mathrm{sec}$", color=RED, ha="left", va="top")
+    _slope(axes, mechanism)
+    above = axes.secondary_xaxis("top")
+    same = abs(a3 - 1) < 1e-9
+    above.set_xticks([a1, a2, a3], ["$u_1$", "$u_2$", r"$u_3 = u_\mathrm{ins}$" if same else "$u_3$"])
+    beside = axes.secondary_yaxis("right")
+    beside.set_yticks([b1, 1.0], ["$F_y$", "$F_0$"])
+    for extra in (above, beside):
+        extra.tick_params(labelsize=8)
+        extra.spines[:].set_visible(False)
+    axes.legend(loc="upper right", bbox_to_anchor=(0.93, 1.0))
+
+
+def _force_at(displacement: float, curve: xr.Dataset) -> float:
+    """Read a curve; by xarray's own reader a figure would wait for the import of SciPy."""
+    return float(np.interp(displacement, curve["displacement"].values, curve["force"].values))
+
+
+def _slope(axes: Axes, mechanism: xr.Dataset) -> None:
+    """Draw the triangle that shows the slope -K0 of the bi-linear law."""
+    rigid = mechanism.sel(curve_name="bi-linear")
+    left, right = 0.66, 0.84
+    high, low = (_force_at(x, rigid) for x in (left, right))
+    axes.plot([left, left, right], [high, low, low], color="black", linewidth=0.5)
+    axes.text(left - 0.015, (high + low) / 2, "$K_0$", ha="right", va="center")
+    axes.text((left + right) / 2, low - 0.02, "1", ha="center", va="top", fontsize=7)
+
+
+def _variants(axes: Axes, mechanism: xr.Dataset) -> None:
+    for name, linestyle, meaning in (
+        ("steeper", "solid", "steeper: $u_2$ on the bi-linear law"),
+        ("translated", "dashdot", "translated: slope $-K_0$"),
+    ):
+        curve = mechanism.sel(curve_name=name)
+        axes.plot(curve["displacement"], curve["force"], color="black", linestyle=linestyle, label=meaning)
+    ultimate = float(mechanism["ultimate_displacement_ratio"].sel(curve_name="steeper"))
+    axes.plot(ultimate, 0, "o", color="black", clip_on=False, zorder=5)
+    axes.annotate(
+        f"$a_3 = {ultimate:g}$",
+        (ultimate, 0),
+        (ultimate - 0.2, 0.12),
+        ha="right",
+        va="center",
+        fontsize=7,
+        arrowprops={"arrowstyle": "-", "linewidth": 0.5, "shrinkB": 3},
+    )
+    axes.legend(loc="upper right")
+
+
+def _presets(axes: Axes, mechanism: xr.Dataset) -> None:
+    for name, linestyle, colour in zip(
+        PRESETS, ("solid", "dashed", "dashdot"), ("black", "#404040", "#707070"), strict=True
+    ):
+        curve = mechanism.sel(curve_name=name)
+        a1, b1 = float(curve["yield_displacement_ratio"]), float(curve["strength_ratio"])
+        label = f"{name}: $a_1 = {a1:.2f}$, $b_1 = {b1:.2f}$"
+        axes.plot(curve["displacement"], curve["force"], color=colour, linestyle=linestyle, label=label)
+    axes.legend(loc="upper right")
+
+
+def fig2_caption(mechanism: xr.Dataset) -> str:
+    """Write the caption of Fig. 2, HTML."""
+    curves = {str(name): mechanism.sel(curve_name=name) for name in mechanism["curve_name"].values}
+    a1, b1 = ({name: plain(curve[key]) for name, curve in curves.items()} for key in PARAMETERS)
+    stages = "; ".join(f"{name}: {a1[name]}, {b1[name]}" for name in PRESETS)
+    return f"""
+    (a) The tri-linear curve of the study, a<sub>1</sub>&nbsp;=&nbsp;{a1["tri-linear"]} and
+    b<sub>1</sub>&nbsp;=&nbsp;{b1["tri-linear"]}, under the bi-linear law of rigid bodies. (b) The two variants of a
+    last branch that ends before u<sub>ins</sub>, here at
+    a<sub>3</sub>&nbsp;=&nbsp;{plain(curves["steeper"]["ultimate_displacement_ratio"])}. (c) Doherty's stages of
+    degradation (a<sub>1</sub>, b<sub>1</sub>): {stages}.
+    """
+
+
+# --- Fig. 1 -----------------------------------------------------------------------------------------------------------
+
 
 # Drawn stouter than the wall and displaced far, so that angles and gaps can be seen.
 DRAWN_SLENDERNESS = 5.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypedDict
 
 import numpy as np
@@ -10,14 +10,38 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError
-from rockdamp.histories.supports import SupportRecord, support_factors
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.solvers.response import Options
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 SPLINE_PARTS = 64  # straight parts between two samples in place of the spline, where a solver knows lines alone
 ROUNDING = 1e-12  # a number of steps that exceeds a whole one by less than this part is that whole one
+
+
+@dataclass(frozen=True, eq=False)
+class SupportRecord(Record):
+    """The motion of both supports of a wall; `ground_acceleration` is their mean.
+
+    `base_acceleration` and `top_acceleration` are absolute [m s-2]; `drift` is the displacement of the top support
+    relative to that at the base [m]. All have the shape (samples,).
+    """
+
+    base_acceleration: Array = field(default_factory=lambda: np.empty(0))
+    top_acceleration: Array = field(default_factory=lambda: np.empty(0))
+    drift: Array = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def motions(self) -> Array:
+        """The three motions whose sum, each times its factor, is the load; shape (3, samples)."""
+        return np.stack([self.base_acceleration, self.top_acceleration, -STANDARD_GRAVITY * self.drift])
+
+
+def support_factors(wall: Wall) -> Array:
+    """Return the wall's factors on `SupportRecord.motions`, shape (3, ...) by the shape of its sizes."""
+    r, h = np.broadcast_arrays(wall.hinge_ratio, wall.height)
+    return np.stack([(2 - r) / 3, (1 + r) / 3, 1 / h])
 
 
 class Load(TypedDict):

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,40 +23,16 @@ from numpy.typing import ArrayLike
 from rockdamp.arguments import instance, several
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
+from rockdamp.histories.forcing import SupportRecord
 from rockdamp.mechanics.building import RIGID_PERIOD, Building, Diaphragm
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.catalogue import GroundMotion, load_records
 from rockdamp.motions.records import Record
 from rockdamp.solvers.floor_motion import floor_response
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 Records = str | os.PathLike[str] | GroundMotion | Iterable[str | os.PathLike[str] | GroundMotion]
 SMALL = 0.05  # ASSUME: joints that close within this part of u_ins of each other close together
 HIGH_PASS = 0.1  # corner of the filter before the difference of two measured records is integrated [Hz]
-
-
-@dataclass(frozen=True, eq=False)
-class SupportRecord(Record):
-    """The motion of both supports of a wall; `ground_acceleration` is their mean.
-
-    `base_acceleration` and `top_acceleration` are absolute [m s-2]; `drift` is the displacement of the top support
-    relative to that at the base [m]. All have the shape (samples,).
-    """
-
-    base_acceleration: Array = field(default_factory=lambda: np.empty(0))
-    top_acceleration: Array = field(default_factory=lambda: np.empty(0))
-    drift: Array = field(default_factory=lambda: np.empty(0))
-
-    @property
-    def motions(self) -> Array:
-        """The three motions whose sum, each times its factor, is the load; shape (3, samples)."""
-        return np.stack([self.base_acceleration, self.top_acceleration, -STANDARD_GRAVITY * self.drift])
-
-
-def support_factors(wall: Wall) -> Array:
-    """Return the wall's factors on `SupportRecord.motions`, shape (3, ...) by the shape of its sizes."""
-    r, h = np.broadcast_arrays(wall.hinge_ratio, wall.height)
-    return np.stack([(2 - r) / 3, (1 + r) / 3, 1 / h])
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,8 @@ from rockdamp.storage import dataset, glossary
 from rockdamp.storage.atomic import replacing
 from rockdamp.vocabulary import STUDIES
 
+GLOSSARY = "storage/glossary.yaml"  # of which all counts here: datasets that commands write are listed too
+
 
 def used_by(kind: str) -> list[str]:
     """Return the stages, figures and pages that use a stage's dataset."""
@@ -38,6 +40,7 @@ def _lines(built: Mapping[str, Path]) -> Iterator[str]:
         "that it depends on) and `code_version` (version and digest of the code that its values depend on). Of a file",
         "with `{study}`, the dimensions are those of the study of amplitude. Other studies have their own parameter:",
         f"{', '.join(f'`{parameter}` ({study})' for study, parameter in STUDIES.items())}.",
+        f"Units and meanings are those of the package's `{GLOSSARY}`.",
     )
     for kind, path in built.items():
         yield from (

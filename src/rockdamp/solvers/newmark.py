@@ -312,7 +312,7 @@ def _peaks(
     ends = outcome.reshape(batch.shape), peak.reshape(batch.shape)
     if not is_compared:
         return Peaks(*ends)
-    return ComparedPeaks(*ends, np.where(ends[0] == COLLAPSED, np.inf, error.reshape(-1, *batch.shape)))
+    return ComparedPeaks(*ends, np.where(ends[0] == COLLAPSED, np.inf, error.reshape(checkpoints.size, *batch.shape)))
 
 
 def _remaining(ground: Array) -> Array:

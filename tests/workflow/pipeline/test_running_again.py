@@ -5,7 +5,6 @@ from minimal_build import OUTPUTS, RESULTS
 from pipeline_graph import jobs_after, readers
 
 from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES
 from rockdamp.storage import yaml_file
 
 pytestmark = pytest.mark.workflow
@@ -13,7 +12,7 @@ pytestmark = pytest.mark.workflow
 # Keys far apart in the config, and some that read them, by hand; the tables say who else, and what comes after.
 CHANGES = {
     "figures: {resolution: 90}": list(FIGURES),
-    "validation: {restitution: 0.84}\nearthquakes: {bootstrap: {replicates: 60}}": [
+    "validation: {restitution: 0.84}\ncomparison: {bootstrap: {replicates: 60}}": [
         "validation",
         "accuracy",
         "comparison",
@@ -60,20 +59,65 @@ def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
     assert tree.digests(RESULTS) == before
 
 
-RECORD = "data/sin-03-00-synthetic.csv"
-EDITS = {  # of one file or of two: what has to run after both
-    (("src/rockdamp/storage/variables.yaml", "common:", "# edited\ncommon:"),): STAGES,  # attributes
-    (
-        ("src/rockdamp/studies/response_lengths.py", "PAPER_RANGE = (0.80", "PAPER_RANGE = (0.81"),
-        ("src/rockdamp/figures/style.py", "coefficient of restitution $e$", "restitution $e$"),
-    ): ["response_lengths", *FIGURES],
-    ((RECORD, "# ", "# edited: yes\n# "),): ["validation", "calibration", "damper_order"],
+GLOSSARY = "src/rockdamp/storage/glossary.yaml"
+# An edit of each kind in docs/howto/change-and-rerun.md: files with the old and the new text, and what runs first.
+EDITS = {
+    "a caption": (
+        [("src/rockdamp/figures/mechanism.py", "law of rigid bodies. (b)", "law of rigid walls. (b)")],
+        ["fig1", "fig2", "report"],
+    ),
+    "what a name means, or its unit": (
+        [
+            (
+                "src/rockdamp/storage/glossary.yaml",
+                'long_name: "coefficient of determination"',
+                'long_name: "R squared"',
+            ),
+            (
+                "src/rockdamp/storage/glossary.yaml",
+                'giannini_masiani: {units: "1"',
+                "giannini_masiani: {units: percent",
+            ),
+        ],
+        ["equivalence"],
+    ),
+    "what a name means that commands alone write": (
+        [(GLOSSARY, 'long_name: "number of the release"', 'long_name: "the release"')],
+        ["dictionary"],
+    ),
+    "words of errors and warnings, docstrings and comments": (
+        [
+            ("src/rockdamp/histories/forcing.py", "and the history would take", "and it would take"),
+            ("src/rockdamp/plausibility.py", "the wall does not rock", "the wall stays at rest"),
+            ("src/rockdamp/mechanics/wall.py", '"""', '"""Edited. '),
+            ("src/rockdamp/solvers/step_kernel.py", "\n\n\n", "\n\n\n# edited\n"),
+        ],
+        [],
+    ),
+    "a line of a kernel": (
+        [("src/rockdamp/solvers/event_kernel.py", "TOLERANCE = 1e-13", "TOLERANCE = 2e-13")],
+        ["accuracy", "earthquake_check", "population_check"],
+    ),
+    "a limit of one stage and a label of all figures": (
+        [
+            ("src/rockdamp/studies/response_lengths.py", "PAPER_RANGE = (0.80", "PAPER_RANGE = (0.81"),
+            ("src/rockdamp/figures/style.py", "coefficient of restitution $e$", "restitution $e$"),
+        ],
+        ["response_lengths", *FIGURES],
+    ),
+    "a record": (
+        [("data/sin-03-00-synthetic.csv", "# ", "# edited: yes\n# ")],
+        ["validation", "calibration", "damper_order"],
+    ),
 }
 
 
-@pytest.mark.parametrize("edits", EDITS, ids=lambda edits: edits[0][0])
-def test_an_edit_runs_what_uses_it_and_nothing_else(tree, edited, edits):
+@pytest.mark.parametrize("kind", EDITS)
+def test_an_edit_runs_what_uses_it_and_nothing_else(tree, edited, kind):
+    edits, first = EDITS[kind]
     (tree.place / "src/rockdamp/studies/matches.py").touch()  # dates do not count
     for name, old, new in edits:
-        edited(name, lambda text, old=old, new=new: text.replace(old, new, 1))
-    assert tree.planned() == jobs_after(*EDITS[edits])
+        text = (tree.place / name).read_text(encoding="utf-8")
+        assert old in text, (name, old)
+        edited(name, lambda _, text=text, old=old, new=new: text.replace(old, new, 1))
+    assert tree.planned() == jobs_after(*first)

@@ -26,8 +26,8 @@ from rockdamp.assessment.collapses import STRIPES, UNITS, side_by_side
 from rockdamp.assessment.restitution import RULE_WEIGHTS
 from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, typed_in
 from rockdamp.figures.assessment import fragility_figure
+from rockdamp.figures.mechanism import wall_figure
 from rockdamp.figures.single import response_figure
-from rockdamp.figures.wall_sketch import wall_figure
 from rockdamp.histories.side_by_side import responses
 from rockdamp.histories.supports import SMALL
 from rockdamp.mechanics.building import Building, Diaphragm

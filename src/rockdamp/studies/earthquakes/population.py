@@ -26,6 +26,7 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
 from rockdamp.statistics.against_restitution import fragilities
+from rockdamp.statistics.distribution import Distribution
 from rockdamp.statistics.fragility import resample
 from rockdamp.vocabulary import MODELS, REFERENCE, VISCOUS_MODELS
 
@@ -70,9 +71,9 @@ def sample(config: Config) -> dict[str, Array]:
     drawn, factor = _hypercube(config), _factor_of_correlations(config)
     scores = ndtri(drawn) @ factor.T
     uniform = np.where(np.all(factor == np.eye(len(PARAMETERS)), axis=1), drawn, ndtr(scores))
+    distributions: list[Distribution] = [getattr(config.population.parameters, name) for name in PARAMETERS]
     return {
-        name: getattr(config.population.parameters, name).quantile(uniform[:, column])
-        for column, name in enumerate(PARAMETERS)
+        name: of.quantile(uniform[:, i]) for i, (name, of) in enumerate(zip(PARAMETERS, distributions, strict=True))
     }
 
 

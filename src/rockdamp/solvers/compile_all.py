@@ -1,0 +1,87 @@
+"""Compile every loop before jobs start that need them; no result depends on this module."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rockdamp.mechanics.damping import Damping
+    from rockdamp.solvers.response import Options
+
+LOADED = 0.5  # s of processor time, in which a compiled loop is read from the cache and run; compiling takes longer
+
+
+def compile_all(processes: int = 1) -> None:
+    """Compile every loop that the pipeline runs, into Numba's cache, so that later processes find it there.
+
+    A short run of each damper, with all that the solver keeps and of peaks alone, of ECD by an order of each kind, of
+    each law by the event-driven solver, and of a linear oscillator. The scheme as printed is compiled by who asks for
+    it. Numba compiles one function at a time in a process: from the first loop on that is not in the cache, further
+    processes help.
+    """
+    from concurrent.futures import ProcessPoolExecutor
+    from functools import partial
+    from multiprocessing import get_context
+    from time import process_time
+
+    import rockdamp.solvers.event_driven  # noqa: F401 - before the clock runs
+    from rockdamp.mechanics.damping import Damping
+    from rockdamp.vocabulary import LOCAL, MODELS
+
+    models = [Damping(model, 0.5) for model in MODELS]
+    dampers = [*models, Damping.power(1.3, 0.05), Damping("ECD", 0.05, order=8)]
+    runs = [partial(_run_oscillator)]  # the quickest tells whether anything is to be compiled
+    runs += [partial(_run, damping, peaks_only=True) for damping in (Damping(LOCAL, 0.5), *dampers)]
+    runs += [partial(_run_exactly, damping) for damping in models]
+    runs += [partial(_run, damping) for damping in (*dampers, Damping("ECD", 0.05, order=2.5))]
+    runs += [partial(_run_one_sided_exactly), partial(_run_one_sided)]
+    for count, run in enumerate(runs, 1):
+        start = process_time()
+        run()
+        if processes > 1 and process_time() - start > LOADED:
+            with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+                for done in [pool.submit(run) for run in runs[count:]]:
+                    done.result()
+            break
+
+
+def _run(damping: Damping, *, peaks_only: bool = False) -> None:
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.solvers.newmark import solve
+
+    run: Options = {"release_amplitude": 0.5, "step": 0.01, "steps": 1}
+    if peaks_only:
+        solve(TrilinearCurve(0.04, 0.85), damping, peaks_only=True, **run)
+    else:
+        solve(TrilinearCurve(0.04, 0.85), damping, **run)
+
+
+def _run_oscillator() -> None:
+    import numpy as np
+
+    from rockdamp.solvers.oscillator import Ramps
+
+    Ramps.of(np.array([0.0, 1.0]), 0.01, 1).lag(1.0, 0.05)
+
+
+def _run_exactly(damping: Damping) -> None:
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.solvers.event_driven import history
+
+    history(TrilinearCurve(0.04, 0.85), damping, [0.01], release_amplitude=0.5)
+
+
+def _run_one_sided() -> None:
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.mechanics.one_sided import OneSidedForce, Stop
+    from rockdamp.solvers.one_sided_march import solve
+
+    solve(OneSidedForce(TrilinearCurve(0.04, 0.85)), Stop(1e4, 0.5), step=1e-3, steps=1, release_amplitude=0.5)
+
+
+def _run_one_sided_exactly() -> None:
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.mechanics.one_sided import RIGID, OneSidedForce, Stop
+    from rockdamp.solvers.one_sided_events import history
+
+    history(OneSidedForce(TrilinearCurve(0.04, 0.85)), Stop(RIGID, 0.5), [0.01], release_amplitude=0.5)
