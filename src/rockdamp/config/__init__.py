@@ -150,6 +150,6 @@ def plain(value: Any) -> Any:
         return {".".join(key) if isinstance(key, tuple) else key: plain(inner) for key, inner in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
-    if isinstance(value, float) and not np.isfinite(value):  # of Python's numbers alone, as a tie that never breaks
-        return str(value)
+    if isinstance(value, float) and not np.isfinite(value):  # of a tie without a strength; JSON has none
+        return repr(value)
     return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value
