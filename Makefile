@@ -81,7 +81,7 @@ benchmark: peers ## Measure speed and memory beside other programs, on a quiet m
 	.venv-peers/bin/python benchmarks/side_by_side.py
 
 lock: .venv/.made ## Bring the locks in line with pyproject.toml (LOCK_FLAGS=--upgrade: newest versions)
-	$(compile) pyproject.toml --extra records --extra posterior --group dev --output-file requirements.lock
+	$(compile) pyproject.toml --extra records --extra laboratory --group dev --output-file requirements.lock
 	$(compile) --group pyproject.toml:peers --constraint requirements.lock --output-file requirements-peers.lock
 
 compile = $(bin)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \

@@ -2,8 +2,7 @@
 and copy the figures that the documents show. It writes the table of false-safe collapses that the package ships too.
 
 `.venv/bin/python tools/measured_tables.py`, after `make`. Each table stands between two comments, of which the first
-names it; the words around the tables hold no measured number. Tables of studies with a config of their own, as that of
-identification, stay as they are where that is not built.
+names it; the words around the tables hold no measured number.
 """
 
 import math
@@ -15,7 +14,7 @@ from pathlib import Path
 
 import pandas as pd
 import xarray as xr
-from identification_tables import IDENTIFICATION, coverage, free_rocking, random_tests, slips, support
+from identification_tables import coverage, free_rocking, random_tests, slips, support
 from mutate_sample import summary
 from one_sided_tables import one_sided, one_sided_steps, two_sided
 from order_tables import by_band, orders
@@ -53,18 +52,15 @@ PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md", "CONTRIBUTING.md")
 PICTURES = (
     "figures/fig_order.png",
     "figures/fig_measured_rocking.png",
-    "identification-full/figures/fig_identification.png",
+    "figures/fig_identification.png",
 )
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
 Data = dict[str, xr.Dataset]
 
-NEEDED = {  # what `make` does not build
-    "coverage": IDENTIFICATION,
-    "support": IDENTIFICATION,
-}
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
 INPUTS += (
+    "identification",
     "measured_rocking",
     "earthquakes/check",
     "earthquakes/walls",
@@ -364,17 +360,10 @@ _LAST = (
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 
 
-def is_built(name: str, data: Data) -> bool:
-    """Return False for a table whose dataset is one that few have built, and that is not there."""
-    return name not in NEEDED or NEEDED[name] in data
-
-
 def written(page: str, data: Data) -> str:
     """Return the text of a page with its tables made anew."""
 
     def anew(block: re.Match[str]) -> str:
-        if not is_built(block["name"], data):
-            return block[0]
         return f"{block['name']} -->\n{TABLES[block['name']](data)}\n"
 
     return BLOCK.sub(anew, page)
@@ -390,7 +379,6 @@ def false_safe(compared: xr.Dataset) -> str:
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
     names = [*INPUTS, *(f"match/{study}" for study in STUDIES)]
-    names += [name for name in dict.fromkeys(NEEDED.values()) if (results / f"{name}.nc").exists()]
     opened = {name: dataset.open(results / f"{name}.nc") for name in names}
     return {**opened, "claims": pd.read_csv(results / "claims.csv").to_xarray()}
 
@@ -404,5 +392,4 @@ if __name__ == "__main__":
         page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
     (SHIPPED / "false_safe.csv").write_text(false_safe(opened["comparison"]), encoding="utf-8")
     for picture in (results / name for name in PICTURES):
-        if IDENTIFICATION in opened or "identification" not in picture.name:
-            shutil.copyfile(picture, ROOT / "docs/figures" / picture.name)
+        shutil.copyfile(picture, ROOT / "docs/figures" / picture.name)

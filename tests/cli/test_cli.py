@@ -189,7 +189,6 @@ def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
         (("wall", "--thickness", "3kg", "--height", 4.5), "'3kg' is in kg; it must be a number in m"),
         (("datasets", "no-such-folder"), "no-such-folder"),
         (("nonsense",), "nonsense"),
-        (("equivalent", "--restitution", 0.85, *CURVE, "--window", 9), "is now called --response-length"),
     ],
 )
 def test_bad_input_ends_with_status_2_and_names_the_value(arguments, named):
