@@ -31,11 +31,14 @@ export XDG_CONFIG_HOME ?= $(CURDIR)/.cache/config
 export XDG_DATA_HOME ?= $(CURDIR)/.cache/data
 endif
 
-.PHONY: all help setup test test-nojit coverage lint docs docs-links peers test-peers benchmark lock clean distclean anew
+.PHONY: all paper help setup test test-nojit coverage lint docs docs-links peers test-peers benchmark lock clean distclean anew
 
 all: setup ## Set up, build every dataset, figure and the report, and verify them (the default)
 	$(bin)/snakemake --cores $(CORES)
 	$(bin)/rockdamp verify
+
+paper: setup ## Build Figs 1 to 8, their datasets, the paper's claims and the page of these alone
+	$(bin)/snakemake paper --cores $(CORES)
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
@@ -78,7 +81,7 @@ benchmark: peers ## Measure speed and memory beside other programs, on a quiet m
 	.venv-peers/bin/python benchmarks/side_by_side.py
 
 lock: .venv/.made ## Bring the locks in line with pyproject.toml (LOCK_FLAGS=--upgrade: newest versions)
-	$(compile) pyproject.toml --extra records --extra posterior --group dev --output-file requirements.lock
+	$(compile) pyproject.toml --extra records --extra laboratory --group dev --output-file requirements.lock
 	$(compile) --group pyproject.toml:peers --constraint requirements.lock --output-file requirements-peers.lock
 
 compile = $(bin)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \

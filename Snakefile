@@ -18,7 +18,7 @@ from rockdamp.laboratory.sections import LaboratoryConfig, broken
 from rockdamp.laboratory.trials import read_rocking_trials
 from rockdamp.pipeline import verification
 from rockdamp.pipeline.figures import REPORT, drawn
-from rockdamp.pipeline.stages import built, reported, values_of
+from rockdamp.pipeline.stages import built, each_study, reported, values_of
 from rockdamp.storage.atomic import tidy
 from rockdamp.vocabulary import STUDIES
 

@@ -5,17 +5,18 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
-from table_text import models, percent, table
+from posterior_records import LEVELS, summary
+from table_text import percent, table
 
 from rockdamp.laboratory.figures import compared
 from rockdamp.text import listed, number
 
 Data = dict[str, xr.Dataset]
 
-IDENTIFICATION = "identification-full/identification"  # of config/identification-full.yaml, which `make` does not build
+IDENTIFICATION = "identification"
+RECORDS = Path(__file__).with_name("posterior-check.csv")  # of check_posterior.py --records
 RANDOM_TESTS = Path(__file__).with_name("random-tests.csv")  # columns of what check_posterior.py --tests keeps
 JUDGED, BEFORE = 8, 7  # seeds: of the tests that judge the code, and of those before less of the noise was neglected
-LEVELS = (0.5, 0.9)
 FREE_ROCKING = Path(__file__).with_name("free-rocking-check.csv")
 SLIPS = Path(__file__).with_name("slips-check.csv")
 PARAMETERS = {
@@ -27,24 +28,26 @@ PARAMETERS = {
 }
 
 
-def coverage(data: Data) -> str:
-    """How often intervals hold what made a simulated record."""
-    study = data[IDENTIFICATION]
-    drawn, identified = study.sizes["draw"], int(study["identified_records"])
-    errors = [percent(study["coverage_error"].sel(level=level)) for level in LEVELS]
-    away = np.abs(study["coverage"] - study["level"]) / study["coverage_error"]
-    found = (
+def coverage(_: Data) -> str:
+    """How often intervals hold what made a simulated record, and the standard deviation of z: the stored check."""
+    found = summary(pd.read_csv(RECORDS))
+    drawn, identified = (int(found[name].iloc[0]) for name in ("records", "identified"))
+    errors = [float(np.sqrt(level * (1 - level) / identified)) for level in LEVELS]
+    held = [f"held_{level}" for level in LEVELS]
+    away = abs(found[held].to_numpy() - LEVELS) / errors
+    told = (
         f"Of {drawn} records {identified} were identified, and {drawn - identified} refused. "
-        f"By chance a share differs from its level by {errors[0]} and {errors[1]} (standard errors); "
+        f"By chance a share differs from its level by {percent(errors[0])} and {percent(errors[1])} (standard errors), "
+        f"and the deviation of z from 1 by {percent(1 / np.sqrt(2 * identified))}; "
         f"the share that is farthest off differs by {float(away.max()):.1f} of these."
     )
-    head = ["parameter", "50 %", "90 %", "50 %, least squares", "90 %, least squares", "uniform ranks, p"]
+    head = ["parameter", "50 %", "90 %", "50 %, least squares", "90 %, least squares", "deviation of z"]
     rows = []
-    for name, one in models(study, "parameter"):
-        shares = [one[f"coverage{kind}"].sel(level=level) for kind in ("", "_by_least_squares") for level in LEVELS]
+    for name, of in found.iterrows():
+        shares = [of[f"{share}{kind}"] for kind in ("", "_by_least_squares") for share in held]
         shown = [percent(value) if np.isfinite(value) else "–" for value in shares]
-        rows.append([PARAMETERS[name], *shown, number(one["rank_p_value"], 2)])
-    return f"{found}\n\n{table(head, rows)}"
+        rows.append([PARAMETERS[str(name)], *shown, f"{of['deviation_of_z']:.2f}", number(of["p"], 2)])
+    return f"{told}\n\n{table([*head, 'uniform ranks, p'], rows)}"
 
 
 def support(data: Data) -> str:

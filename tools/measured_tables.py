@@ -2,8 +2,7 @@
 and copy the figures that the documents show. It writes the table of false-safe collapses that the package ships too.
 
 `.venv/bin/python tools/measured_tables.py`, after `make`. Each table stands between two comments, of which the first
-names it; the words around the tables hold no measured number. Tables of studies with a config of their own, as that of
-identification, stay as they are where that is not built.
+names it; the words around the tables hold no measured number.
 """
 
 import math
@@ -15,7 +14,7 @@ from pathlib import Path
 
 import pandas as pd
 import xarray as xr
-from identification_tables import IDENTIFICATION, coverage, free_rocking, random_tests, slips, support
+from identification_tables import coverage, free_rocking, random_tests, slips, support
 from mutate_sample import summary
 from order_tables import by_band, orders
 from rocking_tables import rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
@@ -51,24 +50,22 @@ PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md", "CONTRIBUTING.md")
 PICTURES = (
     "figures/fig_order.png",
     "figures/fig_measured_rocking.png",
-    "identification-full/figures/fig_identification.png",
+    "figures/fig_identification.png",
 )
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
 Data = dict[str, xr.Dataset]
 
-NEEDED = {  # what `make` does not build
-    "coverage": IDENTIFICATION,
-    "support": IDENTIFICATION,
-}
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
 INPUTS += (
+    "identification",
     "measured_rocking",
     "earthquakes/check",
     "earthquakes/walls",
     "earthquakes/orders",
     "population/check",
     "local_damping",
+    "loss_law",
     "spectrum_method",
 )
 
@@ -268,6 +265,23 @@ def local_damping(data: Data) -> str:
     return table(head, rows)
 
 
+def loss_law(data: Data) -> str:
+    """What a constant e costs if the loss falls with the amplitude: collapse with intervals, and peaks by band."""
+    study = data["loss_law"].isel(wall=0)
+    edges = zip(study["band_start"].values.tolist(), study["band_end"].values.tolist(), strict=True)
+    head = ["g", "e is that of", "median intensity of collapse", "collapses gone", "collapses added"]
+    head += [f"{low:g}-{high:g}" for low, high in edges]
+    rows = []
+    for g in study["loss_exponent"].values.tolist():
+        for at in study["reference_amplitude"].values.tolist():
+            one = study.sel(loss_exponent=g, reference_amplitude=at)
+            cells = [
+                interval(one, name) for name in ("median_intensity_ratio", "false_safe_rate", "false_collapse_rate")
+            ]
+            rows.append([f"{g:g}", f"{at:g} u_ins", *cells, *(f"{float(ratio):.2f}" for ratio in one["median_ratio"])])
+    return table(head, rows)
+
+
 def by_program(data: Data) -> str:
     """Which damper to use by what a program takes, at the middle e."""
     middle = data["recommendation"].sizes["restitution"] // 2
@@ -321,7 +335,7 @@ def mutations(_: Data) -> str:
     return summary()
 
 
-_FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, checks, orders, pulses)
+_FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_law, checks, orders, pulses)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution)
 _LAST = (
     local_damping,
@@ -340,17 +354,10 @@ _LAST = (
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 
 
-def is_built(name: str, data: Data) -> bool:
-    """Return False for a table whose dataset is one that few have built, and that is not there."""
-    return name not in NEEDED or NEEDED[name] in data
-
-
 def written(page: str, data: Data) -> str:
     """Return the text of a page with its tables made anew."""
 
     def anew(block: re.Match[str]) -> str:
-        if not is_built(block["name"], data):
-            return block[0]
         return f"{block['name']} -->\n{TABLES[block['name']](data)}\n"
 
     return BLOCK.sub(anew, page)
@@ -366,7 +373,6 @@ def false_safe(compared: xr.Dataset) -> str:
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
     names = [*INPUTS, *(f"match/{study}" for study in STUDIES)]
-    names += [name for name in dict.fromkeys(NEEDED.values()) if (results / f"{name}.nc").exists()]
     opened = {name: dataset.open(results / f"{name}.nc") for name in names}
     return {**opened, "claims": pd.read_csv(results / "claims.csv").to_xarray()}
 
@@ -380,5 +386,4 @@ if __name__ == "__main__":
         page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
     (SHIPPED / "false_safe.csv").write_text(false_safe(opened["comparison"]), encoding="utf-8")
     for picture in (results / name for name in PICTURES):
-        if IDENTIFICATION in opened or "identification" not in picture.name:
-            shutil.copyfile(picture, ROOT / "docs/figures" / picture.name)
+        shutil.copyfile(picture, ROOT / "docs/figures" / picture.name)

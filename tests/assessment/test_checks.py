@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import rockdamp as rd
+from rockdamp.assessment.assess import below_onset
 from rockdamp.assessment.checks import checks, sensitivity
 
 
@@ -54,3 +56,23 @@ def test_inputs_are_changed_by_what_is_left_open_without_a_test_and_a_bare_wall_
     loaded = rd.assess(replace(bare, overburden_ratio=0.5), curve, few, pgv=0.8, restitution=0.85)
     assert tried[-1].share == float(loaded["collapse_probability"].sel(damping_model="CR")[0])
     assert tried[-1].median == pytest.approx(float(loaded["median_pgv"].sel(damping_model="CR")))
+
+
+def test_a_parapet_in_a_building_moves_with_the_floor_below_it_alone_when_an_input_changes(motions):
+    """Of each changed e the share is that of an assessment under the motion of one floor."""
+    parapet, curve = rd.Parapet(0.25, 1.0), rd.TrilinearCurve.preset("new")
+    building, few = rd.Building(period=0.3, storeys=3, storey=3), motions[:4]
+    floors = rd.floor_motions(few, building, parapet=True)
+    tried = sensitivity(parapet, curve, 0.85, floors, "PGV", 0.15, 1.0, building)
+    own = rd.assess(parapet, curve, floors, pgv=0.15, restitution=0.8, tail=1.0).sel(damping_model="CR")
+    (lower, _) = (one for one in tried if one.name.startswith("coefficient of restitution"))
+    assert lower.value == pytest.approx(0.8)
+    assert lower.median == pytest.approx(float(own["median_pgv"]), rel=1e-9)
+
+
+def test_a_level_below_the_onset_is_told_of_the_strongest_motion_and_the_easiest_wall():
+    """By hand: two of three walls do not rock; they see 2.5 m s-2 at most, and need 3 m s-2 at least."""
+    answer = xr.Dataset({"rocking_onset": ("wall", [3.0, 4.0, 1.0]), "strongest": ("wall", [2.0, 2.5, 9.0])})
+    (told,) = below_onset(answer, "PGA", 2.5)
+    assert "2 of 3 walls do not rock" in told
+    assert told.startswith("PGA is 2.5 m s-2 (0.255 g)") and "begins to rock at 3 m s-2 (0.306 g)" in told

@@ -3,6 +3,7 @@
 import pytest
 from made_up_claims import (
     FILE,
+    MEASURED,
     amplitude_study,
     bilinear,
     equivalence,
@@ -42,4 +43,4 @@ def data(made_up):
 
 @pytest.fixture(scope="session")
 def listed():
-    return claims.read(FILE)
+    return [*claims.read(FILE), *claims.read(MEASURED)]

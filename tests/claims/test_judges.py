@@ -7,6 +7,7 @@ from made_up_claims import (
     AT,
     CDR_A1,
     CDR_WIDE,
+    JUDGES,
     SECANT,
     STUDY,
     VISCOUS,
@@ -269,7 +270,7 @@ def test_every_limit_decides_whatever_the_data_are(listed, data):
                 changed = {key: dataset.copy(deep=True) for key, dataset in data.items()}
                 change(changed)
                 limits = Limits(claim)
-                claims.JUDGES[name](limits, changed)
+                JUDGES[name](limits, changed)
                 assert limits.used == set(claim["limits"]), name
 
 
@@ -283,7 +284,7 @@ def test_every_limit_decides_whatever_the_data_are(listed, data):
 )
 def test_the_parts_of_a_claim_of_several_readings_are_measured_all_the_same(listed, data, part, change):
     (claim,) = (claim for claim in listed if claim["id"] == "bilinear-demand")
-    judge = claims.JUDGES["bilinear-demand"]
+    judge = JUDGES["bilinear-demand"]
     assert all(one.holds for one in judge(Limits(claim), data).values())
     change(data)
     assert [name for name, one in judge(Limits(claim), data).items() if not one.holds] == [part]

@@ -202,3 +202,11 @@ def test_a_fault_of_the_program_is_not_taken_for_bad_input(monkeypatch):
 
     monkeypatch.setattr(dataset, "listing", broken)
     assert isinstance(run("datasets", ".").exception, ValueError)
+
+
+def test_the_onset_is_over_gravity_and_a_load_is_told_in_thousands_of_newtons():
+    """By hand: 0.3 m x 3 m x 1 m of 1 800 kg m-3 weigh 15.89 kN, and 12 kN/m on it are 0.7553 of that."""
+    values = printed("wall", *WALL[:2], "--height", 3, "--a1", 0.04, "--b1", 0.85)
+    assert values["rocking_onset_g"] == pytest.approx(values["rocking_onset"] / 9.80665)
+    result = run("wall", "--thickness", 0.3, "--height", 3, "--overburden", "12kN/m", "--density", 1800)
+    assert "overburden_ratio is 0.7553: 12 kN over 15.89 kN of the wall" in result.stderr

@@ -69,6 +69,10 @@ OPTIONAL = {
     "strength_ratio",
     "mean",
     "standard_deviation",
+    "initial_strength_ratio",
+    "tie_stiffness",
+    "tie_strength",
+    "tie_gap",
 }
 
 
@@ -214,7 +218,6 @@ BAD = [
     ),
     ("identification.prior.damping_ratio.low", -0.1, "damping_ratio.low is -0.1; it must be a number at least 0"),
     ("identification.prior.order.low", 0.0, "prior.order.low is 0.0; it must be greater than 0 for loguniform"),
-    ("identification.simulated.pulse_peak.low", -1.0, "pulse_peak.low is -1.0; it must be a number greater than 0"),
     ("population.parameters.thickness.low", 0.6, "thickness.high is 0.5; it must be greater than low, 0.6"),
     ("population.parameters.overburden_ratio.low", -1, "overburden_ratio.low is -1; it must be a number at least 0"),
     (

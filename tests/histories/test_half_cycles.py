@@ -73,3 +73,11 @@ def test_turns_are_where_and_when_the_motion_turns_to_second_order_and_the_relea
         assert np.sign(found[1]).tolist() == [-1, 1] * 3
     assert np.all(np.array(away[1]) < [1e-4, 1e-5])
     assert turns(np.ones((2, 4)), np.zeros((2, 4)), 0.1)[0].shape == (2, 0)
+
+
+def test_between_two_half_cycles_the_crossing_is_the_middle_of_the_first_and_last_change_of_sign():
+    """By hand: signs change half way through the second, third and fifth second."""
+    u = np.array([1.0, 0.1, -0.1, 0.1, 0.1, -0.1, -1.0, -0.4])
+    found = half_cycles(np.arange(8.0), u, 0.5)
+    np.testing.assert_allclose(found.end[0], 3.0)
+    np.testing.assert_allclose(found.start[1], 3.0)

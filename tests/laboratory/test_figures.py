@@ -5,7 +5,13 @@ import pytest
 from made_up_posterior import made_up_posterior
 from made_up_studies import identification
 
-from rockdamp.laboratory.figures import SYMBOLS, confusion, fig_identification, posterior_figure
+from rockdamp.laboratory.figures import (
+    SYMBOLS,
+    confusion,
+    fig_identification,
+    fig_identification_caption,
+    posterior_figure,
+)
 from rockdamp.vocabulary import CANDIDATES
 
 
@@ -33,7 +39,7 @@ def test_the_evidence_of_a_model_is_what_it_lacks_to_the_best_one():
 
 def test_the_table_of_the_study_holds_the_mean_probability_of_each_model_for_each_origin():
     made = identification()
-    ranks, intervals, table = fig_identification(made).axes
+    (table,) = fig_identification(made).axes
     shown = [text.get_text() for text in table.texts]
     expected = confusion(made).stack(row=("record_made_by", "noise_factor")).transpose("row", "damping_model").values
     assert [float(text) for text in shown if text != "not determined"] == [
@@ -42,5 +48,20 @@ def test_the_table_of_the_study_holds_the_mean_probability_of_each_model_for_eac
     assert float(confusion(made).sel(record_made_by="CR", noise_factor=1.0, damping_model="CR")) == pytest.approx(
         (1 / (1 + np.exp(-1)) + 1 / (1 + np.exp(0.5))) / 2, abs=1e-6
     )
-    lines = ranks.get_lines()
-    assert lines[1].get_ydata().min() < -0.2 < lines[0].get_ydata().min()  # b1's ranks are too high
+    assert [tick.get_text() for tick in table.get_yticklabels()] == [
+        *("CR; noise × 1 (2)", "CR; noise × 2 (2)", "ECD; noise × 1 (0 of 1)", "ECD; noise × 2 (0 of 1)")
+    ]
+
+
+def test_what_is_not_determined_has_not_the_colour_of_no_probability():
+    (table,) = fig_identification(identification()).axes
+    (picture,) = table.images
+    undetermined = np.ma.getmaskarray(picture.get_array())
+    assert undetermined[2:].all() and not undetermined[:2].any()
+    assert table.get_facecolor() != picture.cmap(picture.norm(0.0))
+
+
+def test_the_caption_says_of_how_many_records_a_mean_is():
+    said = " ".join(fig_identification_caption(identification()).split())
+    assert "is 0.55 (CR, 2 records) and 0.55 (CR, 2 records, noise × 2)" in said
+    assert "2 records are left out" in said

@@ -40,7 +40,16 @@ def reasons(folder, expected):
 
 def test_every_file_of_the_tables_has_an_origin(expected):
     assert {f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("png", "pdf")} <= set(expected)
-    assert {"report.html", "claims.csv", "claims.json", "errata.csv", "coefficients.csv"} <= set(expected)
+    assert {
+        "report.html",
+        "paper.html",
+        "paper_claims.csv",
+        "measured_claims.csv",
+        "claims.csv",
+        "claims.json",
+        "errata.csv",
+        "coefficients.csv",
+    } <= set(expected)
     assert {stage.file for stage in STAGES.values() if "{" not in stage.file} <= set(expected)
     assert {"decay/amplitude.nc", "match/slenderness.nc", "earthquakes/records-1.nc", "population/walls-0.nc"} <= set(
         expected

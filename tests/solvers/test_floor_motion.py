@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
 from rockdamp import Record
-from rockdamp.solvers.floor_motion import LEFT, floor_response
+from rockdamp.solvers.floor_motion import LEFT, POINTS, floor_response
 from rockdamp.solvers.oscillator import Ramps
 
 STEP, XI = 0.01, 0.05
@@ -92,3 +92,9 @@ def test_the_free_vibration_is_followed_until_it_has_died_down(record):
     w = 2 * np.pi / 0.5
     after = answer.step * answer.acceleration.shape[1] - record.step * record.elapsed.size
     assert np.exp(-XI * w * after) <= LEFT < np.exp(-XI * w * (after - 2 * record.step))
+
+
+def test_the_shortest_period_has_its_points_whatever_the_longest_is():
+    record = Record(0.02 * np.arange(50), np.sin(np.arange(50.0)))
+    response = floor_response(record, np.array([1.0, 0.06]), np.ones((2, 2)), XI)
+    assert POINTS <= 0.06 / response.step < 2 * POINTS

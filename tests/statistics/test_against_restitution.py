@@ -82,3 +82,9 @@ def test_a_ratio_of_medians_is_that_of_two_fits_and_its_interval_is_narrower_tha
     one, other = (fit_fragility(intensity, counts[:, i].sum(axis=0), 24).median for i in (0, 1))
     np.testing.assert_allclose(fitted["median_intensity_ratio"], [1.0, other / one])
     assert np.ptp(fitted["median_intensity_ratio_interval"][1]) < 0.3 * np.ptp(fitted["median_interval"][1])
+
+
+def test_one_pair_in_ten_is_off_by_more_than_the_90_per_cent_quantile():
+    """Sizes of 0.00, 0.01 ... 1.00: ten of 101 are larger than 0.90, and fifty than 0.50."""
+    found = tail(0.01 * np.arange(101.0) * np.tile([1, -1], 51)[:101])
+    assert found["log_error_90"] == pytest.approx(0.90) and found["log_error_median"] == pytest.approx(0.50)

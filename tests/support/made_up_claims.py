@@ -6,7 +6,8 @@ from repository import ROOT
 
 from rockdamp import claims
 
-FILE, ERRATA = ROOT / "data/claims.yaml", ROOT / "data/errata.yaml"
+FILE, MEASURED, ERRATA = (ROOT / f"data/{name}.yaml" for name in ("claims", "measured_claims", "errata"))
+JUDGES = {**claims.JUDGES, **claims.MEASURED}
 VISCOUS = ["CDC", "CDR", "SDR", "ECD"]
 MODELS = ["CR", *VISCOUS]
 E = np.array([0.70, 0.75, 0.80, 0.85, 0.90, 0.95])
@@ -329,4 +330,4 @@ CDR_A1 = scaled(A1, XI, 0.2, damping_model=["CDR"], yield_displacement_ratio=[0.
 
 def row(listed, data, name):
     claim = next(claim for claim in listed if claim["id"] == name)
-    return claims.table([claims.judge_one(claim, data)]).iloc[0]
+    return claims.table([claims.judge_one(claim, data, JUDGES)]).iloc[0]

@@ -217,39 +217,18 @@ def convergence():
 
 
 def identification():
-    """Return uniform ranks but for those of b1, which are too high, and a test series of two origins."""
-    names = ["yield_displacement_ratio", "strength_ratio", "restitution", "sensor_deviation", "sensor_correlation"]
-    ranks = np.stack([np.roll((np.arange(40) + 0.5) / 40, 7 * index) for index in range(5)], axis=1)
-    ranks[:, 1] = np.sqrt(ranks[:, 1])
-    by_least_squares = np.where(np.arange(5) < 3, 0.5 + 0.9 * (ranks - 0.5), np.nan)
+    """Return the evidence of models for a test series of two origins, one of which is not determined."""
     logarithm = np.array([[[-9.0, -10.0, -300.0]] * 2, [[-9.5, -9.0, -40.0]] * 2, [[-400.0, np.nan, -9.0]] * 2])
     weights = np.nan_to_num(np.exp(logarithm))
-    levels = np.array([0.5, 0.9])
-
-    def held(share):
-        inside = np.abs(2 * share - 1) <= levels[:, None, None]
-        return np.where(np.isnan(share).any(axis=0), np.nan, inside.mean(axis=1))
-
+    dims = ("record", "noise_factor", "damping_model")
+    probability = np.where(np.isnan(logarithm), np.nan, weights / weights.sum(axis=-1, keepdims=True))
     data = xr.Dataset(
         {
-            "rank": (("draw", "parameter"), ranks),
-            "rank_by_least_squares": (("draw", "parameter"), by_least_squares),
-            "coverage": (("level", "parameter"), held(ranks)),
-            "coverage_error": ("level", np.sqrt(levels * (1 - levels) / 40)),
-            "coverage_by_least_squares": (("level", "parameter"), held(by_least_squares)),
-            "identified_records": 40,
-            "log_evidence": (("record", "noise_factor", "damping_model"), logarithm),
-            "probability": (
-                ("record", "noise_factor", "damping_model"),
-                np.where(np.isnan(logarithm), np.nan, weights / weights.sum(axis=-1, keepdims=True)),
-            ),
+            "log_evidence": (dims, logarithm),
+            "probability": (dims, probability),
             "record_made_by": ("record", ["CR", "CR", "ECD"]),
         },
         coords={
-            "draw": np.arange(1, 41),
-            "parameter": names,
-            "wall_parameter": names[:3],
-            "level": levels,
             "record": ["cr-half", "cr-quarter", "ecd-half"],
             "noise_factor": [1.0, 2.0],
             "damping_model": ["CR", "ECD16", "ECD"],
@@ -369,6 +348,39 @@ def spectrum_method():
     return complete(data, "spectrum_method")
 
 
+def loss_law():
+    """Medians that rise with the amplitude and fall with the exponent."""
+    g, at, bands = np.array([0.13, 0.26, 0.39]), np.array([0.1, 0.3, 0.5]), 5
+    edges = np.array([0.01, 0.04, 0.1, 0.25, 0.5, 1.0])
+    laws = ("wall", "loss_exponent", "reference_amplitude")
+    ratio = np.stack([scale * (1 + g[:, None] * (at - 0.3)) for scale in (1.0, 1.02)])
+    by_band = ratio[..., None] * np.linspace(0.8, 1.0, bands)
+    data = {}
+    for name, values, dims in (
+        ("median_intensity_ratio", ratio, laws),
+        ("false_safe_rate", 0.03 * ratio, laws),
+        ("false_collapse_rate", 0.05 * ratio, laws),
+        ("median_ratio", by_band, (*laws, "band")),
+        ("log_error", 0.2 * by_band, (*laws, "band")),
+    ):
+        data[name] = (dims, values)
+        data[f"{name}_interval"] = ((*dims, "bound"), np.stack([0.98 * values, 1.02 * values], -1))
+    study = xr.Dataset(
+        {**data, "pairs": ((*laws, "band"), np.full(by_band.shape, 40)), "records": 100, "stations": 50},
+        coords={
+            "wall": ["all", "tested"],
+            "loss_exponent": g,
+            "reference_amplitude": at,
+            "restitution": 0.85,
+            "band": np.arange(1, bands + 1),
+            "band_start": ("band", edges[:-1]),
+            "band_end": ("band", edges[1:]),
+            "bound": ["lower", "upper"],
+        },
+    )
+    return complete(study, "loss_law")
+
+
 @cache
 def made_up():
     return {
@@ -387,6 +399,7 @@ def made_up():
         "measured_rocking": measured_rocking(),
         "amplitude_dependence": amplitude_dependence(),
         "pulses": pulses(),
+        "loss_law": loss_law(),
         "spectrum_method": spectrum_method(),
         "earthquakes": earthquakes.earthquakes(),
         "earthquakes/walls": earthquakes.walls(),

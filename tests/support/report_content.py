@@ -135,6 +135,7 @@ def content():
     ]
     return Content(
         claims=claims,
+        measured=claims[:2],
         errata=errata,
         figures={name: png(300 if index % 2 else 150, 100 + index) for index, name in enumerate(FIGURES)},
         datasets={name: of_name(name) for name in reported(STAGES.values())},

@@ -137,3 +137,14 @@ def test_channels_in_another_unit_are_questioned(doubts, said):
 def test_a_percentage_is_recognised(make, said):
     with pytest.raises(rd.InputError, match=said):
         make()
+
+
+def test_warnings_of_several_values_name_the_one_that_is_furthest_off():
+    """Of motions in both units: 2 g is 19.6 m s-2."""
+    assert plausibility.in_g(2 * 9.80665) == "19.6 m s-2 (2 g)"
+    (told,) = plausibility.of_damping([0.1, 0.6, 0.9])
+    assert told.startswith("damping_ratio (xi) is 0.9,")
+    (told,) = plausibility.of_restitution([0.9, 0.2, 0.4])
+    assert told.startswith("restitution (e) is 0.2,")
+    (told,) = plausibility.of_onset([50.0, 40.0])  # the easiest of the walls
+    assert "begins to rock at 40 m s-2 (4.08 g)" in told

@@ -1,22 +1,25 @@
-"""The paper's claims, judged from the datasets, and its errata: what is true."""
+"""The paper's claims, judged from the datasets, and its errata; what measured trials say, apart from these."""
 
+for stage in STAGES.values():
+    if stage.name.endswith("claims"):
 
-rule claims:
-    input:
-        datasets=dataset_files(STAGES["claims"].inputs),
-        claims="data/claims.yaml",
-        errata="data/errata.yaml",
-    output:
-        claims=f"{RESULTS}/claims.csv",
-        verdicts=f"{RESULTS}/claims.json",
-        errata=f"{RESULTS}/errata.csv",
-    log:
-        f"{LOGS}/claims.log",
-    params:
-        attributes=expected_attributes,
-        sources=STAGES["claims"].sources,
-        version=STAGES["claims"].sources.version(),
-    message:
-        message_of(STAGES["claims"])
-    script:
-        "../scripts/claims.py"
+        rule:
+            name:
+                stage.rule
+            input:
+                datasets=dataset_files(stage.inputs),
+                claims="data/measured_claims.yaml" if stage.name == "measured_claims" else "data/claims.yaml",
+                errata="data/errata.yaml",
+            output:
+                [f"{RESULTS}/{file}" for file in (stage.file, *stage.also)],
+            log:
+                f"{LOGS}/{stage.name}.log",
+            params:
+                kind=stage.name,
+                attributes=expected_attributes,
+                sources=stage.sources,
+                version=stage.sources.version(),
+            message:
+                stage.title
+            script:
+                "../scripts/claims.py"

@@ -77,3 +77,8 @@ def figure_files(figure):
         labels={"figure": figure.number or figure.name, "shows": figure.title.removeprefix(f"{figure.number}: ")},
     )
     return list(files.values())
+
+
+def each_input(stage):
+    """Return the names of a stage's inputs, of every study."""
+    return [name for dataset in stage.inputs for name in each_study(dataset)]

@@ -1,29 +1,56 @@
-"""The page that shows everything; `snakemake --report` is apart from it."""
+"""The page that shows everything, and that of the paper alone; `snakemake --report` is apart from them."""
 
 
 report: "../report/workflow.rst"
 
 
-rule report:
+PAPER_FIGURES = [name for name, figure in FIGURES.items() if figure.number]
+PAPER_DATASETS = [name for name in REPORTED if name in each_input(STAGES["paper_claims"])]
+MEASURED = [f"{RESULTS}/measured_claims.json"] if "measured_claims" in STAGES else []
+
+for page, kind, figures, datasets, measured in (
+    ("report", "claims", list(FIGURES), REPORTED, MEASURED),
+    ("paper", "paper_claims", PAPER_FIGURES, PAPER_DATASETS, []),
+):
+
+    rule:
+        name:
+            f"{page}_page" if page == "paper" else page
+        input:
+            verdicts=f"{RESULTS}/{kind}.json",
+            measured=measured,
+            errata=f"{RESULTS}/{kind.replace('claims', 'errata')}.csv",
+            figures=[f"{RESULTS}/figures/{name}.png" for name in figures],
+            datasets=dataset_files(datasets),
+            assumptions="docs/assumptions.md",
+            citation="CITATION.cff",
+        output:
+            f"{RESULTS}/{page}.html",
+        log:
+            f"{LOGS}/{page}.log",
+        params:
+            figures=figures,
+            datasets=datasets,
+            attributes=expected_attributes,
+            config=CONFIG.plain(),
+            sources=REPORT,
+            version=REPORT.version(),
+        message:
+            "The report: claims, figures, explorer, accuracy and versions on one page"
+            if page == "report"
+            else "The page of the paper alone: its claims and figures"
+        script:
+            "../scripts/report.py"
+
+
+localrules:
+    paper,
+
+
+rule paper:
     input:
-        verdicts=rules.claims.output.verdicts,
-        errata=rules.claims.output.errata,
-        figures=[f"{RESULTS}/figures/{name}.png" for name in FIGURES],
-        datasets=dataset_files(REPORTED),
-        assumptions="docs/assumptions.md",
-        citation="CITATION.cff",
-    output:
-        f"{RESULTS}/report.html",
-    log:
-        f"{LOGS}/report.log",
-    params:
-        figures=list(FIGURES),
-        datasets=REPORTED,
-        attributes=expected_attributes,
-        config=CONFIG.plain(),
-        sources=REPORT,
-        version=REPORT.version(),
+        f"{RESULTS}/paper.html",
+        [f"{RESULTS}/{file}" for file in (STAGES["paper_claims"].file, *STAGES["paper_claims"].also)],
+        [f"{RESULTS}/figures/{name}.{suffix}" for name in PAPER_FIGURES for suffix in CONFIG.figures.formats],
     message:
-        "The report: claims, figures, explorer, accuracy and versions on one page"
-    script:
-        "../scripts/report.py"
+        "Figs 1 to 8, their datasets, the paper's claims and the page of these alone"

@@ -1,5 +1,6 @@
-"""The verdicts on the paper's claims and the evidence for its errata: all tables, or none."""
+"""The verdicts on claims and, of the paper, the evidence for its errata: all tables, or none."""
 
+from contextlib import ExitStack
 from pathlib import Path
 
 from boundary import job, open_datasets
@@ -9,13 +10,16 @@ with job(snakemake):
     from rockdamp.claims import errata
     from rockdamp.storage.atomic import replacing
 
-    results = snakemake.config["results"]
+    results, kind = snakemake.config["results"], snakemake.params.kind
     names = [Path(path).relative_to(results).with_suffix("").as_posix() for path in snakemake.input.datasets]
     datasets = dict(zip(names, open_datasets(snakemake), strict=True))
-    verdicts = claims.judge(claims.read(snakemake.input.claims), datasets)
-    evidence = errata.table(errata.read(snakemake.input.errata), datasets)
-    paths = snakemake.output
-    with replacing(paths.claims) as table, replacing(paths.verdicts) as structure, replacing(paths.errata) as other:
+    judges = claims.MEASURED if kind == "measured_claims" else claims.JUDGES
+    without = claims.IN_THE_FULL_BUILD if kind == "paper_claims" else claims.LEFT_OUT
+    verdicts = claims.judge(claims.read(snakemake.input.claims), datasets, judges, without)
+    with ExitStack() as stack:
+        table, structure, *others = (stack.enter_context(replacing(path)) for path in snakemake.output)
         claims.table(verdicts).to_csv(table, index=False, lineterminator="\n")
         structure.write_text(claims.as_json(verdicts), encoding="utf-8", newline="\n")
-        evidence.to_csv(other, index=False, lineterminator="\n")
+        for path in others:
+            evidence = errata.table(errata.read(snakemake.input.errata), datasets)
+            evidence.to_csv(path, index=False, lineterminator="\n")

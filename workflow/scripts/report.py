@@ -13,6 +13,7 @@ with job(snakemake):
     paths, params = snakemake.input, snakemake.params
     content = Content(
         claims=json.loads(Path(paths.verdicts).read_text(encoding="utf-8")),
+        measured=[row for path in paths.measured for row in json.loads(Path(path).read_text(encoding="utf-8"))],
         errata=tables.rows(paths.errata),
         figures={name: Path(path).read_bytes() for name, path in zip(params.figures, paths.figures, strict=True)},
         datasets=dict(zip(params.datasets, open_datasets(snakemake), strict=True)),

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -35,8 +35,11 @@ COLUMNS = (
     *("id", "section", "claim", "verdict", "measured", "threshold", "condition"),
     *("finding", "holds", "holds_in_part", "does_not_hold", "figure", "later"),
 )
-MODULES = (mechanics, histories, ratios, misfits, measured_rocking)
+MODULES = (mechanics, histories, ratios, misfits)
 JUDGES: dict[str, Judge] = {name: judge for module in MODULES for name, judge in module.JUDGES.items()}
+MEASURED: dict[str, Judge] = measured_rocking.JUDGES  # what measured trials say, counted apart from the paper's claims
+LEFT_OUT = "its study is left out of this config"
+IN_THE_FULL_BUILD = "judged in the full build"
 
 
 def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
@@ -45,18 +48,31 @@ def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
     return claims
 
 
-def judge(claims: Sequence[Claim], datasets: Datasets) -> list[Verdict]:
+def judge(
+    claims: Sequence[Claim], datasets: Datasets, judges: Mapping[str, Judge] = JUDGES, without: str = LEFT_OUT
+) -> list[Verdict]:
     """Return the verdict on each claim, in their order.
 
-    `datasets` go by their names in the results, without suffix: ``damping_force``, ``match/amplitude``. A claim
-    without a judge, a judge without a claim, a missing dataset, or limits and parts that the judge does not use raise
-    `InputError`.
+    `datasets` go by their names in the results, without suffix: ``damping_force``, ``match/amplitude``. A claim whose
+    datasets are not all there is not judged, and says `without`. A claim without a judge, a judge without a claim, or
+    limits and parts that the judge does not use raise `InputError`.
     """
     ids = [claim["id"] for claim in claims]
-    for names, known, text in ((ids, JUDGES, "has no judge"), (JUDGES, ids, "is judged, but not in the data file")):
+    for names, known, text in ((ids, judges, "has no judge"), (judges, ids, "is judged, but not in the data file")):
         for name in (name for name in names if name not in known):
             raise InputError(f"claim {name} {text}")
-    return [judge_one(claim, datasets) for claim in claims]
+    return [
+        judge_one(claim, datasets, judges) if set(claim["datasets"]) <= set(datasets) else _not_judged(claim, without)
+        for claim in claims
+    ]
+
+
+def _not_judged(claim: Claim, reason: str) -> Verdict:
+    said = {"threshold": claim["threshold"].format_map(claim["limits"]), "reasons": (reason,), "finding": ""}
+    empty: dict[str, Any] = dict.fromkeys(("measured", "holds", "holds_in_part", "does_not_hold"), ())
+    names = ("id", "section", "claim")
+    texts = {name: claim.get(name, "") for name in (*names, "figure", "later")}
+    return Verdict(verdict=NOT_JUDGED, **texts, **said, **empty)
 
 
 def table(verdicts: Sequence[Verdict]) -> pd.DataFrame:
@@ -74,14 +90,11 @@ def as_json(verdicts: Sequence[Verdict]) -> str:
     return json.dumps([asdict(verdict) for verdict in verdicts], ensure_ascii=False, indent=1) + "\n"
 
 
-def judge_one(claim: Claim, datasets: Datasets) -> Verdict:
-    """Return the verdict on one claim."""
-    for name in claim["datasets"]:
-        if name not in datasets:
-            raise InputError(f"claim {claim['id']}: there is no dataset {name!r}")
+def judge_one(claim: Claim, datasets: Datasets, judges: Mapping[str, Judge] = JUDGES) -> Verdict:
+    """Return the verdict on one claim, whose datasets are there."""
     # A judge sees only the datasets that its claim names.
     data, limits = {name: datasets[name] for name in claim["datasets"]}, Limits(claim)
-    judgements = JUDGES[claim["id"]](limits, data)
+    judgements = judges[claim["id"]](limits, data)
     for problem, names in (
         ("limits that decide nothing", set(limits) - limits.used),
         ("parts that are not judged", set(claim["parts"]) - set(judgements)),
@@ -116,4 +129,5 @@ def judge_one(claim: Claim, datasets: Datasets) -> Verdict:
     )
 
 
-__all__ = ["COLUMNS", "JUDGES", "as_json", "judge", "judge_one", "read", "table"]
+__all__ = ["COLUMNS", "IN_THE_FULL_BUILD", "JUDGES", "LEFT_OUT", "MEASURED", "as_json", "judge", "judge_one", "read"]
+__all__ += ["table"]

@@ -98,7 +98,7 @@ modelling_option = with_default(
 @click.option(
     "--restitution",
     type=RESTITUTION,
-    help="Coefficient of restitution e, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
+    help="Restitution e of releases from 0.3 to 0.5 u_ins, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
 )
 @walls_option
 @click.option("--id", "identifier", help="Identifier of the row of --walls.")

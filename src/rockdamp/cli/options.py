@@ -125,7 +125,13 @@ damping_options = all_of(
     ),
     click.option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
     click.option("--local-damping", type=NUMBER, help="Coefficient alpha of LOCAL, local damping."),
-    click.option("--restitution", type=NUMBER, help="Restitution e, for CR, ECD of any order, LOCAL, and --compare."),
+    click.option(
+        "--restitution",
+        type=NUMBER,
+        help="Restitution e of releases from 0.3 to 0.5 u_ins, for CR, ECD of any order, LOCAL, and --compare.",
+    ),
+    click.option("--exponent", type=NUMBER, help="Exponent g of a loss that falls with the amplitude.  [default: 0]"),
+    click.option("--at", type=NUMBER, help="With --exponent, amplitude u/u_ins that e belongs to.  [default: 0.3]"),
     click.option("--order", type=NUMBER, help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
     click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )
@@ -283,6 +289,13 @@ def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalen
         raise click.UsageError(
             "--local-damping belongs to --damping-model LOCAL; it must be given with it, or not at all"
         )
+    loss = {name: options[name] for name in ("exponent", "at") if options[name] is not None}
+    if "at" in loss and "exponent" not in loss:
+        raise click.UsageError("--at belongs to --exponent; it must be given with it, or not at all")
+    if loss and (options["compare"] or restitution is None or model not in (None, *Damping.exact_models())):
+        raise click.UsageError(
+            f"--exponent belongs to --restitution with {', '.join(Damping.exact_models())}; it must be given with them"
+        )
     if options["compare"]:
         if model is not None or ratio is not None:
             raise click.UsageError("--compare finds every model's damping ratio; it must be given --restitution alone")
@@ -301,8 +314,8 @@ def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalen
     if model not in VISCOUS_MODELS:
         if ratio is not None:
             raise click.UsageError("--damping-ratio belongs to viscous models; CR must have --restitution alone")
-        return [Damping(model, _needed("--restitution", restitution, f"--damping-model {model}"))]
-    named = {} if order is None else {"order": order}
+        return [Damping(model, _needed("--restitution", restitution, f"--damping-model {model}"), **loss)]
+    named = ({} if order is None else {"order": order}) | loss
     if restitution is not None:
         exact = Damping.exact_models()
         if model not in exact:

@@ -13,8 +13,9 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from rockdamp.arrays import Array
-from rockdamp.config.earthquakes import Bilinear, Comparison, Earthquakes, Population, SpectrumMethod
+from rockdamp.config.earthquakes import Bilinear, Comparison, Earthquakes, LossLaw, Population, SpectrumMethod
 from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
+from rockdamp.config.one_sided import OneSided
 from rockdamp.config.sections import (
     Accuracy,
     AmplitudeDependence,
@@ -85,9 +86,16 @@ class Config(Section):
     comparison: Annotated[Comparison, OrNull] = Field(
         description="How dampers are compared with restitution under earthquakes: statistics of histories already run."
     )
+    loss_law: Annotated[LossLaw, OrNull] = Field(
+        description="A loss that falls with the amplitude beside the constant e, for the walls and records of the study"
+        " of earthquakes."
+    )
     spectrum_method: Annotated[SpectrumMethod, OrNull] = Field(
         description="An elastic spectrum at the secant period in place of histories, for the walls and records of the"
         " study of earthquakes."
+    )
+    one_sided: Annotated[OneSided, OrNull] = Field(
+        description="Facades that rock to one side against a stop, with restitution and with a damper at the stop."
     )
     population: Annotated[Population, OrNull] = Field(description="Many walls, drawn at random, under earthquakes.")
     convergence: Annotated[Convergence, OrNull] = Field(

@@ -192,6 +192,12 @@ class Comparison(Section):
     )
 
 
+class LossLaw(Section):
+    restitution: Fraction = Field(description="Coefficient of restitution e of the constant, and of each law. [-]")
+    exponent: Fractions = Field(description="Exponents g: the loss goes with the energy to the power -g. [-]")
+    amplitude: Fractions = Field(description="Amplitudes u/u_ins that e of a law belongs to. [-]")
+
+
 class BuildingSection(Section):
     period: Positive = Field(description="Fundamental period. [s]")
     storeys: Whole = Field(ge=1, le=100, description="Number of storeys.")

@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import MaxNLocator
-from scipy.stats import kstwo
 
 from rockdamp.figures.single import ACCELERATION, TIME, record_title
 from rockdamp.figures.style import (
@@ -29,7 +28,7 @@ from rockdamp.figures.style import (
 from rockdamp.figures.validation import MEASURED, MILLIMETRES, measured_name
 from rockdamp.laboratory.releases import FreeRocking
 from rockdamp.motions.records import Record
-from rockdamp.text import by_name, listed, number, percent, span
+from rockdamp.text import by_name, listed, number, percent
 from rockdamp.vocabulary import CANDIDATES, PAPER_MODELS, REFERENCE
 
 # --- records and least squares ----------------------------------------------------------------------------------------
@@ -96,8 +95,6 @@ SYMBOLS = {
     "hinge_ratio": "$h_1/h$",
     "overburden_ratio": "$O/W$",
 }
-ALL_SYMBOLS = {**SYMBOLS, "sensor_deviation": r"$\sigma$", "sensor_correlation": r"$\varphi$"}
-LINES = ("#0072B2", "#D55E00", "#009E73", "#9A4C95", "#8C6D1F", "#1A1A1A")
 BINS = 28
 INK, MARK = "#0072B2", "#D55E00"
 ROW, BAND = 40.0, 66.0  # heights [mm]
@@ -203,54 +200,11 @@ def _evidence(figure: Figure, place: SubplotSpec, posterior: xr.Dataset) -> None
 
 @styled
 def fig_identification(identification: xr.Dataset) -> Figure:
-    """Draw ranks of true values, how often intervals hold these values, and which model the records support."""
-    figure = new_figure(150.0)
-    rows = figure.add_gridspec(2, 1, height_ratios=[1, 1.1])
-    above = rows[0].subgridspec(1, 2)
-    _ranks(figure.add_subplot(above[0]), identification)
-    _coverage(figure.add_subplot(above[1]), identification)
-    _supported(figure.add_subplot(rows[1]), identification)
+    """Draw which model the records of each maker support."""
+    table = confusion(identification).stack(row=("record_made_by", "noise_factor")).transpose("row", "damping_model")
+    figure = new_figure(35.0 + 8.0 * table.sizes["row"])
+    _supported(figure.subplots(), table, _origins(identification))
     return figure
-
-
-def _ranks(axes: Axes, identification: xr.Dataset) -> None:
-    """Draw the share of true values with at most a rank, less that rank, in the band of a uniform distribution."""
-    count = int(identification["identified_records"])
-    for index, name in enumerate(identification["parameter"].values):
-        ranks = np.sort(identification["rank"].sel(parameter=name).dropna("draw").values)
-        grid = np.concatenate([[0.0], ranks, [1.0]])
-        share = np.searchsorted(ranks, grid, side="right") / max(ranks.size, 1)
-        axes.step(grid, share - grid, where="post", color=LINES[index % len(LINES)], label=ALL_SYMBOLS[str(name)])
-    if count:
-        bound = float(kstwo.ppf(0.95, count))
-        axes.fill_between([0, 1], -bound, bound, color=PALE, alpha=0.4, linewidth=0, zorder=0)
-        axes.set_ylim(-2.2 * bound, 2.2 * bound)
-    axes.axhline(0, color=GREY, linewidth=0.6)
-    axes.set_xlabel("rank of the true value [-]")
-    axes.set_ylabel("share of records up to it, less the rank [-]")
-    axes.set_title(f"(a) {count} simulated records")
-    axes.legend(ncols=3, loc="upper center", fontsize=7)
-
-
-def _coverage(axes: Axes, identification: xr.Dataset) -> None:
-    """Draw the shares of intervals that hold the true value, beside twice the standard error of so many records."""
-    names = [str(name) for name in identification["parameter"].values]
-    place = np.arange(len(names))
-    for level in identification["level"].values:
-        at = identification.sel(level=level)
-        error = 2 * float(at["coverage_error"])
-        axes.fill_between([-0.5, len(names) - 0.5], level - error, level + error, color=PALE, alpha=0.4, linewidth=0)
-        first = level == identification["level"].values[0]
-        axes.plot(place - 0.1, at["coverage"], "o", color=INK, label="posterior" if first else None)
-        axes.plot(
-            place + 0.1, at["coverage_by_least_squares"], "x", color=MARK, label="least squares" if first else None
-        )
-    axes.set_xticks(place, [ALL_SYMBOLS[name] for name in names])
-    axes.set_ylim(0, 1.3)
-    axes.set_yticks([0, 0.5, 0.9])
-    axes.set_ylabel("share of intervals that hold the truth [-]")
-    axes.set_title("(b) intervals of 50 and 90 %")
-    axes.legend(loc="upper center", ncols=2, fontsize=7)
 
 
 def compared(identification: xr.Dataset) -> xr.DataArray:
@@ -263,42 +217,54 @@ def confusion(identification: xr.Dataset) -> xr.DataArray:
     return compared(identification).groupby(identification["record_made_by"]).mean()
 
 
-def _supported(axes: Axes, identification: xr.Dataset) -> None:
+def _origins(identification: xr.Dataset) -> dict[tuple[str, float], tuple[int, int]]:
+    """Return of how many records, by maker and noise, the evidence of all models was determined, and how many exist."""
+    known = compared(identification).notnull().all("damping_model").groupby(identification["record_made_by"])
+    return {
+        (str(maker), float(factor)): (int(of.sel(noise_factor=factor).sum()), of.sizes["record"])
+        for maker, of in known
+        for factor in of["noise_factor"].values
+    }
+
+
+def _supported(axes: Axes, table: xr.DataArray, origins: dict[tuple[str, float], tuple[int, int]]) -> None:
     """Draw the mean probability of each model for the records of each origin, at each noise."""
-    shares = confusion(identification)
-    table = shares.stack(row=("record_made_by", "noise_factor")).transpose("row", "damping_model")
     models = [str(model) for model in table["damping_model"].values]
-    axes.imshow(table.fillna(0.0), cmap="Blues", vmin=0, vmax=1.6, aspect="auto")
-    for row in range(table.sizes["row"]):
-        for column in range(len(models)):
-            value = float(table[row, column])
-            text = f"{value:.2f}" if np.isfinite(value) else "not determined"
-            axes.text(column, row, text, ha="center", va="center", fontsize=7)
-    rows = [f"{maker}; noise × {factor:g}" for maker, factor in table["row"].values]
+    shown = np.ma.masked_invalid(table.values)
+    axes.set_facecolor(PALE)  # of what is not determined, which is no 0
+    axes.imshow(shown, cmap="Blues", vmin=0, vmax=1.6, aspect="auto")
+    for row, column in np.ndindex(table.shape):
+        value = float(table[row, column])
+        text = f"{value:.2f}" if np.isfinite(value) else "not determined"
+        axes.text(column, row, text, ha="center", va="center", fontsize=7)
+    keys = [(str(maker), float(factor)) for maker, factor in table["row"].values]
+    rows = [f"{maker}; noise × {factor:g} ({count_of(origins[maker, factor])})" for maker, factor in keys]
     axes.set_yticks(np.arange(len(rows)), rows, fontsize=7)
     axes.set_xticks(np.arange(len(models)), models)
-    axes.set_ylabel("record made by")
+    axes.set_ylabel("record made by (records)")
     axes.set_xlabel("damping model that explains it")
-    axes.set_title("(c) mean probability of the models [-]")
+    axes.set_title("mean probability of the models [-]")
+
+
+def count_of(known: tuple[int, int]) -> str:
+    """Return how many records a mean is of: "4", or "3 of 4" where one was not determined."""
+    return str(known[1]) if known[0] == known[1] else f"{known[0]} of {known[1]}"
 
 
 def fig_identification_caption(identification: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    identified, draws = int(identification["identified_records"]), identification.sizes["draw"]
-    held = [
-        f"{span(at['coverage'], percent)} ± {percent(at['coverage_error'])} (of {percent(at['level'])})"
-        for at in (identification.sel(level=level) for level in identification["level"].values)
+    origins, shares = _origins(identification), confusion(identification)
+    own = [
+        f"{number(shares.sel(record_made_by=maker, noise_factor=factor, damping_model=maker), 2)} ({maker},"
+        f" {count_of(known)} records{f', noise × {factor:g}' if factor != 1 else ''})"
+        for (maker, factor), known in origins.items()
+        if maker in identification["damping_model"].values and known[0]
     ]
-    true_model = {
-        str(maker): number(shares.sel(damping_model=maker).mean(), 2)
-        for maker, shares in confusion(identification).groupby("record_made_by")
-        if maker in identification["damping_model"].values
-    }
+    missing = sum(count - known for known, count in origins.values())
+    left_out = "records are left out, for which the evidence of a model was not determined."
     return f"""
-    Of {identified} simulated records, posterior intervals hold the truth in {listed(held)} (least to most of the
-    parameters, ± the standard error that so many records leave). Of {draws} records {draws - identified} could not be
-    identified. Below: the model that made a record of the test series has a mean probability of {by_name(true_model)}.
-    A test series with a curve that degrades is made by none of the models.
+    The mean probability of the model that made the records is {listed(own)}; the models are equally probable before.
+    {f"{missing} {left_out}" if missing else ""} A test series with a curve that degrades is made by none of the models.
     """
 
 

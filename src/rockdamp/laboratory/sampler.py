@@ -157,6 +157,7 @@ def nautilus() -> Any:
     try:
         import nautilus
     except ImportError:
-        message = "a posterior needs the package nautilus-sampler; pip install nautilus-sampler"
-        raise InputError(message) from None
+        raise InputError(
+            "a posterior needs the package nautilus-sampler, the extra [laboratory]: pip install nautilus-sampler"
+        ) from None
     return nautilus

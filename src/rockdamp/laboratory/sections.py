@@ -19,7 +19,6 @@ from rockdamp.config.kinds import (
     AtLeastZero,
     AtMostOne,
     BelowOne,
-    Duration,
     OrNull,
     Positive,
     Section,
@@ -63,27 +62,12 @@ class PriorSection(Section):
     sensor_drift: Positive = Field(description="Standard deviation of the sensor's drift. [m s-1]")
 
 
-class SimulatedRecords(Section):
-    draws: Whole = Field(ge=1, le=100_000, description="Number of records.")
-    seed: Seed = Field(description="Seed of all of it.")
-    damping_model: Model = Field(description="What makes them, and what they are identified by.")
-    duration: Duration = Field(description="Length of a record. [s]")
-    sampling: float = Field(ge=1, le=10_000, description="Samples in a second. [Hz]")
-    pulse_at: Duration = Field(description="When the table's pulse peaks. [s]")
-    pulse_peak: OfPositive = Field(description="Peak of the table's pulse. [m s-2]")
-    motion_noise: Positive = Field(description="Standard deviation of the accelerometer's noise. [m s-2]")
-    sensor_deviation: OfPositive = Field(description="As in the prior, in whose place it stands. [m]")
-    sensor_correlation: Correlation = Field(description="As in the prior, in whose place it stands. [-]")
-
-
 class Identification(Section):
     prior: PriorSection = Field(
         description="Independent distributions of all parameters; e, xi and m where a damping model has them."
     )
     step: Step = Field(description="Longest step in tau; the record's step is divided until it is no longer. [-]")
-    simulated: SimulatedRecords = Field(
-        description="Records that are made with parameters drawn from the prior, and identified."
-    )
+    seed: Seed = Field(description="Seed of the draws, and of the noise that is added.")
     test_series: Annotated[tuple[str, ...], names()] = Field(
         description="Synthetic records whose damping models are compared, seen from the folder of the run."
     )
@@ -138,8 +122,7 @@ class LaboratoryConfig(Config):
     """The paper's study, as config/default.yaml states it; null leaves a study out, and with it all that reads it."""
 
     identification: Annotated[Identification, OrNull] = Field(
-        description="Identification of a measured record's wall and damper; simulated records see that it is right"
-        " about itself."
+        description="Which damping models the records of test series support."
     )
     measured_rocking: Annotated[MeasuredRocking, OrNull] = Field(
         description="Which damping model the ratios of velocity of measured free rocking support."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -14,40 +15,13 @@ from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import made_by
 from rockdamp.laboratory.calibration import calibrate
 from rockdamp.laboratory.candidates import Candidate, Prior
+from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.laboratory.posterior import Evidence, evidence_of, probabilities
 from rockdamp.laboratory.sections import LaboratoryConfig
-from rockdamp.laboratory.simulated import Maker, Simulated, gathered
 from rockdamp.motions.records import Record
 from rockdamp.progress import track, without_bars
 
 NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of a synthetic record's header
-
-
-def identification(config: LaboratoryConfig, test_series: Mapping[str, Record]) -> xr.Dataset:
-    """Identify records made with parameters drawn from the prior; compare models for the records of a test series."""
-    maker = maker_of(config)
-    records = []
-    for number in track(range(config.identification.simulated.draws), "simulated records"):
-        with without_bars():
-            records.append(maker.judged(number))
-    return gathered(maker.names, records).merge(supported(config, test_series))
-
-
-def maker_of(config: LaboratoryConfig) -> Maker:
-    """Return what makes the records, with the prior that has the sensor's noise as it is simulated."""
-    section = config.identification
-    simulated, test = Simulated(**dict(section.simulated)), config.validation
-    prior = replace(
-        prior_of(config), sensor_deviation=simulated.sensor_deviation, sensor_correlation=simulated.sensor_correlation
-    )
-    curve = test.curve
-    a3 = float(curve.ultimate_displacement_ratio)
-    return Maker(test.wall, a3, curve.softening, section.step, prior, simulated)
-
-
-def prior_of(config: LaboratoryConfig) -> Prior:
-    """Return the prior that the config states."""
-    return Prior(**dict(config.identification.prior))
 
 
 def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
@@ -64,22 +38,22 @@ def noisier(record: Record, factor: float, random: np.random.RandomState) -> Rec
     )
 
 
-def supported(config: LaboratoryConfig, records: Mapping[str, Record]) -> xr.Dataset:
-    """Compute the evidence of each model for each record, at each noise; the probability is among those determined.
+def identification(config: LaboratoryConfig, test_series: Mapping[str, Record]) -> xr.Dataset:
+    """Compute the evidence of each damping model for each record, at each noise.
 
-    It raises `InputError` if a record is not synthetic, or does not say with what noise it was made.
+    The probability is among the models whose evidence was determined. It raises `InputError` if a record is not
+    synthetic, or does not say with what noise it was made.
     """
-    section = config.identification
+    section, records = config.identification, test_series
     for name, record in records.items():
         if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
             raise InputError(f"identification.test_series: {name} is not synthetic; it must be, and say what made it")
-    cases = [(name, factor) for name in records for factor in section.noise]
-    maker, found = maker_of(config), []
-    for name, factor in track(cases, "models of the test_series's records"):
-        random = np.random.RandomState([section.simulated.seed, crc32(name.encode())])
+    cases, found = [(name, factor) for name in records for factor in section.noise], []
+    for name, factor in track(cases, "models of the test series"):
+        random = np.random.RandomState([section.seed, crc32(name.encode())])
         record = noisier(records[name], float(factor), random)
         with without_bars():
-            found.append([_evidence(maker, prior_of(config), record, model) for model in section.damping_models])
+            found.append([_evidence(config, record, model) for model in section.damping_models])
     shape = (len(records), len(section.noise), len(section.damping_models))
     dims = ("record", "noise_factor", "damping_model")
     logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
@@ -99,13 +73,16 @@ def supported(config: LaboratoryConfig, records: Mapping[str, Record]) -> xr.Dat
     )
 
 
-def _evidence(maker: Maker, prior: Prior, record: Record, model: str) -> Evidence:
+def _evidence(config: LaboratoryConfig, record: Record, model: str) -> Evidence:
     """Return the evidence of a model; NaN too where noise leaves nothing of the rest before the motion."""
+    section, test = config.identification, config.validation
+    a3, softening = float(test.curve.ultimate_displacement_ratio), test.curve.softening
+    known: Any = {"ultimate_displacement_ratio": a3, "softening": softening, "step": section.step}
     try:
-        fit = maker.fit(record, Candidate.of(model))
+        fit = RecordFit.of(record, test.wall, Candidate.of(model), **known)
     except InputError:
         return Evidence()
-    return evidence_of(fit, prior, maker.simulated.seed)
+    return evidence_of(fit, Prior(**dict(section.prior)), section.seed)
 
 
 def study(config: Config, record: Record) -> xr.Dataset:

@@ -10,7 +10,6 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from rockdamp.arguments import instance, number, numbers, real, together
 from rockdamp.arrays import Array, ByValue, Quantity
@@ -364,6 +363,8 @@ def stop_damping_ratio(restitution: float, pulls: bool = False) -> float:
     delta = abs(float(np.log(e)))
     if pulls:
         return delta / float(np.hypot(np.pi, delta))
+    from scipy.optimize import brentq  # slow to import, and few walls need it
+
     # Its loss rises with xi from 0, and as 2 ln(2 xi) far beyond 1.
     return float(brentq(lambda xi: parting_loss(xi) - delta, 0.0, 2.0 / e, xtol=1e-15, rtol=1e-14))
 

@@ -52,7 +52,8 @@ def origins(config: Config, count: Callable[[Sequence[str]], int]) -> dict[str, 
         origin = Origin(drawn_with, figure.sources.version())
         expected |= {f"figures/{figure.name}.{suffix}": origin for suffix in config.figures.formats}
     expected[DICTIONARY] = Origin(config_digest({}), DICTIONARY_SOURCES.version())
-    return expected | {"report.html": Origin(config_digest(config.plain()), REPORT.version())}
+    page = Origin(config_digest(config.plain()), REPORT.version())
+    return expected | {"report.html": page, "paper.html": page}
 
 
 def write_checksums(folder: str | os.PathLike[str], expected: Mapping[str, Origin]) -> None:

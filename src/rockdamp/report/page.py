@@ -41,6 +41,7 @@ class Content:
     """Everything that the report shows, in the order of the page."""
 
     claims: Sequence[Mapping[str, Any]]  # fields of `rockdamp.claims.verdicts.Verdict`
+    measured: Sequence[Mapping[str, Any]]  # the same of what measured trials say
     errata: Sequence[Mapping[str, str]]  # rows of errata.csv
     figures: Mapping[str, bytes]  # PNG by name
     datasets: Datasets
@@ -73,6 +74,7 @@ def build(content: Content) -> str:
         reference=REFERENCE,
         recommended=RECOMMENDED,
         verdicts=tables.judged(content.claims),
+        of_trials=tables.judged(content.measured) if content.measured else [],
         parts=tables.PARTS,
         figure_words={name: FIGURES[name].number or "figure" for name in content.figures},
         later=sum(bool(claim["later"]) for claim in content.claims),

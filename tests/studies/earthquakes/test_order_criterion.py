@@ -126,3 +126,20 @@ def test_one_station_alone_has_no_halves():
     histories = made_up(np.array([0.3, 0.05])).isel(record=[0, 1])
     found = compare(histories)
     assert np.isnan(found["split_order"]).all() and (found["split_verdict"] == UNDECIDED).all()
+
+
+def test_the_half_that_judges_an_order_is_not_the_one_that_chose_it(monkeypatch):
+    """By hand: station 0 finds every order enough, station 1 none; so whichever chooses, the other one disagrees."""
+    histories = made_up(np.array([0.3, 0.05]))
+    sums = Sums.of(histories, "loss")
+    sums = replace(sums, stand=np.arange(40.0)[:, None, None, None] * np.ones_like(sums.stand))
+
+    def by_station(part, weights):
+        return None, None, np.array([[[ENOUGH if 0 in part.stand else EXCEEDS] * 2]], dtype=np.int8)
+
+    monkeypatch.setattr(order_criterion, "judge", by_station)
+    found = order_criterion.split(sums, np.arange(2.0), np.repeat([0, 1], 20), 12, 10, 1)
+    chose = found["split_order"].values == 0
+    assert chose.any() and not chose.all() and np.isnan(found["split_order"].values[~chose]).all()
+    np.testing.assert_array_equal(found["split_verdict"].values[chose], EXCEEDS)
+    np.testing.assert_array_equal(found["split_verdict"].values[~chose], ENOUGH)

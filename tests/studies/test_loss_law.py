@@ -1,0 +1,65 @@
+"""A loss that falls with the amplitude beside a constant e, under records."""
+
+import numpy as np
+import pytest
+from configs import configured
+
+from rockdamp.mechanics.damping import Damping
+from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import intensity_measures
+from rockdamp.solvers import event_driven
+from rockdamp.studies import loss_law
+
+
+@pytest.fixture(scope="module")
+def config():
+    small = {"records": ["fema-p695:far-field/[1-3]/*"], "earthquakes": {"velocity_ratio": {"count": 5}}}
+    return configured(small, minimal=True)
+
+
+@pytest.fixture(scope="module")
+def histories(config):
+    return loss_law.histories(config)
+
+
+def test_a_peak_is_the_event_driven_solver_s(config, histories):
+    named, place = config.earthquakes.walls[0], {"record": 0, "velocity_ratio": 0, "wall": 0}
+    motion = catalogue.read(catalogue.listing(config.records)[0]).record
+    factor = config.earthquakes.velocity_ratio[0] * named.wall.velocity_scale / intensity_measures(motion).pgv
+    sampling = float(named.wall.frequency_parameter) * motion.step
+    load = float(named.wall.load_factor) * factor * motion.ground_acceleration
+    one, e = histories.isel(place), float(config.loss_law.restitution)
+    cases = [(one["reference_peak"], Damping.cr(e))]
+    for g in config.loss_law.exponent:
+        for at in config.loss_law.amplitude:
+            peak = one["peak"].sel(loss_exponent=g, reference_amplitude=at)
+            cases.append((peak, Damping.cr(e, exponent=g, at=at)))
+    for peak, damping in cases:
+        times = sampling * np.arange(1, load.size)
+        exact = event_driven.history(named.curve, damping, times, load=load, load_step=sampling)
+        assert float(peak) == pytest.approx(np.abs(exact.turning_displacement).max(), rel=5e-3)
+
+
+def test_e_at_a_small_amplitude_collapses_earlier_and_the_statistics_are_those_of_the_histories(config, histories):
+    compared = loss_law.compare(config, histories)
+    assert compared["wall"].values.tolist() == ["all", *(named.name for named in config.earthquakes.walls)]
+    whole = compared.isel(wall=0, loss_exponent=0)
+    assert float(whole["false_collapse_rate"][0]) >= float(whole["false_collapse_rate"][-1])
+    for column, at in enumerate(config.loss_law.amplitude):
+        law = histories["collapsed"].sel(reference_amplitude=at).isel(loss_exponent=0).values
+        constant = histories["reference_collapsed"].values
+        assert float(whole["false_safe_rate"][column]) == pytest.approx(
+            ((constant == 1) & (law == 0)).sum() / constant.sum()
+        )
+        low, high = whole["median_intensity_ratio_interval"][column].values
+        assert low <= float(whole["median_intensity_ratio"][column]) <= high or np.isnan(low)
+        inside = (constant == 0) & (law == 0)
+        peak, reference = (
+            histories["peak"].sel(reference_amplitude=at).isel(loss_exponent=0).values,
+            histories["reference_peak"].values,
+        )
+        band = inside & (reference >= float(whole["band_start"][0])) & (reference < float(whole["band_end"][0]))
+        if band.any():
+            assert float(whole["median_ratio"][column, 0]) == pytest.approx(
+                np.median(peak[band] / reference[band]), rel=0.02
+            )
