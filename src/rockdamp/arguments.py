@@ -37,6 +37,8 @@ def real(name: str, value: Any) -> Array:
     if type(value) is float or type(value) is np.ndarray and value.dtype == np.float64:
         return np.asarray(value, order="C")  # the usual case, quickly
     if isinstance(value, np.ma.MaskedArray):
+        if not np.ma.is_masked(value):  # as netCDF4 returns all arrays
+            return real(name, value.data)
         raise InputError(f"{name} is a masked array; it must be {NUMBER}: fill the masked values, or leave them out")
     inner = getattr(value, "data", value) if is_named(value) else value
     if hasattr(inner, "magnitude") or isinstance(inner, np.ndarray | float) and hasattr(inner, "unit"):  # pint, astropy

@@ -100,3 +100,11 @@ def test_shapes_that_do_not_broadcast_or_are_too_large_are_refused():
 def test_a_history_has_the_same_cap_in_python_as_on_the_command_line():
     with pytest.raises(rd.InputError, match=r"at most 1e\+07|at most 10,000,001"):
         rd.free_decay(rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.8), length=1e7)
+
+
+def test_a_masked_array_with_nothing_masked_is_an_array_as_netcdf4_returns_it():
+    plain = rd.Wall(thickness=[0.2, 0.3], height=3.0)
+    masked = rd.Wall(thickness=np.ma.masked_array([0.2, 0.3], [False, False]), height=3.0)
+    np.testing.assert_array_equal(masked.weight, plain.weight)
+    with pytest.raises(rd.InputError, match="thickness is a masked array"):
+        rd.Wall(thickness=np.ma.masked_array([0.2, 0.3], [False, True]), height=3.0)
