@@ -40,8 +40,8 @@ def test_a_row_makes_the_wall_the_curve_and_the_restitution_that_it_states(table
     assert (float(curve.ultimate_displacement_ratio), curve.softening) == (0.95, "translated")
     assert (north.restitution, north.reason) == (0.85, "as given")
     assert float(south.curve.strength_ratio) == PRESETS["new"][0]
-    assert south.restitution == pytest.approx(SORRENTINO_RATIO * float(rd.Wall(0.25, 3.0).restitution))
-    assert isinstance(roof.wall, rd.Parapet) and roof.restitution == float(rd.Parapet(0.2, 1.2).restitution)
+    assert south.restitution == pytest.approx(SORRENTINO_RATIO * float(rd.Wall(0.25, 3.0).restitution_rigid))
+    assert isinstance(roof.wall, rd.Parapet) and roof.restitution == float(rd.Parapet(0.2, 1.2).restitution_rigid)
     assert east.restitution == float(rd.Wall(0.25, 3.0, overburden_ratio=1).restitution_impulsive)
 
 

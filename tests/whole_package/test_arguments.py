@@ -102,9 +102,12 @@ def test_a_history_has_the_same_cap_in_python_as_on_the_command_line():
         rd.free_decay(rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.8), length=1e7)
 
 
-def test_a_masked_array_with_nothing_masked_is_an_array_as_netcdf4_returns_it():
-    plain = rd.Wall(thickness=[0.2, 0.3], height=3.0)
-    masked = rd.Wall(thickness=np.ma.masked_array([0.2, 0.3], [False, False]), height=3.0)
-    np.testing.assert_array_equal(masked.weight, plain.weight)
-    with pytest.raises(rd.InputError, match="thickness is a masked array"):
-        rd.Wall(thickness=np.ma.masked_array([0.2, 0.3], [False, True]), height=3.0)
+def test_a_masked_array_that_misses_nothing_is_an_array_and_names_need_coordinates():
+    assert rd.Wall(np.ma.array([0.3, 0.4]), 4.0) == rd.Wall([0.3, 0.4], 4.0)
+    with pytest.raises(rd.InputError, match="thickness is an array with masked values"):
+        rd.Wall(np.ma.array([0.3, 0.4], mask=[True, False]), 4.0)
+    with pytest.raises(rd.InputError, match=r"is a Variable of xarray; it must be .* or an xarray.DataArray"):
+        rd.Wall(xr.Variable("wall", [0.3, 0.4]), 4.0)
+    with pytest.raises(rd.InputError, match=r"shape has shape \(2,\); it must be one number"):
+        rd.Building(period=0.25, storeys=3, storey=3, shape=np.array([1.0, 2.0]))
+    assert rd.Wall([], 4.0).thickness.shape == (0,)  # of a table without rows
