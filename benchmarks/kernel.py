@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from time import perf_counter, process_time
+from typing import Any
 
 import numpy as np
+from jax_loop import NO_JAX, jax_peaks
 from measure import Section, Table, crossing, interleaved, number, second_process
-from peers import NO_OPENSEES, CLoop, compile_c, opensees, opensees_history, opensees_run, scalar_peaks, scipy_history
+from peers import (
+    NO_OPENSEES,
+    NORMALISATION,
+    SOURCE,
+    CLoop,
+    compile_c,
+    opensees,
+    opensees_history,
+    opensees_run,
+    scalar_peaks,
+    scipy_history,
+)
 
 from rockdamp import Damping, TrilinearCurve
 from rockdamp.solvers import event_driven
@@ -25,6 +38,10 @@ STEPS = 4000
 STEP = 0.005  # in tau
 SUBSTEPS = 4
 SEED = 2017
+POW = (
+    "The compiler of C vectorises pow by glibc's libmvec; the power that numba compiles is a call for each history, as"
+    " PyPI's llvmlite has no vectors of it."
+)
 SAME = 1e-9  # of the peaks, u/u_ins
 WANTED = 1e-4  # error at equal accuracy, u/u_ins
 
@@ -61,8 +78,8 @@ class Batch:
             return Damping.power(self.exponent, self.parameter)
         return Damping(self.model, self.parameter)
 
-    def run(self, threads: int = 1, store_every: int | None = None) -> Response:
-        """Run them by rockdamp."""
+    def run(self, threads: int = 1, **asked: Any) -> Response:
+        """Run them by rockdamp; `asked` is what else `solve` is asked for."""
         return solve(
             self.curve,
             self.damping,
@@ -73,7 +90,7 @@ class Batch:
             ground_acceleration=self.ground,
             substeps=self.substeps,
             threads=threads,
-            store_every=store_every,
+            **asked,
         )
 
 
@@ -104,9 +121,58 @@ def section(quick: bool) -> Section:
         found.notes.append("No C compiler is here: the comparison with C is left out.")
     if NO_OPENSEES:
         found.notes.append(NO_OPENSEES + ".")
+    _peaks_alone(found, quick)
     speeds = _loops(found, library, quick)
     _accuracy(found, speeds, quick)
     return found
+
+
+# --- peaks alone ------------------------------------------------------------------------------------------------------
+
+LONG_STEP = 0.05  # in tau: too long for a lane to leave, see solvers.peaks_kernel.FINE
+
+
+def _peaks_alone(found: Section, quick: bool) -> None:
+    """Compare the march of peaks alone with the same in C and in JAX, and the full march with the full C loop."""
+    steps, repetitions, lanes = (400, 2, 512) if quick else (STEPS, 7, MOST)
+    columns = {"peaks": "rockdamp", "jax": "JAX", "c": "C", "full": "rockdamp, full", "c full": "C, full"}
+    table = Table(
+        f"Peaks alone of {lanes} histories: nanoseconds of processor time per step and history, one thread, best of"
+        f" {repetitions} interleaved repetitions of {steps} steps. Full: with collapse time, peak time and crossings."
+        " rockdamp ends a history once its peak is sure, in free decay soon after the first half cycle; in the rows"
+        f" 'free, all steps' the step, {LONG_STEP:g} in tau, is too long for that, and every loop takes every step.",
+        ["damper", "load", *columns.values(), "rockdamp / JAX", "rockdamp / C", "full / C, full"],
+    )
+    libraries = {"c": compile_c(SOURCE, "-DPEAKS_ALONE"), "c full": compile_c()}
+    if NO_JAX:
+        found.notes.append(NO_JAX + ".")
+    worst: dict[tuple[str, str], float] = {}
+    for model in MODELS:
+        for load in ("free", "free, all steps", "record"):
+            walls = batch(model, load == "record", lanes, steps)
+            walls = replace(walls, step=LONG_STEP) if load == "free, all steps" else walls
+            functions: dict[str, Any] = {"peaks": partial(walls.run, peaks_only=True), "full": walls.run}
+            functions |= {name: CLoop(library, walls).run for name, library in libraries.items() if library}
+            if not NO_JAX:
+                functions["jax"] = jax_peaks(walls, NORMALISATION)
+                ended = walls.run(peaks_only=True)
+                apart = np.abs(functions["jax"]() - ended.peak)[ended.outcome == 0].max()
+                assert apart < SAME, f"{model}, {load}: JAX's peaks differ by {apart:g}"
+            timed = interleaved(functions, repetitions, clock=process_time)
+            ns = {name: timed[name].best * 1e9 / steps / lanes if name in timed else np.nan for name in columns}
+            ratios = {"JAX": ns["peaks"] / ns["jax"], "C": ns["peaks"] / ns["c"], "C, full": ns["full"] / ns["c full"]}
+            for peer, ratio in ratios.items() if load in ("free", "record") else ():
+                worst[model, peer] = np.fmax(worst.get((model, peer), np.nan), ratio)
+            cells = [*ns.values(), *ratios.values()]
+            table.rows.append([NAMES[model], load, *("-" if np.isnan(cell) else f"{cell:.2f}" for cell in cells)])
+            print("  " + "  ".join(table.rows[-1]), flush=True)
+    found.tables.append(table)
+    limits = {"JAX": ("Peaks alone", 0.8), "C": ("Peaks alone", 1.15), "C, full": ("Full march", 1.25)}
+    for (model, peer), ratio in worst.items():
+        if not np.isnan(ratio):
+            what, limit = limits[peer]
+            named = f"{what}: time over {peer}, {NAMES[model]}, {lanes} histories, worse of free and record"
+            found.target(named, float(ratio), limit, " times", reason=POW if model == "POWER" and peer != "JAX" else "")
 
 
 # --- loops ------------------------------------------------------------------------------------------------------------
@@ -185,10 +251,6 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
                 print("  " + "  ".join(table.rows[-1]), flush=True)
     found.tables.append(table)
     few = _few(found, repetitions)
-    for model in MODELS:
-        if library is not None:
-            what = f"Time over the C loop's, {NAMES[model]}, {MOST} histories, one core, worse of free and record"
-            found.target(what, max(worst[f"{model} c"]), 1.25, " times")
     faster = min(lanes for lanes in LANES if _faster_from(lanes, plain))
     few += f" From {faster} histories on it is faster with every damper."
     several = min(min(ratios) for lanes, ratios in plain.items() if lanes > 1)

@@ -1,4 +1,4 @@
-"""Rockdamp beside a C loop, OpenSeesPy, SciPy and numba, and against its targets: one command, run by hand.
+"""Rockdamp beside C and JAX loops, OpenSeesPy, SciPy and numba, and against its targets: one command, run by hand.
 
     .venv-peers/bin/python benchmarks/side_by_side.py [--quick] [--earthquakes] [--population] [--only SECTION ...]
 
@@ -34,7 +34,7 @@ from peers import FLAGS, c_version
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build/benchmarks"  # what each section found last
 COMMAND = ".venv-peers/bin/python benchmarks/side_by_side.py --earthquakes --population"
-PACKAGES = ("numpy", "numba", "scipy", "snakemake", "openseespy")
+PACKAGES = ("numpy", "numba", "scipy", "snakemake", "openseespy", "jax")
 GIBIBYTE = 2**30
 
 
@@ -123,9 +123,9 @@ def _readme(sections: list[Section]) -> str:
     ]
     parts = [
         "# How fast it is",
-        "Time and memory of rockdamp, beside a C loop, OpenSeesPy, SciPy and a plain numba loop, and against targets."
-        " The command below writes this page; nothing here is edited by hand. The two parts of a ratio are measured in"
-        " turn in the same run, and each is the best of several repetitions.",
+        "Time and memory of rockdamp, beside C and JAX loops, OpenSeesPy, SciPy and a plain numba loop, and against"
+        " targets. The command below writes this page; nothing here is edited by hand. The two parts of a ratio are"
+        " measured in turn in the same run, and each is the best of several repetitions.",
         f"```\n{COMMAND}\n```",
         "`make peers` sets up what the command needs. Without `--earthquakes` the study of earthquakes is not built"
         " anew. Without `--population` a share of the walls stands for all. `--quick` tries everything out in small."

@@ -31,13 +31,19 @@ ENVIRONMENT = {  # variables that Numba and Matplotlib read, what they must matc
 def real(name: str, value: Any) -> Array:
     """Return real numbers, finite or not, as a contiguous array of floats; not copied where they are one.
 
-    Text, truth values, complex numbers, masked arrays and numbers that carry a unit are refused: NumPy would convert
-    them and lose half of what they say.
+    Text, truth values, complex numbers, masked values, numbers that carry a unit and names without coordinates are
+    refused: NumPy would convert them and lose half of what they say.
     """
     if type(value) is float or type(value) is np.ndarray and value.dtype == np.float64:
         return np.asarray(value, order="C")  # the usual case, quickly
     if isinstance(value, np.ma.MaskedArray):
-        raise InputError(f"{name} is a masked array; it must be {NUMBER}: fill the masked values, or leave them out")
+        if np.ma.is_masked(value):
+            raise InputError(
+                f"{name} is an array with masked values; it must be {NUMBER}: fill them, or leave them out"
+            )
+        value = value.data  # netCDF4 masks arrays that miss nothing
+    if is_named(value) and not hasattr(value, "coords"):
+        raise InputError(f"{name} is a {type(value).__name__} of xarray; it must be {NUMBER}, or an xarray.DataArray")
     inner = getattr(value, "data", value) if is_named(value) else value
     if hasattr(inner, "magnitude") or isinstance(inner, np.ndarray | float) and hasattr(inner, "unit"):  # pint, astropy
         raise InputError(f"{name} is {shown(value)}; it must be {NUMBER}, in SI units and without the unit")

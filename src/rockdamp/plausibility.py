@@ -149,6 +149,8 @@ def of_density(density: ArrayLike) -> list[str]:
 def of_overburden(overburden_ratio: ArrayLike, weight: ArrayLike) -> list[str]:
     """Return a doubt where O/W is larger than few walls have; `weight` is the wall's own per metre. [N m-1]"""
     ratios, weights = np.broadcast_arrays(np.asarray(overburden_ratio, dtype=float), np.asarray(weight, dtype=float))
+    if not ratios.size:
+        return []
     first = int(np.argmax(ratios))
     ratio, per_metre = float(ratios.flat[first]), float(weights.flat[first])
     if ratio <= MOST_LOADED:

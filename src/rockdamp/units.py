@@ -32,7 +32,9 @@ def _table() -> dict[str, Unit]:
         (1, 0, 0): "m metre meter 1, mm 0.001, cm 0.01, dm 0.1, km 1000, in inch inches 0.0254, ft foot feet 0.3048",
         (0, 1, 0): "kg 1, g 0.001, t 1000, lb 0.45359237",
         (0, 0, 1): "s sec secs second seconds 1, ms msec msecs millisecond milliseconds 0.001, min 60, h 3600",
-        (1, 1, -2): "n 1, kn 1000, lbf 4.4482216152605",
+        (1, 1, -2): "n 1, kn 1000, lbf 4.4482216152605, kip kips 4448.2216152605",
+        (-1, 1, -2): "pa 1, kpa 1000, mpa 1000000, psf 47.880258980336, psi 6894.7572931684",
+        (-3, 1, 0): "pcf 16.018463373960",
     }
     rows = [(powers, part.split()) for powers, text in names.items() for part in text.split(",")]
     return {name: Unit(Decimal(size), *powers) for powers, (*alike, size) in rows for name in alike}

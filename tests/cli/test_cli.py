@@ -98,7 +98,7 @@ def test_wall_gives_the_wall_of_the_package_under_the_agreed_keys():
 
 def test_wall_knows_parapets():
     result = run("wall", "--thickness", 0.3, "--height", 2, "--parapet", "--json")
-    assert json.loads(result.stdout)["restitution"] == float(rd.Parapet(0.3, 2.0).restitution)
+    assert json.loads(result.stdout)["restitution_rigid"] == float(rd.Parapet(0.3, 2.0).restitution_rigid)
     text = run("wall", "--thickness", 0.3, "--height", 2, "--parapet").stdout
     assert "Housner" in text and "0.90" not in text
 
@@ -106,7 +106,7 @@ def test_wall_knows_parapets():
 def test_the_walls_table_has_restitution_by_each_formula_and_periods():
     text = run("wall", *WALL, "--preset", "moderate").stdout
     made = rd.Wall(0.3, 4.5)
-    for e in (made.restitution, made.restitution_impulsive, SORRENTINO_RATIO * made.restitution):
+    for e in (made.restitution_rigid, made.restitution_impulsive, SORRENTINO_RATIO * made.restitution_rigid):
         assert f"{float(e):.5g}" in text
     lines = [line.split() for line in text.splitlines()]
     header = lines.index(["amplitude", "displacement", "rigid_period", "period"])
@@ -189,7 +189,6 @@ def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
         (("wall", "--thickness", "3kg", "--height", 4.5), "'3kg' is in kg; it must be a number in m"),
         (("datasets", "no-such-folder"), "no-such-folder"),
         (("nonsense",), "nonsense"),
-        (("equivalent", "--restitution", 0.85, *CURVE, "--window", 9), "is now called --response-length"),
     ],
 )
 def test_bad_input_ends_with_status_2_and_names_the_value(arguments, named):

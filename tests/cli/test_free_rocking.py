@@ -46,7 +46,7 @@ def test_json_holds_parameters_impacts_and_dampers(made):
     assert len(told["releases"]) == 2 and len(told["impacts"]) == len(told["half_cycles"]) - 2
     assert {row["damping_model"]: row["excluded"] for row in told["damping_models"]}["CDC"]
     assert told["residual_over_rest"] == pytest.approx(1, abs=0.15)
-    assert told["restitution_rigid"] == pytest.approx(float(rd.Wall(0.25, 3.0, hinge_ratio=0.6).restitution))
+    assert told["restitution_rigid"] == pytest.approx(float(rd.Wall(0.25, 3.0, hinge_ratio=0.6).restitution_rigid))
     assert plot.read_bytes().startswith(b"\x89PNG")
     with xr.open_dataset(output) as stored:
         assert stored.attrs["title"].startswith("Curve, restitution") and stored.sizes["release"] == 2

@@ -7,12 +7,13 @@ from html import unescape
 import made_up_earthquakes as made_up
 import numpy as np
 import xarray as xr
+from configs import configured
 
 from rockdamp import report
 from rockdamp.report import earthquakes
 from rockdamp.text import number
 
-CONFIG = {"earthquakes": {"restitution_change": 0.017}, "curve": {"strength_ratio": 0.83}}
+CONFIG = configured({"earthquakes": {"restitution_change": 0.017}, "curve": {"strength_ratio": 0.83}})
 
 
 def datasets(compared=None):

@@ -118,7 +118,7 @@ def test_every_figure_is_there_in_order_with_its_picture_and_text(page, content)
 
 def test_the_whole_config_can_be_read_back(page, content):
     (block,) = [one["text"] for one in page.all("pre") if one["text"].startswith("results:")]
-    assert yaml.safe_load(block) == content.config
+    assert yaml.safe_load(block) == content.stated
 
 
 def test_versions_digests_and_the_citation_are_there(page, content):

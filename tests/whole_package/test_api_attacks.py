@@ -66,7 +66,16 @@ CALLS = {
     "floor_motions": (rd.floor_motions, {"records": "none.csv", "building": BUILDING}),
 }
 # What functions return and raise: nobody calls these.
-RETURNED = {"Response", "Histories", "Comparison", "ComparedHistories", "Equivalent", "IntensityMeasures"}
+RETURNED = {
+    "Response",
+    "Histories",
+    "Comparison",
+    "ComparedHistories",
+    "Peaks",
+    "ComparedPeaks",
+    "Equivalent",
+    "IntensityMeasures",
+}
 RETURNED |= {"GroundMotion", "FloorMotion", "Fragility", "InputError", "InputWarning"}
 
 # What a user may pass by mistake, by what an argument is. None is right where it is the default.
@@ -88,7 +97,7 @@ WRONG = {
     **dict.fromkeys(("case", "checkpoints"), [None, "a", 0.5, [1.5], 1e300]),
 }
 # Arguments of which any text or truth value is right, and those that a function passes on.
-FREE = {"parapet", "histories", "header", "digest", "unit_of_file", "parameters"}
+FREE = {"parapet", "peaks_only", "histories", "header", "digest", "unit_of_file", "parameters"}
 # What an error calls an argument where it is not by its own name.
 CALLED = {
     "name": "preset",

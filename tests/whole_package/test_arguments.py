@@ -100,3 +100,14 @@ def test_shapes_that_do_not_broadcast_or_are_too_large_are_refused():
 def test_a_history_has_the_same_cap_in_python_as_on_the_command_line():
     with pytest.raises(rd.InputError, match=r"at most 1e\+07|at most 10,000,001"):
         rd.free_decay(rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.8), length=1e7)
+
+
+def test_a_masked_array_that_misses_nothing_is_an_array_and_names_need_coordinates():
+    assert rd.Wall(np.ma.array([0.3, 0.4]), 4.0) == rd.Wall([0.3, 0.4], 4.0)
+    with pytest.raises(rd.InputError, match="thickness is an array with masked values"):
+        rd.Wall(np.ma.array([0.3, 0.4], mask=[True, False]), 4.0)
+    with pytest.raises(rd.InputError, match=r"is a Variable of xarray; it must be .* or an xarray.DataArray"):
+        rd.Wall(xr.Variable("wall", [0.3, 0.4]), 4.0)
+    with pytest.raises(rd.InputError, match=r"shape has shape \(2,\); it must be one number"):
+        rd.Building(period=0.25, storeys=3, storey=3, shape=np.array([1.0, 2.0]))
+    assert rd.Wall([], 4.0).thickness.shape == (0,)  # of a table without rows

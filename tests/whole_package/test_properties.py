@@ -135,7 +135,7 @@ def test_walls_of_one_shape_differ_in_time_as_the_root_of_their_size(wall, size)
     assert other.instability_displacement == pytest.approx(wall.instability_displacement * size, rel=1e-12)
     # The same acceleration does the same: strength goes with weight.
     assert other.load_factor == pytest.approx(wall.load_factor, rel=1e-12)
-    assert other.restitution == pytest.approx(wall.restitution, abs=1e-14)
+    assert other.restitution_rigid == pytest.approx(wall.restitution_rigid, abs=1e-14)
     assert other.restitution_impulsive == pytest.approx(wall.restitution_impulsive, abs=1e-14)
 
 

@@ -45,6 +45,7 @@ REPLICATES, SEED = 1000, 695  # of the bootstrap over stations
 # share is above 2.5 %: then a bound of the interval is one station's value, and says nothing of the others.
 FEWEST_STATIONS = 4
 METHOD = "Wilson score interval, 95 %, of the effective number of records"
+WEAKEST = 1e-6  # intensity that is assessed: beyond it factors vanish [m s-1 or m s-2]
 CHUNK = 256  # walls that are run at once
 MISSING = {"collapses": -1, "unsettled": -1, "stripe_collapses": -1}  # of a row with an error; NaN elsewhere
 DIMS = ("wall", "damping_model", "record", "intensity", "stripe", "bound")
@@ -304,6 +305,7 @@ def intensities(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Arra
     name = measure.lower()
     values = np.unique(np.atleast_1d(numbers(name, value)))
     require(values > 0, name, values, f"greater than 0 [{UNITS[measure]}]")
+    require(values >= WEAKEST, name, values, f"at least {WEAKEST:g} [{UNITS[measure]}]")
     if values.ndim != 1 or not values.size:
         raise InputError(f"{name} must be a number or some numbers")
     unlikely = plausibility.of_velocity(values) if measure == "PGV" else plausibility.of_asked(float(values[-1]))

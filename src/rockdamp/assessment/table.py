@@ -34,6 +34,7 @@ CURVE = ("a1", "b1", "a3", "softening", "preset")
 COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy", *DIAPHRAGM, *ONE_SIDED)
 LENGTHS = ("thickness", "height", "width", "eccentricity", "tie_gap", "tie_height")
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
+REMARK, WORKBOOKS = "#", (".xlsx", ".xls", ".parquet")
 EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 
 
@@ -69,19 +70,22 @@ def read_walls(path: str | os.PathLike[str], columns: Mapping[str, Column] | Non
     """Read a table of walls: a CSV with the columns ``id``, ``thickness`` and ``height`` and any others of `COLUMNS`.
 
     Commas, semicolons or tabs divide it; beside the latter two a comma is a decimal sign. Sizes are in SI units, or in
-    that of the column; `columns` names those that are called otherwise, and then what no column holds is passed over.
+    that of the column; `columns` names those that are called otherwise. Columns of other names are passed over with a
+    warning, and so are lines that begin with ``#``. Excel's and Parquet's files are read where pandas can.
     A cell may be empty: then the default of `Wall` holds, e is by the rule ``measured``, and the curve must be stated
     by ``a1`` and ``b1``, or by ``preset``.
     """
     path, columns = Path(path), columns or {}
-    text = input_file.text(input_file.content(path, "a CSV of walls"), path)
-    mark = tables.divider(text.partition("\n")[0]) or ","
+    text = _text(path)
+    heads = [line for line in text.splitlines() if line.strip() and not line.startswith(REMARK)]
+    mark = tables.divider(heads[0] if heads else "") or ","
     reader = csv.reader(io.StringIO(text), strict=True, delimiter=mark)
     try:
-        stated_names = [name.strip() for name in next(reader, [])]
+        first: list[str] = next((cells for cells in reader if not _is_remark(cells)), [])
+        stated_names = [name.strip() for name in first]
         names = _renamed(stated_names, columns, path)
         _check_columns(names, path)
-        others = [name for name, content in zip(stated_names, names, strict=True) if name and not content]
+        others = [_near(name) for name, content in zip(stated_names, names, strict=True) if name and not content]
         if others:
             plausibility.warn([f"{path}: columns that are not read: {', '.join(others)}"])
         named = {name: column.unit for name, column in columns.items() if column.unit}
@@ -99,29 +103,54 @@ def row_of(path: str | os.PathLike[str], wanted: str, columns: Mapping[str, Colu
         meant = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"{os.fspath(path)}: there is no wall whose id is {wanted!r}{meant}")
     row = rows[0]
+    if len(rows) > 1:
+        lines = " and ".join(str(each.line) for each in rows)
+        raise InputError(f"{os.fspath(path)}: {wanted!r} is the id of lines {lines}; each wall must have its own")
     if isinstance(row, BadRow):
         raise InputError(f"{os.fspath(path)}, {row.error}")
     return row
 
 
 def _renamed(names: list[str], columns: Mapping[str, Column], path: Path) -> list[str]:
-    """Return what each column of the file holds; nothing, "", where `columns` are named and it is none of `COLUMNS`."""
-    if not columns:
-        return names
+    """Return what each column of the file holds, in small or capital letters; nothing, "", where it is none."""
     for content, column in columns.items():
         if column.name not in names:
             raise InputError(f"{path}, line 1: there is no column {column.name!r}, named for {content}")
     contents = {name: name for name in COLUMNS if name not in columns}
-    contents |= {column.name: content for content, column in columns.items()}
-    return [contents.get(name, "") for name in names]
+    small = {name.lower(): contents[name.lower()] for name in names if name.lower() in contents}
+    named = {column.name: content for content, column in columns.items()}
+    return [named.get(name, small.get(name.lower(), "")) for name in names]
+
+
+def _near(name: str) -> str:
+    """Return the name of a column that is not read, with the one that may be meant."""
+    near = difflib.get_close_matches(name.lower(), COLUMNS, n=1, cutoff=0.8)
+    return f"{name} (did you mean {near[0]}?)" if near else name
+
+
+def _is_remark(cells: list[str]) -> bool:
+    return not any(cell.strip() for cell in cells) or cells[0].startswith(REMARK)
+
+
+def _text(path: Path) -> str:
+    """Return a table as the text of a CSV; of a workbook, its first sheet."""
+    if path.suffix.lower() not in WORKBOOKS:
+        return input_file.text(input_file.content(path, "a CSV of walls"), path)
+    import pandas as pd  # slow to import
+
+    try:
+        read = pd.read_parquet if path.suffix.lower() == ".parquet" else pd.read_excel
+        return str(read(path).to_csv(index=False))
+    except ImportError as error:
+        raise InputError(f"{path}: {error}; it must be saved as CSV, or what reads it installed") from None
+    except (ValueError, KeyError) as error:
+        raise InputError(f"{path}: {error}; it must be a table of walls, as a workbook or as CSV") from None
 
 
 def _check_columns(names: list[str], path: Path) -> None:
     allowed = f"they must be {', '.join(NEEDED)} and any of {', '.join(COLUMNS[len(NEEDED) :])}, as {EXAMPLE}; "
     allowed += "--column NAME=COLUMN names others"
     for name in filter(None, names):
-        if name not in COLUMNS:
-            raise InputError(f"{path}, line 1: there is no column {name!r}; {allowed}")
         if names.count(name) > 1:
             raise InputError(f"{path}, line 1: the column {name!r} is there twice; {allowed}")
     for name in NEEDED:
@@ -135,7 +164,7 @@ def _rows(
     lines: dict[str, int] = {}  # of the ids
     for cells in reader:
         line: int = reader.line_num  # type: ignore[attr-defined]
-        if not any(cell.strip() for cell in cells):
+        if _is_remark(cells):
             continue
         identifier = dict(zip(names, map(str.strip, cells), strict=False)).get("id", "")
         try:
@@ -242,7 +271,7 @@ def _overburden_ratio(filled: Mapping[str, str], wall: Wall | Parapet) -> float:
         load = written_sizes.overburden(filled["overburden"])
     except UnitError as error:
         raise InputError(f"overburden: {error}; it must be a load with its unit, as 12kN/m or 12kN") from None
-    ratio = written_sizes.overburden_ratio(*load, float(wall.weight), float(wall.width))
+    ratio = written_sizes.overburden_ratio(*load, float(wall.weight), float(wall.width), float(wall.thickness))
     plausibility.warn(plausibility.of_load(ratio))
     return ratio
 

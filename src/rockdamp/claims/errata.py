@@ -98,8 +98,8 @@ def eq_7(_: Datasets) -> dict[str, str]:
     """Compare both coefficients of restitution."""
     middle, high = (Wall(**FIG4, hinge_ratio=ratio) for ratio in (0.5, 0.7))
     return {
-        "printed_middle": number(middle.restitution),
-        "printed_high": number(high.restitution),
+        "printed_middle": number(middle.restitution_rigid),
+        "printed_high": number(high.restitution_rigid),
         "impulsive_middle": number(middle.restitution_impulsive),
         "impulsive_high": number(high.restitution_impulsive),
     }
@@ -109,9 +109,9 @@ def restitution_of_fig_4(_: Datasets) -> dict[str, str]:
     """Eq. (7) at both ends of the hinge's range, and the height of the hinge that gives Fig. 4's e."""
 
     def excess(ratio: float) -> float:
-        return float(Wall(**FIG4, hinge_ratio=ratio).restitution) - FIG4_RESTITUTION
+        return float(Wall(**FIG4, hinge_ratio=ratio).restitution_rigid) - FIG4_RESTITUTION
 
-    low, high = (number(Wall(**FIG4, hinge_ratio=ratio).restitution) for ratio in (0.5, 0.7))
+    low, high = (number(Wall(**FIG4, hinge_ratio=ratio).restitution_rigid) for ratio in (0.5, 0.7))
     return {"low": low, "high": high, "needed": number(brentq(excess, 0.5, 0.99))}
 
 

@@ -51,7 +51,7 @@ def hinge_mass(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Divide the measured restitution that the paper quotes by the analytical values of the tested wall."""
-    analytical, impulsive = (data["mechanism"][f"tested_restitution_{name}"] for name in ("analytical", "impulsive"))
+    analytical, impulsive = (data["mechanism"][f"tested_restitution_{name}"] for name in ("rigid", "impulsive"))
     low, mean, high = limits["measured"]
     ratio = {"mean": mean / analytical, "lowest": low / analytical, "highest": high / analytical}
     ratio["impulsive"] = mean / impulsive

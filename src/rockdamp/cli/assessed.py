@@ -80,6 +80,9 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
     if heights := hinge(wall):
         taken, weakest = heights.values()
         click.echo(f"hinge at {taken:.3g} of the height; between 0.5 and 0.7 the wall is weakest at {weakest:.3g}")
+    if (ratio := float(getattr(wall, "overburden_ratio", 0.0))) > 0:
+        load = float(wall.overburden / wall.width) / 1000
+        click.echo(f"overburden {ratio:.3g} W = {load:.3g} kN/m")
     click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
     if uncertain := _uncertainty(answer):
         deviation, source = uncertain.values()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -111,7 +113,8 @@ modelling_option = with_default(
 @click.option("--report", type=OutputFile(".html"), help="Write a page to print.")
 @click.option("--name", help="Name of the wall on the page of --report.")
 @click.option("--project", default="", help="Project on the page of --report.")
-@click.option("--date", default="", help="Date on the page of --report, as it shall stand there.")
+@click.option("--date", help="Date on the page of --report, as it shall stand there.  [default: today]")
+@with_default("--paper", type=click.Choice(["a4", "letter"]), default="a4", help="Paper of the page of --report.")
 @units_option
 @json_option
 def assess_command(
@@ -134,7 +137,7 @@ def assess_command(
     solver's step is halved twice, and what the last halving changes is printed. The JSON is in SI whatever the units.
     """
     if report is None:
-        refuse_unused(("name", "project", "date"), "--report")
+        refuse_unused(("name", "project", "date", "paper"), "--report")
     if options["nrml"] is None:
         refuse_unused(("taxonomy", "modelling_dispersion"), "--nrml")
     require_one(pgv, pga)
@@ -199,7 +202,8 @@ def assess_command(
         )
         with writing(report):
             name = options["name"] or identifier or "Wall"
-            about = page.About(options["project"], options["date"], command_line(), units)
+            date = today() if options["date"] is None else options["date"]
+            about = page.About(options["project"], date, command_line(), units, options["paper"])
             page.write(page.Subject(name, wall, curve, motions, answer, about, placement), report)
     if as_json:
         held = None if diaphragm is None else {"period": diaphragm.period, "damping_ratio": diaphragm.damping_ratio}
@@ -218,6 +222,13 @@ def assess_command(
         else:
             show_damping(typed, constants, taken, units)
         print_checks(placed, checked)
+
+
+def today() -> str:
+    """Return the date for a page: today, or that of SOURCE_DATE_EPOCH, for who wants the same bytes again."""
+    stated = os.environ.get("SOURCE_DATE_EPOCH")
+    now = datetime.now() if stated is None else datetime.fromtimestamp(int(stated), UTC)
+    return now.date().isoformat()
 
 
 def require_one(pgv: list[float] | None, pga: list[float] | None) -> None:

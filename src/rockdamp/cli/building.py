@@ -225,15 +225,25 @@ def in_unit(measure: str, intensity: float) -> str:
 
 def print_checks(placed: Placed, checks: Sequence[Check]) -> None:
     """Print the answer in a sentence, and both checks with their numbers, for each intensity."""
+    from rockdamp.assessment.assess import FEWEST_STATIONS
+    from rockdamp.text import counted
+
     answer = placed.answer
     measure = answer.attrs["intensity_measure"]
     if placed.values is not None and len(placed.values["periods"]) > 1:
         click.echo("\nby the period of the building, of which the worst counts:\n")
         print_table(placed.values["periods"], {"building_period": "s", "median_intensity": UNITS[measure]})
     shares = answer["collapse_probability"].sel(damping_model=REFERENCE).values.tolist()
-    for check, share in zip(checks, shares, strict=True):
+    few = len(set(answer["station"].values.tolist())) < FEWEST_STATIONS
+    records = counted(int(answer["records"]), "record")
+    for index, (check, share) in enumerate(zip(checks, shares, strict=True)):
         where = f" of the ground, {placed.place}" if placed.place else ""
-        click.echo(f"\nprobability of collapse at {in_unit(measure, check.intensity)}{where}: {share:.0%}")
+        at = f"at {in_unit(measure, check.intensity)}{where}"
+        if few:
+            count = int(answer["collapses"].sel(damping_model=REFERENCE)[index])
+            click.echo(f"\n{count} of {records} collapse the wall {at}: too few stations for a probability")
+        else:
+            click.echo(f"\nprobability of collapse {at}: {share:.0%}")
         if isfinite(check.margin):
             click.echo(f"  margin: the median {measure} of collapse is {check.margin:.3g} times this")
         shaken, onset = (value / STANDARD_GRAVITY for value in (check.support_acceleration, check.rocking_onset))

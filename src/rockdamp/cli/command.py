@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-# Options that were renamed: for the old name the error states the new one.
-RENAMED = {"--window": "--response-length"}
 BAD_INPUT = 2
 SOME_FAILED = 3  # of a table's rows, with --strict
 FEW = 20  # options that a help shows without headings
@@ -37,7 +35,7 @@ HEADINGS = {
     "What holds the wall": (
         "building_period storeys storey building_damping shape diaphragm_period diaphragm_damping top_records".split()
     ),
-    "Files to write": "output plot nrml taxonomy modelling_dispersion report name project date table".split(),
+    "Files to write": "output plot nrml taxonomy modelling_dispersion report name project date paper table".split(),
 }
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
@@ -51,15 +49,10 @@ class Command(click.Command):
         super().__init__(*args, **kwargs)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        try:
-            ctx.meta[ARGUMENTS] = list(args)
-            if not ctx.resilient_parsing:
-                _refuse_repeated(self.make_parser(ctx).parse_args(list(args))[2])
-            return super().parse_args(ctx, args)
-        except click.NoSuchOption as error:
-            if error.option_name not in RENAMED:
-                raise
-            raise click.UsageError(f"{error.option_name} is now called {RENAMED[error.option_name]}", ctx) from None
+        ctx.meta[ARGUMENTS] = list(args)
+        if not ctx.resilient_parsing:
+            _refuse_repeated(self.make_parser(ctx).parse_args(list(args))[2])
+        return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options under headings, where there are many."""
@@ -217,7 +210,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
 
-    files = ("output", "plot", "nrml", "report", "table", "as_json", "units", "name", "project", "date")
+    files = ("output", "plot", "nrml", "report", "table", "as_json", "units", "name", "project", "date", "paper")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
     version = code_version(module, "rockdamp.storage.dataset", dataset=kind)
     with writing(path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from rockdamp import units
 from rockdamp.cli.one_sided import TIE, one_sided_wall
 from rockdamp.cli.types import HINGE_RATIO, NUMBER, Read, quantity
 from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
@@ -36,7 +38,7 @@ def _size(text: str, unit: str) -> float:
     return written_sizes.density(text) if unit == "kg m-3" else written_sizes.length(text)
 
 
-def _load(text: str) -> tuple[float, bool]:
+def _load(text: str) -> tuple[float, int]:
     """Read a vertical load with its unit, on the wall or by metre of it."""
     from rockdamp.mechanics import written_sizes
 
@@ -44,7 +46,22 @@ def _load(text: str) -> tuple[float, bool]:
 
 
 LENGTH, DENSITY = (quantity(unit, _size) for unit in ("m", "kg m-3"))
-LOAD = Read(_load, "[N|N m-1]", "one, as 12kN/m of wall, or 12kN on its whole width")
+LOAD = Read(_load, "[N|N m-1|N m-2]", "one, as 12kN/m of wall, 12kN on its whole width, or 60kPa on its top")
+
+
+def _ratio(text: str) -> float:
+    """Read O/W; point to --overburden where it is a load."""
+    try:
+        return units.number(text)
+    except ValueError as error:
+        try:
+            _load(text)
+        except ValueError:
+            raise error from None
+        raise ValueError(f"{text!r} is a load, which --overburden takes") from None
+
+
+RATIO = Read(_ratio, "FLOAT", "a number, as 0.5")
 
 
 class Model(click.Choice):
@@ -81,7 +98,7 @@ def wall_options(required: bool = True) -> Decorator:
             default=0.7,
             help="Height of the hinge over h, or weakest: where F0 is least between 0.5 and 0.7. A parapet has none.",
         ),
-        with_default("--overburden-ratio", type=NUMBER, default=0.0, help="Overburden over weight of the wall."),
+        with_default("--overburden-ratio", type=RATIO, default=0.0, help="Overburden over weight of the wall."),
         click.option("--overburden", type=LOAD, help="Overburden as a load, 12kN/m, in place of --overburden-ratio."),
         with_default("--eccentricity", type=LENGTH, default=0.0, help="Overburden's distance from mid-thickness."),
         click.option("--parapet", is_flag=True, help="A parapet: one block that rocks on its base."),
@@ -168,9 +185,13 @@ def table_of_walls(path: Path, columns: Mapping[str, Column]) -> list[Row | BadR
     rows = read_walls(path, columns)
     if not rows:
         raise InputError(f"{path}: has no rows; a wall must stand in each")
+    same: dict[str, list[str]] = {}  # warnings that differ in their numbers alone
     for row in rows:
         for doubt in [] if isinstance(row, BadRow) else row.doubts:
-            click.echo(f"warning: {path}, {doubt}", err=True)
+            same.setdefault(re.sub(r"[-+.\d]+", "", doubt), []).append(doubt)
+    for doubts in same.values():
+        more = "" if len(doubts) == 1 else f"; and {len(doubts) - 1} more rows alike"
+        click.echo(f"warning: {path}, {doubts[0]}{more}", err=True)
     return rows
 
 
@@ -208,7 +229,7 @@ def make_wall(options: Mapping[str, Any]) -> Any:
     return one_sided_wall(options, wall)
 
 
-def _ratio_of_load(load: tuple[float, bool], unloaded: Wall | Parapet) -> float:
+def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:
     """Return O/W of --overburden, and print it with the weight that it is over."""
     from rockdamp.mechanics.written_sizes import overburden_ratio
     from rockdamp.plausibility import of_load, warn
@@ -216,7 +237,7 @@ def _ratio_of_load(load: tuple[float, bool], unloaded: Wall | Parapet) -> float:
     if was_given("overburden_ratio"):
         raise click.UsageError("--overburden and --overburden-ratio state the same; there must be one of them")
     weight = float(unloaded.weight)
-    ratio = overburden_ratio(*load, weight, float(unloaded.width))
+    ratio = overburden_ratio(*load, weight, float(unloaded.width), float(unloaded.thickness))
     warn(of_load(ratio))
     click.echo(
         f"overburden_ratio is {ratio:.4g}: {ratio * weight / 1000:.4g} kN over {weight / 1000:.4g} kN of the wall",

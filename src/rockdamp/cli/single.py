@@ -48,7 +48,7 @@ KEYS = (
     "rigid_stiffness",
     "instability_displacement",
     "frequency_parameter",
-    "restitution",
+    "restitution_rigid",
     "restitution_impulsive",
     "restitution_measured",
 )

@@ -149,5 +149,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {".".join(key) if isinstance(key, tuple) else key: plain(inner) for key, inner in value.items()}
     if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
+        return plain(value.tolist())
+    if isinstance(value, float) and not np.isfinite(value):  # of a tie without a strength; JSON has none
+        return repr(value)
     return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value

@@ -189,7 +189,7 @@ def warn_of_motion(ground: Array, scale: Array) -> None:
 def _question_rest(batch: _Batch, response: Response, ground: Array) -> None:
     """Ask whether a motion that rocks no wall of the batch was meant in g, where that would."""
     a1 = batch.curve.yield_displacement_ratio
-    if batch.wall is None or not (response.peak < a1).all():
+    if batch.wall is None or not response.peak.size or not (response.peak < a1).all():
         return
     pga = float(np.abs(ground).max() * np.abs(batch.values["scale_factor"]).max(initial=0.0))
     onset = float(np.min(batch.wall.rocking_onset(batch.curve.strength_ratio)))

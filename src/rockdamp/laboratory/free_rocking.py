@@ -120,7 +120,7 @@ def calibrate_free_rocking(
     resting = [rest_deviation(displacement_of(test, wall)) for test in given]
     fitted = fitted.assign(
         rest_deviation=np.nanmean(resting) if np.isfinite(resting).any() else np.nan,
-        restitution_rigid=float(wall.restitution),
+        restitution_rigid=float(wall.restitution_rigid),
         restitution_impulsive=float(wall.restitution_impulsive),
         instability_displacement=float(wall.instability_displacement),
         frequency_parameter=float(wall.frequency_parameter),

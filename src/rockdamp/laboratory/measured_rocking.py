@@ -102,7 +102,7 @@ class _Study:
 
     def trials(self, impacts: int, errors: ErrorModel = AS_DESCRIBED) -> Trials:
         """Return the ratios of the first impacts, and Housner's loss of each block."""
-        restitution = Parapet(self.measured.thickness, self.measured.height).restitution
+        restitution = Parapet(self.measured.thickness, self.measured.height).restitution_rigid
         return Trials(self.measured.ratio[:, :impacts], self.measured.geometry, -np.log(restitution), errors)
 
     @property

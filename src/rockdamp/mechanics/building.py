@@ -112,7 +112,7 @@ class Building:
             if self.shape not in SHAPES:
                 raise InputError(f"shape is {self.shape!r}; it must be {', '.join(SHAPES)}, or a shear ratio alpha")
             return SHAPES[self.shape]
-        return self.shape if self.shape == np.inf else number("shape", self.shape)
+        return np.inf if isinstance(self.shape, float) and self.shape == np.inf else number("shape", self.shape)
 
     @property
     def floors(self) -> Array:

@@ -43,7 +43,7 @@ class _Mechanism(ByValue):
     overburden_ratio: Quantity
     eccentricity: Quantity
     _least_slenderness: ClassVar[float]  # below it no wall of this kind is meant [-]
-    _law: ClassVar[str]  # that `restitution` is by
+    _law: ClassVar[str]  # that `restitution_rigid` is by
 
     def __post_init__(self) -> None:
         given = {RANGES[field.name][0]: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
@@ -63,7 +63,7 @@ class _Mechanism(ByValue):
     def _check_shape(self) -> None:
         """Raise `InputError` for sizes that no wall has, and warn of those that few have: likely slips of units."""
         with np.errstate(all="ignore"):  # of sizes out of all scale e is no number
-            e = self.restitution
+            e = self.restitution_rigid
         plausibility.require_rocking(self.thickness, self.height, e, self._least_slenderness, self._law)
         per_metre = np.divide(self.weight, self.width)
         plausibility.warn(plausibility.of_wall(self.thickness, self.height))
@@ -109,7 +109,7 @@ class _Mechanism(ByValue):
         return EXCITATION_FACTOR
 
     @property
-    def restitution(self) -> Array:
+    def restitution_rigid(self) -> Array:
         """e by the formula that is this mechanism's own. [-]"""
         raise NotImplementedError
 
@@ -287,7 +287,7 @@ class Wall(_Mechanism):
         return 2 * (self.weight + self.overburden) / self.lower_height + 2 * self.overburden / self.upper_height
 
     @property
-    def restitution(self) -> Array:
+    def restitution_rigid(self) -> Array:
         r"""Restitution that keeps the total angular momentum about the new base pivot, Eq. (7). [-]
 
         .. math:: e_\mathrm{an} = \frac{h_1 (h_1 + h) - 3 t^2}{h_1 (h_1 + h) + 3 t^2}
@@ -313,7 +313,7 @@ class Wall(_Mechanism):
     @property
     def restitution_measured(self) -> Array:
         """0.90 of Eq. (7), the mean of the tests that section 4.1 quotes: the value for a wall without a test. [-]"""
-        return SORRENTINO_RATIO * self.restitution
+        return SORRENTINO_RATIO * self.restitution_rigid
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,7 +342,7 @@ class Parapet(_Mechanism):
     --------
     >>> import rockdamp as rd
     >>> parapet = rd.Parapet(thickness=0.3, height=1.5)
-    >>> round(float(parapet.restitution), 3)
+    >>> round(float(parapet.restitution_rigid), 3)
     0.942
     """
 
@@ -374,7 +374,7 @@ class Parapet(_Mechanism):
         return (self.weight + 2 * self.overburden) / self.height
 
     @property
-    def restitution(self) -> Array:
+    def restitution_rigid(self) -> Array:
         r"""Housner's restitution of one block (doi:10.1785/BSSA0530020403). [-]
 
         .. math:: e = 1 - \frac{3}{2} \sin^2 \alpha, \qquad \tan \alpha = \frac{t}{h}
@@ -383,10 +383,10 @@ class Parapet(_Mechanism):
 
     @property
     def restitution_impulsive(self) -> Array:
-        """Equal to `restitution`: with one body and one contact the two principles coincide. [-]"""
-        return self.restitution
+        """Equal to `restitution_rigid`: with one body and one contact the two principles coincide. [-]"""
+        return self.restitution_rigid
 
     @property
     def restitution_measured(self) -> Array:
-        """Equal to `restitution`: the tests of section 4.1 are of walls with two bodies. [-]"""
-        return self.restitution
+        """Equal to `restitution_rigid`: the tests of section 4.1 are of walls with two bodies. [-]"""
+        return self.restitution_rigid

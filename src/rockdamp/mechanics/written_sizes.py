@@ -10,10 +10,11 @@ from rockdamp.units import UnitError
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 _FEET = re.compile(
-    r"(?P<feet>[0-9]+)\s*(?:ft|feet|foot|')[\s-]*(?P<inches>[0-9]+(?:\.[0-9]+)?)\s*(?:in|inch|inches|\"|'')"
+    r"(?P<feet>[0-9]+(?:\.[0-9]+)?)\s*(?:ft|feet|foot|')"
+    r"(?:[\s-]*(?P<inches>[0-9]+(?:\.[0-9]+)?)\s*(?:in|inch|inches|\"|''))?"
 )
 BY_WEIGHT = "N m-3"
-FORCE, PER_METRE = "N", "N m-1"
+FORCE, PER_METRE, PER_AREA = "N", "N m-1", "N m-2"
 
 
 def length(text: str) -> float:
@@ -21,7 +22,7 @@ def length(text: str) -> float:
     match = _FEET.fullmatch(text.strip().lower())
     if match is None:
         return units.quantity(text, "m")
-    return units.quantity(f"{12 * int(match['feet']) + Decimal(match['inches'])}in", "m")
+    return units.quantity(f"{12 * Decimal(match['feet']) + Decimal(match['inches'] or 0)}in", "m")
 
 
 def density(text: str) -> float:
@@ -35,22 +36,25 @@ def density(text: str) -> float:
             raise error from None
 
 
-def overburden(text: str) -> tuple[float, bool]:
-    """Return a vertical load and whether it is by metre of wall: N, or N m-1. It must have its unit."""
-    for unit, by_metre in ((FORCE, False), (PER_METRE, True)):
+def overburden(text: str) -> tuple[float, int]:
+    """Return a vertical load and by how many lengths it is: N (0), N m-1 of wall (1), N m-2 of its top (2).
+
+    It must have its unit.
+    """
+    for lengths, unit in enumerate((FORCE, PER_METRE, PER_AREA)):
         try:
             load = units.quantity(text, unit)
         except UnitError:
             continue
         if _is_plain(text):
             break
-        return load, by_metre
+        return load, lengths
     raise UnitError(f"{text!r} is no load with its unit")
 
 
-def overburden_ratio(load: float, by_metre: bool, weight: float, width: float) -> float:
-    """Return O/W of a load [N], or [N m-1] by metre, on a wall of that weight [N] and width [m]."""
-    return load * width / weight if by_metre else load / weight
+def overburden_ratio(load: float, lengths: int, weight: float, width: float, thickness: float) -> float:
+    """Return O/W of a load as `overburden` returns it, on a wall of that weight [N], width and thickness [m]."""
+    return load * (1.0, width, width * thickness)[lengths] / weight
 
 
 def of_ties(text: str, unit: str) -> tuple[float, bool]:

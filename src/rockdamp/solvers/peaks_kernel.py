@@ -52,7 +52,9 @@ COMPLETED, COLLAPSED, MOVES = 0, 1, -1
 def keep_peak(w, i, x, v, a, step):
     """Take the new state and keep the peak, in place of `newmark_kernel.settle`."""
     w[X + i], w[V + i], w[A + i] = x, v, a
-    w[PEAK + i] = np.maximum(w[PEAK + i], np.abs(x))
+    # The peak's own size: a value just read would be stored only where it changes, by masks, which take several times
+    # as long on some processors.
+    w[PEAK + i] = np.maximum(np.abs(w[PEAK + i]), np.abs(x))
 
 
 @register_jitable
@@ -68,8 +70,11 @@ def outcome_of(w, i, impulse):
         return COLLAPSED
     if w[H + i] * w[H + i] * w[K1 + i] > FINE * FINE:
         return MOVES
+    most = double_energy_of(w, i, w[PEAK + i])
+    if MARGIN * impulse * (MARGIN * impulse) >= most:  # early in a record this answers for most
+        return MOVES
     speed = np.sqrt(w[V + i] * w[V + i] + double_energy_of(w, i, np.abs(w[X + i]))) + impulse
-    return COMPLETED if MARGIN * speed < np.sqrt(double_energy_of(w, i, w[PEAK + i])) else MOVES
+    return COMPLETED if MARGIN * speed < np.sqrt(most) else MOVES
 
 
 @register_jitable
@@ -98,16 +103,21 @@ def move(blocks, factors, row, source, target):
 def leave(blocks, width, moving, factors, row, remaining, substeps, ended, outcome, peak):
     """Note lanes that end, which all do where `ended`, and move the others together; return how many these are."""
     kept = 0
+    b, i, to_b, to_i = 0, -1, 0, 0
     for lane in range(moving):
-        b, i = divmod(lane, width)
+        i += 1
+        if i == width:
+            b, i = b + 1, 0
         w = blocks[b]
         found = COLLAPSED if w[PEAK + i] > w[A3 + i] else COMPLETED if ended else MOVES
         if found == MOVES and row.shape[0] == 0:  # Eq. (17) is a sum up to the end
             found = outcome_of(w, i, impulse_of(w, i, factors[b], remaining, substeps))
         if found == MOVES:
             if kept < lane:
-                move(blocks, factors, row, (b, i), divmod(kept, width))
-            kept += 1
+                move(blocks, factors, row, (b, i), (to_b, to_i))
+            kept, to_i = kept + 1, to_i + 1
+            if to_i == width:
+                to_b, to_i = to_b + 1, 0
         else:
             number = int(w[LANE + i])
             outcome[number] = found

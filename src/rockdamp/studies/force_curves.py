@@ -47,11 +47,11 @@ def mechanism(config: Config) -> xr.Dataset:
             "height": float(config.wall.height),
             "hinge_ratio": float(config.wall.hinge_ratio),
             "instability_displacement": float(config.wall.instability_displacement),
-            "restitution_rigid": (("hinge_height_ratio", "slenderness"), walls.restitution),
+            "restitution_rigid": (("hinge_height_ratio", "slenderness"), walls.restitution_rigid),
             "restitution_impulsive": (("hinge_height_ratio", "slenderness"), walls.restitution_impulsive),
             "effective_mass_ratio": (("hinge_height_ratio", "slenderness"), mass),
             "excitation_factor": (("hinge_height_ratio", "slenderness"), 1 / mass),
-            "tested_restitution_rigid": float(config.validation.wall.restitution),
+            "tested_restitution_rigid": float(config.validation.wall.restitution_rigid),
             "tested_restitution_impulsive": float(config.validation.wall.restitution_impulsive),
         },
         coords={

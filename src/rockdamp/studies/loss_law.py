@@ -44,7 +44,9 @@ def histories(config: Config) -> xr.Dataset:
     )
     ended = ended.isel(damping_model=0, drop=True).drop_vars("record_set")
     grid = {"loss_exponent": section.exponent, "reference_amplitude": section.amplitude}
-    pairs = xr.Coordinates.from_pandas_multiindex(pd.MultiIndex.from_product(grid.values(), names=grid), "law")
+    pairs = xr.Coordinates.from_pandas_multiindex(
+        pd.MultiIndex.from_product(list(grid.values()), names=list(grid)), "law"
+    )
     laws = ended.isel(law=slice(1, None)).assign_coords(pairs).unstack("law").transpose(*HISTORIES, *LAW)  # noqa: PD010, it is xarray's
     constant = {f"reference_{name}": values for name, values in ended.isel(law=0).data_vars.items()}
     return laws.assign(constant).assign_coords(restitution=section.restitution)

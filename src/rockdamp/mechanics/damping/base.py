@@ -38,7 +38,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp import plausibility
-from rockdamp.arguments import broadcast, instance, numbers, one_of, together
+from rockdamp.arguments import broadcast, finite, instance, numbers, one_of, together
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics import trilinear
@@ -150,7 +150,7 @@ class Damping(ByValue):
             loss = {"exponent": 0.0, "at": REFERENCE_AMPLITUDE} | {
                 k: named.pop(k) for k in ("exponent", "at") if k in named
             }
-            if np.any(np.asarray(loss["exponent"]) != 0):
+            if np.any(finite("exponent", loss["exponent"]) != 0):
                 self.__dict__["names"] = (*self.names, *loss)
                 named |= loss
             else:

@@ -53,12 +53,16 @@ Row = tuple[str, str, Any, str]  # name, symbol, value and unit of a quantity
 
 @dataclass(frozen=True)
 class About:
-    """What the page says of itself: project, date and command as the user gave them; units are si or imperial."""
+    """What the page says of itself: project, date and command as the user gave them.
+
+    Units are si or imperial, paper is a4 or letter.
+    """
 
     project: str = ""
     date: str = ""
     command: str = ""
     units: str = "si"
+    paper: str = "a4"
 
 
 @dataclass(frozen=True)
@@ -103,7 +107,7 @@ def build(subject: Subject) -> str:
     typed = {row["damping_model"]: row for row in rows}
     cr = both.isel(intensity=-1).sel(damping_model=REFERENCE)
     return environment.from_string(_text(TEMPLATE)).render(
-        style=Markup(_text(STYLE)),
+        style=Markup(_text(STYLE).replace("size: A4", f"size: {subject.about.paper}")),
         name=subject.name,
         about=subject.about,
         wall=subject.wall,
