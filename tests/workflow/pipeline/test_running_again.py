@@ -51,7 +51,10 @@ def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
     # the claims are judged by the response lengths
     expected = {
         f"{RESULTS}/{name}"
-        for name in ("response_lengths.nc", "claims.csv", "claims.json", "errata.csv", "checksums.csv")
+        for name in (
+            *("response_lengths.nc", "claims.csv", "claims.json", "errata.csv", "checksums.csv"),
+            *("paper_claims.csv", "paper_claims.json", "paper_errata.csv"),
+        )
     }
     assert changed & {f"{RESULTS}/{name}" for name in OUTPUTS} == expected
     assert tree.planned(overlay) == {}
