@@ -1,6 +1,7 @@
 """rockdamp: every dataset and figure of the paper, from a wall to Fig. 8. The config says with which values."""
 
 import os
+import re
 import time
 from operator import attrgetter
 from pathlib import Path
@@ -42,7 +43,8 @@ if workflow.is_main_process:
         with warnings_as_lines():
             CONFIG = validate(LaboratoryConfig, config, FILES, [broken])
             built_here = built(CONFIG).values()
-            tests = [*values_of(CONFIG, built_here, "record"), *sum(values_of(CONFIG, built_here, "test_series"), ())]
+            named = values_of(CONFIG, built_here, "records")
+            tests = [path for value in named for path in ([value] if isinstance(value, str) else value)]
             require_readable_motions(tests, values_of(CONFIG, built_here, "motions"))
             for path in values_of(CONFIG, built_here, "trials"):
                 refuse_braces([path])

@@ -16,6 +16,7 @@ import pandas as pd
 import xarray as xr
 from identification_tables import coverage, free_rocking, random_tests, slips, support
 from mutate_sample import summary
+from one_sided_tables import one_sided, one_sided_steps, two_sided
 from order_tables import by_band, orders
 from rocking_tables import rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
 from spectrum_table import spectrum_method
@@ -45,6 +46,7 @@ DOCS = (
     "identification",
     "measured",
     "spectrum-method",
+    "one-sided",
 )
 PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md", "CONTRIBUTING.md")
 PICTURES = (
@@ -67,6 +69,7 @@ INPUTS += (
     "local_damping",
     "loss_law",
     "spectrum_method",
+    "one_sided",
 )
 
 
@@ -339,6 +342,9 @@ _FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_la
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution)
 _LAST = (
     local_damping,
+    one_sided,
+    one_sided_steps,
+    two_sided,
     by_program,
     response_length,
     coverage,

@@ -15,7 +15,7 @@ def _graph():
     for stage in STAGES.values():
         for name in each_study(stage.dataset) if stage.dataset else [stage.name]:
             study = name.rpartition("/")[2]
-            inputs = [one.replace("{study}", study) if "{study}" in stage.file else one for one in stage.inputs]
+            inputs = [one.replace("{study}", study) if "{study}" in stage.file else one for one in stage.datasets]
             graph[name] = (stage.rule, [each for one in inputs for each in each_study(one)])
     graph |= {name: (name, figure.inputs) for name, figure in FIGURES.items()}
     graph |= {"report": ("report", [*reported(STAGES.values()), *FIGURES, "claims"])}

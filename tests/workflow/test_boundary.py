@@ -1,11 +1,13 @@
 """What every job does around its call: bad input is one line, and other datasets or sources end it."""
 
+import runpy
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 import xarray as xr
+from configs import stated
 from repository import ROOT
 
 from rockdamp.storage import provenance
@@ -91,3 +93,44 @@ def test_a_dataset_of_another_config_or_version_is_not_read(boundary, described,
         boundary.open_datasets(described)
     expected = f"one: made.nc states {name} 0; that of this run is {ORIGIN[name]}; delete it and run again\n"
     assert Path("one.log").read_text() == expected
+
+
+COMPUTE = """
+import numpy as np
+import xarray as xr
+
+def compute(share, config, record, series, walls, shares):
+    told = f"{share} {config.convergence.lanes} {record.step:g} {sorted(series)} {float(walls.x)} {len(shares)}"
+    dims = ("scheme", "excitation", "damping_model")
+    values = {"solver_error": ((*dims, "step"), np.ones((1, 1, 1, 1)))}
+    values |= {name: (dims, np.ones((1, 1, 1))) for name in ("convergence_order", "finest_convergence_order")}
+    coords = {"scheme": ["newmark"], "excitation": ["free"], "damping_model": ["CR"], "step": [1.0]}
+    return xr.Dataset(values, coords, {"told": told})
+"""
+
+
+def test_a_stage_is_given_records_and_datasets_by_the_names_of_its_arguments(boundary, described, monkeypatch):
+    Path("made_stage.py").write_text(COMPUTE)
+    monkeypatch.syspath_prepend(Path.cwd())
+    for name in ("a", "b", "c"):
+        xr.Dataset({"x": 1.5}, attrs=ORIGIN).to_netcdf(f"{name}.nc")
+    record = str(ROOT / "data/sin-03-00-synthetic.csv")
+    described.input = {"record": record, "series": [record], "walls": "a.nc", "shares": ["b.nc", "c.nc"]}
+    described.output = ["made/result.nc"]
+    described.wildcards = type("Wildcards", (list,), {"items": lambda self: [("share", "1")]})(["1"])
+    described.config = stated(minimal=True)
+    described.params = SimpleNamespace(
+        **vars(described.params),
+        function="made_stage.compute",
+        kind="convergence",
+        lazy=False,
+        config={},
+        config_keys=["convergence"],
+        records=["record", "series"],
+        datasets=["walls", "shares"],
+    )
+    described.params.attributes = {f"{name}.nc": ORIGIN for name in ("a", "b", "c")}
+    runpy.run_path(str(ROOT / "workflow/scripts/dataset.py"), {"snakemake": described})
+    with xr.open_dataset("made/result.nc") as made:
+        told = made.attrs["told"].split()
+    assert told[:2] == ["1", "64"] and 0 < float(told[2]) < 0.1 and told[3:] == ["['sin-03-00-synthetic']", "1.5", "2"]

@@ -7,7 +7,7 @@ for stage in STAGES.values():
             name:
                 stage.rule
             input:
-                datasets=dataset_files(stage.inputs),
+                datasets=dataset_files(stage.datasets),
                 claims="data/measured_claims.yaml" if stage.name == "measured_claims" else "data/claims.yaml",
                 errata="data/errata.yaml",
             output:

@@ -14,13 +14,16 @@ def motion_count(entries):
     return len(catalogue.listing(entries))
 
 
+STUDY_OR_SHARE = re.compile(r"\{(study|share)\}")
+
 # By which config and code each result must be made, by its file in the folder of the results.
 ORIGINS = verification.origins(CONFIG, motion_count)
 
 
 def expected_attributes(wildcards, input):
     """Return the attributes that each dataset must state which a job reads; the job refuses another."""
-    return {path: ORIGINS[os.path.relpath(path, RESULTS)]._asdict() for path in input.datasets}
+    results = {path: os.path.relpath(path, RESULTS) for path in input}
+    return {path: ORIGINS[file]._asdict() for path, file in results.items() if file in ORIGINS and file.endswith(".nc")}
 
 
 def config_part(keys):
@@ -46,10 +49,22 @@ def dataset_files(names, stage=None):
     return files
 
 
-def named_files(stage, field):
-    """Return the files that the config names at a key of the stage: of a record, of a test series, or of trials."""
-    value = value_at(getattr(stage, field), ())
-    return [value] if isinstance(value, str) else list(value)
+def inputs_of(stage):
+    """Return a function of the wildcards: the files of a stage by the names of its function's arguments.
+
+    Beside them stand the ground motions and the trials that it reads by itself.
+    """
+
+    def files(wildcards):
+        named = {argument: value_at(key, ()) for argument, key in stage.records.items()}
+        for argument, dataset in stage.inputs.items():
+            paths = expand(dataset_files([dataset], stage), **dict(wildcards.items()))
+            of_one = not STUDY_OR_SHARE.search(dataset) or STUDY_OR_SHARE.search(stage.file)
+            named[argument] = paths[0] if of_one else paths
+        itself = {"motions": motion_files(stage), "trials": value_at(stage.trials, ())}
+        return {name: value if isinstance(value, str) else list(value) for name, value in (named | itself).items()}
+
+    return files
 
 
 def value_at(key, otherwise):
@@ -81,4 +96,4 @@ def figure_files(figure):
 
 def each_input(stage):
     """Return the names of a stage's inputs, of every study."""
-    return [name for dataset in stage.inputs for name in each_study(dataset)]
+    return [name for dataset in stage.datasets for name in each_study(dataset)]

@@ -13,11 +13,7 @@ for stage in STAGES.values():
             name:
                 stage.rule
             input:
-                record=named_files(stage, "record"),
-                test_series=named_files(stage, "test_series"),
-                trials=named_files(stage, "trials"),
-                datasets=dataset_files(stage.inputs, stage),
-                motions=motion_files(stage),
+                unpack(inputs_of(stage)),
             output:
                 f"{RESULTS}/{stage.file}",
             log:
@@ -27,7 +23,8 @@ for stage in STAGES.values():
                 function=stage.function,
                 kind=stage.name,
                 lazy=stage.lazy,
-                test_series=bool(stage.test_series),
+                records=list(stage.records),
+                datasets=list(stage.inputs),
                 attributes=expected_attributes,
                 sources=stage.sources,
                 version=stage.sources.version(),
@@ -41,7 +38,7 @@ for stage in STAGES.values():
 
 rule coefficients:
     input:
-        datasets=dataset_files(STAGES["coefficients"].inputs),
+        datasets=dataset_files(STAGES["coefficients"].datasets),
     output:
         f"{RESULTS}/{STAGES['coefficients'].file}",
     log:

@@ -61,13 +61,17 @@ def require_unchanged_sources(snakemake):
         raise InputError(f"the sources are {now}, and {were}; leave them alone while it runs, and run again")
 
 
-def open_datasets(snakemake, lazily=False):
-    """Return the datasets that a job reads; each must state the config and the code of this run."""
+def open_datasets(snakemake):
+    """Return the datasets that a job reads, in their order."""
+    return [open_dataset(snakemake, path) for path in snakemake.input.datasets]
+
+
+def open_dataset(snakemake, path, lazily=False):
+    """Return a dataset that a job reads; it must state the config and the code of this run."""
     from rockdamp.storage import dataset
 
-    opened = [(dataset.connect if lazily else dataset.open)(path) for path in snakemake.input.datasets]
-    for path, result in zip(snakemake.input.datasets, opened, strict=True):
-        dataset.require_attributes(result, path, snakemake.params.attributes[path])
+    opened = dataset.connect(path) if lazily else dataset.open(path)
+    dataset.require_attributes(opened, path, snakemake.params.attributes[path])
     return opened
 
 
@@ -87,7 +91,7 @@ def files_named(records, datasets):
         raise
 
 
-def call(function, *arguments):
+def call(function, *arguments, **named):
     """Call a function by its full name."""
     module, _, name = function.rpartition(".")
-    return getattr(importlib.import_module(module), name)(*arguments)
+    return getattr(importlib.import_module(module), name)(*arguments, **named)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from rockdamp.pipeline.figures import FIGURES
@@ -18,7 +18,8 @@ GLOSSARY = "storage/glossary.yaml"  # of which all counts here: datasets that co
 
 def used_by(kind: str) -> list[str]:
     """Return the stages, figures and pages that use a stage's dataset."""
-    inputs = {name: user.inputs for table in (STAGES, FIGURES) for name, user in table.items()}
+    inputs: dict[str, Sequence[str]] = {name: stage.datasets for name, stage in STAGES.items()}
+    inputs |= {name: figure.inputs for name, figure in FIGURES.items()}
     inputs["report"] = reported(STAGES.values())
     return [name for name, datasets in inputs.items() if any(writes(STAGES[kind], dataset) for dataset in datasets)]
 

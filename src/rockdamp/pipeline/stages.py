@@ -5,8 +5,8 @@ The Snakefile reads it at every start, so it imports nothing that takes long.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from operator import attrgetter
 from typing import Any
@@ -26,14 +26,13 @@ class Stage:
     file: str
     rule: str
     function: str = ""
-    inputs: Sequence[str] = ()
+    inputs: Mapping[str, str] = field(default_factory=dict)
     config: Sequence[str] = ()
     also: Sequence[str] = ()
     shares_of: str = ""
     per_share: str = ""
     priority: int = 0
-    record: str = ""
-    test_series: str = ""
+    records: Mapping[str, str] = field(default_factory=dict)
     trials: str = ""
     motions: str = ""
     lazy: bool = False
@@ -50,6 +49,11 @@ class Stage:
     def dataset(self) -> str:
         """Its file without suffix, ``match/{study}``; empty where it writes no dataset."""
         return self.file.removesuffix(".nc") if self.file.endswith(".nc") else ""
+
+    @property
+    def datasets(self) -> list[str]:
+        """The datasets that it is given, by their files without suffix."""
+        return list(self.inputs.values())
 
     @property
     def first_file(self) -> str:
@@ -71,7 +75,9 @@ def _read() -> dict[str, Stage]:
 
     def stage(name: str, entry: dict[str, Any]) -> Stage:
         title = datasets[name]["title"] if entry["file"].endswith(".nc") else entry["title"]
-        return Stage(**{"rule": name, "title": title, **entry, "name": name})
+        given = entry.get("inputs", {})
+        inputs = given if isinstance(given, dict) else {dataset: dataset for dataset in given}
+        return Stage(**{"rule": name, "title": title, **entry, "name": name, "inputs": inputs})
 
     return {name: stage(name, entry) for name, entry in table.items()}
 
@@ -87,10 +93,9 @@ def built(config: Config) -> dict[str, Stage]:
     stages: dict[str, Stage] = {}
     for name, stage in STAGES.items():
         there = {stage.dataset for stage in stages.values()}
-        inputs = [dataset for dataset in stage.inputs if dataset in there or dataset in _each(there)]
-        if config.has(key.partition(".{")[0] for key in stage.config) and (
-            stage.optional or inputs == list(stage.inputs)
-        ):
+        known = there | _each(there)
+        inputs = {argument: dataset for argument, dataset in stage.inputs.items() if dataset in known}
+        if config.has(key.partition(".{")[0] for key in stage.config) and (stage.optional or inputs == stage.inputs):
             stages[name] = replace(stage, inputs=inputs)
     return stages
 
@@ -100,8 +105,9 @@ def _each(datasets: Iterable[str]) -> set[str]:
 
 
 def values_of(config: Config, stages: Iterable[Stage], field: str) -> list[Any]:
-    """Return the values of the config at the keys that stages name in a field, such as ``record`` or ``motions``."""
-    keys = dict.fromkeys(getattr(stage, field) for stage in stages)
+    """Return the values of the config at the keys that stages name in a field, such as ``trials`` or ``records``."""
+    named = [getattr(stage, field) for stage in stages]
+    keys = dict.fromkeys(key for one in named for key in ([one] if isinstance(one, str) else one.values()))
     return [attrgetter(key)(config) for key in keys if key]
 
 

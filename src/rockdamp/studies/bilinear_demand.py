@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.config import Config
+from rockdamp.config.study import RigidWall
 from rockdamp.histories.loads import under_pulses, under_records
 from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -24,7 +25,8 @@ def demand(config: Config) -> xr.Dataset:
 
     The loads are over the tri-linear plateau for both.
     """
-    pair = (config.curve, config.damping_force.rigid.curve)
+    rigid: RigidWall = config.damping_force.rigid
+    pair = (config.curve, rigid.curve)
     a1, b1, a3 = (np.array([float(getattr(curve, name)) for curve in pair]) for name in TEXTS)
     curves = TrilinearCurve(a1, b1, a3, config.curve.softening)
     e, asked = config.damping_force.restitution, config.bilinear

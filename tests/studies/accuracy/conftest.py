@@ -56,4 +56,4 @@ def looped(config):
 @pytest.fixture(scope="session")
 def stage(config, matches, looped):
     decays = [decay_study(name, config) for name in STUDIES]
-    return accuracy(config, looped, *matches.values(), *decays)
+    return accuracy(config, looped, list(matches.values()), decays)

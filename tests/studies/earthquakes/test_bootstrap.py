@@ -81,8 +81,8 @@ def share():
 
 STUDIES = {
     "comparison": (study, lambda data: comparison.compare_dampers(config(), data)),
-    "orders": (shares, lambda data: orders.compare_orders(config(), data)),
-    "population": (share, lambda data: population.gather(config(), walls(), data)),
+    "orders": (shares, lambda data: orders.compare_orders(config(), [data])),
+    "population": (share, lambda data: population.gather(config(), walls(), [data])),
 }
 
 

@@ -62,7 +62,7 @@ def walls(config, equivalence):
 
 @pytest.fixture(scope="module")
 def study(config, walls):
-    return incremental.gather(config, walls, *(incremental.chunk(share, config, walls) for share in "01"))
+    return incremental.gather(config, walls, [incremental.chunk(share, config, walls) for share in "01"])
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +165,7 @@ def test_shares_of_the_records_change_nothing(config, walls):
 
     def gathered(chunk, jobs):
         few_ = changed(few, {"earthquakes.chunk": chunk, "earthquakes.velocity_ratio": np.array([0.2, 5.0])})
-        return incremental.gather(few_, own, *(incremental.chunk(number, few_, own) for number in jobs))
+        return incremental.gather(few_, own, [incremental.chunk(number, few_, own) for number in jobs])
 
     xr.testing.assert_identical(gathered(1, "01"), gathered(2, "0"))
 

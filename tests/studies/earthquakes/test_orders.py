@@ -33,7 +33,7 @@ def shares(config):
 
 @pytest.fixture(scope="module")
 def compared(config, shares):
-    return orders.compare_orders(config, *shares)
+    return orders.compare_orders(config, shares)
 
 
 def test_both_datasets_are_what_the_glossary_says(shares, compared):

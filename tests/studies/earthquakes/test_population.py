@@ -53,7 +53,7 @@ def shares(config, walls):
 
 @pytest.fixture(scope="module")
 def gathered(config, walls, shares):
-    return population.gather(config, walls, *shares)
+    return population.gather(config, walls, shares)
 
 
 # --- the walls -------------------------------------------------------------------------------------------------------
@@ -149,7 +149,7 @@ def test_a_sample_towards_collapse_agrees_with_the_event_driven_solver_at_the_po
     config, walls, shares
 ):
     few = changed(config, {"population.check.histories": 48, "population.check.seed": 2})
-    found = population_check.check_population(few, walls, *shares)
+    found = population_check.check_population(few, walls, shares)
     dataset.check(found, "population_check")
     assert found["checked_count"].values.tolist() == [12, 12, 12, 12]
     assert found["stratum"].values.tolist() == ["far", "near", "edge", "just collapsed"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from operator import itemgetter
 
 import numpy as np
@@ -20,18 +20,19 @@ from rockdamp.studies.damping_force import matched_histories
 from rockdamp.vocabulary import MODELS, STUDIES
 
 
-def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.Dataset:
+def accuracy(
+    config: Config, loops: xr.Dataset, matches: Sequence[xr.Dataset], decays: Sequence[xr.Dataset]
+) -> xr.Dataset:
     """Measure how accurate the published numbers are.
 
-    `of_studies` are the matches of each study, in the order of `STUDIES`, then the decays of each.
+    `matches` and `decays` are those of each study, in the order of `STUDIES`.
     """
     step, scheme, sizes = config.solver.step, config.solver.scheme, config.accuracy
-    matches = dict(zip(STUDIES, of_studies[: len(STUDIES)], strict=True))
-    decays = dict(zip(STUDIES, of_studies[len(STUDIES) :], strict=True))
+    matched, decaying = (dict(zip(STUDIES, of_each, strict=True)) for of_each in (matches, decays))
     studies = {name: config.study(name) for name in STUDIES}
     ensemble = collect(
         studies,
-        matches,
+        matched,
         restitutions=sizes.restitutions,
         seed=sizes.seed,
         length=config.matching.response_length,
@@ -42,8 +43,8 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
     audited = audited_walls(config, loops)
     parts = [
         solver_errors(ensemble, step, refinement=config.matching.refinement),
-        matched_ratios.uncertainty(matches),
-        matched_ratios.minima(studies, matches, count=sizes.minima, bracket=sizes.bracket, seed=sizes.seed),
+        matched_ratios.uncertainty(matched),
+        matched_ratios.minima(studies, matched, count=sizes.minima, bracket=sizes.bracket, seed=sizes.seed),
         rotations(
             loops,
             config.damping_force.rigid.wall,
@@ -54,7 +55,7 @@ def accuracy(config: Config, loops: xr.Dataset, *of_studies: xr.Dataset) -> xr.D
             peaks=sizes.rigid.peaks,
         ),
         energy_audit.residuals(ensemble, step),
-        energy_audit.stored(audited["reference"], decays, studies, step),
+        energy_audit.stored(audited["reference"], decaying, studies, step),
         energy_audit.losses(audited, config.release_amplitude, step),
     ]
     return xr.merge(parts, compat="no_conflicts", join="exact")

@@ -7,6 +7,7 @@ collapse. `wall_under_record` runs the histories and bounds the error of their p
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -113,7 +114,7 @@ def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     return xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
 
 
-def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
+def gather(config: Config, walls: xr.Dataset, shares: Sequence[xr.Dataset]) -> xr.Dataset:
     """Join the walls and the jobs' shares of the records, in the order of the records."""
     joined = xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
     return joined.merge(walls, join="exact", combine_attrs="drop")

@@ -7,6 +7,7 @@ Which order is enough is judged in `order_criterion`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import chain
 
 import numpy as np
@@ -73,7 +74,7 @@ def chunk(number: str, config: Config) -> xr.Dataset:
 # --- comparison -------------------------------------------------------------------------------------------------------
 
 
-def compare_orders(config: Config, *shares: xr.Dataset) -> xr.Dataset:
+def compare_orders(config: Config, shares: Sequence[xr.Dataset]) -> xr.Dataset:
     """Compare each order with CR, and with CR after each change of e, over all records, by set of records and by wall.
 
     The first set is all records. ``excess`` is how much more an order errs than CR with the change, and ``verdict``

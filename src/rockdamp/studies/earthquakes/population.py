@@ -171,7 +171,7 @@ def run(
 # --- all of them ------------------------------------------------------------------------------------------------------
 
 
-def gather(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
+def gather(config: Config, walls: xr.Dataset, shares: Sequence[xr.Dataset]) -> xr.Dataset:
     """Count up the shares: fragility of the population, and the sensitivity of collapse to each parameter.
 
     Intervals are bootstrapped over the stations. Sensitivities of fewer than `FEWEST` walls are NaN.

@@ -24,7 +24,7 @@ from rockdamp.studies.earthquakes.population import mechanics
 HISTORY = ("wall", "record", "intensity", "damping_model")
 
 
-def check_population(config: Config, walls: xr.Dataset, *shares: xr.Dataset) -> xr.Dataset:
+def check_population(config: Config, walls: xr.Dataset, shares: Sequence[xr.Dataset]) -> xr.Dataset:
     """Solve a stratified sample of the population's histories again, event by event.
 
     The dataset is that of `check_earthquakes`, without bounds: each history of a population is run at one step.

@@ -1,0 +1,26 @@
+"""The how-to of a facade with ties, word by word."""
+
+import re
+
+import pytest
+from howto_pages import blocks, follow, make_tree, python
+
+pytestmark = pytest.mark.workflow
+PER_CENT = re.compile(r"(\d+)%")
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    return make_tree(tmp_path_factory.mktemp("ties") / "tree")
+
+
+def test_the_front_has_the_probabilities_that_the_page_shows(tree):
+    printed = follow(tree, "facade-with-ties")
+    with_, needed = blocks("facade-with-ties", "text")
+    for line in ("without the ties: probability of collapse", "probability of collapse at 0.35 g:"):
+        said, found = (float(PER_CENT.search(text[text.index(line) :])[1]) for text in (with_, printed))
+        assert found == pytest.approx(said, abs=3)
+    assert (tree.place / "front.png").is_file() and (tree.place / "history.png").is_file()
+    found = python(tree, "-c", blocks("facade-with-ties", "python")[0])
+    ties = re.compile(r"ties of (\d+) kN")
+    assert float(ties.search(found)[1]) == pytest.approx(float(ties.search(needed)[1]), rel=0.15)

@@ -1,0 +1,57 @@
+"""Tables of the study of walls that rock to one side, for the documents."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from table_text import interval, percent, table
+
+LOW = 0.25  # u/u_ins, up to which a peak is low
+
+
+def one_sided(data: dict[str, xr.Dataset]) -> str:
+    """The damper at the stop, and other e, beside restitution."""
+    study = data["one_sided"]
+    low = study["band_end"].values <= LOW
+    rows = []
+    for e in study["restitution"].values:
+        for name in study["alternative"].values:
+            one = study.sel(restitution=e, alternative=name)
+            medians = one["median_ratio"].values
+            ranges = [medians[low], medians[~low], one["median_intensity_ratio"].values]
+            below, above, collapse = map(_range, ranges)
+            rates = [percent(one[f"false_{of}_rate"]) for of in ("safe", "collapse")]
+            rows.append([f"{e:g}", str(name), below, above, *rates, collapse])
+    head = ["e", "in place of it", f"peaks below {LOW:g}", "peaks above", "missed", "added", "median of collapse"]
+    return table(head, rows)
+
+
+def _range(values: np.ndarray) -> str:
+    known = values[np.isfinite(values)]
+    return f"{known.min():.2f} to {known.max():.2f}" if known.size else "–"
+
+
+def one_sided_steps(data: dict[str, xr.Dataset]) -> str:
+    """How well single impacts on the stop take e, by step."""
+    study = data["one_sided"]
+    rows = []
+    for step in study["contact_step"].values:
+        at = study.sel(contact_step=step)
+        pairs = zip(at["impact_error"].values, at["impact_scatter"].values, strict=True)
+        rows.append([f"{step:g}", *(f"{error:+.3f} ± {scatter:.3f}" for error, scatter in pairs)])
+    return table(["step", *(f"e = {e:g}" for e in study["restitution"].values)], rows)
+
+
+def two_sided(data: dict[str, xr.Dataset]) -> str:
+    """The median of collapse of the two-sided wall over that of the one-sided one."""
+    study = data["one_sided"]
+    at = study.isel(restitution=(study.sizes["restitution"] - 1) // 2)
+    others = study["two_sided_restitution"].values
+    rows = [
+        [
+            str(name),
+            *(interval(at.sel(wall=name, two_sided_restitution=e), "two_sided_intensity_ratio") for e in others),
+        ]
+        for name in study["wall"].values
+    ]
+    return table(["facade", *(f"two-sided e = {e:g}" for e in others)], rows)
