@@ -2,7 +2,7 @@
 
 Snakemake says which rule needs which. From left to right, each rule stands in the column after the last that it needs.
 Figures of the same datasets share a box. An arrow that a longer way implies is left out, and so are the rules that
-gather what is there: `all`, `report` and `checksums`.
+gather what is there: `all`, `report`, `paper` and `checksums`.
 """
 
 import re
@@ -16,7 +16,7 @@ from scipy.optimize import isotonic_regression
 
 ROOT = Path(__file__).resolve().parents[2]
 PICTURE = ROOT / "docs/figures/rules.svg"
-GATHER = ("all", "report", "checksums")
+GATHER = ("all", "report", "paper", "paper_page", "checksums")
 
 # Lengths in pixels: a line and a letter of the text, its distance to the border, and what lies between boxes.
 LINE, LETTER, PADDING, ROW_GAP, COLUMN_GAP, MARGIN = 16, 6.9, 7, 8, 30, 6

@@ -30,6 +30,7 @@ LEAST_ELASTIC = 0.5  # e; the losses of a factor of two in velocity, beyond ever
 MOST_DAMPED = 0.5  # damping ratio [-]
 FASTEST = 4.0  # PGV; the largest recorded are near 3 [m s-1]
 WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
+STRONGEST_IN_G = 1.2  # PGA of a file whose numbers are said to be in g; m s-2 under that name are likelier above it
 STRONGEST_ASKED = 2.0  # PGA that a wall is assessed at, in g; maps and codes stay below
 SHORTEST_STEP, LONGEST_STEP = 2e-5, 0.1  # between samples of a record; usual are 0.0001 to 0.02 [s]
 LIGHTEST, HEAVIEST = 300.0, 3500.0  # aerated concrete and dense stone [kg m-3]
@@ -286,13 +287,15 @@ def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float 
     `unit` is the unit in which the numbers of the record were read, and `taken` is its size in m s-2.
     """
     scaled = pga * abs(scale)
-    if scaled == 0 or _shakes(scaled):
+    doubtful = unit == "g" and scale == 1 and scaled <= STRONGEST * STANDARD_GRAVITY
+    strongest = STRONGEST_IN_G if doubtful else STRONGEST
+    if scaled == 0 or _shakes(scaled) and scaled <= strongest * STANDARD_GRAVITY:
         return []
-    beyond = f"over {STRONGEST:g} g" if scaled > STRONGEST * STANDARD_GRAVITY else f"under {WEAKEST:g} g"
+    beyond = f"over {strongest:g} g" if scaled > strongest * STANDARD_GRAVITY else f"under {WEAKEST:g} g"
     if scale != 1:
         return [f"PGA is {scaled:.3g} m s-2, {beyond}: {pga:.3g} m s-2 times the scale of {scale:g}"]
     elsewhere = {name: pga * factor / taken for name, factor in ACCELERATIONS.items()}
-    likely = [f"{name} ({value:.3g} m s-2)" for name, value in elsewhere.items() if _shakes(value)]
+    likely = [f"{name} ({value:.3g} m s-2)" for name, value in elsewhere.items() if _shakes(value) and name != unit]
     cause = f"it would not be if its numbers were in {' or '.join(likely)}" if likely else "no usual unit explains it"
     return [f"PGA is {pga:.3g} m s-2, {beyond}, with its numbers taken as {unit}; {cause}"]
 

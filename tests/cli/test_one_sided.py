@@ -1,6 +1,7 @@
 """Walls that rock to one side at the command line."""
 
 import pytest
+import xarray as xr
 from command_line import printed, refused, run
 
 import rockdamp as rd
@@ -43,6 +44,10 @@ def test_respond_runs_both_ways_and_one_of_them(tmp_path):
     picture = tmp_path / "history.png"
     run("respond", *WALL, *record, "--sign", "+", "--plot", picture)
     assert picture.stat().st_size > 10_000
+    run("respond", *WALL, *record, "--sign", "-", "--output", tmp_path / "history.nc")
+    with xr.open_dataset(tmp_path / "history.nc") as stored:
+        assert float(stored["peak"][0]) == rows[1]["peak"]
+        assert float(stored["control_displacement"].min()) >= 0.0
 
 
 def test_wall_says_the_ties_and_the_stop():

@@ -40,7 +40,7 @@ def test_its_matched_decay_stands_beside_the_others(tree):
 
 def test_the_report_shows_it_and_its_explorer_computes_it(tree):
     page = python(tree, "-c", REPORT)
-    assert f'"{NAME}": (z, f, doubleV, v, w1, m, size) => 2 * w1 * Math.abs(v),' in page
+    assert f'"{NAME}": (z, f, doubleV, v, w1, m, N, xi) => 2 * xi * w1 * Math.abs(v),' in page
     assert '"title":"quadratic velocity damper"' in page.replace('": "', '":"')
     assert f"<td>{NAME}</td>" in page or f">{NAME}<" in page
 

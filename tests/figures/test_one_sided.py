@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from figure_reading import drawn
-from report_content import of_name
+from made_up_studies import made_up
 
 import rockdamp as rd
 from rockdamp.figures.one_sided import history_figure, one_sided_wall_figure
@@ -14,7 +14,7 @@ CURVE = rd.TrilinearCurve(0.04, 0.85)
 
 
 def test_the_study_shows_the_dampers_at_the_stop_and_the_two_sided_wall():
-    figure, data = drawn("fig_one_sided"), of_name("one_sided")
+    figure, data = drawn("fig_one_sided"), made_up()["one_sided"]
     peaks, falls = figure.axes
     e = float(data["restitution"].values[(data.sizes["restitution"] - 1) // 2])
     stops = [name for name in data["alternative"].values if "stop" in str(name)]

@@ -82,6 +82,12 @@ def test_a_record_in_its_unit_that_comes_to_rest_is_not_doubted():
             "PGA is 30 m s-2, over 3 g, with its numbers taken as g; it would not be if its numbers were in "
             "m s-2 (3.06 m s-2)",
         ),
+        (
+            20.6,
+            "g",
+            "PGA is 20.6 m s-2, over 1.2 g, with its numbers taken as g; it would not be if its numbers were in "
+            "m s-2 (2.1 m s-2)",
+        ),
         (1e-9, "g", "PGA is 1e-09 m s-2, under 0.005 g, with its numbers taken as g; no usual unit explains it"),
     ],
 )

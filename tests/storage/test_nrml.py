@@ -43,6 +43,14 @@ def test_stripes_are_a_discrete_function_and_where_no_curve_is_defined_the_only_
     assert [float(share) for share in discrete.find(f"{IN}poes").text.split()] == [0.0, 0.25, 1.0]
 
 
+def test_a_taxonomy_that_is_an_identifier_keeps_it_whatever_others_become():
+    walls = [Collapse(name, 0.45, 0.4, [0.1, 0.9], [share, 1.0]) for name, share in (("A B-CR", 0.1), ("A_B-CR", 0.2))]
+    for order in (walls, walls[::-1]):
+        found = functions(text(order, "PGV", "m", "Walls."))
+        kept = found["A_B-CR-discrete"].find(f"{IN}poes").text.split()
+        assert float(kept[0]) == 0.2 and "A_B-CR_" in found
+
+
 def test_a_file_is_whole_and_names_the_measure_with_its_unit(tmp_path):
     write(tmp_path / "f.xml", text(WALLS, "PGA", "f", "Walls <of & one> town."))
     description = ElementTree.parse(tmp_path / "f.xml").getroot().find(f"{IN}fragilityModel/{IN}description").text

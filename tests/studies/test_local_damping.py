@@ -23,15 +23,20 @@ def config():
 
 
 @pytest.fixture(scope="module")
-def histories(config):
-    e = config.damping_force.restitution
-    dampings = {"CR": Damping.cr(e)} | {m: Damping.of_restitution(e, m) for m in local_damping.DAMPERS}
-    return local_damping._under_pulses(config, dampings), local_damping._under_records(config, dampings)
+def runs(config):
+    made = local_damping.run(config)
+    dataset.check(made, "local_damping_runs")
+    return made
 
 
 @pytest.fixture(scope="module")
-def compared(config):
-    return local_damping.compare(config)
+def histories(runs):
+    return [local_damping._against(runs, names) for names in (local_damping.PULSE_NAMES, local_damping.RECORD_NAMES)]
+
+
+@pytest.fixture(scope="module")
+def compared(config, runs):
+    return local_damping.compare(config, runs)
 
 
 def test_a_peak_under_local_damping_is_the_event_driven_solver_s(config, histories):

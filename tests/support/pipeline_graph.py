@@ -6,6 +6,7 @@ from rockdamp.pipeline.figures import FIGURES
 from rockdamp.pipeline.stages import STAGES, each_study, reported
 
 DATASETS = {name for stage in STAGES.values() if stage.dataset for name in each_study(stage.dataset)}
+PAGES = ("report", "paper_page")  # whose captions and whose config they show themselves
 SHARES = {stage.rule: 2 for stage in STAGES.values() if stage.shares_of}  # so many jobs of each in the minimal config
 
 
@@ -18,7 +19,9 @@ def _graph():
             inputs = [one.replace("{study}", study) if "{study}" in stage.file else one for one in stage.datasets]
             graph[name] = (stage.rule, [each for one in inputs for each in each_study(one)])
     graph |= {name: (name, figure.inputs) for name, figure in FIGURES.items()}
-    graph |= {"report": ("report", [*reported(STAGES.values()), *FIGURES, "claims"])}
+    graph |= {"report": ("report", [*reported(STAGES.values()), *FIGURES, "claims", "measured_claims"])}
+    of_paper = [name for name, figure in FIGURES.items() if figure.number]
+    graph |= {"paper_page": ("paper_page", [*graph["paper_claims"][1], *of_paper, "paper_claims"])}
     graph |= {"dictionary": ("dictionary", [name for name in graph if name in DATASETS])}
     return graph | {"checksums": ("checksums", list(graph))}
 

@@ -94,7 +94,7 @@ def fig_loss_law_caption(loss_law: xr.Dataset) -> str:
     return f"""
     A loss that falls with the amplitude, with the exponent g of measured free rocking and others about it, beside the
     constant e&nbsp;=&nbsp;{plain(whole["restitution"])} in the same histories: {int(whole["records"])} records of
-    {int(whole["stations"])} stations, all walls together; bars are intervals of 95&nbsp;% over stations. At
+    {int(whole["stations"])} stations, all walls together; bars are bootstrap intervals over stations. At
     g&nbsp;=&nbsp;{plain(one["loss_exponent"])} the median intensity of collapse is, over that of the constant e,
     {by_name(ratio)} where e was measured at these amplitudes; of the histories that survive with the constant
     e, {by_name(added)} collapse under the law.

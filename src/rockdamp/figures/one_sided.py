@@ -180,7 +180,7 @@ def fig_one_sided_caption(one_sided: xr.Dataset) -> str:
     return f"""
     Facades that hit a stop with e&nbsp;=&nbsp;{plain(e)}, under records that act both ways. (a) Peaks with a spring and
     a dashpot at the stop over those under restitution, which acts at the impact itself: medians by band of the peak,
-    with 95&nbsp;% intervals over stations. With the {stiffest["alternative"].item()} they lie between
+    with bootstrap intervals over stations. With the {stiffest["alternative"].item()} they lie between
     {number(float(np.nanmin(medians)))} and {number(float(np.nanmax(medians)))};
     {percent(stiffest["false_safe_rate"])} of the collapses under restitution are missed and
     {percent(stiffest["false_collapse_rate"])} of the survivals become collapses. (b) The median intensity of collapse

@@ -8,7 +8,7 @@ function leastError(form, solver, { scan, every, rivals, nodes, inner, half_widt
   function against(curve, { e, x0 }, model, step, steps) {
     const reference = solver.decay(curve, x0, { e }, step, steps);
     return (xi) => {
-      const coefficient = (z, speed) => xi * form.coefficient(curve, model, z, speed);
+      const coefficient = (z, speed) => form.coefficient(curve, model, z, speed, xi);
       const history = solver.decay(curve, x0, { coefficient }, step, steps);
       let [sum, last] = [0, 0];
       for (let k = 1; k <= steps; k += 1) {

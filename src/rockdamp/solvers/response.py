@@ -171,7 +171,7 @@ class Peaks(ByValue):
     outcome : ndarray of int, shape
         0 where the run was completed, 1 where the wall collapsed. [-]
     peak : ndarray, shape
-        Largest |u|/u_ins at the steps, as a `Response` has it; of a wall that collapsed u3/u_ins, where it did. [-]
+        Largest `|u|`/u_ins at the steps, as a `Response` has it; of a wall that collapsed u3/u_ins, where it did. [-]
 
     Examples
     --------

@@ -47,12 +47,14 @@ def text(collapses: Iterable[Collapse], measure: str, name: str, description: st
     unit, factor = UNITS[measure]
     collapses = list(collapses)
     require(len(collapses) > 0, "the number of fragilities", len(collapses), "at least 1")
+    # A name that is an identifier as it was typed keeps it, whatever others become.
     taken: set[str] = set()
+    typed = {collapse.name for collapse in collapses if _identifier(collapse.name) == collapse.name}
     functions = []
     for collapse in collapses:
         _check(collapse)
         identifier = _identifier(collapse.name)
-        while identifier in taken:
+        while identifier in taken or (identifier in typed and identifier != collapse.name):
             identifier += "_"
         taken |= {identifier, f"{identifier}-discrete"}
         # NRML states mean and standard deviation of the intensity at collapse, not of its logarithm.

@@ -6,6 +6,8 @@ is when, within the half cycle, they take it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import xarray as xr
 
@@ -19,15 +21,46 @@ from rockdamp.statistics.fragility import resample
 from rockdamp.vocabulary import LOCAL, RECOMMENDED, REFERENCE
 
 DAMPERS = ("ECD", RECOMMENDED, LOCAL)
+# Names of the peaks and outcomes of the runs.
+PULSE_NAMES = {"peak": "peak_under_pulse", "collapsed": "pulse_collapsed"}
+RECORD_NAMES = {"peak": "peak_under_record", "collapsed": "record_collapsed"}
 KEPT = ("median_ratio", "log_error", "false_safe_rate", "false_collapse_rate")  # of the statistics under earthquakes
 
 
-def compare(config: Config) -> xr.Dataset:
+def run(config: Config) -> xr.Dataset:
     """Run CR and the three dampers under every pulse on the reference curve, and every wall under every record."""
     e = config.damping_force.restitution
     dampings = {REFERENCE: Damping.cr(e)} | {model: Damping.of_restitution(e, model) for model in DAMPERS}
+    pulses, quakes = config.pulses, config.earthquakes
+    of_pulses = under_pulses(
+        config.curve,
+        dampings,
+        pulses.frequency,
+        pulses.load,
+        step=pulses.step,
+        tail=pulses.tail,
+        description=", local damping",
+    )
+    of_records = under_records(
+        map(catalogue.read, track(catalogue.listing(config.records), "Local damping, records")),
+        {named.name: (named.wall, named.curve) for named in quakes.walls},
+        dampings,
+        quakes.velocity_ratio,
+        step=quakes.orders.step,
+        tail=quakes.tail,
+    )
+    return (
+        of_pulses.rename(PULSE_NAMES)
+        .merge(of_records.drop_vars("record_set").rename(RECORD_NAMES))
+        .assign_coords(restitution=e)
+    )
+
+
+def compare(config: Config, runs: xr.Dataset) -> xr.Dataset:
+    """Compare the three dampers with CR under every pulse and under every record, by what `run` returned."""
+    e = float(runs["restitution"])
     bands = config.comparison.bands
-    parts = [_of_pulses(_under_pulses(config, dampings)), _of_records(_under_records(config, dampings), config)]
+    parts = [_of_pulses(_against(runs, PULSE_NAMES)), _of_records(_against(runs, RECORD_NAMES), config)]
     by_band = xr.concat([_by_band(part, dims, bands) for part, dims in parts], "loading")
     statistics = xr.merge([part.drop_dims([*dims]) for part, dims in parts])
     return (
@@ -41,12 +74,14 @@ def compare(config: Config) -> xr.Dataset:
             bound=list(BOUND),
             restitution=e,
         )
-        .assign(local_damping=float(dampings[LOCAL].local_damping))
+        .assign(local_damping=float(Damping.of_restitution(e, LOCAL).local_damping))
     )
 
 
-def _against(ended: xr.Dataset) -> xr.Dataset:
+def _against(runs: xr.Dataset, names: Mapping[str, str]) -> xr.Dataset:
     """Return the peaks and outcomes of the dampers beside those of CR, and the ratios of peaks where neither falls."""
+    ended = runs[list(names.values())].rename({new: old for old, new in names.items()})
+    ended = ended.drop_vars([*CELLS, "record", "wall", "restitution"], errors="ignore")
     reference = ended.sel(damping_model=REFERENCE, drop=True).rename(
         peak="reference_peak", collapsed="reference_collapsed"
     )
@@ -64,21 +99,6 @@ def _by_band(histories: xr.Dataset, dims: tuple[str, ...], bands: np.ndarray) ->
 # --- pulses -----------------------------------------------------------------------------------------------------------
 
 
-def _under_pulses(config: Config, dampings: dict[str, Damping]) -> xr.Dataset:
-    """Run the reference curve under every pulse."""
-    pulses = config.pulses
-    ended = under_pulses(
-        config.curve,
-        dampings,
-        pulses.frequency,
-        pulses.load,
-        step=pulses.step,
-        tail=pulses.tail,
-        description=", local damping",
-    )
-    return _against(ended.drop_vars(CELLS))
-
-
 def _of_pulses(histories: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:
     """Add the statistics over all pulses."""
     pairs = of_pairs(histories["ratio"], CELLS)
@@ -92,22 +112,6 @@ def _of_pulses(histories: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:
 
 
 # --- earthquakes ------------------------------------------------------------------------------------------------------
-
-
-def _under_records(config: Config, dampings: dict[str, Damping]) -> xr.Dataset:
-    """Run every wall under every record at every intensity."""
-    quakes = config.earthquakes
-    entries = track(catalogue.listing(config.records), "Local damping, records")
-    walls = {named.name: (named.wall, named.curve) for named in quakes.walls}
-    ended = under_records(
-        map(catalogue.read, entries),
-        walls,
-        dampings,
-        quakes.velocity_ratio,
-        step=quakes.orders.step,
-        tail=quakes.tail,
-    )
-    return _against(ended.drop_vars(["record", "wall", "record_set"]))
 
 
 def _of_records(histories: xr.Dataset, config: Config) -> tuple[xr.Dataset, tuple[str, ...]]:

@@ -2,7 +2,7 @@
 
 import pytest
 from minimal_build import OUTPUTS, RESULTS
-from pipeline_graph import jobs_after, readers
+from pipeline_graph import PAGES, jobs_after, readers
 
 from rockdamp.pipeline.figures import FIGURES
 from rockdamp.storage import yaml_file
@@ -39,7 +39,7 @@ CHANGES = {
 def test_a_change_of_the_config_runs_what_depends_on_it_and_nothing_else(tree, overlay):
     reading = readers(yaml_file.load(overlay))
     assert set(CHANGES[overlay]) <= set(reading)
-    assert tree.planned(overlay) == jobs_after(*reading, "report")  # which shows the config
+    assert tree.planned(overlay) == jobs_after(*reading, *PAGES)  # which show the config
 
 
 def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
@@ -51,7 +51,10 @@ def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
     # the claims are judged by the response lengths
     expected = {
         f"{RESULTS}/{name}"
-        for name in ("response_lengths.nc", "claims.csv", "claims.json", "errata.csv", "checksums.csv")
+        for name in (
+            *("response_lengths.nc", "claims.csv", "claims.json", "errata.csv", "checksums.csv"),
+            *("paper_claims.csv", "paper_claims.json", "paper_errata.csv"),
+        )
     }
     assert changed & {f"{RESULTS}/{name}" for name in OUTPUTS} == expected
     assert tree.planned(overlay) == {}
@@ -64,7 +67,7 @@ GLOSSARY = "src/rockdamp/storage/glossary.yaml"
 EDITS = {
     "a caption": (
         [("src/rockdamp/figures/mechanism.py", "law of rigid bodies. (b)", "law of rigid walls. (b)")],
-        ["fig1", "fig2", "report"],
+        ["fig1", "fig2", *PAGES],
     ),
     "what a name means, or its unit": (
         [
