@@ -12,7 +12,7 @@ def test_a_calibration_is_drawn_with_what_it_leaves_and_its_errors():
     fit = xr.Dataset(
         {
             "measured": ("elapsed", 0.02 * np.cos(time) + 0.001),
-            "displacement": ("elapsed", 0.02 * np.cos(time)),
+            "control_displacement": ("elapsed", 0.02 * np.cos(time)),
             "estimate": ("parameter", [0.03, 0.8, 0.84]),
             "standard_error": ("parameter", [0.001, 0.002, 0.003]),
         },
