@@ -60,6 +60,6 @@ def test_it_holds_every_file_that_the_package_reads_and_no_other(installed):
     found = {path.relative_to(own) for path in own.rglob("*") if path.is_file()}
     compiled = {path for path in expected | found if "__pycache__" in path.parts}
     assert found - compiled == expected - compiled
-    kinds = {".yaml", ".csv", ".npz", ".mplstyle", ".js", ".css", ".j2", ".pyi"}
+    kinds = {".yaml", ".csv", ".mplstyle", ".js", ".css", ".j2", ".pyi"}
     assert {path.suffix for path in found - compiled} >= kinds
     assert Path("py.typed") in found

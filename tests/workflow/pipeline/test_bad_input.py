@@ -25,9 +25,9 @@ def test_bad_values_stop_the_run_with_a_line_each(tree):
         assert f"{line}\n" in said
 
 
-def test_what_snakemake_reads_otherwise_than_yaml_1_2_is_refused(tree):
-    said = refused(tree, "convergence: {lanes: 1:30}\n")
-    assert "overlay.yaml, line 1: convergence.lanes is '1:30' in YAML 1.2, and 90 in YAML 1.1, by which Snake" in said
+def test_a_file_is_read_by_yaml_1_2_where_snakemake_reads_it_otherwise(tree):
+    said = refused(tree, "convergence: {lanes: 1:30}\n")  # 90 by YAML 1.1, a good number of lanes
+    assert "overlay.yaml, line 1: convergence.lanes is '1:30'; it must be a whole number at least 1 and at most" in said
 
 
 AT2 = "PEER\nSomewhere\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 5, DT= .01 SEC\n0 {peak} 0 -{peak} 0\n"
