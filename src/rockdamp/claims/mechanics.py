@@ -94,7 +94,7 @@ def times(ratio: float) -> str:
 
 def paired_ratio(pairs: xr.Dataset, name: str) -> xr.DataArray:
     """Return the bi-linear over the tri-linear peak; NaN where the latter does not rock or both collapse."""
-    peak = pairs[f"{name}_peak_ratio"].where(pairs[f"{name}_collapsed"] == 0, np.inf)
+    peak = pairs[f"peak_under_{name}"].where(pairs[f"{name}_collapsed"] == 0, np.inf)
     bilinear, trilinear = (peak.sel(force_curve=curve, drop=True) for curve in ("bi-linear", "tri-linear"))
     first_branch = float(pairs["yield_displacement_ratio"].sel(force_curve="tri-linear"))
     both = np.isinf(bilinear) & np.isinf(trilinear)
