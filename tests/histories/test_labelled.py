@@ -54,7 +54,7 @@ def test_walls_of_named_dimensions_keep_each_parameter_on_its_own():
     assert decay.height.dims == ("height",) and decay.overburden_ratio.dims == ("overburden_ratio",)
     assert decay.attrs["thickness"] == 0.3
     plain = rd.Wall(0.3, np.array([[3.0], [4.5]]), overburden_ratio=np.array([0.0, 1.0]))
-    for name in ("frequency_parameter", "instability_displacement", "restitution", "restitution_impulsive"):
+    for name in ("frequency_parameter", "instability_displacement", "restitution_rigid", "restitution_impulsive"):
         full = np.broadcast_to(getattr(plain, name), (2, 2))
         np.testing.assert_allclose(np.asarray(getattr(wall, name)), full, rtol=1e-14)
     one = rd.free_decay(CURVE, rd.Damping.cr(0.9), wall=rd.Wall(0.3, 4.5), length=2.0, points=3)

@@ -10,7 +10,7 @@ SPLITS = {"count": 3, "seed": 5}
 
 
 def made_up(log_ratio, collapsed=False):
-    """Shares of 40 records on one wall: CR's peaks at 0.1, changed by factors exp(-+0.1), an order by `log_ratio`."""
+    """A share of 40 records on one wall: CR's peaks at 0.1, changed by factors exp(-+0.1), an order by `log_ratio`."""
     dims = ("record", "velocity_ratio", "wall", "restitution")
     shape = (40, 3, 1, 1)
     peak = np.full(shape, 0.1)
@@ -46,4 +46,4 @@ def made_up(log_ratio, collapsed=False):
 def compare(given, bands=(0.01, 1.0)):
     statistics = {"bands": list(bands), "bootstrap": {"replicates": 50, "seed": 3}, "splits": SPLITS}
     config = configured({"comparison": statistics})
-    return orders.compare_orders(config, given).sel(record_set="own", restitution=0.85, change="loss")
+    return orders.compare_orders(config, [given]).sel(record_set="own", restitution=0.85, change="loss")

@@ -1,11 +1,12 @@
 """What is counted of the histories: a handful of them, whose rates and bands can be counted by hand."""
 
 import numpy as np
+from configs import configured
 from made_up_earthquakes import histories
 
 from rockdamp.studies.earthquakes import comparison
 
-CONFIG = {"earthquakes": {"bands": [0.1, 0.2, 0.4], "bootstrap": {"replicates": 60, "seed": 4}}}
+CONFIG = configured({"comparison": {"bands": [0.1, 0.2, 0.4], "bootstrap": {"replicates": 60, "seed": 4}}})
 
 
 def study(peak, fell=None, scale=(1.0,)):

@@ -10,7 +10,7 @@ from made_up_orders import compare, made_up
 from rockdamp.studies.earthquakes import order_criterion
 from rockdamp.studies.earthquakes.order_criterion import ENOUGH, EXCEEDS, SIDES, UNDECIDED, Sums
 
-ORDERS = configured().earthquakes
+EARTHQUAKES = configured().earthquakes
 
 
 def test_every_change_of_e_is_what_its_name_says():
@@ -22,10 +22,10 @@ def test_every_change_of_e_is_what_its_name_says():
 
 
 def test_the_change_of_the_loss_is_a_hundredth_of_e_where_the_papers_tests_are():
-    part = ORDERS["restitution_change"] / (0.85 * -np.log(0.85))
-    assert ORDERS["orders"]["loss_change"] == pytest.approx(part, rel=0.05)
+    part = EARTHQUAKES.restitution_change / (0.85 * -np.log(0.85))
+    assert EARTHQUAKES.orders.loss_change == pytest.approx(part, rel=0.05)
     # What a hundredth is at the ends, as docs/earthquakes.md says.
-    ends = [round(100 * ORDERS["restitution_change"] / (e * -np.log(e))) for e in (0.75, 0.95)]
+    ends = [round(100 * EARTHQUAKES.restitution_change / (e * -np.log(e))) for e in (0.75, 0.95)]
     assert ends == [5, 21]
 
 
