@@ -114,6 +114,11 @@ def two_records(base: Records, top: Records) -> list[FloorMotion]:
     it is the difference of the accelerations, without its mean, high-passed at `HIGH_PASS` without a shift of phase
     (Butterworth, order 4, forwards and backwards), and integrated twice.
 
+    Parameters
+    ----------
+    base, top : str, path, GroundMotion, or several of them
+        The records of the lower and of the upper support, as many of each, in the same order.
+
     Raises
     ------
     InputError

@@ -102,6 +102,8 @@ class Damping(ByValue):
         The power of the secant's frequency that C is in proportion to, if it depends on nothing else. [-]
     same_loss_at_any_amplitude : bool
         Whether every half cycle of any curve loses the same fraction of its energy.
+    fades : bool
+        Whether its loss can fall with the amplitude, by ``exponent`` and ``at``.
     on_net_force : bool
         Whether it takes a fraction of the force that accelerates the wall, as LOCAL does.
 
@@ -336,7 +338,18 @@ class Damping(ByValue):
         return self.fades and "exponent" in self.names
 
     def reference_energy(self, curve: TrilinearCurve) -> Array:
-        """Return twice the energy V(at), to which e or xi belongs; `at` must be less than a3. [-]"""
+        """Return twice the energy V(at), to which e or xi belongs. [-]
+
+        Parameters
+        ----------
+        curve : TrilinearCurve
+            Broadcasts with `at`.
+
+        Raises
+        ------
+        InputError
+            If `at` is not less than a3.
+        """
         require(
             self.at < curve.ultimate_displacement_ratio, "at (u/u_ins)", self.at, "less than a3, the end of the curve"
         )
