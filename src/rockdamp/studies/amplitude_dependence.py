@@ -7,7 +7,7 @@ Err: Eq. (17). Closed form: first order in the loss; and with the energy in the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -102,7 +102,7 @@ def _measured(group: Group, config: Config) -> xr.Dataset:
         amplitude,
         e,
         DAMPERS,
-        replace(config.matching, refinement=config.amplitude_dependence.refinement),
+        config.matching.model_copy(update={"refinement": config.amplitude_dependence.refinement}),
         step=config.solver.step,
         scheme=config.solver.scheme,
         exponent=n,

@@ -15,6 +15,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from configs import changed
 
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -139,13 +140,13 @@ def test_at_equal_steps_explicit_newmark_is_the_more_accurate_scheme(model, forc
 @pytest.fixture(scope="module")
 def orders(paper):
     """Of a quarter of the lanes."""
-    return convergence.convergence({**paper, "convergence": {**paper["convergence"], "lanes": 64}})
+    return convergence.convergence(changed(paper, {"convergence.lanes": 64}))
 
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("excitation", ["free", "forced"])
 def test_the_default_scheme_is_second_order_for_every_damper(orders, model, excitation):
-    order = float(orders["order"].sel(scheme="newmark", damping_model=model, excitation=excitation))
+    order = float(orders["convergence_order"].sel(scheme="newmark", damping_model=model, excitation=excitation))
     assert order == pytest.approx(2.0, abs=0.1)
 
 
