@@ -68,8 +68,8 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
+    from rockdamp.storage.input_file import Column
     from rockdamp.storage.nrml import Collapse
-    from rockdamp.storage.tables import Column
 
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's

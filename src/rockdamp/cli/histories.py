@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
-    from rockdamp.storage.tables import Column
+    from rockdamp.storage.input_file import Column
 
 SIGNS = ("both", "+", "-")
 LENGTH = 20.0  # in tau, of a decay

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.damping import Damping
     from rockdamp.mechanics.one_sided import Tie
     from rockdamp.mechanics.wall import Parapet, Wall
-    from rockdamp.storage.tables import Column
+    from rockdamp.storage.input_file import Column
 
 Decorator = Callable[[Any], Any]
 
@@ -176,7 +176,7 @@ column_option = click.option(
 
 def named_columns(columns: Iterable[str], contents: Iterable[str]) -> dict[str, Column]:
     """Return the columns of --column by what they hold, which is one of `contents`."""
-    from rockdamp.storage.tables import Column
+    from rockdamp.storage.input_file import Column
 
     pairs = [Column.of(text, list(contents)) for text in columns]
     names = [name for name, _ in pairs]
