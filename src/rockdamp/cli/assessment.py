@@ -215,16 +215,16 @@ def assess_command(
     stop = beside(one_sided, curve, taken) if one_sided else {}
     bare = without_ties(one_sided, curve, answer, motions) if one_sided else None
     if report is not None:
-        from rockdamp.report.one_wall import page
+        from rockdamp.report import one_wall
 
-        placement = page.Placement(
+        placement = one_wall.Placement(
             checked, placed.place, placed.values, placed.building, placed.diaphragm, placed.joint_offset
         )
         with writing(report):
             name = options["name"] or identifier or "Wall"
             date = today() if options["date"] is None else options["date"]
-            about = page.About(options["project"], date, command_line(), units, options["paper"])
-            page.write(page.Subject(name, wall, curve, motions, answer, about, placement), report)
+            about = one_wall.About(options["project"], date, command_line(), units, options["paper"])
+            one_wall.write(one_wall.Subject(name, wall, curve, motions, answer, about, placement), report)
     if as_json:
         held = None if diaphragm is None else {"period": diaphragm.period, "damping_ratio": diaphragm.damping_ratio}
         where = {
