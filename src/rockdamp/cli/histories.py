@@ -105,12 +105,12 @@ def decay(release: float, length: tuple[str, float], as_json: bool, **options: A
     tau = _in_tau(length, wall)
     curve = make_curve(options)
     dampings = make_dampings(options, curve, release_amplitude=release)
-    from rockdamp.histories.side_by_side import decays, peaks
+    from rockdamp.histories.labelled import decays, peaks
 
     histories = decays(curve, dampings, release_amplitude=release, length=tau, wall=wall)
     rows = peaks(histories)
     if options["output"] is not None:
-        write_dataset(histories, options["output"], "free_decay", "rockdamp.histories.side_by_side")
+        write_dataset(histories, options["output"], "free_decay", "rockdamp.histories.labelled")
     if options["plot"] is not None:
         from rockdamp.figures.single import decay_figure
 
@@ -207,8 +207,7 @@ def respond_command(
         return
     refuse_unused(("sign",), "--one-sided")
     dampings = make_dampings(options, curve)
-    from rockdamp.histories.many_records import rows, scales_of
-    from rockdamp.histories.side_by_side import responses
+    from rockdamp.histories.labelled import responses, rows, scales_of
     from rockdamp.motions.intensity import intensity_measures
     from rockdamp.motions.record_files import CONTENTS
     from rockdamp.progress import track
@@ -235,7 +234,7 @@ def respond_command(
         histories = responses(motion, wall, curve, dampings, scale=factor, tail=tail)
     if options["output"] is not None:
         read = {"records": f"{motion.digest or motions[0].name}", "scale": factor, "to_pga": "", "to_pgv": ""}
-        write_dataset(histories, options["output"], "response", "rockdamp.histories.side_by_side", **read)
+        write_dataset(histories, options["output"], "response", "rockdamp.histories.labelled", **read)
     if options["plot"] is not None:
         from rockdamp.figures.single import response_figure
 

@@ -178,7 +178,7 @@ def respond_one_sided(
 ) -> None:
     """Run a wall against a stop under records, both ways unless --sign says which, and print a row for each."""
     from rockdamp.cli.command import print_json, print_table, write_dataset, write_figure, write_table
-    from rockdamp.histories.many_records import scales_of
+    from rockdamp.histories.labelled import scales_of
     from rockdamp.histories.one_sided import SIGNS as WAYS
     from rockdamp.histories.one_sided import response
 

@@ -28,7 +28,7 @@ from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, typed
 from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.mechanism import wall_figure
 from rockdamp.figures.single import response_figure
-from rockdamp.histories.side_by_side import responses
+from rockdamp.histories.labelled import responses
 from rockdamp.histories.supports import SMALL
 from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve

@@ -13,7 +13,7 @@ import xarray as xr
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import PARAMETERS
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures

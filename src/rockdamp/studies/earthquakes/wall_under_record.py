@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array, Quantity
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
