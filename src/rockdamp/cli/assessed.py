@@ -114,7 +114,7 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
     ]
     print_table(shares, {measure: unit})
     if AVERAGED in rows[0]:
-        from rockdamp.assessment.restitution import RULE_WEIGHTS
+        from rockdamp.assessment.table import RULE_WEIGHTS
 
         rules = ", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items())
         error = max(max(row["averaging_error"]) for row in rows)

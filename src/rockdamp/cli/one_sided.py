@@ -153,7 +153,7 @@ def constants(wall: OneSidedWall, curve: TrilinearCurve | None, restitution: flo
 
 def restitution_of(options: Mapping[str, Any], wall: OneSidedWall) -> float:
     """Return e of a wall against a stop; refuse any damper but restitution."""
-    from rockdamp.assessment.restitution import DEFAULT_RULE, restitution_and_reason
+    from rockdamp.assessment.table import DEFAULT_RULE, restitution_and_reason
 
     if options["compare"] or options["damping_model"] not in (None, "CR") or options["damping_ratio"] is not None:
         raise click.UsageError(

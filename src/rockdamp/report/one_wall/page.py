@@ -23,7 +23,7 @@ from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import REPLICATES
 from rockdamp.assessment.checks import Check, sensitivity
 from rockdamp.assessment.collapses import STRIPES, UNITS, side_by_side
-from rockdamp.assessment.restitution import RULE_WEIGHTS
+from rockdamp.assessment.table import RULE_WEIGHTS
 from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, typed_in
 from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.mechanism import wall_figure

@@ -3,7 +3,7 @@
 import pytest
 
 import rockdamp as rd
-from rockdamp.assessment.ratios import ratios
+from rockdamp.assessment.answers import ratios
 from rockdamp.assessment.table import read_walls
 
 TABLE = """id,thickness,height,a1,b1,a3,softening,preset,restitution
