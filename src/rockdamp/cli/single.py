@@ -272,7 +272,7 @@ def equivalent_command(
 
 def _of_walls(walls: Path, release: float, as_json: bool, options: dict[str, Any]) -> None:
     """Write or print the damping ratios of a table of walls."""
-    from rockdamp.assessment.answers import ratios
+    from rockdamp.assessment.answers import RATIO_COLUMNS, ratios
     from rockdamp.assessment.table import COLUMNS as CONTENTS
     from rockdamp.errors import InputError
 
