@@ -16,7 +16,7 @@ from rockdamp.config import Config
 from rockdamp.config.files import merged
 from rockdamp.laboratory.sections import LaboratoryConfig
 from rockdamp.storage import dataset
-from rockdamp.studies.accuracy import matched_ratios
+from rockdamp.studies.accuracy import stage
 from rockdamp.studies.earthquakes import event_driven_check
 from rockdamp.vocabulary import STUDIES, VISCOUS_MODELS
 
@@ -29,7 +29,7 @@ def ratios(results: Path, config: Config, count: int, seed: int) -> float:
     studies = {name: config.study(name) for name in STUDIES}
     matches = {name: dataset.open(results / f"match/{name}.nc") for name in STUDIES}
     each = -(-count // len(VISCOUS_MODELS))
-    found = matched_ratios.minima(studies, matches, count=each, bracket=config.accuracy.bracket, seed=seed)
+    found = stage.minima(studies, matches, count=each, bracket=config.accuracy.bracket, seed=seed)
     part = abs(found["sample_published_ratio"] - found["sample_exact_ratio"]) / (
         found["sample_bound"] * found["sample_published_ratio"]
     )

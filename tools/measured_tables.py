@@ -26,11 +26,10 @@ from rockdamp.claims.verdicts import spans
 from rockdamp.figures.style import dampers, nearest
 from rockdamp.report.answer import by_program as programs
 from rockdamp.report.earthquake_criterion import by_source
-from rockdamp.report.earthquake_histories import STRATA
-from rockdamp.report.earthquakes import SOURCES, recommended
+from rockdamp.report.earthquakes import SOURCES, STRATA, recommended
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
-from rockdamp.studies.accuracy.matched_ratios import HALVES, THOUSANDTH, relative_uncertainty
+from rockdamp.studies.accuracy.stage import HALVES, THOUSANDTH, relative_uncertainty
 from rockdamp.text import number
 from rockdamp.vocabulary import RECOMMENDED_SOURCE, STUDIES
 

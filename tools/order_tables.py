@@ -6,7 +6,7 @@ from table_text import models, percent, table
 
 from rockdamp.report.earthquake_criterion import MARKS, NONE, by_wall, changes, counted, sizes, smallest, splits
 from rockdamp.report.earthquakes import Choice
-from rockdamp.studies.earthquakes.order_criterion import SIDES
+from rockdamp.studies.earthquakes.orders import SIDES
 from rockdamp.text import listed, number, plain
 from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
 

@@ -7,7 +7,7 @@ from made_up_claims import A1, FREQUENCY, RELEASE, RESPONSE_LENGTH, RESTITUTION,
 
 def test_the_work_of_a_linear_damper_is_the_energy_that_a_half_cycle_loses(data):
     """u'' + 2 xi w u' + w^2 u = 0: in each half cycle the energy falls by 1 - exp(-2 pi xi/sqrt(1 - xi^2))."""
-    from rockdamp.claims.histories import areas
+    from rockdamp.claims.mechanics import areas
 
     tau = np.arange(0, 9, 0.001)
     xi, w = 0.1, 2.0
@@ -28,7 +28,7 @@ def test_the_work_of_a_linear_damper_is_the_energy_that_a_half_cycle_loses(data)
 
 
 def test_the_loss_of_an_impact_is_what_the_velocities_around_it_say(data):
-    from rockdamp.claims.histories import impact_losses
+    from rockdamp.claims.mechanics import impact_losses
 
     energy = 0.5 * (RELEASE * FREQUENCY * RESTITUTION ** np.arange(5)) ** 2
     np.testing.assert_allclose(

@@ -21,7 +21,7 @@ from scipy.special import ndtr
 from rockdamp.equivalence.programs import advice, false_safe
 from rockdamp.histories.measured_test import made_by
 from rockdamp.motions.records import read_record
-from rockdamp.report.earthquake_histories import STRATA
+from rockdamp.report.earthquakes import STRATA
 from rockdamp.storage import dataset
 from rockdamp.studies.local_damping import DAMPERS
 from rockdamp.vocabulary import MODELS, RECOMMENDED, RECOMMENDED_ORDER, STUDIES, VISCOUS_MODELS

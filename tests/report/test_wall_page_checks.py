@@ -7,7 +7,7 @@ from html_page import Page
 
 import rockdamp as rd
 from rockdamp.assessment.checks import checks
-from rockdamp.report.one_wall.page import Placement, Subject, build
+from rockdamp.report.one_wall import Placement, Subject, build
 
 PLACE = "storey 3 of 3 of a building of 0.25 s"
 PERIODS = [

@@ -8,7 +8,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.pulse_shapes import pulse
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.solvers import event_driven
-from rockdamp.studies.bilinear_demand import demand
+from rockdamp.studies.pulses import demand
 
 
 @pytest.fixture(scope="module")

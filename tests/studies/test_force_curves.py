@@ -5,13 +5,13 @@ import pytest
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.rigid_bodies import TwoBodies
 from rockdamp.mechanics.wall import Wall
-from rockdamp.studies import force_curves
-from rockdamp.studies.force_curves import effective_mass_ratio
+from rockdamp.studies import mechanism
+from rockdamp.studies.mechanism import effective_mass_ratio
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 
 def test_curves_are_tabulated_on_the_bi_linear_law_or_below(config):
-    found = force_curves.mechanism(config)
+    found = mechanism.mechanism(config)
     rigid = found["force"].sel(curve_name="bi-linear")
     assert (found["force"] <= rigid + 1e-12).all()
     drawn = found.sel(curve_name="severe")
@@ -20,15 +20,15 @@ def test_curves_are_tabulated_on_the_bi_linear_law_or_below(config):
 
 @pytest.mark.parametrize("a1, b1, lower", [(0.04, 0.85, 0.85), (0.2, 0.75, 0.63)])
 def test_both_variants_of_fig_2_end_where_it_draws_them_on_a_plateau_that_leaves_them_room(a1, b1, lower):
-    drawn = force_curves.drawn_variants(TrilinearCurve(a1, b1))
+    drawn = mechanism.drawn_variants(TrilinearCurve(a1, b1))
     assert [float(drawn[name].strength_ratio) for name in ("steeper", "translated")] == pytest.approx([b1, lower])
     for curve in drawn.values():
-        assert float(curve.ultimate_displacement_ratio) == force_curves.DRAWN_ULTIMATE_RATIO
+        assert float(curve.ultimate_displacement_ratio) == mechanism.DRAWN_ULTIMATE_RATIO
         assert float(curve.yield_displacement_ratio) == a1 < float(curve.plateau_end)
 
 
 def test_the_stage_of_fig_1_tabulates_what_the_wall_gives(paper):
-    stored = force_curves.mechanism(paper).sel(slenderness=10, hinge_height_ratio=0.5)
+    stored = mechanism.mechanism(paper).sel(slenderness=10, hinge_height_ratio=0.5)
     wall = Wall(0.4, 4.0, hinge_ratio=0.5)
     assert float(stored["restitution_rigid"]) == pytest.approx(float(wall.restitution_rigid), rel=1e-14)
     assert float(stored["restitution_impulsive"]) == pytest.approx(float(wall.restitution_impulsive), rel=1e-14)

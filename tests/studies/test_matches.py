@@ -5,7 +5,7 @@ import pytest
 from configs import changed, configured
 
 from rockdamp.equivalence.minima import Cases, global_minima
-from rockdamp.studies import damping_force, polynomial_fits, pulses
+from rockdamp.studies import mechanism, polynomial_fits, pulses
 from rockdamp.studies.decays import study as decay_study
 from rockdamp.studies.earthquakes import incremental
 from rockdamp.studies.matches import match
@@ -63,7 +63,7 @@ def test_every_stage_publishes_the_same_damping_ratio_of_a_wall(config, scheme):
     small = changed(config, values)
     studied = match("cracked_stiffness", small, decay_study("cracked_stiffness", small))
     published = studied["damping_ratio"].sel(restitution=e).squeeze().values
-    looped = damping_force.damping_force(small)["damping_ratio"].values[1:]
+    looped = mechanism.damping_force(small)["damping_ratio"].values[1:]
     pulsed = pulses.damping_ratios(small)[pulses.SOURCES.index("least error"), :, 1]
     shaken = incremental.walls(small, polynomial_fits.fit(small, studied))["damping_ratio"]
     top_storey = shaken.sel(wall="top storey", damping_ratio_source="least error", restitution=e).values[1:]

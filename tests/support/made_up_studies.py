@@ -9,8 +9,8 @@ from configs import configured
 from made_up_earthquakes import by_model, complete
 from made_up_trials import measured_rocking
 
-from rockdamp.studies import force_curves
 from rockdamp.studies.amplitude_dependence import DAMPERS
+from rockdamp.studies.mechanism import mechanism as stage
 from rockdamp.studies.spectrum_method import DIMS as SPECTRUM
 from rockdamp.studies.spectrum_method import statistics
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
@@ -22,7 +22,7 @@ STEPS = 3200  # k of the made-up matches
 
 def mechanism():
     """Return the stage's own dataset, which takes no time."""
-    return force_curves.mechanism(configured())
+    return stage(configured())
 
 
 def damping_force():

@@ -17,7 +17,7 @@ from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset, glossary
 from rockdamp.studies.amplitude_dependence import DAMPERS
-from rockdamp.studies.earthquakes.order_criterion import SIDES
+from rockdamp.studies.earthquakes.orders import SIDES
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 COORDINATES = {

@@ -13,8 +13,8 @@ from typing import Any
 
 import pandas as pd
 
-from rockdamp.claims import histories, mechanics, misfits, ratios
 from rockdamp.claims import measured as measured_rocking
+from rockdamp.claims import mechanics, ratios
 from rockdamp.claims.verdicts import (
     CONDITIONAL,
     NOT_JUDGED,
@@ -35,7 +35,7 @@ COLUMNS = (
     *("id", "section", "claim", "verdict", "measured", "threshold", "condition"),
     *("finding", "holds", "holds_in_part", "does_not_hold", "figure", "later"),
 )
-MODULES = (mechanics, histories, ratios, misfits)
+MODULES = (mechanics, ratios)
 JUDGES: dict[str, Judge] = {name: judge for module in MODULES for name, judge in module.JUDGES.items()}
 MEASURED: dict[str, Judge] = measured_rocking.JUDGES  # what measured trials say, counted apart from the paper's claims
 LEFT_OUT = "its study is left out of this config"

@@ -1,12 +1,29 @@
-"""Judge the claims on the wall and its curve: sections 2, 3 and 4.1."""
+"""Judge the claims on the wall, its curve, damping forces, histories and the measured test: sections 2 to 5 and 7."""
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from rockdamp.claims.verdicts import Limits, Part, between, brief, by_id, judged, measured, number, percent
+from rockdamp.arrays import Array
+from rockdamp.claims.verdicts import (
+    Limits,
+    Part,
+    between,
+    brief,
+    by_id,
+    judged,
+    measured,
+    number,
+    per_model,
+    percent,
+)
+from rockdamp.histories.half_cycles import passes_zero, turning_points
 from rockdamp.storage.dataset import Datasets
+from rockdamp.vocabulary import PAPER_MODELS
 
 
 def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -101,4 +118,174 @@ def paired_ratio(pairs: xr.Dataset, name: str) -> xr.DataArray:
     return (bilinear / trilinear.where(~both & (trilinear > first_branch))).drop_vars("force_curve", errors="ignore")
 
 
+# --- loops ---------------------------------------------------------------------------------------------------------
+
+
+def areas(histories: xr.Dataset, model: str, response_length: float, inner: float = 1.0) -> Array:
+    """Return the work of the damping force in each half cycle that ends within `response_length`, over K0 u_ins^2.
+
+    Only of displacements up to `inner` times the peak that the half cycle starts from.
+    """
+    u, v, force = (
+        histories[name].sel(damping_model=model).values for name in ("displacement", "velocity", "damping_force")
+    )
+    peaks = turning_points(v[histories["tau"].values <= response_length])
+    work = 0.5 * (force[1:] + force[:-1]) * np.diff(u)
+    middle = np.abs(0.5 * (u[1:] + u[:-1]))
+    halves = pairwise(peaks)
+    return np.array([work[i:j][middle[i:j] <= inner * abs(u[i])].sum() for i, j in halves])
+
+
+def impact_losses(histories: xr.Dataset, response_length: float) -> Array:
+    """Return the energy over K0 u_ins^2 that CR loses at each impact within those half cycles."""
+    history = histories.sel(damping_model="CR")
+    u, v = history["displacement"].values, history["velocity"].values
+    last = turning_points(v[histories["tau"].values <= response_length])[-1]
+    before = np.flatnonzero(passes_zero(u[: last + 1]))
+    return 0.5 * v[before] ** 2 * (1 - float(histories["restitution"]) ** 2)
+
+
+def fig3_energy(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Compare the areas of the loops in total, over two lengths, and half cycle by half cycle."""
+    histories, response_length = data["damping_force"], float(data["match/amplitude"]["response_length"])
+    parts = {}
+    for name, length in (("total", response_length), ("long", float(histories["tau"].values[-1]))):
+        totals = np.array([areas(histories, model, length).sum() for model in PAPER_MODELS])
+        apart = totals / totals.mean() - 1
+        each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, apart, strict=True))
+        totals_apart = measured(f"in total against their mean, up to tau {number(length)}", each)
+        finding = {} if name == "long" else {"in_total": brief(np.abs(apart).max())}
+        parts[name] = Part(bool((np.abs(apart) <= limits["same"]).all()), totals_apart, finding)
+    losses = impact_losses(histories, response_length)
+    loop_areas = [areas(histories, model, response_length) for model in PAPER_MODELS]
+    of_loss = np.array([values.sum() for values in loop_areas]) / losses.sum()
+    each = ", ".join(f"{model} {percent(part)}" for model, part in zip(PAPER_MODELS, of_loss, strict=True))
+    parts["decay"] = Part(
+        bool((np.abs(of_loss - 1) <= limits["same"]).all()),
+        measured(f"in total over CR's loss, up to tau {number(response_length)}", each),
+        finding={"of_loss": between(of_loss, percent)},
+    )
+    count = min(losses.size, *(values.size for values in loop_areas))
+    table, losses = np.stack([values[:count] for values in loop_areas]), losses[:count]
+    for name, reference, of in (("models", table.mean(axis=0), "their mean"), ("impact", losses, "CR's loss")):
+        relative = table / reference - 1
+        ranges = [f"{percent(column.min())} to {percent(column.max())}" for column in relative.T]
+        held = np.abs(relative).max(axis=0) <= limits["same"]
+        finding = {f"from_{name}": brief(np.abs(relative).max()) if relative.size else "none"}
+        against = measured(f"against {of}", *ranges, by="half cycle")
+        parts[name] = judged(by_half_cycle(held), against, "half cycle", limits["enough"], finding)
+    return parts
+
+
+def by_half_cycle(held: NDArray[np.bool_]) -> xr.DataArray:
+    """Give the half cycles their numbers, from 1."""
+    return xr.DataArray(held, coords={"half_cycle": np.arange(1, held.size + 1)})
+
+
+def fig3_impact(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Compute the share of each loop's area near zero displacement."""
+    histories, response_length = data["damping_force"], float(data["match/amplitude"]["response_length"])
+    parts = {}
+    for model in PAPER_MODELS:
+        share = areas(histories, model, response_length, limits["inner"]) / areas(histories, model, response_length)
+        concentrated = share > limits["concentrated"]
+        held = by_half_cycle(~concentrated if model == "CDC" else concentrated)
+        ends = (percent(share.min()), percent(share.max())) if share.size else ("none",) * 2
+        inner = measured(f"{model} {ends[0]} to {ends[1]} of the area")
+        name = model.lower()
+        parts[name] = judged(held, inner, "half cycle", limits["enough"], {name: between(share)})
+    return {name: parts[name] for name in ("cdr", "sdr", "cdc")}
+
+
+# --- histories -----------------------------------------------------------------------------------------------------
+
+
+def rms(values: Array) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Compare the nearly rigid tri-linear model with two references."""
+    rocking = data["damping_force"]["rocking_displacement"]
+    model, release = rocking.sel(rocking_model="tri-linear").values, abs(float(rocking[0, 0]))
+    parts = {}
+    for name, reference in (("slender", "slender"), ("exact", "large rotation")):
+        rigid = rocking.sel(rocking_model=reference).values
+        apart = rms(model - rigid) / release
+        ours, theirs = (peaks(history, int(limits["peaks"])) for history in (model, rigid))
+        count = min(ours.size, theirs.size)
+        largest = float(np.abs(ours - theirs)[:count].max()) / release if count else np.nan
+        for part, value, words in (("history", apart, "history"), ("peaks", largest, f"first {count} peaks")):
+            difference = measured(reference, f"{words} {percent(value)} of the release")
+            parts[f"{name}-{part}"] = Part(
+                value <= limits["same"], difference, finding={f"{name}_{part}": brief(value)}
+            )
+    return {name: parts[name] for name in ("slender-history", "slender-peaks", "exact-history", "exact-peaks")}
+
+
+def peaks(displacement: Array, count: int) -> Array:
+    """Return the first `count` peaks of |u| after the release."""
+    return np.abs(displacement)[turning_points(np.gradient(displacement))[1 : count + 1]]
+
+
+def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Compare CDR with CR: velocity step by step, and differences of the histories."""
+    histories = data["damping_force"]
+    matched = histories["tau"].values <= float(data["match/amplitude"]["response_length"])
+    u, v = (
+        {model: histories[name].sel(damping_model=model).values for model in ("CR", "CDR")}
+        for name in ("displacement", "velocity")
+    )
+    changes = {model: float(np.abs(np.diff(v[model][matched])).max()) for model in v}
+    jump = changes["CDR"] / changes["CR"]
+    apart, apart_velocity = (rms((of["CDR"] - of["CR"])[matched]) / float(np.abs(of["CR"]).max()) for of in (u, v))
+    beyond = rms(u["CDR"] - u["CR"]) / float(np.abs(u["CR"]).max())
+    length = number(histories["tau"].values[-1])
+    steps = f"largest step of velocity {number(changes['CDR'])} under CDR, {number(changes['CR'])} under CR (p u_ins)"
+    parts = {"smooth": Part(jump <= limits["jump"], measured(steps), {"step": brief(jump)})}
+    for name, value, limit, words in (
+        ("displacement", apart, "same", "displacement differs by {} (rms)"),
+        ("velocity", apart_velocity, "same_velocity", "velocity by {} (rms)"),
+    ):
+        parts[name] = Part(value <= limits[limit], measured(words.format(percent(value))), {name: brief(value)})
+    far = measured(f"displacement by {percent(beyond)} (rms) up to tau {length}")
+    return parts | {"beyond": Part(beyond <= limits["same"], far)}
+
+
+# --- the measured test ---------------------------------------------------------------------------------------------
+
+
+def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
+    """Compare decrement and peaks of the models after the pulse, over the records that hold a free decay."""
+    validation, little = data["validation"].sel(damping_model=["CR", *PAPER_MODELS]), limits["slight"]
+    validation = validation.isel(record=np.flatnonzero(np.isfinite(validation["measured_log_decrement"])))
+    if not validation.sizes["record"]:
+        missing, finding = measured("no record holds a free decay"), {"decay": "there is no free decay to judge by"}
+        return {"more": Part(False, missing, finding, testable=False), "slightly": Part(False), "peaks": Part(False)}
+    of_test = number(validation["measured_log_decrement"].mean())
+    decrement = validation["log_decrement"].mean("record", skipna=False)
+    misfit = (validation["decay_peak_misfit"] ** 2).mean("record", skipna=False) ** 0.5
+    sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
+    more = float(sdr / others.mean(skipna=False)) - 1
+    slight = bool(more > 0) & bool(more <= little)
+    side = "above" if more > 0 else "below"
+    return {
+        "more": Part(
+            bool((sdr > others).all()),
+            measured(f"logarithmic decrement {per_model(decrement)}") + measured(f"measured {of_test}"),
+        ),
+        "slightly": Part(
+            slight,
+            measured(f"SDR {percent(abs(more))} {side} the others' mean"),
+            finding={"decay": f"SDR's logarithmic decrement is {brief(abs(more))} {side} the mean of the others'"},
+        ),
+        "peaks": Part(
+            bool((misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")).all()),
+            measured(f"misfit of the free decay's peaks {per_model(1000 * misfit)} mm"),
+        ),
+    }
+
+
 JUDGES = by_id(hinge_mass, bilinear_demand, ean_slender, e_measured)
+JUDGES |= by_id(fig3_energy, fig3_impact, fig4_rigid, fig4_smooth, fig8_sdr)

@@ -29,7 +29,7 @@ from rockdamp.figures.style import (
     marks_of,
     nearest,
     new_figure,
-    papers,
+    paper_models,
     present,
     scaling,
     shades,
@@ -80,7 +80,7 @@ def changes_between(first: xr.Dataset, last: xr.Dataset) -> str:
 @styled
 def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
-    amplitude = papers(amplitude)
+    amplitude = paper_models(amplitude)
     models = dampers(amplitude)
     figure = new_figure(78.0)
     panels = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
@@ -105,7 +105,7 @@ def fig5(amplitude: xr.Dataset) -> Figure:
 
 def fig5_caption(amplitude: xr.Dataset) -> str:
     """Write the caption of Fig. 5, HTML."""
-    amplitude = papers(amplitude).sortby("restitution")
+    amplitude = paper_models(amplitude).sortby("restitution")
     values = amplitude["release_amplitude"].values.tolist()
     chosen = sorted(values[index] for index in present(values, PAPER_AMPLITUDES))
     at_e = amplitude.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
@@ -139,9 +139,9 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
     cracked_stiffness = with_one_plateau(cracked_stiffness)
     b1 = float(cracked_stiffness["strength_ratio"][0])
     studies = (
-        (papers(slenderness), "slenderness", "$h/t$ [-]"),
-        (papers(overburden), "overburden_ratio", "$O/W$ [-]"),
-        (papers(cracked_stiffness), "yield_displacement_ratio", f"$a_1$ [-]\nat $b_1 = {b1:g}$"),
+        (paper_models(slenderness), "slenderness", "$h/t$ [-]"),
+        (paper_models(overburden), "overburden_ratio", "$O/W$ [-]"),
+        (paper_models(cracked_stiffness), "yield_displacement_ratio", f"$a_1$ [-]\nat $b_1 = {b1:g}$"),
     )
     models = dampers(studies[0][0])
     figure = new_figure(178.0)
@@ -174,12 +174,12 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
 
 def fig6_caption(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.Dataset) -> str:
     """Write the caption of Fig. 6, HTML."""
-    walls = (papers(slenderness), "slenderness"), (papers(overburden), "overburden_ratio")
+    walls = (paper_models(slenderness), "slenderness"), (paper_models(overburden), "overburden_ratio")
     alike, seconds = (
         max(float(spread(study[name], dim).max()) for study, dim in walls) for name in ("damping_ratio", FIXED)
     )
     (low, high), (least, most) = ([plain(end) for end in (s[dim].min(), s[dim].max())] for s, dim in walls)
-    at_e = papers(with_one_plateau(cracked_stiffness)).sel(restitution=REFERENCE_RESTITUTION, method="nearest")
+    at_e = paper_models(with_one_plateau(cracked_stiffness)).sel(restitution=REFERENCE_RESTITUTION, method="nearest")
     first, last = (at_e.isel(yield_displacement_ratio=end) for end in (0, -1))
     return f"""
     The cracked stiffness matters: from a<sub>1</sub>&nbsp;=&nbsp;{plain(first["yield_displacement_ratio"])} to
@@ -242,7 +242,7 @@ PAPER_RANGE = (0.80, 0.91)  # of e where CDR's error is the lowest, Section 6
 @styled
 def fig6_error(amplitude: xr.Dataset) -> Figure:
     """Draw the root of Err at the best match against e, with the range in which the paper finds CDR's the lowest."""
-    study = papers(amplitude).sel(release_amplitude=REFERENCE_AMPLITUDE, method="nearest")
+    study = paper_models(amplitude).sel(release_amplitude=REFERENCE_AMPLITUDE, method="nearest")
     e, root, models = study["restitution"], study["error"] ** 0.5, dampers(study)
     figure = new_figure(82.0, SINGLE_COLUMN)
     axes = figure.subplots()
@@ -278,7 +278,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
 
 def fig6_error_caption(amplitude: xr.Dataset) -> str:
     """Write the caption of the second Fig. 6, HTML."""
-    study = papers(amplitude).sel(release_amplitude=REFERENCE_AMPLITUDE, method="nearest")
+    study = paper_models(amplitude).sel(release_amplitude=REFERENCE_AMPLITUDE, method="nearest")
     lowest, e = with_lowest(study["error"]), study["restitution"].values.tolist()
     named = listed(
         f"{model} at e = {ranges(e, lowest == model)}" for model in dampers(study) if (lowest == model).any()
@@ -324,7 +324,7 @@ EQUATION_15: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": 
 @styled
 def fig7(equivalence: xr.Dataset) -> Figure:
     """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
-    equivalence = papers(equivalence)
+    equivalence = paper_models(equivalence)
     models, e = dampers(equivalence), equivalence["restitution"]
     values = equivalence["yield_displacement_ratio"].values.tolist()
     names = texts(values)
@@ -357,7 +357,7 @@ def fig7(equivalence: xr.Dataset) -> Figure:
 
 def fig7_caption(equivalence: xr.Dataset) -> str:
     """Write the caption of Fig. 7, HTML."""
-    fits = papers(equivalence)
+    fits = paper_models(equivalence)
     at = fits.sel(
         yield_displacement_ratio=REFERENCE_CRACKED_STIFFNESS, restitution=REFERENCE_RESTITUTION, method="nearest"
     )

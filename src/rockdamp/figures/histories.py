@@ -17,7 +17,7 @@ from rockdamp.figures.style import (
     dampers,
     line_of,
     new_figure,
-    papers,
+    paper_models,
     scaling,
     style_of,
     styled,
@@ -39,7 +39,7 @@ ROCKING = {  # curve: colour, line, width, meaning
 @styled
 def fig3(decays: xr.Dataset) -> Figure:
     """Draw the damping ratio against the secant frequency, and the damping force against the displacement."""
-    decays = papers(decays)
+    decays = paper_models(decays)
     figure = new_figure(82.0)
     law, force = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
     _laws(law, decays)
@@ -49,7 +49,7 @@ def fig3(decays: xr.Dataset) -> Figure:
 
 def fig3_caption(decays: xr.Dataset) -> str:
     """Write the caption of Fig. 3, HTML."""
-    decays = papers(decays).sel(damping_model=dampers(papers(decays)))
+    decays = paper_models(decays).sel(damping_model=dampers(paper_models(decays)))
     forces = by_model(abs(decays["damping_force"]).max("tau"), percent)
     return f"""
     In decays from {plain(decays["release_amplitude"])}&nbsp;u<sub>ins</sub> matched to

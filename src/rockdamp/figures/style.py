@@ -98,7 +98,7 @@ def style_of(model: str) -> ModelStyle:
     return ModelStyle(colour, *CHOSEN.get(model, spare))
 
 
-def papers(dataset: xr.Dataset) -> xr.Dataset:
+def paper_models(dataset: xr.Dataset) -> xr.Dataset:
     """Keep the paper's models of a dataset: its figures show no others."""
     for dim in {"damping_model", "viscous_model"} & set(dataset.dims):
         dataset = dataset.sel({dim: np.isin(dataset[dim].values, (REFERENCE, *PAPER_MODELS))})

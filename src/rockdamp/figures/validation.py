@@ -24,7 +24,7 @@ from rockdamp.figures.style import (
     line_of,
     literal,
     new_figure,
-    papers,
+    paper_models,
     style_of,
     styled,
 )
@@ -158,7 +158,7 @@ def fig8(validation: xr.Dataset) -> Figure:
 
     Of several records, the first test series has a column for each of its levels.
     """
-    (maker, first), *others = series_by_maker(papers(validation)).items()
+    (maker, first), *others = series_by_maker(paper_models(validation)).items()
     chosen = np.unique(np.linspace(0, first.sizes["record"] - 1, MOST_LEVELS).astype(int))
     levels = first.isel(record=chosen)
     models = [str(model) for model in levels["damping_model"].values]
@@ -225,7 +225,7 @@ def fig8_caption(validation: xr.Dataset) -> str:
         f"<strong>The records are synthetic</strong>: computed in the style of the test, since the laboratory's is not "
         f"public ({specimen})."
     )
-    first = next(iter(series_by_maker(papers(validation)).values()))
+    first = next(iter(series_by_maker(paper_models(validation)).values()))
     free = int((first["half_cycle_free"] == 1).sum())
     misfits = by_model(1000 * first["decay_peak_misfit"], span)
     decay = f"Over the {free} half cycles of free decay, their peaks are off by {misfits}&nbsp;mm (root mean square)."

@@ -17,14 +17,25 @@ from markupsafe import Markup
 from rockdamp.config import Config
 from rockdamp.figures.style import dampers
 from rockdamp.report import earthquake_criterion as criterion
-from rockdamp.report import earthquake_histories as histories
 from rockdamp.storage.dataset import Datasets
 from rockdamp.studies.recommendation import MULTIPLE, TOLERANCE
 from rockdamp.text import listed, number, percent, plain, span
-from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE, REFERENCE
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"polynomial": "polynomials", "least error": "least error", "closed form": "closed form"}
+ENOUGH_STATIONS = 10  # intervals over fewer mean nothing
+CHECKS = {
+    "earthquakes/check": "Histories of the study, solved again event by event",
+    "population/check": "Histories of the population, which has one step, a longer one, solved again event by event",
+}
+STRATA = {
+    "far": "survives, peak below 0.5 u_ins",
+    "near": "survives, 0.5 to 0.8 u_ins",
+    "edge": "survives, 0.8 u_ins and more",
+    "just collapsed": "collapses, and not at the next lower intensity",
+    "unsettled": "outcome depends on the step",
+}
 VARIATIONS = {
     "step": "step four times as long",
     "impact": "impact at the end of the step",
@@ -51,12 +62,12 @@ def section(data: Datasets, config: Config) -> Markup | None:
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
     change = plain(config.earthquakes.restitution_change)
     values = {
-        **histories.run(compared, walls),
+        **run(compared, walls),
         "compared": compared,
-        "checks": [(text, data.get(name)) for name, text in histories.CHECKS.items()],
-        "strata": histories.STRATA,
+        "checks": [(text, data.get(name)) for name, text in CHECKS.items()],
+        "strata": STRATA,
         "names": SOURCES,
-        "exceptions": histories.exceptions(data.get("earthquakes")),
+        "exceptions": exceptions(data.get("earthquakes")),
         **_sensitivity(compared, advice, change),
         **_recommendation(compared, advice),
         **criterion.by_source(compared, walls, dampers(compared), SOURCES),
@@ -121,6 +132,36 @@ def grouped(choices: Sequence[Choice]) -> str:
 
 
 # --- what was run, and each e -----------------------------------------------------------------------------------------
+
+
+def run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
+    """Return how many walls, records and histories there are, and how certain their outcomes and peaks."""
+    each = int(np.isfinite(walls["damping_ratio"].values).sum()) + walls.sizes["wall"] * walls.sizes["restitution"]
+    uncertainty = compared["relative_uncertainty"]
+    return {
+        "few": int(compared["stations"]) < ENOUGH_STATIONS,
+        "wall_count": walls.sizes["wall"],
+        "restitutions": listed(plain(value) for value in compared["restitution"].values),
+        "histories": f"{int(compared['records']) * compared.sizes['velocity_ratio'] * each:,}".replace(",", "\u202f"),
+        "settled": f"{100 * float(compared['settled_share']):.2f}",
+        "uncertainty": [
+            (percent(part, 3), percent(value))
+            for part, value in zip(uncertainty["share"], uncertainty, strict=True)
+            if part < 1
+        ],
+    }
+
+
+def exceptions(earthquakes: xr.Dataset | None) -> list[xr.Dataset]:
+    """Return the histories whose bound is larger than their peak, that of the largest ratio first."""
+    if earthquakes is None:
+        return []
+    peak = earthquakes["peak"]
+    over = earthquakes["peak_uncertainty"] / peak
+    again = (over["damping_model"] == REFERENCE) & (over["damping_ratio_source"] != over["damping_ratio_source"][0])
+    histories = xr.Dataset({"peak": peak, "over": over.where(~again)}).stack(history=over.dims)
+    named = histories.isel(history=np.flatnonzero(histories["over"] > 1))
+    return [named.isel(history=index) for index in np.argsort(-named["over"].values, kind="stable")]
 
 
 def _at(at_e: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:

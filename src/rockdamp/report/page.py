@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import importlib
 import json
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,17 +23,19 @@ from rockdamp.errors import InputError
 from rockdamp.figures.style import by_model
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.pipeline.figures import FIGURES
-from rockdamp.report import earthquakes, interactive, measurement, tables
+from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
-from rockdamp.text import number, percent
-from rockdamp.vocabulary import LOCAL, RECOMMENDED, REFERENCE
+from rockdamp.text import listed, number, percent
+from rockdamp.vocabulary import LOCAL, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
 STYLE = "report.css"
 SCRIPTS = ("closed_form.js", "decay.js", "least_error.js", "chart.js", "page.js", "wall.js", "explorer.js")
+ROCKING = "fig_measured_rocking"  # what measured free rocking says of each damper
+TIMES = 100  # less likely is excluded, as in data/claims.yaml
 BRIDGE = "fig_order"  # the figure that comes first: it shows how a viscous damper becomes an impact
 
 
@@ -80,8 +83,8 @@ def build(content: Content) -> str:
         later=sum(bool(claim["later"]) for claim in content.claims),
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
-        rocking=pictures.pop(measurement.FIGURE, None),
-        measurement=measurement.section(content.datasets),
+        rocking=pictures.pop(ROCKING, None),
+        measurement=measurement(content.datasets),
         figures=list(pictures.values()),
         answer=short,
         shown_ratio=shown_ratio,
@@ -137,6 +140,28 @@ def _above_exact(datasets: Datasets) -> str:
     of_exact = datasets["equivalence"].sel(damping_model=list(interactive.exact_dampers()))
     above = of_exact["damping_ratio"] / of_exact["damping_ratio_energy"] - 1
     return by_model(above.max(("yield_displacement_ratio", "restitution")), percent)
+
+
+def measurement(datasets: Datasets) -> dict[str, Any] | None:
+    """Return what the section on measured free rocking shows, none without its dataset."""
+    measured = datasets.get("measured_rocking")
+    if measured is None:
+        return None
+    models = [REFERENCE, *PAPER_MODELS]
+    likelihood = measured["log_likelihood"].sel(damping_model=models)
+    behind = likelihood.max("damping_model") - likelihood
+    beyond = {model: (behind.sel(damping_model=model) > math.log(TIMES)).values for model in models}
+    return {
+        "impacts": [int(count) for count in measured["impacts_used"].values],
+        "rows": [(model, [number(value, 2) for value in behind.sel(damping_model=model).values]) for model in models],
+        "excluded": listed(model for model in models if beyond[model].all()) or "none",
+        "partly": listed(model for model in models if beyond[model].any() and not beyond[model].all()) or "none",
+        "times": TIMES,
+        "limit": number(math.log(TIMES), 2),
+        "coverage": percent(measured["held_out_coverage"].mean()),
+        "choices": measured.sizes["choice"],
+        "trials": int(measured["trials"] - measured["duplicates"]),
+    }
 
 
 def _figures(content: Content) -> list[dict[str, Any]]:

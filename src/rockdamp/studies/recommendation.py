@@ -3,20 +3,35 @@
 The damper to use is the one that errs least from restitution under earthquakes, or whose error is not significantly
 larger than the least, at every coefficient of restitution. Beside it stands what a user has to know of it: the typical
 error and the tail beside those that another e makes, what it misses, and its error under single pulses.
+
+`compare_dampers` compares every damper with CR under earthquakes, and CR with small changes of itself. Every statistic
+has a bootstrap interval over the stations of the records: see `statistics.against_restitution`.
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.damping import Damping
-from rockdamp.statistics.against_restitution import CHANGES_OF_E, of_pairs
+from rockdamp.progress import track
+from rockdamp.statistics.against_restitution import (
+    BOUND,
+    CHANGES_OF_E,
+    bootstrapped,
+    fragilities,
+    of_pairs,
+    quotient,
+    root_mean_square,
+)
+from rockdamp.statistics.fragility import interval, resample
 from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE, REFERENCE
 
 EXACT_SOURCE = "closed form"  # of a damping ratio that is exact for some dampers, and needs no history
@@ -160,3 +175,162 @@ def _under_pulses(pulses: xr.Dataset, models: NDArray[Any]) -> xr.Dataset:
             "pulse_restitution": float(at_e["restitution"]),
         }
     )
+
+
+FRACTILES = (0.16, 0.50, 0.84)
+SHARES = (0.5, 0.9, 0.99, 1.0)
+BY_DAMPER = ("restitution", "damping_model", "damping_ratio_source")
+
+
+def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
+    """Compare every damper, and CR with small changes, with CR, over all records and the walls with every source.
+
+    The statistics are those of `against_restitution.bootstrapped`, by band of CR's peak, where the first band is all of
+    them. Those of CR with small changes begin with ``varied_``. ``log_error_excess`` is how much more a damper errs
+    than the one of least error at that e, over the histories that stand with both.
+    """
+    bootstrap = config.comparison.bootstrap
+    weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)
+    edges = config.comparison.bands
+    bands = [(edges[0], edges[-1]), *pairwise(edges)]
+    complete = _complete(earthquakes)
+    pooled = earthquakes.isel(wall=complete)
+    varied = bootstrapped(_beside_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
+    statistics = xr.merge(
+        [
+            bootstrapped(_beside_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
+            varied.rename({name: f"varied_{name}" for name in varied}),
+            _excess(pooled, edges, weights),
+            _pooled_fragility(pooled, weights),
+            _per_wall(earthquakes, weights),
+            _misfit(pooled),
+        ],
+        join="exact",
+    )
+    settled = earthquakes["settled"].where(earthquakes["settled"] >= 0)
+    return statistics.assign(
+        settled_share=settled.mean(),
+        records=earthquakes.sizes["record"],
+        stations=np.unique(earthquakes["station"]).size,
+        pooled=("wall", complete.astype(np.int8)),
+        relative_uncertainty=("share", _uncertainty(earthquakes)),
+    ).assign_coords(
+        {name: earthquakes[name].values for name in (*BY_DAMPER, "variation", "wall", "velocity_ratio")}
+        | {
+            "bound": list(BOUND),
+            "fractile_probability": list(FRACTILES),
+            "share": list(SHARES),
+            "band": np.arange(edges.size),
+            "band_start": ("band", [low for low, _ in bands]),
+            "band_end": ("band", [high for _, high in bands]),
+        }
+    )
+
+
+def _complete(earthquakes: xr.Dataset) -> NDArray[np.bool_]:
+    """Return the walls that have a damping ratio from every source: sources are compared on the same walls."""
+    defined = earthquakes["damping_ratio"].notnull().sel(damping_model=earthquakes["damping_model"] != REFERENCE)
+    complete = defined.all(BY_DAMPER).values
+    return complete if complete.any() else np.ones_like(complete)
+
+
+def _uncertainty(earthquakes: xr.Dataset) -> Array:
+    """Return fractiles of the bound of the peaks' error, as a fraction of the peak."""
+    bound = (earthquakes["peak_uncertainty"] / earthquakes["peak"]).values
+    known = bound[np.isfinite(bound)]
+    return np.quantile(known, SHARES) if known.size else np.full(len(SHARES), np.nan)
+
+
+def _beside_cr(earthquakes: xr.Dataset, peak: str, collapsed: str) -> xr.Dataset:
+    """Select alternatives by the names of their peak and collapse, beside CR."""
+    # CR has no damping ratio: what it has for one source it has for all.
+    cr = earthquakes.sel(damping_model=REFERENCE).isel(damping_ratio_source=0)
+    return xr.Dataset(
+        {
+            "reference_peak": cr["peak"].variable,
+            "reference_collapsed": cr["collapsed"].variable,
+            "peak": earthquakes[peak].variable,
+            "collapsed": earthquakes[collapsed].variable,
+        }
+    )
+
+
+def _cr(earthquakes: xr.Dataset) -> int:
+    """Return the index of CR among the damping models."""
+    return int(earthquakes["damping_model"].values.tolist().index(REFERENCE))
+
+
+def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array) -> xr.Dataset:
+    """Return how much more each damper errs than the one of least error at its e, where the wall stands with both.
+
+    Both errors are of the same histories in the same replicate, so that what is common to all dampers cancels.
+    """
+    stored = earthquakes.transpose("record", "velocity_ratio", "wall", *BY_DAMPER, ...)
+    cr = _cr(earthquakes)
+    excess, bounds = [], []
+    for e in range(stored.sizes["restitution"]):
+        peak, collapsed = (stored[name].isel(restitution=e).values for name in ("peak", "collapsed"))
+        reference, fell = (values[..., cr : cr + 1, :1] for values in (peak, collapsed))
+        stand = (collapsed == 0) & (fell == 0) & (reference >= edges[0]) & (reference < edges[-1])
+        square = np.log(np.where(stand, peak / reference, 1.0)) ** 2
+        error = root_mean_square(square.sum(axis=(0, 1, 2)), stand.sum(axis=(0, 1, 2)))
+        error[cr] = np.nan
+        least: Any = (..., *np.unravel_index(np.argmin(np.nan_to_num(error, nan=np.inf)), error.shape), None, None)
+        both = stand & stand[least]
+        # By record: the squares of each damper, of the best one over the same histories, and the count of these.
+        sums, least_sums, runs = (np.where(both, each, 0.0).sum(axis=(1, 2)) for each in (square, square[least], both))
+        whole, drawn = (
+            root_mean_square(own, count) - root_mean_square(of_least, count)
+            for own, of_least, count in (
+                [np.tensordot(weight, each, 1) for each in (sums, least_sums, runs)]
+                for weight in (np.ones((1, len(both))), weights)
+            )
+        )
+        excess.append(np.where(np.isfinite(error), whole[0], np.nan))
+        bounds.append(np.where(np.isfinite(error)[..., None], interval(drawn), np.nan))
+    return xr.Dataset(
+        {"log_error_excess": (BY_DAMPER, excess), "log_error_excess_interval": ((*BY_DAMPER, "bound"), bounds)}
+    )
+
+
+# --- collapse, and the decay ------------------------------------------------------------------------------------------
+
+
+def _fragility(scale: Array, collapses: NDArray[Any], runs: NDArray[Any], weights: Array, cr: int) -> xr.Dataset:
+    """Fit counts (record, restitution, damping model, source, scale), and divide the medians by CR's."""
+    fitted = fragilities(scale, collapses, runs, weights, (..., slice(cr, cr + 1), slice(None)))
+    dims = {name: (*BY_DAMPER, "bound") if name.endswith("_interval") else BY_DAMPER for name in fitted}
+    statistics = xr.Dataset({name: (dims[name], values) for name, values in fitted.items()})
+    return statistics.rename(median="median_velocity_ratio", median_interval="median_velocity_ratio_interval")
+
+
+def _pooled_fragility(pooled: xr.Dataset, weights: Array) -> xr.Dataset:
+    """Fit the fragilities of all walls together."""
+    stored = pooled["collapsed"].transpose("record", *BY_DAMPER, "velocity_ratio", "wall").values
+    counts = (stored == 1).sum(axis=-1), (stored >= 0).sum(axis=-1)
+    return _fragility(pooled["velocity_ratio"].values, *counts, weights, _cr(pooled))
+
+
+def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
+    """Return each wall's fragility, the share of records that collapse it, and fractiles of the peaks."""
+    order = ("record", "wall", *BY_DAMPER, "velocity_ratio")
+    stored = earthquakes["collapsed"].transpose(*order).values
+    run, collapsed = (stored >= 0).astype(float), (stored == 1).astype(float)
+    scale, cr = earthquakes["velocity_ratio"].values, _cr(earthquakes)
+    by_wall = [
+        _fragility(scale, collapsed[:, wall], run[:, wall], weights, cr)
+        for wall in track(range(earthquakes.sizes["wall"]), "Fragilities of the walls")
+    ]
+    peaks = np.where(collapsed == 1, np.inf, np.where(run == 1, earthquakes["peak"].transpose(*order), np.nan))
+    fractiles = np.quantile(peaks, FRACTILES, axis=0, method="inverted_cdf")
+    fragility = xr.concat(by_wall, "wall")
+    return fragility.rename({name: f"wall_{name}" for name in fragility}).assign(
+        collapse_fraction=(order[1:], quotient(collapsed.sum(axis=0), run.sum(axis=0))),
+        fractile=(("fractile_probability", *order[1:]), np.where(np.isfinite(fractiles), fractiles, np.nan)),
+    )
+
+
+def _misfit(earthquakes: xr.Dataset) -> xr.Dataset:
+    """Return the median over records and walls of the misfit over the decay, at each scale."""
+    median = earthquakes["decay_misfit"].median(("record", "wall"))
+    return xr.Dataset({"median_decay_misfit": median.transpose(*BY_DAMPER, "velocity_ratio")})

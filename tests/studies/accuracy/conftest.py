@@ -4,8 +4,8 @@ import pytest
 from accuracy_cases import made_up
 from configs import configured
 
-from rockdamp.studies import damping_force
-from rockdamp.studies.accuracy import ensemble
+from rockdamp.studies import mechanism
+from rockdamp.studies.accuracy import convergence
 from rockdamp.studies.accuracy.stage import accuracy
 from rockdamp.studies.decays import study as decay_study
 from rockdamp.vocabulary import STUDIES
@@ -42,15 +42,15 @@ def studies(config):
 
 @pytest.fixture(scope="session")
 def drawn(studies, matches):
-    steps = ensemble.halved(0.01, doublings=1, halvings=2)
-    return ensemble.collect(
+    steps = convergence.halved(0.01, doublings=1, halvings=2)
+    return convergence.collect(
         studies, matches, restitutions=2, seed=20170616, length=5.0, step=0.01, steps=steps, scheme="newmark"
     )
 
 
 @pytest.fixture(scope="session")
 def looped(config):
-    return damping_force.damping_force(config)
+    return mechanism.damping_force(config)
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,7 @@ import pytest
 
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
-from rockdamp.studies.accuracy import ensemble
+from rockdamp.studies.accuracy import convergence
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 
@@ -28,13 +28,13 @@ def test_the_walls_have_their_published_damping_ratios(drawn, matches):
 
 
 def test_loads_are_seeded_of_unit_peak_and_within_their_band():
-    load = ensemble.band_limited(3, 2, 4000, 0.2)
-    np.testing.assert_array_equal(load, ensemble.band_limited(3, 2, 4000, 0.2))
+    load = convergence.band_limited(3, 2, 4000, 0.2)
+    np.testing.assert_array_equal(load, convergence.band_limited(3, 2, 4000, 0.2))
     assert np.abs(load).max(axis=1).tolist() == [1.0, 1.0]
     assert np.abs(load[0] - load[1]).max() > 0.1
     power = np.abs(np.fft.rfft(load * np.hanning(4000))) ** 2
     frequency = 2 * np.pi * np.fft.rfftfreq(4000, 0.2)
-    low, high = ensemble.LOAD_FREQUENCIES
+    low, high = convergence.LOAD_FREQUENCIES
     outside = (frequency < low - 0.05) | (frequency > high + 0.05)
     assert power[:, outside].sum() < 1e-6 * power.sum()
 
@@ -43,7 +43,7 @@ def test_the_forced_peaks_are_the_largest_below_the_releases(drawn, config):
     step = config.solver.step
     peak = np.max([drawn.forced_peaks(model, step, drawn.factor) for model in MODELS], axis=0)
     assert (peak <= drawn.release_amplitude).all()
-    for larger in ensemble.FACTORS[:, None, None] * np.ones_like(drawn.factor):
+    for larger in convergence.FACTORS[:, None, None] * np.ones_like(drawn.factor):
         beyond = np.max([drawn.forced_peaks(model, step, larger) for model in MODELS], axis=0)
         assert ((larger <= drawn.factor) | (beyond > drawn.release_amplitude)).all()
 
@@ -66,4 +66,4 @@ def test_histories_are_those_of_the_pipelines_solver(drawn):
 def test_the_order_is_the_slope_of_the_error(power):
     steps = np.array([0.04, 0.02, 0.01])
     error = np.array([[3.0], [0.5]]) * steps**power
-    np.testing.assert_allclose(ensemble.fitted_order(steps, error), power)
+    np.testing.assert_allclose(convergence.fitted_order(steps, error), power)

@@ -7,7 +7,7 @@ from figure_functions import FIGURES
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
 from rockdamp.storage import dataset
-from rockdamp.studies.accuracy import ensemble
+from rockdamp.studies.accuracy import convergence
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 # --- the solver ------------------------------------------------------------------------------------------------------
@@ -40,7 +40,7 @@ def test_medians_and_largest_errors_are_over_walls_and_restitutions(stage):
     np.testing.assert_allclose(stage["median_solver_error"], np.median(error, axis=-1))
     np.testing.assert_allclose(stage["largest_solver_error"], error.max(axis=-1))
     np.testing.assert_allclose(
-        stage["convergence_order"], ensemble.fitted_order(stage["step"], stage["median_solver_error"])
+        stage["convergence_order"], convergence.fitted_order(stage["step"], stage["median_solver_error"])
     )
 
 

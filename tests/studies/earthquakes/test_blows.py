@@ -14,7 +14,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.records import Record
 from rockdamp.solvers.response import COLLAPSED
-from rockdamp.studies.earthquakes import event_driven_check, incremental, population, wall_under_record
+from rockdamp.studies.earthquakes import event_driven_check, incremental, population
 
 STEP = 0.001  # s, of the record: a thousandth of the walls' periods and less
 SIZE = 50.0  # m s-2
@@ -90,7 +90,7 @@ def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(named):
     case = incremental.Case.of(named.wall, curve, record, factor, strong_end=record.elapsed[-1], step=0.05, tail=1.0)
     e = np.array([E])
     varied = dict(zip(incremental.VARIATIONS, case.varied(e, 0.05)["varied_peak"][0, 0], strict=True))
-    peak = case(Damping.cr(e), wall_under_record.HALVINGS).peak.item()
+    peak = case(Damping.cr(e), incremental.HALVINGS).peak.item()
     assert peak > 1.1 * first
     assert varied["lower e"] < 0.99 * peak < 1.01 * peak < varied["higher e"]
 
@@ -103,9 +103,9 @@ def test_no_step_is_longer_than_the_one_asked_for_and_none_is_needlessly_short(n
         case = incremental.Case.of(named.wall, named.curve, record, np.ones(1), **lengths)
         frequency = float(named.wall.frequency_parameter * named.curve.initial_frequency)
         coarsest = frequency * record_step / case.substeps
-        finest = coarsest / 2**wall_under_record.HALVINGS
+        finest = coarsest / 2**incremental.HALVINGS
         assert finest <= longest * (1 + 1e-12)
-        one_less = frequency * record_step / max(case.substeps - 1, 1) / 2**wall_under_record.HALVINGS
+        one_less = frequency * record_step / max(case.substeps - 1, 1) / 2**incremental.HALVINGS
         assert case.substeps == 1 or one_less > longest
 
 

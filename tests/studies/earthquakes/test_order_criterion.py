@@ -7,15 +7,15 @@ import pytest
 from configs import configured
 from made_up_orders import compare, made_up
 
-from rockdamp.studies.earthquakes import order_criterion
-from rockdamp.studies.earthquakes.order_criterion import ENOUGH, EXCEEDS, SIDES, UNDECIDED, Sums
+from rockdamp.studies.earthquakes import orders
+from rockdamp.studies.earthquakes.orders import ENOUGH, EXCEEDS, SIDES, UNDECIDED, Sums
 
 EARTHQUAKES = configured().earthquakes
 
 
 def test_every_change_of_e_is_what_its_name_says():
     e = np.array([0.75, 0.85, 0.95])
-    lower, higher, more, less, low, high = order_criterion.changed(e, 0.01, 0.07, 0.03).T
+    lower, higher, more, less, low, high = orders.changed(e, 0.01, 0.07, 0.03).T
     np.testing.assert_allclose((e - lower, higher - e), 0.01)
     np.testing.assert_allclose(np.log([more, less]) / np.log(e), np.array([[1.07], [0.93]]) * np.ones(3))
     np.testing.assert_allclose((np.log(e / low), np.log(high / e)), 0.03)
@@ -77,7 +77,7 @@ def test_a_verdict_needs_the_whole_interval_of_every_measure():
         ([over, enough, unknown], EXCEEDS),
     ]
     for bounds, expected in cases:
-        assert order_criterion.verdict(np.array(bounds)) == expected
+        assert orders.verdict(np.array(bounds)) == expected
 
 
 @pytest.mark.parametrize(
@@ -90,13 +90,13 @@ def test_a_verdict_needs_the_whole_interval_of_every_measure():
     ],
 )
 def test_the_smallest_order_is_that_from_which_on_all_are_enough(judged, smallest):
-    order = order_criterion.smallest_order(np.arange(3.0), np.array(judged))
+    order = orders.smallest_order(np.arange(3.0), np.array(judged))
     assert order == pytest.approx(smallest, nan_ok=True)
 
 
 @pytest.mark.parametrize("smallest, recommended", [([16.0, 2.0, 0.0], 16.0), ([16.0, np.nan], np.nan)])
 def test_the_recommended_order_is_enough_at_every_restitution(smallest, recommended):
-    assert order_criterion.recommended_order(np.array(smallest)) == pytest.approx(recommended, nan_ok=True)
+    assert orders.recommended_order(np.array(smallest)) == pytest.approx(recommended, nan_ok=True)
 
 
 def test_an_order_is_chosen_and_judged_on_halves_that_share_no_station():
@@ -113,8 +113,8 @@ def test_an_order_is_chosen_and_judged_on_halves_that_share_no_station():
 
     sums = replace(sums, stand=np.arange(40.0)[:, None, None, None] * np.ones_like(sums.stand))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(order_criterion, "judge", remembered)
-        order_criterion.split(sums, np.arange(2.0), histories["station"].values, 3, 10, 1)
+        patch.setattr(orders, "judge", remembered)
+        orders.split(sums, np.arange(2.0), histories["station"].values, 3, 10, 1)
     for first, second in zip(seen[::2], seen[1::2], strict=True):
         assert sorted([*first, *second]) == list(range(40))
         assert not {int(i) // 2 for i in first} & {int(i) // 2 for i in second}
@@ -137,8 +137,8 @@ def test_the_half_that_judges_an_order_is_not_the_one_that_chose_it(monkeypatch)
     def by_station(part, weights):
         return None, None, np.array([[[ENOUGH if 0 in part.stand else EXCEEDS] * 2]], dtype=np.int8)
 
-    monkeypatch.setattr(order_criterion, "judge", by_station)
-    found = order_criterion.split(sums, np.arange(2.0), np.repeat([0, 1], 20), 12, 10, 1)
+    monkeypatch.setattr(orders, "judge", by_station)
+    found = orders.split(sums, np.arange(2.0), np.repeat([0, 1], 20), 12, 10, 1)
     chose = found["split_order"].values == 0
     assert chose.any() and not chose.all() and np.isnan(found["split_order"].values[~chose]).all()
     np.testing.assert_array_equal(found["split_verdict"].values[chose], EXCEEDS)

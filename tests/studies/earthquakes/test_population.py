@@ -15,7 +15,7 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.event_driven import history
 from rockdamp.storage import dataset
-from rockdamp.studies.earthquakes import population, population_check
+from rockdamp.studies.earthquakes import event_driven_check, population
 from rockdamp.vocabulary import MODELS
 
 
@@ -149,7 +149,7 @@ def test_a_sample_towards_collapse_agrees_with_the_event_driven_solver_at_the_po
     config, walls, shares
 ):
     few = changed(config, {"population.check.histories": 48, "population.check.seed": 2})
-    found = population_check.check_population(few, walls, shares)
+    found = event_driven_check.check_population(few, walls, shares)
     dataset.check(found, "population_check")
     assert found["checked_count"].values.tolist() == [12, 12, 12, 12]
     assert found["stratum"].values.tolist() == ["far", "near", "edge", "just collapsed"]

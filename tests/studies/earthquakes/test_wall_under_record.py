@@ -11,7 +11,7 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers import event_driven
 from rockdamp.solvers.response import COLLAPSED
-from rockdamp.studies.earthquakes.wall_under_record import NEAR, SOURCES, Case, by_damper
+from rockdamp.studies.earthquakes.incremental import NEAR, SOURCES, Case, by_damper
 from rockdamp.vocabulary import MODELS
 
 E = np.array([0.8, 0.9])

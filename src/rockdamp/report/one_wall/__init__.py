@@ -1,1 +1,287 @@
-"""The page of one wall, that `rockdamp assess --report` writes; the report of all studies does not read it."""
+"""The page of one wall, that `rockdamp assess --report` writes: its assumptions and its answers, on three sheets.
+
+The report of all studies does not read it.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, SupportsFloat
+
+import numpy as np
+import xarray as xr
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from rockdamp import __version__
+from rockdamp.assessment.answers import reasons
+from rockdamp.assessment.assess import REPLICATES
+from rockdamp.assessment.checks import Check, sensitivity
+from rockdamp.assessment.collapses import STRIPES, UNITS, side_by_side
+from rockdamp.assessment.table import RULE_WEIGHTS
+from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, typed_in
+from rockdamp.figures.assessment import fragility_figure
+from rockdamp.figures.mechanism import wall_figure
+from rockdamp.figures.single import response_figure
+from rockdamp.histories.labelled import responses
+from rockdamp.histories.supports import SMALL
+from rockdamp.mechanics.building import Building, Diaphragm
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import kinds
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.catalogue import GroundMotion
+from rockdamp.plausibility import as_meant
+from rockdamp.storage.atomic import replacing
+from rockdamp.text import DASH, RAISED, counted, number, percent, plain
+from rockdamp.units import IMPERIAL, printed
+from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, REFERENCE, STANDARD_GRAVITY
+
+# Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
+TEMPLATE = "wall.html.j2"
+STYLE = "wall.css"
+U_INS = Markup("u<sub>ins</sub>")
+RESOLUTION = 200  # dots per inch
+MOST_ROWS = 4  # intensities in the table
+MOST_NAMES = 8  # records named
+Row = tuple[str, str, Any, str]  # name, symbol, value and unit of a quantity
+
+
+@dataclass(frozen=True)
+class About:
+    """What the page says of itself: project, date and command as the user gave them.
+
+    Units are si or imperial, paper is a4 or letter.
+    """
+
+    project: str = ""
+    date: str = ""
+    command: str = ""
+    units: str = "si"
+    paper: str = "a4"
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where a wall stands, in words; what `assess --json` says of its building, and the check at each intensity."""
+
+    checks: Sequence[Check] = ()
+    place: str = ""
+    values: Mapping[str, Any] | None = None
+    building: Building | None = None
+    diaphragm: Diaphragm | None = None
+    joint_offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A wall, its records, and the dataset that `rockdamp.assess` returned for them."""
+
+    name: str
+    wall: Wall | Parapet
+    curve: TrilinearCurve
+    motions: Sequence[GroundMotion]
+    answer: xr.Dataset
+    about: About = About()
+    placement: Placement = Placement()
+
+
+def build(subject: Subject) -> str:
+    """Return the page as HTML, which needs nothing but itself."""
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"number": number, "percent": percent, "span": _span}
+    environment.globals["in_units"] = partial(_in_units, system=subject.about.units)
+    environment.filters["level"] = partial(_level, subject.answer, subject.about.units)
+    environment.globals |= {"number": number, "percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
+    answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
+    measure = answer.attrs["intensity_measure"]
+    unit, size = _in_units(UNITS[measure], subject.about.units)
+    name, asked, last = measure.lower(), answer[measure.lower()].values, answer.sizes["intensity"] - 1
+    both = answer.rename({f"median_{name}": "median", f"median_{name}_interval": "median_interval", name: "asked"})
+    frequency, period = map(number, frequencies(subject.wall, subject.curve))
+    rows = typed_in(subject.wall, subject.curve, float(answer["restitution"]))
+    typed = {row["damping_model"]: row for row in rows}
+    cr = both.isel(intensity=-1).sel(damping_model=REFERENCE)
+    return environment.from_string(_text(TEMPLATE)).render(
+        style=Markup(_text(STYLE).replace("size: A4", f"size: {subject.about.paper}")),
+        name=subject.name,
+        about=subject.about,
+        wall=subject.wall,
+        parapet=isinstance(subject.wall, Parapet),
+        inputs=_inputs(subject),
+        show_input=partial(number, digits=4) if subject.about.units == "imperial" else plain,
+        derived=_derived(subject),
+        reason=answer.attrs["restitution_reason"],
+        e=number(float(answer["restitution"])),
+        dampers=[(offer, kinds()[model].title, typed[model]) for model, offer in OFFERS.items()],
+        studied_e=plain(false_safe(float(answer["restitution"]))[0]),
+        order=RECOMMENDED_ORDER,
+        rules=", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items()),
+        close_together=SMALL,
+        frequency=frequency,
+        period=period,
+        moved=sensitivity(
+            *(subject.wall, subject.curve, float(answer["restitution"]), subject.motions, measure, float(asked[-1])),
+            *(float(answer["tail"]), placement.building, placement.diaphragm),
+        ),
+        missing=list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in reasons(answer, model))),
+        outcomes=int(answer["records"]) * answer.sizes["stripe"],
+        # At most `MOST_ROWS` intensities, evenly spread over all of them.
+        shares=[
+            both.isel(intensity=i)
+            for i in np.unique(np.linspace(0, last, min(last + 1, MOST_ROWS)).round()).astype(int)
+        ],
+        left_out=max(last + 1 - MOST_ROWS, 0),
+        fragility=[both.sel(damping_model=model) for model in (REFERENCE, RECOMMENDED)],
+        cr=cr,
+        onset=float(answer["rocking_onset"]),
+        placement=placement,
+        check=placement.checks[-1] if placement.checks else None,
+        measure=measure,
+        unit=unit,
+        size=size,
+        records=_records(subject.motions),
+        worst=worst,
+        images={
+            "wall": _image(wall_figure(subject.wall, subject.curve)),
+            "fragility": _image(fragility_figure(answer)),
+            "response": _image(response_figure(worst["histories"])) if worst else "",
+        },
+        recommended=RECOMMENDED,
+        stripes=STRIPES.size,
+        replicates=REPLICATES,
+        tail=plain(answer["tail"]),
+        method=answer.attrs["collapse_probability_interval"],
+        version=__version__,
+    )
+
+
+def write(subject: Subject, path: str | os.PathLike[str]) -> None:
+    """Write the page, complete or not at all."""
+    html = build(subject)
+    with replacing(path) as temporary:
+        Path(temporary).write_text(html, encoding="utf-8", newline="\n")
+
+
+def worst_standing(subject: Subject) -> dict[str, Any]:
+    """Return the history of the largest peak that the wall survives, at the highest intensity that it may survive.
+
+    It is run again at the finer step of `respond`; where it then falls, the next largest peak is taken. The
+    dictionary is empty where the wall survives no record.
+    """
+    answer, motions = subject.answer, {motion.name: motion for motion in subject.motions}
+    dampings, tail = side_by_side(float(answer["restitution"])), float(answer["tail"])
+    peaks = answer["peak"].sel(damping_model=REFERENCE)
+    for index in reversed(range(answer.sizes["intensity"])):
+        at = peaks.isel(intensity=index).dropna("record")
+        for name in at["record"].values[np.argsort(-at.values, kind="stable")]:
+            scale = float(answer["scale_factor"].sel(record=name).isel(intensity=index))
+            record = motions[str(name)].record
+            with as_meant():  # the intensity was warned of when it was asked for
+                histories = responses(record, subject.wall, subject.curve, dampings, scale=scale, tail=tail)
+            if str(histories["outcome"].sel(damping_model=REFERENCE).item()) == "completed":
+                intensity = float(answer[answer.attrs["intensity_measure"].lower()][index])
+                peak = float(histories["peak"].sel(damping_model=REFERENCE))
+                return {
+                    "record": str(name),
+                    "intensity": intensity,
+                    "peak": peak,
+                    "histories": histories,
+                }
+    return {}
+
+
+# --- tables -----------------------------------------------------------------------------------------------------------
+
+
+def _inputs(subject: Subject) -> list[Row]:
+    wall, curve = subject.wall, subject.curve
+    rows: list[Row] = [
+        ("thickness", "t", wall.thickness, "m"),
+        ("height", "h", wall.height, "m"),
+        ("length of the strip", "", wall.width, "m"),
+        ("density", "", wall.density, "kg m-3"),
+        ("overburden over weight", "O/W", wall.overburden_ratio, "-"),
+        ("eccentricity of the overburden", "", wall.eccentricity, "m"),
+    ]
+    if isinstance(wall, Wall):
+        rows.append(("height of the hinge over h", "h₁/h", wall.hinge_ratio, "-"))
+    rows += [
+        ("yield displacement ratio", "a₁", curve.yield_displacement_ratio, "-"),
+        ("strength ratio", "b₁", curve.strength_ratio, "-"),
+        ("ultimate displacement ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
+    ]
+    if (building := subject.placement.building) is not None:
+        rows += [
+            ("period of the building", "", building.period, "s"),
+            ("damping ratio of the building", "", building.damping_ratio, "-"),
+        ]
+    if (diaphragm := subject.placement.diaphragm) is not None:
+        rows += [
+            ("period of the flexible floor", "", diaphragm.period, "s"),
+            ("damping ratio of the flexible floor", "", diaphragm.damping_ratio, "-"),
+        ]
+    return rows
+
+
+def _derived(subject: Subject) -> list[Row]:
+    wall = subject.wall
+    onset = float(subject.answer["rocking_onset"])
+    return [
+        ("slenderness", "h/t", wall.slenderness, "-"),
+        ("weight", "W", float(wall.weight) / 1000, "kN"),
+        ("overburden", "O", float(wall.overburden) / 1000, "kN"),
+        ("strength of the rigid wall", "F₀", float(wall.rigid_strength) / 1000, "kN"),
+        ("instability displacement", U_INS, 1000 * float(wall.instability_displacement), "mm"),
+        ("frequency parameter", "p", wall.frequency_parameter, "rad s-1"),
+        ("rocking starts at", "", onset / STANDARD_GRAVITY, "g"),
+        ("rocking starts at", "", onset, "m s-2"),
+    ]
+
+
+def _in_units(unit: str, system: str) -> tuple[str, float]:
+    name, size = printed(unit, system, {**IMPERIAL, "m": "ft"})
+    return (name if name == "-" else name.translate(RAISED)), size
+
+
+def _span(bounds: xr.DataArray, show: Callable[[float], str] = number) -> str:
+    return " to ".join(map(show, bounds.values)) if np.isfinite(bounds).all() else DASH
+
+
+def _level(answer: xr.Dataset, units: str, value: SupportsFloat, digits: int = 4) -> str:
+    """Return an intensity with its unit, an acceleration in g too; a dash where it is not finite."""
+    value = float(value)
+    if not np.isfinite(value):
+        return DASH
+    measure = answer.attrs["intensity_measure"]
+    unit, size = _in_units(UNITS[measure], units)
+    also = f" ({value / STANDARD_GRAVITY:.3g} g)" if measure == "PGA" else ""
+    return f"{value / size:.{digits}g} {unit}{also}"
+
+
+def _records(motions: Sequence[GroundMotion]) -> str:
+    names = [motion.name for motion in motions]
+    if len(names) > MOST_NAMES:
+        names = [*names[: MOST_NAMES // 2], "…", *names[-MOST_NAMES // 2 :]]
+    stations = len({motion.group for motion in motions})
+    return f"{counted(len(motions), 'record')} of {counted(stations, 'station')}: {', '.join(names)}"
+
+
+# --- pictures ---------------------------------------------------------------------------------------------------------
+
+
+def _image(figure: Figure) -> str:
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png", dpi=RESOLUTION)
+    return f"data:image/png;base64,{base64.b64encode(drawn.getvalue()).decode('ascii')}"
+
+
+def _text(name: str) -> str:
+    return files("rockdamp.report.one_wall").joinpath(name).read_text(encoding="utf-8")

@@ -32,7 +32,7 @@ from rockdamp.histories.half_cycles import passes_zero, turning_points
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.studies.accuracy.ensemble import EXCITATIONS, Ensemble, fitted_order
+from rockdamp.studies.accuracy.convergence import EXCITATIONS, Ensemble, fitted_order
 from rockdamp.vocabulary import MODELS
 
 MECHANICAL_SHARE = 0.5  # mechanical over generalised energy
