@@ -15,11 +15,10 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr
 
-from rockdamp import plausibility
+from rockdamp import plausibility, units
 from rockdamp.arguments import number
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.mechanics import written_sizes
 from rockdamp.mechanics.building import DAMPING_RATIO, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -248,7 +247,7 @@ def _one_sided(filled: Mapping[str, str], wall: Wall | Parapet) -> Wall | Parape
 
 def _of_ties(name: str, text: str, unit: str) -> tuple[float, bool]:
     try:
-        return written_sizes.of_ties(text, unit)
+        return units.of_ties(text, unit)
     except UnitError as error:
         allowed = f"a number in {unit}, or with its unit, by metre of wall too"
         raise InputError(f"{name} is {text!r}: {error}; it must be {allowed}") from None
@@ -274,10 +273,10 @@ def _overburden_ratio(filled: Mapping[str, str], wall: Wall | Parapet) -> float:
     if "overburden_ratio" in filled:
         raise InputError("overburden and overburden_ratio state the same; one of the two cells must be empty")
     try:
-        load = written_sizes.overburden(filled["overburden"])
+        load = units.overburden(filled["overburden"])
     except UnitError as error:
         raise InputError(f"overburden: {error}; it must be a load with its unit, as 12kN/m or 12kN") from None
-    ratio = written_sizes.overburden_ratio(*load, float(wall.weight), float(wall.width), float(wall.thickness))
+    ratio = units.overburden_ratio(*load, float(wall.weight), float(wall.width), float(wall.thickness))
     plausibility.warn(plausibility.of_load(ratio))
     return ratio
 
@@ -309,7 +308,7 @@ def _restitution(text: str) -> float | str:
 
 def _size(name: str, text: str) -> float:
     """Return a size in SI: a number, or one with its unit."""
-    read = {"density": written_sizes.density, **dict.fromkeys(LENGTHS, written_sizes.length)}.get(name)
+    read = {"density": units.density, **dict.fromkeys(LENGTHS, units.length)}.get(name)
     if read is None:
         return _number(name, text)
     try:

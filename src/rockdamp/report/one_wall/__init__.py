@@ -35,7 +35,7 @@ from rockdamp.histories.labelled import responses
 from rockdamp.histories.supports import SMALL
 from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import kinds
+from rockdamp.mechanics.damping import damper_classes
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
@@ -120,7 +120,7 @@ def build(subject: Subject) -> str:
         derived=_derived(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
-        dampers=[(offer, kinds()[model].title, typed[model]) for model, offer in OFFERS.items()],
+        dampers=[(offer, damper_classes()[model].title, typed[model]) for model, offer in OFFERS.items()],
         studied_e=plain(false_safe(float(answer["restitution"]))[0]),
         order=RECOMMENDED_ORDER,
         rules=", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items()),
