@@ -13,7 +13,7 @@ from rockdamp.config.files import merged
 from rockdamp.errors import InputError, InputWarning
 from rockdamp.laboratory.sections import LaboratoryConfig, broken
 from rockdamp.mechanics.wall import Parapet
-from rockdamp.pipeline.stages import STAGES
+from rockdamp.pipeline.tables import STAGES
 from rockdamp.storage.dotted_keys import path_of
 from rockdamp.storage.dotted_keys import stated as value_at
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, STUDIES
