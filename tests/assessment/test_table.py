@@ -6,7 +6,7 @@ import rockdamp as rd
 from rockdamp.assessment.table import COLUMNS, BadRow, read_walls, row_of
 from rockdamp.errors import InputError, InputWarning
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
-from rockdamp.storage.tables import Column
+from rockdamp.storage.input_file import Column
 from rockdamp.vocabulary import PRESETS
 
 TABLE = """id,thickness,height,overburden_ratio,hinge_ratio,parapet,a1,b1,a3,softening,preset,restitution

@@ -19,7 +19,7 @@ from command_line import run
 from report_content import of_name
 from repository import ROOT
 
-from rockdamp.cli import main, shells
+from rockdamp.cli import SHELLS, VARIABLE, main
 from rockdamp.storage import dataset
 
 
@@ -69,7 +69,7 @@ def test_every_option_is_described(name):
 
 
 def test_commands_and_options_are_completed():
-    complete = ShellComplete(main, {}, "rockdamp", shells.VARIABLE)
+    complete = ShellComplete(main, {}, "rockdamp", VARIABLE)
     assert [item.value for item in complete.get_completions([], "re")] == ["record", "respond"]
     assert "--damping-model" in [item.value for item in complete.get_completions(["respond"], "--damping")]
     models = complete.get_completions(["respond", "--damping-model"], "C")
@@ -77,7 +77,7 @@ def test_commands_and_options_are_completed():
     assert [item.type for item in complete.get_completions(["respond", "--plot"], "pic")] == ["file"]
 
 
-@pytest.mark.parametrize("shell", shells.SHELLS)
+@pytest.mark.parametrize("shell", SHELLS)
 def test_the_completion_script_is_that_of_the_shell(shell, monkeypatch):
     monkeypatch.setattr("click.shell_completion.BashComplete._check_version", lambda *_: None)
     script = run("completion", shell).stdout

@@ -14,8 +14,8 @@ from rockdamp.errors import InputError, InputWarning
 from rockdamp.laboratory.sections import LaboratoryConfig, broken
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.pipeline.tables import STAGES
-from rockdamp.storage.dotted_keys import path_of
-from rockdamp.storage.dotted_keys import stated as value_at
+from rockdamp.storage.yaml_file import get as value_at
+from rockdamp.storage.yaml_file import path_of
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, STUDIES
 
 DEFAULT = ROOT / "config/default.yaml"

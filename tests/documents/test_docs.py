@@ -14,7 +14,7 @@ from repository import ROOT
 import rockdamp
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
-from rockdamp.storage.dotted_keys import dotted
+from rockdamp.storage.yaml_file import dotted
 from rockdamp.vocabulary import RECOMMENDED
 
 NOTEBOOK = ROOT / "docs/notebooks/explore.ipynb"

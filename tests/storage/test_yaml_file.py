@@ -5,6 +5,7 @@ from repository import ROOT
 
 from rockdamp.errors import InputError
 from rockdamp.storage import yaml_file
+from rockdamp.storage.yaml_file import dotted, get, path_of
 
 
 @pytest.mark.parametrize(
@@ -60,3 +61,21 @@ DOCUMENTS = [
 @pytest.mark.parametrize("path", sorted(DOCUMENTS), ids=lambda path: str(path.relative_to(ROOT)))
 def test_both_versions_of_yaml_read_the_same_in_the_shipped_documents(path):
     assert yaml_file.load(path.read_text(encoding="utf-8")) == yaml_file.read(path)
+
+
+WHOLE = {"a": {"b": [1, {"c": 2}]}, "d": "text"}
+
+
+@pytest.mark.parametrize(("key", "path"), [("d", ("d",)), ("a.b[1].c", ("a", "b", 1, "c")), ("", ())])
+def test_a_key_names_a_path_and_a_path_a_key(key, path):
+    assert path_of(key) == path and dotted(path) == key
+
+
+def test_a_value_is_read_by_its_key():
+    assert get(WHOLE, "a.b[1].c") == 2 and get(WHOLE, ("a", "b", 0)) == 1 and get(WHOLE, "") is WHOLE
+
+
+@pytest.mark.parametrize("key", ["x", "a.x", "a.b[2]", "a.b.c", "d.x", "d[0]", "a[0]"])
+def test_a_key_that_is_not_there_is_an_error(key):
+    with pytest.raises(LookupError):
+        get(WHOLE, key)

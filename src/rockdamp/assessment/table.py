@@ -20,8 +20,8 @@ from rockdamp.mechanics.building import DAMPING_RATIO, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall, tie_of
 from rockdamp.mechanics.wall import WEAKEST, Parapet, Wall
-from rockdamp.storage import input_file, tables
-from rockdamp.storage.tables import Column
+from rockdamp.storage import input_file
+from rockdamp.storage.input_file import Column
 from rockdamp.units import UnitError, quantity
 from rockdamp.units import number as text_number
 
@@ -78,7 +78,7 @@ def read_walls(path: str | os.PathLike[str], columns: Mapping[str, Column] | Non
     path, columns = Path(path), columns or {}
     text = _text(path)
     heads = [line for line in text.splitlines() if line.strip() and not line.startswith(REMARK)]
-    mark = tables.divider(heads[0] if heads else "") or ","
+    mark = input_file.divider(heads[0] if heads else "") or ","
     reader = csv.reader(io.StringIO(text), strict=True, delimiter=mark)
     try:
         first: list[str] = next((cells for cells in reader if not _is_remark(cells)), [])
@@ -170,7 +170,7 @@ def _rows(
         try:
             if len(cells) != len(names):
                 raise InputError(f"there are {len(cells)} cells; there must be {len(names)}, one for each column")
-            texts = [tables.with_point(cell.strip(), mark) for cell in cells]
+            texts = [input_file.with_point(cell.strip(), mark) for cell in cells]
             row = _row(line, dict(zip(names, texts, strict=True)), units_of)
             if identifier in lines:
                 raise InputError(f"id is {identifier!r}, as on line {lines[identifier]}; each wall must have its own")

@@ -16,8 +16,7 @@ from rockdamp.cli.assessment import (
     shaking_options,
     write_nrml,
 )
-from rockdamp.cli.building import ground_of, make_buildings, make_diaphragm
-from rockdamp.cli.command import SOME_FAILED, Command, concerning, print_json, write_dataset, write_table
+from rockdamp.cli.command import SOME_FAILED, Command, OutputFile, concerning, print_json, write_dataset, write_table
 from rockdamp.cli.options import (
     column_option,
     columns_of_both,
@@ -26,7 +25,7 @@ from rockdamp.cli.options import (
     strict_option,
     table_of_walls,
 )
-from rockdamp.cli.types import OutputFile
+from rockdamp.cli.supports import ground_of, make_buildings, make_diaphragm
 
 MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
 

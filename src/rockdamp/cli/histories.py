@@ -12,25 +12,21 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp import units
-from rockdamp.cli.building import (
-    building_options,
-    ground_of,
-    make_buildings,
-    make_diaphragm,
-    supports_of,
-    top_record_option,
-)
 from rockdamp.cli.command import (
+    NUMBER,
     Command,
+    OutputFile,
     concerning,
+    in_unit,
     print_json,
     print_table,
     print_values,
+    quantities,
+    quantity,
     write_dataset,
     write_figure,
     write_table,
 )
-from rockdamp.cli.one_sided import SIGNS, one_sided_options, respond_one_sided
 from rockdamp.cli.options import (
     column_option,
     curve_options,
@@ -41,21 +37,31 @@ from rockdamp.cli.options import (
     make_optional_wall,
     make_wall,
     named_columns,
+    one_sided_options,
     refuse_unused,
     wall_options,
     with_default,
 )
-from rockdamp.cli.types import NUMBER, OutputFile, in_unit, quantities, quantity
+from rockdamp.cli.supports import (
+    building_options,
+    ground_of,
+    make_buildings,
+    make_diaphragm,
+    supports_of,
+    top_record_option,
+)
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
-    from rockdamp.storage.tables import Column
+    from rockdamp.storage.input_file import Column
 
+SIGNS = ("both", "+", "-")
 LENGTH = 20.0  # in tau, of a decay
 UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
 UNITS |= {"support_acceleration": "m s-2", "pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s-2"}
@@ -203,7 +209,7 @@ def respond_command(
         from rockdamp.motions.record_files import CONTENTS as HEADINGS
 
         motions = _motions(records, options, named_columns(columns, HEADINGS))
-        respond_one_sided(wall, curve, motions, _scales(options), {**options, "table": table}, tail, as_json)
+        _respond_one_sided(wall, curve, motions, _scales(options), {**options, "table": table}, tail, as_json)
         return
     refuse_unused(("sign",), "--one-sided")
     dampings = make_dampings(options, curve)
@@ -331,3 +337,77 @@ def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bo
         print_values(motion | rows[0], units)
         if rows[0]["peak"] is None:
             click.echo("-: a wall that collapsed has no peak")
+
+
+def _restitution_of(options: Mapping[str, Any], wall: OneSidedWall) -> float:
+    """Return e of a wall against a stop; refuse any damper but restitution."""
+    from rockdamp.assessment.restitution import DEFAULT_RULE, restitution_and_reason
+
+    if options["compare"] or options["damping_model"] not in (None, "CR") or options["damping_ratio"] is not None:
+        raise click.UsageError(
+            "--one-sided takes restitution alone: a damper of the wall, ECD of any order too, damps a wall that starts "
+            "from rest at the stop before it has hit it; damp the stop (docs/one-sided.md)"
+        )
+    stated = options["restitution"]
+    e, reason = restitution_and_reason(wall, DEFAULT_RULE if stated is None else stated)
+    if stated is None:
+        click.echo(f"restitution e = {e:.4g}: {reason}", err=True)
+    return e
+
+
+def _respond_one_sided(
+    wall: OneSidedWall,
+    curve: TrilinearCurve,
+    motions: Any,
+    asked: Mapping[str, list[float]],
+    options: Mapping[str, Any],
+    tail: float,
+    as_json: bool,
+) -> None:
+    """Run a wall against a stop under records, both ways unless --sign says which, and print a row for each."""
+    from rockdamp.histories.many_records import scales_of
+    from rockdamp.histories.one_sided import SIGNS as WAYS
+    from rockdamp.histories.one_sided import response
+
+    e, sign = _restitution_of(options, wall), options["sign"]
+    files = [f"--{name}" for name in ("output", "plot") if options[name] is not None]
+    if files and (sign == "both" or len(motions) > 1 or len(next(iter(asked.values()))) > 1):
+        raise click.UsageError(f"{files[0]} takes one history; there must be one record, one scale and --sign + or -")
+    rows = []
+    for motion in motions:
+        for scale in scales_of(motion.intensity_record, asked):
+            history = response(motion.record, wall, curve, e, scale=float(scale), tail=tail, signs=WAYS[sign])
+            for index, way in enumerate(history["sign"].values.tolist()):
+                one = history.isel(sign=index)
+                fell = bool(one["collapsed"])
+                peak = float(one["peak"])
+                metres = peak * float(wall.instability_displacement)
+                rows.append(
+                    {
+                        "record": motion.name,
+                        "sign": "+" if way > 0 else "-",
+                        "scale": float(scale),
+                        "peak_displacement": None if fell else metres,
+                        "peak": None if fell else peak,
+                        "outcome": "collapsed" if fell else "completed",
+                        "outcome_elapsed": float(one["outcome_elapsed"]),
+                        "impacts": int(one["impacts"]),
+                    }
+                )
+    if options["output"] is not None:
+        read = {"records": motions[0].record.digest or motions[0].name, "sign": sign}
+        write_dataset(history, options["output"], "one_sided_response", "rockdamp.histories.one_sided", **read)
+    if options["plot"] is not None:
+        from rockdamp.figures.one_sided import history_figure
+
+        write_figure(history_figure(history), options["plot"])
+    if options["table"] is not None:
+        write_table(rows, options["table"])
+    if as_json:
+        print_json(rows)
+    else:
+        print_table(rows, {"peak_displacement": "m", "outcome_elapsed": "s"})
+        if sign == "both":
+            click.echo(
+                "sign: each record acts as it is, +, and turned round, -; the wall moves away from its stop only"
+            )

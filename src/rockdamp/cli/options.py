@@ -12,21 +12,22 @@ import click
 from click.core import ParameterSource
 
 from rockdamp import units
-from rockdamp.cli.one_sided import TIE, one_sided_wall
-from rockdamp.cli.types import HINGE_RATIO, NUMBER, Read, quantity
+from rockdamp.cli.command import HINGE_RATIO, NUMBER, Read, quantity
 from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
     from rockdamp.assessment.table import BadRow, Row
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.damping import Damping
+    from rockdamp.mechanics.one_sided import Tie
     from rockdamp.mechanics.wall import Parapet, Wall
-    from rockdamp.storage.tables import Column
+    from rockdamp.storage.input_file import Column
 
 Decorator = Callable[[Any], Any]
 
 SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity")
 WALL = (*SIZES, "overburden", "hinge_ratio", "parapet")
+TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height")
 ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "preset", "a3", "softening")
 
@@ -62,6 +63,16 @@ def _ratio(text: str) -> float:
 
 
 RATIO = Read(_ratio, "FLOAT", "a number, as 0.5")
+
+
+def _of_ties(text: str, unit: str) -> tuple[float, bool]:
+    from rockdamp.mechanics import written_sizes
+
+    return written_sizes.of_ties(text, unit)
+
+
+STIFFNESS = Read(lambda text: _of_ties(text, "N m-1"), "[N m-1|N m-2]", "one, as 2e6N/m/m of wall, or 2e6N/m in all")
+STRENGTH = Read(lambda text: _of_ties(text, "N"), "[N|N m-1]", "one, as 3kN/m of wall, or 3kN in all")
 
 
 class Model(click.Choice):
@@ -119,6 +130,14 @@ curve_options = all_of(
     softening_options,
 )
 
+one_sided_options = all_of(
+    click.option("--one-sided", is_flag=True, help="The wall rocks to one side, away from a stop behind it."),
+    click.option("--tie-stiffness", type=STIFFNESS, help="Stiffness of the ties, of all of them."),
+    click.option("--tie-strength", type=STRENGTH, help="Force at which the ties yield, of all of them."),
+    click.option("--tie-gap", type=quantity("m"), help="Slack of the ties: how far they move before they pull."),
+    click.option("--tie-height", type=quantity("m"), help="Height of the ties.  [default: where u is measured]"),
+)
+
 damping_options = all_of(
     click.option(
         "--damping-model", type=Model((*MODELS, LOCAL)), help="Damping model.  [default: CR, with --restitution]"
@@ -157,7 +176,7 @@ column_option = click.option(
 
 def named_columns(columns: Iterable[str], contents: Iterable[str]) -> dict[str, Column]:
     """Return the columns of --column by what they hold, which is one of `contents`."""
-    from rockdamp.storage.tables import Column
+    from rockdamp.storage.input_file import Column
 
     pairs = [Column.of(text, list(contents)) for text in columns]
     names = [name for name, _ in pairs]
@@ -227,6 +246,33 @@ def make_wall(options: Mapping[str, Any]) -> Any:
     wall = kind(**sizes)
     warn(of_stated(wall))
     return one_sided_wall(options, wall)
+
+
+def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Any:
+    """Return the wall against a stop where --one-sided says so."""
+    given = [name for name in TIE if options.get(name) is not None]
+    if not options.get("one_sided"):
+        if given:
+            raise click.UsageError(f"--{given[0].replace('_', '-')} must be given with --one-sided, or not at all")
+        return wall
+    for other in ("building_period", "diaphragm_period", "top_records", "top_record"):
+        if options.get(other):
+            name = "--top-record" if "top" in other else f"--{other.replace('_', '-')}"
+            raise click.UsageError(f"{name} must be given without --one-sided: the stop moves as the base does")
+    from rockdamp.mechanics.one_sided import OneSidedWall
+
+    return OneSidedWall(wall, tie(options, wall) if given else None)
+
+
+def tie(options: Mapping[str, Any], wall: Wall | Parapet) -> Tie:
+    """Return the tie that the options describe."""
+    from rockdamp.mechanics.one_sided import tie_of
+
+    for name in ("tie_stiffness", "tie_strength"):
+        if options.get(name) is None:
+            raise click.UsageError(f"--{name.replace('_', '-')} is missing; a tie must have a stiffness and a strength")
+    stiffness, strength, gap, height = (options[name] for name in TIE)
+    return tie_of(wall, stiffness, strength, gap or 0.0, height)
 
 
 def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:

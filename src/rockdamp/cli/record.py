@@ -7,9 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.command import Command, concerning, print_json, print_values, write_figure
+from rockdamp.cli.command import (
+    NUMBER,
+    Command,
+    OutputFile,
+    concerning,
+    print_json,
+    print_values,
+    quantity,
+    write_figure,
+)
 from rockdamp.cli.options import json_option, was_given, with_default
-from rockdamp.cli.types import NUMBER, OutputFile, quantity
 
 if TYPE_CHECKING:
     from rockdamp.laboratory.releases import FreeRocking

@@ -8,11 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.assessed import show_damping
-from rockdamp.cli.assessment import RESTITUTION
-from rockdamp.cli.command import SOME_FAILED, Command, print_json, print_table, print_values, write_table
-from rockdamp.cli.one_sided import constants as one_sided_constants
-from rockdamp.cli.one_sided import one_sided_options
+from rockdamp.cli.assessment import RESTITUTION, show_damping
+from rockdamp.cli.command import (
+    NUMBER,
+    SOME_FAILED,
+    Command,
+    OutputFile,
+    print_json,
+    print_table,
+    print_values,
+    quantities,
+    write_table,
+)
 from rockdamp.cli.options import (
     CURVE,
     WALL,
@@ -23,6 +30,7 @@ from rockdamp.cli.options import (
     make_optional_wall,
     make_wall,
     named_columns,
+    one_sided_options,
     refuse_unused,
     strict_option,
     table_of_walls,
@@ -31,7 +39,7 @@ from rockdamp.cli.options import (
     walls_option,
     with_default,
 )
-from rockdamp.cli.types import NUMBER, OutputFile, quantities
+from rockdamp.cli.supports import constants as one_sided_constants
 from rockdamp.units import printed
 from rockdamp.vocabulary import STANDARD_GRAVITY
 

@@ -13,9 +13,8 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from rockdamp.arrays import Array
-from rockdamp.config.earthquakes import Bilinear, Comparison, Earthquakes, LossLaw, Population, SpectrumMethod
+from rockdamp.config.earthquakes import Bilinear, Comparison, Earthquakes, LossLaw, OneSided, Population, SpectrumMethod
 from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
-from rockdamp.config.one_sided import OneSided
 from rockdamp.config.sections import (
     Accuracy,
     AmplitudeDependence,

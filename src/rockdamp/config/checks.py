@@ -22,7 +22,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import has_displacement, read_record
-from rockdamp.storage.dotted_keys import path_of
+from rockdamp.storage.yaml_file import path_of
 from rockdamp.vocabulary import PRESETS, STUDIES
 
 FEWEST = 3  # values of e: the polynomials of Fig. 7 have three coefficients

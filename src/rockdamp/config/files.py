@@ -18,7 +18,7 @@ from rockdamp import units
 from rockdamp.config.kinds import Refusal
 from rockdamp.errors import InputError, shown
 from rockdamp.storage import yaml_file
-from rockdamp.storage.dotted_keys import KeyPath, dotted, stated
+from rockdamp.storage.yaml_file import KeyPath, dotted, get
 
 COMMAND_LINE = "the command line"
 SUFFIXES = (".yaml", ".yml", ".json")  # of a config
@@ -121,7 +121,7 @@ def origin(path: KeyPath, config: Mapping[str, Any], files: Sequence[str | Path]
 
 def _at(config: Any, path: KeyPath) -> str | None:
     try:
-        return repr(stated(config, path))  # not the value: NaN does not equal itself
+        return repr(get(config, path))  # not the value: NaN does not equal itself
     except LookupError:
         return None
 

@@ -18,7 +18,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Sampled
 from rockdamp.statistics.distribution import KINDS, Distribution
-from rockdamp.storage.dotted_keys import dotted
+from rockdamp.storage.yaml_file import dotted
 from rockdamp.vocabulary import ANY_ORDER, CANDIDATES
 
 SEARCHED_ORDER = 4.0  # of the damper of any order, while the others are searched

@@ -20,7 +20,7 @@ from rockdamp.errors import InputError, require
 from rockdamp.laboratory.releases import FreeRocking
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import of_displacement, of_step, warn
-from rockdamp.storage import input_file, tables
+from rockdamp.storage import input_file
 
 FILTER_ORDER = 4  # of Butterworth's filter, which runs forwards and backwards: no delay, twice the order
 FEWEST_FILTERED = 16  # samples that the filter needs to run backwards
@@ -100,12 +100,12 @@ def read_raw(path: str | os.PathLike[str]) -> Raw:
 def _divider(lines: Sequence[str]) -> str | None:
     """Return what divides the cells; None for blanks."""
     body = [line for line in lines if line and not line.startswith("#")][-1:]
-    return tables.divider(body[0]) if body else None
+    return input_file.divider(body[0]) if body else None
 
 
 def _cells(line: str, divider: str | None) -> list[str]:
     cells = next(csv.reader([line], delimiter=divider)) if divider else line.split()
-    return [tables.with_point(cell, divider) for cell in cells]
+    return [input_file.with_point(cell, divider) for cell in cells]
 
 
 def _numbers(cells: Sequence[str]) -> list[float] | None:

@@ -24,7 +24,7 @@ from rockdamp.arrays import ByValue
 from rockdamp.errors import InputError, RecordWarning
 from rockdamp.motions.intensity import plausible
 from rockdamp.motions.records import Record, record_of
-from rockdamp.storage.tables import Column
+from rockdamp.storage.input_file import Column
 from rockdamp.units import number as text_number
 from rockdamp.vocabulary import STANDARD_GRAVITY
 

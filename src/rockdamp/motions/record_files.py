@@ -18,8 +18,8 @@ import pandas as pd
 from rockdamp import units
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.storage import tables
-from rockdamp.storage.tables import Column
+from rockdamp.storage import input_file
+from rockdamp.storage.input_file import Column
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 Place = Callable[[int], str]  # of a sample, by its index: "on line 12"
@@ -144,8 +144,8 @@ def rocking_csv(lines: Sequence[str]) -> tuple[Array, tuple[Array | None, Array 
 def _names(lines: Sequence[str], expected: Sequence[str]) -> tuple[dict[str, str], list[str], list[str], int]:
     """Return the header, the columns' names, the lines as divided by commas, and the index of that with the names."""
     start = next((number for number, line in enumerate(lines) if not line.startswith("#")), len(lines))
-    mark = tables.divider(lines[start]) if start < len(lines) else None
-    lines = [tables.with_commas(line, mark) if number >= start else line for number, line in enumerate(lines)]
+    mark = input_file.divider(lines[start]) if start < len(lines) else None
+    lines = [input_file.with_commas(line, mark) if number >= start else line for number, line in enumerate(lines)]
     header = _header(lines[:start])
     if start == len(lines):
         raise InputError(f"has a header only; columns {', '.join(expected)} must follow it")

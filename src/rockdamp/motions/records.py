@@ -21,7 +21,7 @@ from rockdamp.motions import record_files
 from rockdamp.motions.record_files import COLUMNS, check_finite, check_time, step_of
 from rockdamp.storage import input_file
 from rockdamp.storage.atomic import replacing
-from rockdamp.storage.tables import Column
+from rockdamp.storage.input_file import Column
 
 S = TypeVar("S", bound="Sampled")
 ANSWERS = {"yes": True, "no": False}

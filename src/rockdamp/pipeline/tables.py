@@ -127,7 +127,7 @@ def reported(stages: Iterable[Stage]) -> list[str]:
     return [name for dataset in shown for name in each_study(dataset)]
 
 
-# --- figures ------------------------------------------------------------------------------------------------------------
+# --- figures ----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)

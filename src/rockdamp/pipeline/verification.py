@@ -135,7 +135,7 @@ def _files(folder: Path) -> Iterator[Path]:
             yield from _files(path)
 
 
-# --- the data dictionary ------------------------------------------------------------------------------------------------
+# --- the data dictionary ----------------------------------------------------------------------------------------------
 
 
 def used_by(kind: str) -> list[str]:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rockdamp.equivalence import minima
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.equivalence.minima import RIVALS, SCAN, SCAN_STEP
 from rockdamp.figures.style import style_of

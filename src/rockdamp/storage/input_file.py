@@ -1,11 +1,17 @@
-"""Read files that others wrote: once and whole, without waiting for them, and only text."""
+"""Read files that others wrote: once and whole, without waiting for them, and only text; and take their lines apart.
+
+Tables have commas, semicolons or tabs, as spreadsheets write them, and decimal commas beside the last two.
+"""
 
 from __future__ import annotations
 
 import os
 import re
 import stat
+from collections.abc import Collection
+from dataclasses import dataclass
 
+from rockdamp import units
 from rockdamp.errors import InputError
 
 MOST_BYTES = 2**28  # of one file: over a day of ground motion at 200 Hz
@@ -62,3 +68,46 @@ def text(read: bytes, path: str | os.PathLike[str]) -> str:
             f"{os.fspath(path)}: character 0x{code:02x} on line {line} is a control character; it must be text in UTF-8"
         )
     return decoded
+
+
+# --- lines of tables -------------------------------------------------------------------------------------------------
+
+DIVIDERS = (";", "\t", ",")
+_DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a file, and the unit of its numbers; none is SI, or none is needed."""
+
+    name: str
+    unit: str = ""
+
+    @classmethod
+    def of(cls, text: str, contents: Collection[str]) -> tuple[str, Column]:
+        """Parse ``thickness=Thickness [mm]:mm``; the unit may be left out. Return what the column holds, and it.
+
+        What it holds is one of `contents`.
+        """
+        holds, equals, column = (part.strip() for part in text.partition("="))
+        if not equals or holds not in contents or not column:
+            raise InputError(f"column {text!r} must be NAME=COLUMN or NAME=COLUMN:UNIT; NAME is {', '.join(contents)}")
+        name, colon, unit = column.rpartition(":")
+        return (holds, cls(name.strip(), unit.strip())) if colon and units.parse(unit) else (holds, cls(column))
+
+
+def divider(line: str) -> str | None:
+    """Return what divides the cells of a line; None for blanks."""
+    return next((mark for mark in DIVIDERS if mark in line), None)
+
+
+def with_point(cell: str, divided_by: str | None) -> str:
+    """Return a cell with a decimal point, where commas do not divide the cells and it has a decimal comma."""
+    return cell.replace(",", ".") if divided_by != "," and _DECIMAL_COMMA.fullmatch(cell) else cell
+
+
+def with_commas(line: str, divided_by: str | None) -> str:
+    """Return a line without quotes as one that commas divide; its numbers get decimal points."""
+    if divided_by in (",", None):
+        return line
+    return ",".join(with_point(cell, divided_by) for cell in line.rstrip(f"{divided_by} ").split(divided_by))

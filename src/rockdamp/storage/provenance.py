@@ -34,7 +34,6 @@ NO_SCIENCE = {
     "rockdamp.plausibility": "refuses or warns; what passes is as it was given",
     "rockdamp.progress": "shows how far a job is",
     "rockdamp.storage.atomic": "writes the bytes that it is given",
-    "rockdamp.storage.dotted_keys": "finds values of the config, which count themselves",
     "rockdamp.storage.provenance": "finds what counts",
     "rockdamp.storage.glossary": "reads the glossary, of which a dataset's own names count",
     "rockdamp.storage.yaml_file": "reads files, which count themselves",

@@ -1,5 +1,7 @@
 """YAML: documents of the package by PyYAML's compiled parser, those of users by YAML 1.2, with lines for errors.
 
+Dotted keys, ``studies.amplitude.release_amplitude[2]``, name what stands in a document.
+
 Every job reads the package's documents, which both versions of YAML read alike. In a user's file YAML 1.1 takes 1:30
 for 90 and 010 for 8, and of two keys of one name it keeps the last; ruamel.yaml, which reads YAML 1.2, does not.
 """
@@ -7,20 +9,25 @@ for 90 and 010 for 8, and of two keys of one name it keeps the last; ruamel.yaml
 from __future__ import annotations
 
 import os
+import re
+from collections.abc import Mapping
 from copy import deepcopy
 from functools import cache, lru_cache
 from typing import Any
 
 import yaml
 
+from rockdamp.errors import InputError
+from rockdamp.storage import input_file
+
 try:
     from yaml import CSafeLoader as _Loader
 except ImportError:  # a PyYAML built without libyaml
     from yaml import SafeLoader as _Loader  # type: ignore[assignment]
 
-from rockdamp.errors import InputError
-from rockdamp.storage import input_file
-from rockdamp.storage.dotted_keys import KeyPath
+KeyPath = tuple[str | int, ...]
+
+_PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
 
 
 def load(text: str) -> Any:
@@ -100,3 +107,26 @@ def _constructor() -> type[Any]:
     for tag in tags:
         Constructor.add_constructor(tag, number)
     return Constructor
+
+
+# --- dotted keys -----------------------------------------------------------------------------------------------------
+
+
+def path_of(key: str) -> KeyPath:
+    """Return the keys and list indices that a dotted key names."""
+    return tuple(int(index) if index else name for index, name in _PART.findall(key))
+
+
+def dotted(path: KeyPath) -> str:
+    """Return a path as a dotted key."""
+    return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
+
+
+def get(whole: Any, key: str | KeyPath) -> Any:
+    """Return the value at a dotted key; without such a key it raises `LookupError`."""
+    value: Any = whole
+    for part in path_of(key) if isinstance(key, str) else key:
+        if not isinstance(value, list if isinstance(part, int) else Mapping):
+            raise KeyError(key)
+        value = value[part]  # type: ignore[index] # the kind fits the part
+    return value

@@ -14,7 +14,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.one_sided import OneSided
+from rockdamp.config.earthquakes import OneSided
 from rockdamp.histories.loads import peaks_and_collapses as of_two_sides
 from rockdamp.histories.one_sided import SIGNS, peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve

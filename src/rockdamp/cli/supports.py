@@ -1,4 +1,4 @@
-"""Options of what holds a wall, and of the checks, and what `assess`, `batch` and `respond` do with them."""
+"""What holds a wall, a building, a floor, or a stop and ties: options, checks, and what the commands do with them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from rockdamp import units
-from rockdamp.cli.command import print_table
+from rockdamp.cli.command import Read, Whole, print_table, quantities, quantity
 from rockdamp.cli.options import all_of, refuse_unused, with_default
-from rockdamp.cli.types import Read, Whole, quantities, quantity
 from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -20,9 +19,11 @@ if TYPE_CHECKING:
 
     from rockdamp.assessment.checks import Check
     from rockdamp.mechanics.building import Building, Diaphragm
+    from rockdamp.mechanics.curve import TrilinearCurve
+    from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
-    from rockdamp.storage.tables import Column
+    from rockdamp.storage.input_file import Column
 
 OPTIONS = ("storeys", "storey", "building_damping", "shape")
 SHAPES = ("uniform", "flexural")
@@ -262,3 +263,87 @@ def print_checks(placed: Placed, checks: Sequence[Check]) -> None:
         click.echo(
             f"  joints: they close at displacements that differ by {placed.joint_offset:.2g} u_ins, taken as one"
         )
+
+
+# --- a stop and ties -------------------------------------------------------------------------------------------------
+
+
+def beside(wall: OneSidedWall, curve: TrilinearCurve, restitution: float) -> dict[str, float]:
+    """Return the damper at the stop as a program takes it, at u: its spring, dashpot and longest step."""
+    from rockdamp.mechanics.one_sided import AT_THE_DISPLACEMENT, CONTACT_STEP, CONTACT_STIFFNESS, Stop
+
+    k1, p = float(curve.initial_stiffness), float(wall.frequency_parameter)
+    stop = Stop(CONTACT_STIFFNESS * k1, restitution)
+    stiffness = float(stop.stiffness) * float(wall.mechanism.rigid_stiffness) / AT_THE_DISPLACEMENT
+    dashpot = float(stop.coefficient) * float(wall.mechanism.rigid_stiffness) / p / AT_THE_DISPLACEMENT
+    step = CONTACT_STEP / (p * float(stop.stiffness) ** 0.5)
+    return {
+        "stop_stiffness": stiffness,
+        "stop_damping_ratio": float(stop.damping_ratio),
+        "stop_damping_coefficient": dashpot,
+        "stop_step": step,
+    }
+
+
+def without_ties(
+    wall: OneSidedWall, curve: TrilinearCurve, answer: xr.Dataset, motions: Any
+) -> dict[str, float | list[float] | None] | None:
+    """Return the answer without the ties, under restitution; None for a wall that has none."""
+    if wall.tie is None:
+        return None
+    from dataclasses import replace
+    from math import isfinite
+
+    from rockdamp.assessment.assess import assess
+
+    measure = answer.attrs["intensity_measure"].lower()
+    options: dict[str, Any] = {measure: answer[measure].values.tolist(), "tail": float(answer["tail"])}
+    bare = assess(replace(wall, tie=None), curve, motions, restitution=float(answer["restitution"]), **options)
+    cr = bare.sel(damping_model="CR")
+    share, median = cr["collapse_probability"].values.tolist(), float(cr[f"median_{measure}"])
+    return {
+        "collapse_probability": share[0] if len(share) == 1 else share,
+        "median_intensity": median if isfinite(median) else None,
+    }
+
+
+def show_one_sided(
+    wall: OneSidedWall, values: Mapping[str, float], bare: Mapping[str, Any] | None, records: int
+) -> None:
+    """Print what a wall against a stop has beside any other."""
+    click.echo(f"\neach record acts both ways, as it is and turned round: {records // 2} records, {records} histories")
+    if bare is not None and wall.tie is not None:
+        shares = bare["collapse_probability"]
+        listed = shares if isinstance(shares, list) else [shares]
+        median = bare["median_intensity"]
+        without = ", ".join(f"{share:.0%}" for share in listed)
+        click.echo(
+            f"without the ties: probability of collapse {without}"
+            + ("" if median is None else f", median {median:.3g}")
+            + f"; with them as above, of {float(wall.tie.strength) / 1000:.3g} kN"
+        )
+    click.echo(
+        "in a program of your own, at the stop and where u is measured: a spring of "
+        f"{values['stop_stiffness']:.3g} N/m with a dashpot of {values['stop_damping_coefficient']:.3g} N s/m that act "
+        f"in compression alone, and steps of at most {1000 * values['stop_step']:.2g} ms; STOP is this"
+    )
+    click.echo(
+        "CR is solved exactly from impact to impact: what is left open is e, the curve and the ties; "
+        "how good the damper at the stop is: docs/one-sided.md"
+    )
+
+
+def constants(wall: OneSidedWall, curve: TrilinearCurve | None, restitution: float | None) -> dict[str, float]:
+    """Return what `wall` says of a wall against a stop: its e, its ties, and with a curve the damper at the stop."""
+    from rockdamp.mechanics.wall import Parapet
+
+    block = isinstance(wall.mechanism, Parapet)
+    values = {"restitution_one_sided": float(wall.restitution_rigid)} if block else {}
+    if wall.tie is not None:
+        values |= {
+            "tie_strength": float(wall.tie.strength),
+            "tie_stiffness": float(wall.tie.stiffness),
+            "tie_yield_stretch": float(wall.tie.yield_stretch),
+        }
+    e = restitution if restitution is not None else values.get("restitution_one_sided")
+    return values | ({} if curve is None or e is None else beside(wall, curve, e))
