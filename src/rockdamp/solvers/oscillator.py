@@ -129,7 +129,7 @@ def closed_turn(x, v, c, k, q, slope, duration):
 # --- responses to records ---------------------------------------------------------------------------------------------
 
 
-def recursion(values, first, second, last, last_but_one):  # type: ignore[no-untyped-def]  # numba infers the types
+def recursion(values, first, second, last, last_but_one):
     """Return y_n = first x_n + second x_(n-1) + last y_(n-1) - last_but_one y_(n-2), which starts at rest.
 
     `scipy.signal.lfilter` gives the same bits; to import it takes a second, and a process calls this a few times.
