@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from peers import SOURCE, CLoop, compile_c
 
 from rockdamp import Damping, TrilinearCurve
-from rockdamp.histories.forcing import substeps_of
+from rockdamp.histories.loads import substeps_of
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures

@@ -19,7 +19,7 @@ from experimental_style import OVERSAMPLING, SAMPLING, WALL, instrumented
 
 from rockdamp.arrays import Array
 from rockdamp.errors import require
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.pulse_shapes import wavelet

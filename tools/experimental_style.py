@@ -15,7 +15,7 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import require
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall

@@ -16,7 +16,7 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.histories.forcing import Forcing, Load
+from rockdamp.histories.loads import Forcing, Load
 from rockdamp.laboratory.candidates import Prior
 from rockdamp.laboratory.noise import correlated
 from rockdamp.laboratory.posterior import posterior

@@ -32,12 +32,12 @@ DAMPERS = {
     "SDR": "sdr:StiffnessProportionalRatio",
     "ECD": "ecd:EnergyConsistent",
     RECOMMENDED: "ecd:RecommendedOrder",
-    "POWER": "power:GeneralExponent",
+    "POWER": "secant:GeneralExponent",
     "LOCAL": "local:LocalDamping",
 }
 LOCAL = "LOCAL"  # what programs of discrete elements apply, for who uses one
-BESIDE = ("POWER", LOCAL)  # not compared everywhere; POWER lies between CDC, CDR and SDR
-MODELS = tuple(model for model in DAMPERS if model not in BESIDE)
+EXTRA_DAMPERS = ("POWER", LOCAL)  # not compared everywhere; POWER lies between CDC, CDR and SDR
+MODELS = tuple(model for model in DAMPERS if model not in EXTRA_DAMPERS)
 REFERENCE = "CR"  # the model that the viscous dampers stand in for
 VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)
 ANY_ORDER = "ECD of order m"  # the damper whose order is a parameter too, where a record is identified

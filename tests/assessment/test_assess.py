@@ -7,8 +7,7 @@ from scipy.special import ndtr
 import rockdamp as rd
 from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import FEWEST_STATIONS, assess_rows
-from rockdamp.assessment.restitution import OF_WALLS, RULE_WEIGHTS, RULES, nodes, over_spread
-from rockdamp.assessment.table import Row
+from rockdamp.assessment.table import OF_WALLS, RULE_WEIGHTS, RULES, Row, nodes, over_spread
 from rockdamp.figures.code_damping import TESTED
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.records import followed_by_rest

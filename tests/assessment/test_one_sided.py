@@ -8,7 +8,7 @@ import pytest
 import rockdamp as rd
 from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.checks import sensitivity
-from rockdamp.assessment.one_sided import both_ways, needed_tie
+from rockdamp.assessment.collapses import both_ways, needed_tie
 from rockdamp.assessment.table import read_walls
 from rockdamp.histories.one_sided import peaks_and_collapses, response
 

@@ -7,7 +7,7 @@ import pytest
 from command_line import printed, refused, run
 
 import rockdamp as rd
-from rockdamp.assessment.restitution import RULES
+from rockdamp.assessment.table import RULES
 from rockdamp.cli import assessment
 from rockdamp.storage import dataset
 

@@ -11,9 +11,9 @@ from matplotlib.colors import to_rgb
 
 from rockdamp.figures import style
 from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, style_of
-from rockdamp.mechanics.damping import kinds
+from rockdamp.mechanics.damping import damper_classes
 from rockdamp.pipeline.tables import FIGURES as TABLE
-from rockdamp.vocabulary import BESIDE, PAPER_MODELS
+from rockdamp.vocabulary import EXTRA_DAMPERS, PAPER_MODELS
 
 LINES = rc_params_from_file(style.STYLE, use_default_template=False)
 SMALLEST_TEXT = 7  # [pt], the house's limit for print
@@ -112,8 +112,10 @@ def strokes(linestyle):
 def test_models_are_told_apart_without_colour_those_without_a_chosen_style_too(monkeypatch):
     spare = ["one more", "another", "a third"]
     monkeypatch.setattr(style, "MODELS", (*ALL, *spare))
-    monkeypatch.setattr(style, "kinds", lambda: kinds() | dict.fromkeys(spare, kinds()["CR"]))
-    for one, other in combinations([style_of(model) for model in (*ALL, *BESIDE, *spare)], 2):
+    monkeypatch.setattr(
+        style, "damper_classes", lambda: damper_classes() | dict.fromkeys(spare, damper_classes()["CR"])
+    )
+    for one, other in combinations([style_of(model) for model in (*ALL, *EXTRA_DAMPERS, *spare)], 2):
         assert one.linestyle != other.linestyle and one.marker != other.marker
         assert strokes(one.linestyle) != strokes(other.linestyle)
 

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import rockdamp as rd
 from rockdamp.histories import supports
-from rockdamp.histories.forcing import Forcing, SupportRecord, support_factors
+from rockdamp.histories.loads import Forcing, SupportRecord, support_factors
 from rockdamp.histories.supports import joint_offset, two_records
 from rockdamp.plausibility import as_meant
 from rockdamp.solvers.event_driven import history

@@ -12,7 +12,7 @@ from rockdamp.errors import InputError
 from rockdamp.laboratory import least_squares
 from rockdamp.laboratory.calibration import PARAMETERS, calibrate
 from rockdamp.laboratory.candidates import true_values
-from rockdamp.laboratory.stages import study
+from rockdamp.laboratory.posterior import study
 from rockdamp.motions.records import read_record
 
 STEP = 0.01  # twice the config's, for speed: the solver's error stays below the bounds used here

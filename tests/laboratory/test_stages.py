@@ -8,7 +8,7 @@ from configs import configured
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.laboratory.stages import identification, noisier
+from rockdamp.laboratory.posterior import identification, noisier
 from rockdamp.motions.records import read_record
 
 

@@ -9,8 +9,8 @@ from scipy.integrate import quad
 
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping, kinds
-from rockdamp.vocabulary import BESIDE, MODELS, PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.mechanics.damping import Damping, damper_classes
+from rockdamp.vocabulary import EXTRA_DAMPERS, MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
 X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])
@@ -51,7 +51,7 @@ def test_the_energy_consistent_coefficient_holds_the_force_over_the_root_of_the_
 
 @pytest.mark.parametrize("model", VISCOUS_MODELS)
 def test_a_damper_is_the_linear_oscillator_s_on_the_branches_on_which_it_says_so(model):
-    if not Damping(model, XI).constant_branches:
+    if not Damping(model, XI).linear_branches:
         pytest.skip(f"{model} is no linear oscillator's anywhere")
     inside = CURVE.yield_displacement_ratio * np.array([0.0, 1e-200, 1e-12, 0.3, 1.0])
     expected = 2 * CURVE.initial_frequency * XI
@@ -80,8 +80,11 @@ def test_coefficients_broadcast_curves_ratios_and_displacements():
 
 
 def test_the_table_of_names_has_each_damper_s_class_and_each_has_a_title_and_a_colour_alone():
-    assert [kind.model for kind in kinds().values()] == [*MODELS, *BESIDE]
-    for texts in ([kind.title for kind in kinds().values()], [kind.colour for kind in kinds().values()]):
+    assert [kind.model for kind in damper_classes().values()] == [*MODELS, *EXTRA_DAMPERS]
+    for texts in (
+        [kind.title for kind in damper_classes().values()],
+        [kind.colour for kind in damper_classes().values()],
+    ):
         assert len({*texts}) == len(texts) and all(texts)
 
 

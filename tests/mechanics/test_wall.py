@@ -7,8 +7,7 @@ from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
 from rockdamp.errors import InputError
-from rockdamp.mechanics.hinge import HINGE_RANGE
-from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet, Wall
+from rockdamp.mechanics.wall import HINGE_RANGE, SORRENTINO_RATIO, Parapet, Wall
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 # The wall of Fig. 5: t = 0.3 m, slenderness 15, h1/h = 0.7, no overburden.

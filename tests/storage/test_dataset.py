@@ -44,7 +44,7 @@ def test_an_interval_without_an_entry_is_described_by_its_variable():
 
 def test_a_name_has_one_unit_in_every_dataset_and_none_of_them_says_the_same_of_two_names():
     units = {name: entry["units"] for name, entry in glossary.read()["names"].items()}
-    for kind in dataset.kinds():
+    for kind in dataset.dataset_names():
         variables = dataset.variables(kind)
         assert not [name for name, entry in variables.items() if entry["units"] != units.get(name, entry["units"])], (
             kind
@@ -58,7 +58,7 @@ def test_the_glossary_has_whole_texts_and_no_name_that_no_dataset_has():
     said = [entry for one in glossary.read()["datasets"].values() for entry in one.get("says", {}).values()]
     for entry in [*glossary.read()["names"].values(), *said]:
         assert set(entry) <= {"units", "long_name", "symbol", "dtype"} and None not in entry.values(), entry
-    used = {name for kind in dataset.kinds() for name in dataset.variables(kind)}
+    used = {name for kind in dataset.dataset_names() for name in dataset.variables(kind)}
     assert set(glossary.read()["names"]) - used - HISTORIES == set()
 
 

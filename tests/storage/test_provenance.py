@@ -23,7 +23,7 @@ MODULES = [
     "studies.polynomial_fits",
     "studies.mechanism",
     "studies.validation",
-    "laboratory.stages",
+    "laboratory.posterior",
     "studies.accuracy.convergence",
 ]
 

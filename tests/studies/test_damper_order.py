@@ -7,7 +7,7 @@ from experimental_style import WALL
 from repository import ROOT
 
 from rockdamp.equivalence.equivalent import equivalent
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.pulse_shapes import pulse

@@ -11,8 +11,8 @@ from repository import ROOT
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.histories.forcing import Forcing
 from rockdamp.histories.half_cycles import half_cycles
+from rockdamp.histories.loads import Forcing
 from rockdamp.histories.measured_test import computed_response
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping

@@ -14,18 +14,28 @@ from numpy.typing import ArrayLike
 from rockdamp import plausibility
 from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
-from rockdamp.assessment import one_sided
-from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, refined, side_by_side
-from rockdamp.assessment.restitution import (
+from rockdamp.assessment.collapses import (
+    STEP,
+    STRIPES,
+    TAIL,
+    UNITS,
+    both_ways,
+    collapses,
+    one_sided_collapses,
+    refined,
+    side_by_side,
+)
+from rockdamp.assessment.table import (
     DEFAULT_RULE,
     LOWEST,
+    BadRow,
+    Row,
     by_rule,
     deviation_of,
     nodes,
     over_spread,
     restitution_and_reason,
 )
-from rockdamp.assessment.table import BadRow, Row
 from rockdamp.errors import InputError, require
 from rockdamp.histories.labelled import described
 from rockdamp.histories.supports import Records, floor_motions, motions_of
@@ -124,7 +134,7 @@ def assess(
     e, reason = restitution_and_reason(wall, restitution)
     motions = ground_motions(records)
     if isinstance(wall, OneSidedWall):
-        motions = one_sided.both_ways(motions)
+        motions = both_ways(motions)
     runs = collapses_of(wall)(wall, curve, e, motions, measure, intensity, step=step, tail=tail)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
@@ -180,7 +190,7 @@ def assess_rows(
     run = partial(_by_chunks, measure=measure, intensity=intensity, step=step, tail=tail, chunk=chunk, errors=errors)
     good = [row for row in rows if isinstance(row, Row)]
     if one_way := any(isinstance(row.wall, OneSidedWall) for row in good):
-        motions = one_sided.both_ways(motions)
+        motions = both_ways(motions)
     if one_way and (buildings or not all(isinstance(row.wall, OneSidedWall) for row in good)):
         raise InputError("one-sided walls stand on the ground, and in a table of their own")
     everywhere = []
@@ -264,7 +274,7 @@ def _by_chunks(
 
 def collapses_of(wall: Any) -> Callable[..., xr.Dataset]:
     """Return the function that runs such a wall."""
-    return one_sided.collapses if isinstance(wall, OneSidedWall) else collapses
+    return one_sided_collapses if isinstance(wall, OneSidedWall) else collapses
 
 
 def alike(rows: Iterable[Row]) -> Iterable[list[Row]]:

@@ -16,7 +16,7 @@ from rockdamp.arguments import number
 from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.table import Row
 from rockdamp.errors import InputError, require
-from rockdamp.histories.forcing import SupportRecord
+from rockdamp.histories.loads import SupportRecord
 from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall

@@ -15,9 +15,8 @@ from rockdamp.claims.ratios import MODELS, ratios
 from rockdamp.claims.verdicts import by_id, number, percent, spans, steady
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.hinge import angular_momentum_restitution
 from rockdamp.mechanics.rigid_bodies import TwoBodies
-from rockdamp.mechanics.wall import Wall
+from rockdamp.mechanics.wall import Wall, angular_momentum_restitution
 from rockdamp.storage import yaml_file
 from rockdamp.storage.dataset import Datasets
 

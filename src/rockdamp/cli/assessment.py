@@ -185,7 +185,7 @@ def assess_command(
     placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
     answer, motions = placed.answer, placed.motions
     if one_sided:
-        from rockdamp.assessment.one_sided import both_ways
+        from rockdamp.assessment.collapses import both_ways
 
         motions = both_ways(motions)
     checked = checks(answer, wall, motions, capacity)
@@ -276,7 +276,7 @@ def _wall(
     table: Path | None, identifier: str | None, columns: Mapping[str, Column], options: dict[str, Any]
 ) -> tuple[Any, TrilinearCurve, float | str, str, Diaphragm | None]:
     """Return the wall of the options or of a row, its curve, e or its rule, and a row's reason for e and its floor."""
-    from rockdamp.assessment.restitution import DEFAULT_RULE, by_rule
+    from rockdamp.assessment.table import DEFAULT_RULE, by_rule
 
     if table is None:
         if columns:
@@ -401,7 +401,7 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
     ]
     print_table(shares, {measure: unit})
     if AVERAGED in rows[0]:
-        from rockdamp.assessment.restitution import RULE_WEIGHTS
+        from rockdamp.assessment.table import RULE_WEIGHTS
 
         rules = ", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items())
         error = max(max(row["averaging_error"]) for row in rows)

@@ -111,12 +111,12 @@ def decay(release: float, length: tuple[str, float], as_json: bool, **options: A
     tau = _in_tau(length, wall)
     curve = make_curve(options)
     dampings = make_dampings(options, curve, release_amplitude=release)
-    from rockdamp.histories.side_by_side import decays, peaks
+    from rockdamp.histories.labelled import decays, peaks
 
     histories = decays(curve, dampings, release_amplitude=release, length=tau, wall=wall)
     rows = peaks(histories)
     if options["output"] is not None:
-        write_dataset(histories, options["output"], "free_decay", "rockdamp.histories.side_by_side")
+        write_dataset(histories, options["output"], "free_decay", "rockdamp.histories.labelled")
     if options["plot"] is not None:
         from rockdamp.figures.single import decay_figure
 
@@ -213,8 +213,7 @@ def respond_command(
         return
     refuse_unused(("sign",), "--one-sided")
     dampings = make_dampings(options, curve)
-    from rockdamp.histories.many_records import rows, scales_of
-    from rockdamp.histories.side_by_side import responses
+    from rockdamp.histories.labelled import responses, rows, scales_of
     from rockdamp.motions.intensity import intensity_measures
     from rockdamp.motions.record_files import CONTENTS
     from rockdamp.progress import track
@@ -241,7 +240,7 @@ def respond_command(
         histories = responses(motion, wall, curve, dampings, scale=factor, tail=tail)
     if options["output"] is not None:
         read = {"records": f"{motion.digest or motions[0].name}", "scale": factor, "to_pga": "", "to_pgv": ""}
-        write_dataset(histories, options["output"], "response", "rockdamp.histories.side_by_side", **read)
+        write_dataset(histories, options["output"], "response", "rockdamp.histories.labelled", **read)
     if options["plot"] is not None:
         from rockdamp.figures.single import response_figure
 
@@ -341,7 +340,7 @@ def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bo
 
 def _restitution_of(options: Mapping[str, Any], wall: OneSidedWall) -> float:
     """Return e of a wall against a stop; refuse any damper but restitution."""
-    from rockdamp.assessment.restitution import DEFAULT_RULE, restitution_and_reason
+    from rockdamp.assessment.table import DEFAULT_RULE, restitution_and_reason
 
     if options["compare"] or options["damping_model"] not in (None, "CR") or options["damping_ratio"] is not None:
         raise click.UsageError(
@@ -365,7 +364,7 @@ def _respond_one_sided(
     as_json: bool,
 ) -> None:
     """Run a wall against a stop under records, both ways unless --sign says which, and print a row for each."""
-    from rockdamp.histories.many_records import scales_of
+    from rockdamp.histories.labelled import scales_of
     from rockdamp.histories.one_sided import SIGNS as WAYS
     from rockdamp.histories.one_sided import response
 

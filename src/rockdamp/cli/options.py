@@ -34,20 +34,11 @@ CURVE = ("a1", "b1", "preset", "a3", "softening")
 
 def _size(text: str, unit: str) -> float:
     """Read a length or density of a wall: also in feet and inches, or as a weight by volume."""
-    from rockdamp.mechanics import written_sizes
-
-    return written_sizes.density(text) if unit == "kg m-3" else written_sizes.length(text)
-
-
-def _load(text: str) -> tuple[float, int]:
-    """Read a vertical load with its unit, on the wall or by metre of it."""
-    from rockdamp.mechanics import written_sizes
-
-    return written_sizes.overburden(text)
+    return units.density(text) if unit == "kg m-3" else units.length(text)
 
 
 LENGTH, DENSITY = (quantity(unit, _size) for unit in ("m", "kg m-3"))
-LOAD = Read(_load, "[N|N m-1|N m-2]", "one, as 12kN/m of wall, 12kN on its whole width, or 60kPa on its top")
+LOAD = Read(units.overburden, "[N|N m-1|N m-2]", "one, as 12kN/m of wall, 12kN on its whole width, or 60kPa on its top")
 
 
 def _ratio(text: str) -> float:
@@ -56,7 +47,7 @@ def _ratio(text: str) -> float:
         return units.number(text)
     except ValueError as error:
         try:
-            _load(text)
+            units.overburden(text)
         except ValueError:
             raise error from None
         raise ValueError(f"{text!r} is a load, which --overburden takes") from None
@@ -65,14 +56,10 @@ def _ratio(text: str) -> float:
 RATIO = Read(_ratio, "FLOAT", "a number, as 0.5")
 
 
-def _of_ties(text: str, unit: str) -> tuple[float, bool]:
-    from rockdamp.mechanics import written_sizes
-
-    return written_sizes.of_ties(text, unit)
-
-
-STIFFNESS = Read(lambda text: _of_ties(text, "N m-1"), "[N m-1|N m-2]", "one, as 2e6N/m/m of wall, or 2e6N/m in all")
-STRENGTH = Read(lambda text: _of_ties(text, "N"), "[N|N m-1]", "one, as 3kN/m of wall, or 3kN in all")
+STIFFNESS = Read(
+    lambda text: units.of_ties(text, "N m-1"), "[N m-1|N m-2]", "one, as 2e6N/m/m of wall, or 2e6N/m in all"
+)
+STRENGTH = Read(lambda text: units.of_ties(text, "N"), "[N|N m-1]", "one, as 3kN/m of wall, or 3kN in all")
 
 
 class Model(click.Choice):
@@ -277,13 +264,12 @@ def tie(options: Mapping[str, Any], wall: Wall | Parapet) -> Tie:
 
 def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:
     """Return O/W of --overburden, and print it with the weight that it is over."""
-    from rockdamp.mechanics.written_sizes import overburden_ratio
     from rockdamp.plausibility import of_load, warn
 
     if was_given("overburden_ratio"):
         raise click.UsageError("--overburden and --overburden-ratio state the same; there must be one of them")
     weight = float(unloaded.weight)
-    ratio = overburden_ratio(*load, weight, float(unloaded.width), float(unloaded.thickness))
+    ratio = units.overburden_ratio(*load, weight, float(unloaded.width), float(unloaded.thickness))
     warn(of_load(ratio))
     click.echo(
         f"overburden_ratio is {ratio:.4g}: {ratio * weight / 1000:.4g} kN over {weight / 1000:.4g} kN of the wall",

@@ -109,7 +109,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     rigid one, rocking starts at the strength of the plateau, and there is viscous damping to type into a program, for
     one e. The JSON holds the constants and their units, and with --amplitude the periods.
     """
-    from rockdamp.assessment.restitution import DEFAULT_RULE, restitution_and_reason
+    from rockdamp.assessment.table import DEFAULT_RULE, restitution_and_reason
     from rockdamp.plausibility import of_onset, warn
 
     made = make_wall(options)
@@ -176,7 +176,7 @@ def _converted(values: dict[str, float], units: str) -> dict[str, float]:
 
 def _restitutions(wall: Wall | Parapet) -> list[dict[str, Any]]:
     """Return e by each rule, and what it rests on; the rule that is taken where none is stated is recommended."""
-    from rockdamp.assessment.restitution import DEFAULT_RULE, RULES, by_rule
+    from rockdamp.assessment.table import DEFAULT_RULE, RULES, by_rule
 
     rows: dict[str, dict[str, Any]] = {}
     for rule in RULES:
@@ -280,7 +280,7 @@ def equivalent_command(
 
 def _of_walls(walls: Path, release: float, as_json: bool, options: dict[str, Any]) -> None:
     """Write or print the damping ratios of a table of walls."""
-    from rockdamp.assessment.ratios import COLUMNS, ratios
+    from rockdamp.assessment.answers import RATIO_COLUMNS, ratios
     from rockdamp.assessment.table import COLUMNS as CONTENTS
     from rockdamp.errors import InputError
 
@@ -289,7 +289,7 @@ def _of_walls(walls: Path, release: float, as_json: bool, options: dict[str, Any
     if all(row["damping_ratio"] is None for row in rows):
         raise InputError(f"{walls}: {rows[0]['error']}")
     if output is not None:
-        write_table(rows, output, COLUMNS)
+        write_table(rows, output, RATIO_COLUMNS)
     if as_json:
         print_json(rows)
     elif output is None:

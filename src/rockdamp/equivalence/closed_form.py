@@ -163,7 +163,7 @@ def damping_ratio_energy(
     broadcast(restitution=e, release_amplitude=x0, curve=of)
     g = equivalence_factor(curve, damping, release_amplitude)
     delta = 0.0 - np.log(e)
-    return _exact(damping, e, g) if damping.same_loss_at_any_amplitude else delta * g
+    return _exact(damping, e, g) if damping.amplitude_independent else delta * g
 
 
 def damping_ratio_middle(
@@ -186,7 +186,7 @@ def damping_ratio_middle(
     middle = curve.amplitude(e * curve.energy(release_amplitude))
     damping = Damping.from_values(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=exponent)
     g = equivalence_factor(curve, damping, middle)
-    return _exact(damping, e, g) if damping.same_loss_at_any_amplitude else np.pi * g * exact_ratio(e)
+    return _exact(damping, e, g) if damping.amplitude_independent else np.pi * g * exact_ratio(e)
 
 
 def damping_ratio_secant(curve: TrilinearCurve, restitution: ArrayLike, release_amplitude: ArrayLike) -> Array:

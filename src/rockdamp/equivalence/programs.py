@@ -16,7 +16,7 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import kinds
+from rockdamp.mechanics.damping import damper_classes
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.vocabulary import RECOMMENDED, VISCOUS_MODELS
 
@@ -63,7 +63,7 @@ def frequencies(wall: Wall | Parapet, curve: TrilinearCurve) -> tuple[float, flo
 
 def dashpot(wall: Wall | Parapet, curve: TrilinearCurve, damping_model: str, damping_ratio: float) -> float | None:
     """Return C = 2 xi m_eff w1 of a damper whose coefficient is constant on the whole curve, else None. [N s m-1]"""
-    if kinds()[damping_model].constant_branches != BRANCHES:
+    if damper_classes()[damping_model].linear_branches != BRANCHES:
         return None
     return float(2 * damping_ratio * wall.effective_mass * frequencies(wall, curve)[0])
 

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from rockdamp.errors import printable
-from rockdamp.mechanics.damping import kinds
+from rockdamp.mechanics.damping import damper_classes
 from rockdamp.text import by_name, number
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 
@@ -94,7 +94,7 @@ def style_of(model: str) -> ModelStyle:
     """Return how a model is drawn, with a spare line and marker where none is chosen for it."""
     index = [name for name in (*MODELS, model) if name not in CHOSEN].index(model) if model not in CHOSEN else 0
     spare = SPARE_LINES[index % len(SPARE_LINES)], SPARE_MARKERS[index % len(SPARE_MARKERS)]
-    colour = STOP_COLOUR if model == "STOP" else kinds()[model].colour
+    colour = STOP_COLOUR if model == "STOP" else damper_classes()[model].colour
     return ModelStyle(colour, *CHOSEN.get(model, spare))
 
 

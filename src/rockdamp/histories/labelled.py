@@ -6,7 +6,7 @@ plain array is named after the parameter it is given for; plain arrays of one wa
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -18,10 +18,14 @@ from rockdamp import plausibility
 from rockdamp.arguments import broadcast, instance, number, quantity, whole
 from rockdamp.arrays import Array, Quantity, is_named
 from rockdamp.errors import InputError, require
-from rockdamp.histories.forcing import MOST_STEPS, Forcing, require_affordable, substeps_of
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.histories.half_cycles import LEAST, half_cycles
+from rockdamp.histories.loads import MOST_STEPS, Forcing, require_affordable, substeps_of
+from rockdamp.histories.measured_test import record_attributes
+from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.catalogue import GroundMotion
+from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import Histories, Response
@@ -33,16 +37,12 @@ STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 LENGTH = 30.0  # in tau: half a dozen impacts and more
 HISTORY = ("displacement", "velocity")
-RESULTS = (
+TAKEN = (
     *HISTORY,
     *(f"control_{name}" for name in HISTORY),
-    "peak",
-    "peak_displacement",
-    "impacts",
-    "outcome",
-    "ground_acceleration",
+    *("peak", "peak_displacement", "impacts", "outcome", "ground_acceleration"),
+    *("tau", "peak_tau", "outcome_tau", "elapsed", "peak_elapsed", "outcome_elapsed", "damping_model"),
 )
-TAKEN = (*RESULTS, "tau", "peak_tau", "outcome_tau", "elapsed", "peak_elapsed", "outcome_elapsed", "damping_model")
 
 
 def free_decay(
@@ -108,7 +108,7 @@ def free_decay(
         steps=every * (points - 1),
         store_every=every,
     )
-    return batch.dataset(response, spacing * np.arange(points)).pipe(_described)
+    return batch.dataset(response, spacing * np.arange(points)).pipe(described)
 
 
 def respond(
@@ -174,9 +174,9 @@ def respond(
     _question_rest(batch, response, motion)
     history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
     if not histories:
-        return history.pipe(_described)
+        return history.pipe(described)
     scaled = batch.parameters["scale_factor"].variable * xr.Variable("elapsed", motion)
-    return history.assign(ground_acceleration=scaled.to_base_variable()).pipe(_described)
+    return history.assign(ground_acceleration=scaled.to_base_variable()).pipe(described)
 
 
 def warn_of_motion(ground: Array, scale: Array) -> None:
@@ -301,12 +301,197 @@ def _shortened(name: str, array: xr.DataArray) -> xr.DataArray:
     return array
 
 
-def _described(history: xr.Dataset) -> xr.Dataset:
-    return described(history, glossary.read()["names"])
-
-
-def described(dataset: xr.Dataset, texts: Mapping[str, Mapping[str, str]]) -> xr.Dataset:
-    """Add units and meaning to the variables that have an entry of the glossary."""
+def described(dataset: xr.Dataset, texts: Mapping[str, Mapping[str, str]] | None = None) -> xr.Dataset:
+    """Add units and meaning to the variables that have an entry of the glossary, or of `texts`."""
+    texts = glossary.read()["names"] if texts is None else texts
     for name in texts.keys() & set(map(str, dataset.variables)):
         dataset[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
     return dataset
+
+
+# --- several damping models -------------------------------------------------------------------------------------------
+
+DECAY = ("displacement", "velocity", "impacts", "outcome", "outcome_tau")
+RESPONSE = (
+    "control_displacement",
+    "control_velocity",
+    "peak_displacement",
+    "peak",
+    "peak_elapsed",
+    "impacts",
+    "outcome",
+    "outcome_elapsed",
+)
+
+
+def decays(
+    curve: TrilinearCurve,
+    dampings: Sequence[Damping],
+    *,
+    release_amplitude: float = 0.5,
+    length: float = 20.0,
+    wall: Wall | Parapet | None = None,
+) -> xr.Dataset:
+    """Compute the free decay of one wall under each of several damping models, at each step of the solver.
+
+    `length` is in tau. A wall adds the time in seconds, u_ins and p.
+    """
+    length, release_amplitude = number("length", length), number("release_amplitude", release_amplitude)
+    require(length > 0, "length", length, "greater than 0 (in tau)")
+    a3 = float(curve.ultimate_displacement_ratio)
+    require(0 < release_amplitude < a3, "release_amplitude", release_amplitude, "greater than 0 and less than a3")
+    steps = length / float(np.minimum(STEP, FINEST * stable_step(curve)))
+    require_affordable(steps, f"length is {length:g}")
+    points = max(int(np.ceil(steps)), 1) + 1
+    plausibility.warn(plausibility.of_dampings(dampings))
+    with plausibility.as_meant():
+        runs = [
+            free_decay(curve, damping, release_amplitude=release_amplitude, length=length, points=points)
+            for damping in dampings
+        ]
+    histories = _side_by_side(runs, dampings, DECAY, curve).assign(release_amplitude=float(release_amplitude))
+    if wall is None:
+        return histories
+    p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
+    histories = histories.assign(frequency_parameter=p, instability_displacement=u_ins)
+    return histories.assign_coords(elapsed=("tau", histories["tau"].values / p))
+
+
+def responses(
+    record: Record,
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    dampings: Sequence[Damping],
+    *,
+    scale: float = 1.0,
+    tail: float = 0.0,
+) -> xr.Dataset:
+    """Compute the response of one wall to a record under several damping models, at the samples of the record."""
+    scale, tail = number("scale", scale), number("tail", tail)
+    plausibility.warn(plausibility.of_dampings(dampings))
+    pga = float(np.abs(record.ground_acceleration).max())
+    if scale != 1:  # as it is, it was judged when it was read
+        plausibility.warn(plausibility.of_motion(pga, scale=scale))
+    with plausibility.as_meant():
+        runs = [respond(wall, curve, damping, record, scale=scale, tail=tail) for damping in dampings]
+    histories = _side_by_side(runs, dampings, RESPONSE, curve)
+    a1, onset = float(curve.yield_displacement_ratio), float(wall.rocking_onset(curve.strength_ratio))
+    plausibility.warn(plausibility.of_response(histories["peak"].values, a1, abs(scale) * pga, onset))
+    shape: dict[str, Any] = {name: float(getattr(wall, name)) for name in ("thickness", "height")}
+    if isinstance(wall, Wall):
+        shape["hinge_ratio"] = float(wall.hinge_ratio)
+    return histories.assign(
+        ground_acceleration=("elapsed", runs[0]["ground_acceleration"].values),
+        frequency_parameter=float(wall.frequency_parameter),
+        instability_displacement=float(wall.instability_displacement),
+        scale_factor=float(scale),
+        **shape,
+    ).assign_attrs(record_attributes(record))
+
+
+def peaks(decay: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the peaks of `decays`: model, impacts before the peak, tau and u/u_ins; with a wall in s and m too.
+
+    The first peak, the release, has no impact before it; the last half cycle, which has not ended, is left out.
+    """
+    rows = []
+    with_wall = "elapsed" in decay.coords
+    for model in map(str, decay["damping_model"].values):
+        cycles = half_cycles(decay["tau"].values, decay["displacement"].sel(damping_model=model).values, LEAST)
+        ended = np.isfinite(cycles.end)
+        for impacts, (peak, tau) in enumerate(zip(np.abs(cycles.peak[ended]), cycles.peak_elapsed[ended], strict=True)):
+            row = {"damping_model": model, "impacts": impacts, "tau": float(tau), "peak": float(peak)}
+            if with_wall:
+                row["elapsed"] = float(tau) / float(decay["frequency_parameter"])
+                row["peak_displacement"] = float(peak) * float(decay["instability_displacement"])
+            rows.append(row)
+    return rows
+
+
+def _side_by_side(
+    runs: Sequence[xr.Dataset], dampings: Sequence[Damping], kept: Sequence[str], curve: TrilinearCurve
+) -> xr.Dataset:
+    """Stack histories of one wall along ``damping_model``."""
+    for damping, run in zip(dampings, runs, strict=True):
+        _require_numbers(damping.model, run)
+    together = xr.concat(
+        [run[list(kept)].drop_attrs() for run in runs],
+        "damping_model",
+        data_vars="all",
+        coords="minimal",
+        compat="override",
+        join="exact",
+    )
+    names = ["restitution", "damping_ratio"]
+    names += ["local_damping"] * any(damping.on_net_force for damping in dampings)
+    parameters: dict[str, Any] = {
+        name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings]) for name in names
+    }
+    parameters |= {name: float(getattr(curve, name)) for name in TEXTS}
+    return together.assign(parameters).assign_attrs(softening=curve.softening)
+
+
+def _require_numbers(model: str, run: xr.Dataset) -> None:
+    """Raise where a history that did not end in a collapse has NaN, or a peak is infinite: its input was too large."""
+    completed = str(run["outcome"].item()) == "completed"
+    history = [name for name in run if str(name).endswith(("displacement", "velocity")) and name != "peak_displacement"]
+    whole = not completed or all(bool(np.isfinite(run[name]).all()) for name in history)
+    if not (whole and np.isfinite(float(run["peak"]))):
+        raise InputError(
+            f"the response under {model} is beyond what floating point numbers hold; the load or the"
+            " damping ratio is too large"
+        )
+
+
+# --- several records and scales ---------------------------------------------------------------------------------------
+
+OF_ROW = ("peak_displacement", "peak", "peak_elapsed", "outcome", "outcome_elapsed")
+
+
+def scales_of(record: Record, asked: Mapping[str, Sequence[float]]) -> Array:
+    """Return the factors on a record's acceleration.
+
+    `asked` has one key: ``scale``, plain factors [-], or ``pga`` [m s-2] or ``pgv`` [m s-1], to which the record is
+    scaled.
+    """
+    ((kind, values),) = asked.items()
+    if kind == "scale":
+        return np.asarray(values, dtype=float)
+    bad = [value for value in values if not value > 0]
+    if bad:
+        raise InputError(f"--to-{kind} is {bad[0]:g}; it must be greater than 0")
+    return np.asarray(values, dtype=float) / getattr(intensity_measures(record), kind)
+
+
+def rows(
+    motions: Iterable[GroundMotion],
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    dampings: Sequence[Damping],
+    asked: Mapping[str, Sequence[float]],
+    tail: float,
+) -> Iterator[dict[str, Any]]:
+    """Yield the peaks and the outcome of a wall under each record, at each scale and under each damping model.
+
+    ``pga`` [m s-2] and ``pgv`` [m s-1] are those of the scaled record; in a building, of the ground. ``damping_ratio``
+    is None for restitution; those of `OF_ROW` are as of `respond`. `asked` is as for `scales_of`; `tail` is the rest
+    after each record. [s]
+    """
+    for motion in motions:
+        scale, measures = scales_of(motion.intensity_record, asked), intensity_measures(motion.intensity_record)
+        warn_of_motion(motion.record.ground_acceleration, scale)
+        with plausibility.as_meant():  # one record of several may be too weak to rock the wall
+            runs = [
+                respond(wall, curve, each, motion.record, scale=scale, tail=tail, histories=False) for each in dampings
+            ]
+        for index, factor in enumerate(scale.tolist()):
+            for damping, run in zip(dampings, runs, strict=True):
+                yield {
+                    "record": motion.name,
+                    "scale": factor,
+                    "pga": abs(factor) * measures.pga,
+                    "pgv": abs(factor) * measures.pgv,
+                    "damping_model": damping.model,
+                    "damping_ratio": float(xi) if (xi := damping.parameters.get("damping_ratio")) is not None else None,
+                    **{name: run[name].values[index].item() for name in OF_ROW},
+                }

@@ -7,7 +7,7 @@ import numpy as np
 from rockdamp.arguments import number
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall

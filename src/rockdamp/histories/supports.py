@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from rockdamp.arguments import instance, several
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.histories.forcing import SupportRecord
+from rockdamp.histories.loads import SupportRecord
 from rockdamp.mechanics.building import RIGID_PERIOD, Building, Diaphragm
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.catalogue import GroundMotion, load_records

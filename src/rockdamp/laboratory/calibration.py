@@ -39,7 +39,7 @@ NOISY = 3.0  # times the sensor's noise at rest, which a misfit must exceed besi
 BETTER = 3.0  # times smaller is the misfit of a record without its slip
 TABLE_DEGREE = 3  # of the polynomial that an integrated acceleration is known but for
 CLIPPED = 5  # neighbouring equal samples at an extreme, at least
-BESIDE = 2.5  # steps of the logger to the samples beside these, at least
+EXTRA_DAMPERS = 2.5  # steps of the logger to the samples beside these, at least
 ROUNDING = 1e-9  # of the largest value: a smaller difference is none
 
 
@@ -189,7 +189,7 @@ def _cut_off(values: Array, extreme: float) -> int:
     beside = [values[at] for at in (start - 1, end) if 0 <= at < values.size]
     differences = np.abs(np.diff(values))
     logger = float(differences[differences > ROUNDING * np.abs(values).max()].min(initial=np.inf))
-    cut = end - start >= CLIPPED and np.mean(np.abs(np.array(beside) - extreme)) > BESIDE * logger
+    cut = end - start >= CLIPPED and np.mean(np.abs(np.array(beside) - extreme)) > EXTRA_DAMPERS * logger
     return int(end - start) if cut else 0
 
 

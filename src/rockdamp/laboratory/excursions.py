@@ -31,8 +31,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.laboratory.least_squares import covariance_by_sensor
 from rockdamp.laboratory.releases import Release
-from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.free_motion import displacement_from_peak
+from rockdamp.mechanics.curve import TrilinearCurve, displacement_from_peak
 
 # --- free decays ------------------------------------------------------------------------------------------------------
 

@@ -272,7 +272,7 @@ def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float, r
     restitution = np.full((len(MODELS), rocking.size), np.nan)
     for index, model in enumerate(MODELS):
         shape = np.ones(before.size)
-        if model != REFERENCE and not Damping(model, 1.0).same_loss_at_any_amplitude:
+        if model != REFERENCE and not Damping(model, 1.0).amplitude_independent:
             shape = 1 / equivalence_factor(curve, Damping(model, 1.0), middle)
         line = losses.line(shape / shape.mean(), restricted=False)
         expected.append(float(np.polyfit(log_energy, np.log(shape), 1)[0]))

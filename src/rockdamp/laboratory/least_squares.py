@@ -14,7 +14,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from rockdamp.arguments import number, one_of
 from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError, require
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import Forcing
 from rockdamp.histories.measured_test import measured_displacement, motion_noise, rest_samples
 from rockdamp.laboratory.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.curve import TrilinearCurve

@@ -1,29 +1,35 @@
-"""A measured record identified: the posterior of its wall and damper, and the evidence of each damping model."""
+"""A measured record identified: the posterior of its wall and damper, and the evidence of each damping model.
+
+The pipeline's stages stand at the end: the tested wall calibrated, and the damping models that a test series supports.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 import xarray as xr
 
 from rockdamp.arguments import instance, one_of
 from rockdamp.arrays import Array
+from rockdamp.config import Config
 from rockdamp.errors import InputError, require
-from rockdamp.histories.measured_test import record_attributes
-from rockdamp.laboratory.calibration import Misfit, require_explained, require_possible
+from rockdamp.histories.measured_test import made_by, record_attributes
+from rockdamp.laboratory.calibration import Misfit, calibrate, require_explained, require_possible
 from rockdamp.laboratory.candidates import Candidate, Prior, true_values
 from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.laboratory.noise import correlated
 from rockdamp.laboratory.problem import Problem
 from rockdamp.laboratory.sampler import Draws
+from rockdamp.laboratory.sections import LaboratoryConfig
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import warn
-from rockdamp.progress import track
+from rockdamp.progress import track, without_bars
 from rockdamp.vocabulary import CANDIDATES, REFERENCE
 
 # --- evidence ---------------------------------------------------------------------------------------------------------
@@ -213,4 +219,82 @@ def _evidences(found: dict[str, Evidence]) -> xr.Dataset:
             "undetermined": ("damping_model", [one.reason for one in found.values()]),
         },
         coords={"damping_model": list(found)},
+    )
+
+
+# --- stages -----------------------------------------------------------------------------------------------------------
+
+NOISE = ("generator_accelerometer_noise_m_s2", "generator_sensor_noise_m")  # of a synthetic record's header
+
+
+def noisier(record: Record, factor: float, random: np.random.RandomState) -> Record:
+    """Add white noise to both channels of a synthetic record until its noise is a multiple of what it was."""
+    more = np.sqrt(factor**2 - 1)
+    acceleration, displacement = (
+        more * float(record.header[name]) * random.standard_normal(record.elapsed.size) for name in NOISE
+    )
+    assert record.displacement is not None
+    return replace(
+        record,
+        ground_acceleration=record.ground_acceleration + acceleration,
+        displacement=record.displacement + displacement,
+    )
+
+
+def identification(config: LaboratoryConfig, test_series: Mapping[str, Record]) -> xr.Dataset:
+    """Compute the evidence of each damping model for each record, at each noise.
+
+    The probability is among the models whose evidence was determined. It raises `InputError` if a record is not
+    synthetic, or does not say with what noise it was made.
+    """
+    section, records = config.identification, test_series
+    for name, record in records.items():
+        if not (record.synthetic and record.displacement is not None and all(key in record.header for key in NOISE)):
+            raise InputError(f"identification.test_series: {name} is not synthetic; it must be, and say what made it")
+    cases, found = [(name, factor) for name in records for factor in section.noise], []
+    for name, factor in track(cases, "models of the test series"):
+        random = np.random.RandomState([section.seed, crc32(name.encode())])
+        record = noisier(records[name], float(factor), random)
+        with without_bars():
+            found.append([_evidence(config, record, model) for model in section.damping_models])
+    shape = (len(records), len(section.noise), len(section.damping_models))
+    dims = ("record", "noise_factor", "damping_model")
+    logarithm = np.array([[one.logarithm for one in row] for row in found]).reshape(shape)
+    error = np.array([[one.standard_error for one in row] for row in found]).reshape(shape)
+    return xr.Dataset(
+        {
+            "log_evidence": (dims, logarithm),
+            "log_evidence_error": (dims, error),
+            "probability": (dims, probabilities(logarithm)),
+            "record_made_by": ("record", np.array([made_by(record) for record in records.values()])),
+        },
+        coords={
+            "record": list(records),
+            "noise_factor": section.noise,
+            "damping_model": list(section.damping_models),
+        },
+    )
+
+
+def _evidence(config: LaboratoryConfig, record: Record, model: str) -> Evidence:
+    """Return the evidence of a model; NaN too where noise leaves nothing of the rest before the motion."""
+    section, test = config.identification, config.validation
+    a3, softening = float(test.curve.ultimate_displacement_ratio), test.curve.softening
+    known: Any = {"ultimate_displacement_ratio": a3, "softening": softening, "step": section.step}
+    try:
+        fit = RecordFit.of(record, test.wall, Candidate.of(model), **known)
+    except InputError:
+        return Evidence()
+    return evidence_of(fit, Prior(**dict(section.prior)), section.seed)
+
+
+def study(config: Config, record: Record) -> xr.Dataset:
+    """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
+    given = config.validation
+    return calibrate(
+        record,
+        given.wall,
+        ultimate_displacement_ratio=float(given.curve.ultimate_displacement_ratio),
+        softening=given.curve.softening,
+        step=given.step,
     )

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.equivalence.programs import OFFERS, refers_to
-from rockdamp.mechanics.damping import kinds
+from rockdamp.mechanics.damping import damper_classes
 from rockdamp.report import earthquake_criterion as criterion
 from rockdamp.report import interactive
 from rockdamp.report.earthquake_criterion import off
@@ -42,7 +42,7 @@ def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
     enough = float(whole["recommended_order"])
     return {
         "model": RECOMMENDED,
-        "title": kinds()[RECOMMENDED].title,
+        "title": damper_classes()[RECOMMENDED].title,
         "order": RECOMMENDED_ORDER,
         "normalisation": number(interactive.exact_dampers()[RECOMMENDED]["normalisation"]),
         "at": at,
@@ -136,7 +136,7 @@ def _row(offer: str, model: str, refers: str, log_error: xr.DataArray, false_saf
     return {
         "offer": offer,
         "model": model,
-        "title": kinds()[model].title,
+        "title": damper_classes()[model].title,
         "refers_to": refers,
         "log_error": error.values,
         "error": over_e(error, off),

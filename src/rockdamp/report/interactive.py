@@ -12,7 +12,7 @@ from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.equivalence.minima import RIVALS, SCAN, SCAN_STEP
 from rockdamp.figures.style import style_of
 from rockdamp.mechanics.curve import ROUNDING, TrilinearCurve
-from rockdamp.mechanics.damping import Damping, kinds
+from rockdamp.mechanics.damping import Damping, damper_classes
 from rockdamp.mechanics.damping.ecd import normalisation
 from rockdamp.mechanics.wall import Wall
 from rockdamp.vocabulary import MODELS, PRESETS, RECOMMENDED, REFERENCE, SOFTENING, VISCOUS_MODELS
@@ -58,7 +58,7 @@ def styles() -> dict[str, dict[str, Any]]:
     """Return each damping model's name, colour and dashes, those of the figures."""
     return {
         model: {
-            "title": kinds()[model].title,
+            "title": damper_classes()[model].title,
             "colour": style_of(model).colour,
             "dash": dash(style_of(model).linestyle),
         }
@@ -129,7 +129,9 @@ def data(
 
 def formulas() -> str:
     """Return a script with the coefficient of each damper, as the damper's file has it."""
-    known = {model: kinds()[model].javascript for model in VISCOUS_MODELS if kinds()[model].javascript}
+    known = {
+        model: damper_classes()[model].javascript for model in VISCOUS_MODELS if damper_classes()[model].javascript
+    }
     lines = [f'  "{model}": (z, f, doubleV, v, w1, m, N, xi) => {formula},' for model, formula in known.items()]
     return "\n".join(['"use strict";', "const dampingFormulas = {", *lines, "};"])
 
@@ -137,5 +139,5 @@ def formulas() -> str:
 def exact_dampers() -> dict[str, dict[str, float]]:
     """Return order m and N_m of the dampers that lose the same fraction from every amplitude."""
     of_unit = {model: Damping(model, 1.0) for model in VISCOUS_MODELS}
-    orders = {model: float(one.order) for model, one in of_unit.items() if one.same_loss_at_any_amplitude}
+    orders = {model: float(one.order) for model, one in of_unit.items() if one.amplitude_independent}
     return {model: {"order": order, "normalisation": float(normalisation(order))} for model, order in orders.items()}

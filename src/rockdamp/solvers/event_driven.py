@@ -464,4 +464,4 @@ def _constant_coefficient(curve: TrilinearCurve, damping: Damping, index: int) -
     if damping.is_impact or damping.on_net_force:
         return 0.0
     k1 = float(curve.initial_stiffness)
-    return 2 * math.sqrt(k1) * float(damping.damping_ratio) if index < damping.constant_branches else -1.0
+    return 2 * math.sqrt(k1) * float(damping.damping_ratio) if index < damping.linear_branches else -1.0

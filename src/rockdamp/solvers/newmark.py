@@ -218,7 +218,7 @@ def solve(
     instance("curve", curve, TrilinearCurve)
     instance("damping", damping, Damping)
     scheme = scheme if scheme in SCHEMES else one_of("scheme", scheme, SCHEMES)
-    is_constant = damping.constant_branches == BRANCHES
+    is_constant = damping.linear_branches == BRANCHES
     loops = peaks_kernel if peaks_only else kernel
     march = loops.compiled_march(scheme, damping.formula, kind_of(damping), is_constant)
     starts = {"step": step, "release_amplitude": release_amplitude, "release_velocity": release_velocity}

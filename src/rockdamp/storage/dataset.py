@@ -34,15 +34,15 @@ class DatasetError(ValueError):
         super().__init__(printable(message))
 
 
-def kinds() -> tuple[str, ...]:
-    """Return the kinds of dataset that the glossary knows."""
+def dataset_names() -> tuple[str, ...]:
+    """Return the names of the datasets that the glossary knows."""
     return tuple(glossary.read()["datasets"])
 
 
 def variables(kind: str) -> dict[str, dict[str, Any]]:
     """Return what the glossary says of each name that a kind of dataset has."""
-    if kind not in kinds():
-        raise DatasetError(f"dataset kind is {kind!r}; it must be one of {', '.join(kinds())}")
+    if kind not in dataset_names():
+        raise DatasetError(f"dataset kind is {kind!r}; it must be one of {', '.join(dataset_names())}")
     return glossary.variables(kind)
 
 

@@ -90,7 +90,7 @@ EDITS = {
     ),
     "words of errors and warnings, docstrings and comments": (
         [
-            ("src/rockdamp/histories/forcing.py", "and the history would take", "and it would take"),
+            ("src/rockdamp/histories/loads.py", "and the history would take", "and it would take"),
             ("src/rockdamp/plausibility.py", "the wall does not rock", "the wall stays at rest"),
             ("src/rockdamp/mechanics/wall.py", '"""', '"""Edited. '),
             ("src/rockdamp/solvers/newmark_kernel.py", "\n\n\n", "\n\n\n# edited\n"),

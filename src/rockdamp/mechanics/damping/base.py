@@ -16,10 +16,10 @@ dimensionless: z = |x| = |u|/u_ins, f = |F|/(K0 u_ins), v = dx/dtau, and C is ov
 positive where the wall moves away from x = 0, and `double_v` is twice the stored energy; what a formula does not use
 costs it nothing, as the compiler drops it. A damper can have
 
-7. `constant_branches`: on how many branches of the curve, counted from x = 0, C is 2 w1 xi; there the event-driven
+7. `linear_branches`: on how many branches of the curve, counted from x = 0, C is 2 w1 xi; there the event-driven
    solver has a closed form;
 8. `secant_exponent`: n, if C goes with w^n of the secant's frequency and with nothing else;
-9. `same_loss_at_any_amplitude` and `exact_damping_ratio`: if every half cycle loses the same fraction of its energy,
+9. `amplitude_independent` and `exact_damping_ratio`: if every half cycle loses the same fraction of its energy,
    xi follows from e alone, exactly. The other closed forms take `formula` and need nothing;
 10. `on_net_force`: if it is no C v but a fraction of the force that accelerates the wall, load included; the solvers
     have steps of their own for it, which read the first of `formula_parameters` and of `law_parameters`;
@@ -61,7 +61,7 @@ REFERENCE_AMPLITUDE = 0.3
 
 
 @cache
-def kinds() -> dict[str, type[Damping]]:
+def damper_classes() -> dict[str, type[Damping]]:
     """Return the class of each damper that `vocabulary.DAMPERS` names."""
     classes = {}
     for model, place in DAMPERS.items():
@@ -100,7 +100,7 @@ class Damping(ByValue):
         Values of the parameters that need not be given, by name. [-]
     secant_exponent : float, ndarray or None
         The power of the secant's frequency that C is in proportion to, if it depends on nothing else. [-]
-    same_loss_at_any_amplitude : bool
+    amplitude_independent : bool
         Whether every half cycle of any curve loses the same fraction of its energy.
     fades : bool
         Whether its loss can fall with the amplitude, by ``exponent`` and ``at``.
@@ -129,9 +129,9 @@ class Damping(ByValue):
     formula: Any
     law: Any
     is_impact: ClassVar[bool] = False
-    constant_branches: Any = 0
+    linear_branches: Any = 0
     secant_exponent: Any = None
-    same_loss_at_any_amplitude: ClassVar[bool] = False
+    amplitude_independent: ClassVar[bool] = False
     on_net_force: ClassVar[bool] = False
     javascript: ClassVar[str | None] = None
 
@@ -145,7 +145,7 @@ class Damping(ByValue):
     def __new__(cls, model: str = "", *values: Quantity, **named: Quantity) -> Damping:
         if cls is not Damping:
             return super().__new__(cls)
-        return super().__new__(kinds()[_known(model)])
+        return super().__new__(damper_classes()[_known(model)])
 
     def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
         if self.fades:
@@ -246,14 +246,16 @@ class Damping(ByValue):
         """
         exact = (*Damping.exact_models(), LOCAL)
         model = one_of("damping_model", model, exact, ": the others need a fit")
-        kind = kinds()[model]
+        kind = damper_classes()[model]
         e = np.asarray(Damping.cr(restitution).restitution)
         return Damping(model, e if kind.is_impact else kind.exact_damping_ratio(e, **named), **named)
 
     @staticmethod
     def exact_models() -> tuple[str, ...]:
         """Return the models that a coefficient of restitution describes exactly and without a fit, CR first."""
-        return tuple(name for name in MODELS if kinds()[name].is_impact or kinds()[name].same_loss_at_any_amplitude)
+        return tuple(
+            name for name in MODELS if damper_classes()[name].is_impact or damper_classes()[name].amplitude_independent
+        )
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
@@ -279,7 +281,7 @@ class Damping(ByValue):
         **values : float or ndarray
             By name; those that the model does not have are left out. [-]
         """
-        names = kinds()[_known(model)].names
+        names = damper_classes()[_known(model)].names
         return Damping(model, **{name: values[name] for name in names if name in values})
 
     @property

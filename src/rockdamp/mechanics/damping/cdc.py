@@ -6,17 +6,17 @@ from typing import Any
 
 from rockdamp.arrays import Quantity
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping.secant import OfTheSecant
+from rockdamp.mechanics.damping.secant import SecantDamper
 
 
-class ConstantCoefficient(OfTheSecant):
+class ConstantCoefficient(SecantDamper):
     """CDC, Eq. (10): C = 2 xi w1."""
 
     model = "CDC"
     title = "constant damping coefficient"
     colour = "#0072B2"
     secant_exponent = 0.0
-    constant_branches = 3
+    linear_branches = 3
     javascript = "2 * xi * w1"
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:

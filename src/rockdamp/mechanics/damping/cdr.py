@@ -8,10 +8,10 @@ import numpy as np
 
 from rockdamp.arrays import Quantity
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping.secant import OfTheSecant
+from rockdamp.mechanics.damping.secant import SecantDamper
 
 
-class ConstantRatio(OfTheSecant):
+class ConstantRatio(SecantDamper):
     """CDR, Eq. (11): C = 2 xi w, w^2 = f/x the secant's."""
 
     model = "CDR"

@@ -165,7 +165,7 @@ class EnergyConsistent(Damping):
     names: ClassVar[tuple[str, ...]] = ("damping_ratio", "order")
     defaults: ClassVar[Mapping[str, float]] = {"order": 0.0}
     fades = True
-    same_loss_at_any_amplitude = True
+    amplitude_independent = True
     javascript = (
         "((size, root, both) => (size * f) / (root * (1 - (m > 0 ? Math.min((size * v * root) / both, 0.95) : 0))))"
         "(2 * xi * N * ((v * v) / (v * v + doubleV)) ** m, Math.sqrt(doubleV), v * v + doubleV)"
@@ -199,7 +199,7 @@ class EnergyConsistent(Damping):
         return kappa * self.reference_energy(curve) ** self.exponent, self.order, self.exponent
 
     @property
-    def constant_branches(self) -> int:
+    def linear_branches(self) -> int:
         return 1 if self._one_order == 0 and not self.loss_depends_on_amplitude else 0
 
     law = staticmethod(energy_law)

@@ -27,7 +27,7 @@ class LocalDamping(Damping):
     title = "local damping"
     colour = "#6B7A00"
     names: ClassVar[tuple[str, ...]] = ("local_damping",)
-    same_loss_at_any_amplitude = True
+    amplitude_independent = True
     on_net_force = True
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:

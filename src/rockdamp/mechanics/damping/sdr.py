@@ -6,10 +6,10 @@ from typing import Any
 
 from rockdamp.arrays import Quantity
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping.secant import OfTheSecant
+from rockdamp.mechanics.damping.secant import SecantDamper
 
 
-class StiffnessProportionalRatio(OfTheSecant):
+class StiffnessProportionalRatio(SecantDamper):
     """SDR, Eq. (12): C = 2 xi(w) w with xi(w) = xi w/w1."""
 
     model = "SDR"

@@ -26,16 +26,16 @@ from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import REPLICATES
 from rockdamp.assessment.checks import Check, sensitivity
 from rockdamp.assessment.collapses import STRIPES, UNITS, side_by_side
-from rockdamp.assessment.restitution import RULE_WEIGHTS
+from rockdamp.assessment.table import RULE_WEIGHTS
 from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, typed_in
 from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.mechanism import wall_figure
 from rockdamp.figures.single import response_figure
-from rockdamp.histories.side_by_side import responses
+from rockdamp.histories.labelled import responses
 from rockdamp.histories.supports import SMALL
 from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import kinds
+from rockdamp.mechanics.damping import damper_classes
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
@@ -120,7 +120,7 @@ def build(subject: Subject) -> str:
         derived=_derived(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
-        dampers=[(offer, kinds()[model].title, typed[model]) for model, offer in OFFERS.items()],
+        dampers=[(offer, damper_classes()[model].title, typed[model]) for model, offer in OFFERS.items()],
         studied_e=plain(false_safe(float(answer["restitution"]))[0]),
         order=RECOMMENDED_ORDER,
         rules=", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items()),

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rockdamp.mechanics.written_sizes import density, length, overburden, overburden_ratio
+from rockdamp.units import density, length, overburden, overburden_ratio
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 POUND, FOOT = 0.45359237, 0.3048  # [kg], [m]

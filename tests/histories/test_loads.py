@@ -7,7 +7,7 @@ import pytest
 from experimental_style import WALL
 
 import rockdamp as rd
-from rockdamp.histories.forcing import Forcing
+from rockdamp.histories.loads import Forcing
 from rockdamp.histories.measured_test import computed_response
 from rockdamp.laboratory.candidates import Candidate
 from rockdamp.laboratory.least_squares import RecordFit
