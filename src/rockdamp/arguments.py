@@ -22,9 +22,12 @@ from rockdamp.errors import InputError, holds, require, shown
 
 MOST_ELEMENTS = 2**28  # of one array: 2 GB, beyond which the system ends the process instead of raising an error
 NUMBER = "a number, or an array of them"
-ENVIRONMENT = {  # variables that Numba and Matplotlib read, what they must match, and that in words
+_SECONDS = (r"[0-9]{1,9}(\.[0-9]{0,9})?", "a number of seconds, at least 0")
+ENVIRONMENT = {  # variables that Numba, Matplotlib and tqdm read, what they must match, and that in words
     "NUMBA_NUM_THREADS": ("0*[1-9][0-9]{0,4}", "a whole number greater than 0"),
     "SOURCE_DATE_EPOCH": ("[0-9]{1,11}", "a whole number of seconds"),
+    "TQDM_MININTERVAL": _SECONDS,
+    "TQDM_MAXINTERVAL": _SECONDS,
 }
 
 
@@ -191,7 +194,7 @@ def several(name: str, value: Any, wanted: str) -> list[Any]:
 
 
 def check_environment() -> None:
-    """Raise `InputError` for a variable of the environment that Numba or Matplotlib would end in a traceback on."""
+    """Raise `InputError` for a variable of the environment on which Numba, Matplotlib or tqdm would break."""
     for name, (pattern, allowed) in ENVIRONMENT.items():
         stated = os.environ.get(name)
         if stated is not None and not re.fullmatch(pattern, stated):

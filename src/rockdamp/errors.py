@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 MOST_SHOWN = 80  # characters of a value
+_LONG = re.compile(r"\S{300,}|'[^']{300,}'")  # no path that is meant is as long
 _UNPRINTABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
 
 
 def printable(text: str) -> str:
-    """Return a text with control characters, which a terminal would obey, shown as escapes."""
+    """Return a text with long values cut off, and control characters, which a terminal would obey, as escapes."""
+    text = _LONG.sub(lambda value: f"{value[0][:MOST_SHOWN]}...", text)
     return _UNPRINTABLE.sub(lambda letter: letter[0].encode("unicode_escape").decode("ascii"), text)
 
 
@@ -49,7 +51,7 @@ class InputWarning(UserWarning):
     >>> import rockdamp as rd
     >>> with warnings.catch_warnings(record=True) as caught:
     ...     warnings.simplefilter("always")
-    ...     wall = rd.Wall(thickness=240, height=3000)
+    ...     wall = rd.Wall(thickness=0.24, height=300)
     >>> caught[0].category is rd.InputWarning
     True
     """

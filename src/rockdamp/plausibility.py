@@ -22,6 +22,7 @@ from rockdamp.vocabulary import STANDARD_GRAVITY
 # is likelier than the wall or the motion.
 THICKEST, HIGHEST = 2.0, 30.0  # [m]
 THINNEST, LOWEST = 0.05, 0.5  # what a guess must lead to [m]
+TOO_THICK, TOO_HIGH = 100.0, 1000.0  # refused: of these there is neither a wall nor a building [m]
 SLENDEREST = 40.0  # h/t; tests went to 28
 LARGEST_YIELD = 0.5  # a1; the most degraded joints of the presets have 0.2
 LOWEST_HINGE, HIGHEST_HINGE = 0.4, 0.9  # of h; tests found 0.5 to 0.7
@@ -80,19 +81,25 @@ def _outside() -> int:
 def require_rocking(
     thickness: ArrayLike, height: ArrayLike, restitution: ArrayLike, least_slenderness: float, law: str
 ) -> None:
-    """Raise `InputError` for walls whose h/t is below the least, or whose e, by the formula `law`, is not above 0.
+    """Raise `InputError` for walls that cannot be.
+
+    That is, thicker or higher than any building, or with h/t below the least, or e, by the formula `law`, not above 0.
 
     Arrays broadcast; the first such wall is named.
     """
     t, h, e = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (thickness, height, restitution)))
     squat = h / t < least_slenderness
-    bad = squat | ~(e > 0)
+    huge = (t > TOO_THICK) | (h > TOO_HIGH)
+    bad = squat | huge | ~(e > 0)
     if not bad.any():
         return
     first = np.unravel_index(np.argmax(bad), bad.shape)
-    t, h, e, squat = t[first], h[first], e[first], squat[first]
+    t, h, e, squat, huge = t[first], h[first], e[first], squat[first], huge[first]
     sizes = f"thickness is {t:g} m and height {h:g} m, which is h/t = {h / t:.3g}"
     reason = f"it must be at least {least_slenderness:g}" if squat else f"e is {e:.3g} by {law}; it must be above 0"
+    if huge and not squat:
+        sizes = f"thickness is {t:g} m and height {h:g} m"
+        reason = f"they must be at most {TOO_THICK:g} m and {TOO_HIGH:g} m"
     raise InputError(f"{sizes}; {reason}{_slip(float(t), float(h))}")
 
 

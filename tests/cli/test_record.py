@@ -68,3 +68,22 @@ def test_what_was_subtracted_is_printed(tmp_path):
     )
     for text, unit in zip(removed, ("m s-2", "mm"), strict=True):
         assert f"{text} {unit}" in result.stdout
+
+
+def test_a_video_becomes_a_free_rocking_test_and_says_what_was_filled(tmp_path):
+    elapsed = np.arange(300) / 30
+    rows = [f"{frame},{'' if frame == 50 else 100 * np.cos(elapsed[frame])}" for frame in range(300)]
+    (tmp_path / "track.csv").write_text("\n".join(["frame,x", *rows]) + "\n", encoding="utf-8")
+    video = ["record", str(tmp_path / "track.csv"), "--free-rocking", "--wall", "x:px", "--synthetic"]
+    made = ["--output", str(tmp_path / "made.csv"), "--json"]
+    result = CliRunner().invoke(main, [*video, "--frame-rate", "30", "--scale", "0.35mm/px", *made])
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert told["samples"] == 300 and told["samples_filled"] == 1
+    assert abs(told["highest_displacement"] - 0.035) < 1e-9
+    for wrong, words in (
+        (["--frame-rate", "30", "--scale", "0.35mm"], "no size of a pixel; it must be a length for each pixel"),
+        (["--scale", "0.35mm/px"], "--time is missing; a video's --frame-rate"),
+    ):
+        result = CliRunner().invoke(main, [*video, *wrong, *made])
+        assert result.exit_code == 2 and words in result.stderr

@@ -1,6 +1,7 @@
 """The command line in bad surroundings: full disks, wrong variables, Ctrl-C, and names that a terminal would obey."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -39,6 +40,46 @@ def test_a_date_that_is_none_is_named(monkeypatch):
     assert "SOURCE_DATE_EPOCH is 'x' in the environment; it must be a whole number of seconds" in result.stderr
 
 
+def test_an_interval_of_bars_that_is_none_is_named(monkeypatch):
+    monkeypatch.setenv("TQDM_MININTERVAL", "x")
+    result = CliRunner().invoke(main, DECAY)
+    assert result.exit_code == 2
+    assert "TQDM_MININTERVAL is 'x' in the environment; it must be a number of seconds" in result.stderr
+
+
+def test_a_backend_that_is_none_matters_to_no_picture_in_a_file(tmp_path):
+    plot = tmp_path / "decay.png"
+    command = [sys.executable, "-m", "rockdamp", *DECAY, "--plot", str(plot)]
+    run = subprocess.run(command, env={**os.environ, "MPLBACKEND": "junk"}, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    assert plot.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["wall", "--thickness", "x" * 5000, "--height", "3"],
+        ["wall", "--thickness", "1 " * 2500, "--height", "3"],
+        ["equivalent", "--restitution", "0.85", "--preset", "x" * 5000],
+        ["respond", "--record", "x" * 5000, "--thickness", "0.3", "--height", "3", "--preset", "new", "--compare"],
+        ["x" * 5000],
+    ],
+)
+def test_a_value_of_thousands_of_characters_is_cut_off(arguments):
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 2 and len(result.stderr) < 1000 and "..." in result.stderr
+
+
+def test_a_pattern_of_any_depth_does_not_search_the_disk(monkeypatch, tmp_path):
+    for index in range(30):
+        (tmp_path / f"{index}.txt").touch()
+    monkeypatch.setattr("rockdamp.motions.catalogue.MOST_SEARCHED", 29)
+    wall = ["--thickness", "0.3", "--height", "3", "--preset", "new", "--restitution", "0.85"]
+    for pattern in (f"{tmp_path}/**", f"{tmp_path}/*/**/*.AT2"):
+        result = CliRunner().invoke(main, ["respond", *wall, "--record", pattern])
+        assert result.exit_code == 2 and "searches more than 29 files below" in result.stderr
+
+
 # Work that swallows exceptions, as imports and the deletion of objects do.
 STUBBORN = """
 import sys, time
@@ -59,14 +100,15 @@ __main__.main()
 """
 
 
-def test_ctrl_c_ends_work_whatever_it_is_at_and_leaves_no_file(tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_work_whatever_it_is_at_and_leaves_no_file(tmp_path, number):
     process = subprocess.Popen(
         [sys.executable, "-c", STUBBORN, tmp_path], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     assert process.stdout.readline() == "begun\n"
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     assert process.communicate(timeout=30) == ("", "Aborted!\n")
-    assert process.returncode == -signal.SIGINT and not [*tmp_path.iterdir()]
+    assert process.returncode == -number and not [*tmp_path.iterdir()]
 
 
 def test_what_is_said_beside_the_answer_does_not_touch_it_where_standard_error_is_closed(tmp_path):

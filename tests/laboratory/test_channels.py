@@ -8,7 +8,7 @@ from repository import ROOT
 from rounded_texts import assert_shipped
 
 from rockdamp.errors import InputError
-from rockdamp.laboratory.channels import Channel, laboratory_record, read_raw
+from rockdamp.laboratory.channels import Channel, laboratory_free_rocking, laboratory_record, read_raw
 from rockdamp.motions.records import read_record, write_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -103,6 +103,53 @@ def test_a_linear_baseline_leaves_no_velocity_at_the_end(tmp_path):
     np.testing.assert_allclose(made.ground_acceleration, PULSE, atol=0.01)
     constant = laboratory_record(read_raw(path), **channels)
     np.testing.assert_allclose(constant.ground_acceleration, drifting - 0.3, atol=1e-9)
+
+
+def tracked(lost=(), names="frame,x"):
+    """A video of 400 frames at 29.97 Hz, 0.35 mm/px, of a sine about 812 px; of lost frames the cell is empty."""
+    elapsed = np.arange(400) / 29.97
+    pixels = 812 + 90 * np.sin(2 * np.pi * 0.8 * elapsed)
+    rows = [f"{frame}," if frame in lost else f"{frame},{x:.9g}" for frame, x in enumerate(pixels)]
+    return elapsed, 0.35e-3 * pixels, "\n".join([names, *rows]) + "\n"
+
+
+VIDEO = {"wall": Channel("x", "px"), "frame_rate": 29.97, "scale": 0.35e-3}
+
+
+def test_a_video_has_its_time_from_the_frames_its_scale_from_the_pixels_and_lost_frames_are_filled(tmp_path):
+    elapsed, displacement, text = tracked(lost=(0, 40, 41, 42, 43, 44, 100, 399))
+    made = laboratory_free_rocking(read_raw(written(tmp_path, text), gaps=True), **VIDEO)
+    assert made.header["samples_filled"] == "6"  # those at both ends are left out
+    np.testing.assert_allclose(made.elapsed, elapsed[1:399] - elapsed[1], atol=1e-9)
+    np.testing.assert_allclose(made.displacement, displacement[1:399], atol=1e-4 * 0.0315)
+    whole = laboratory_free_rocking(read_raw(written(tmp_path, tracked()[2]), gaps=True), **VIDEO)
+    assert "samples_filled" not in whole.header and whole.elapsed.size == 400
+
+
+def test_rows_that_a_tracker_left_out_are_filled_too(tmp_path):
+    elapsed, displacement, _ = tracked()
+    seen = ~np.isin(np.arange(400), (60, 61, 300))
+    path = written(tmp_path, table(("t", "x"), elapsed[seen], 1000 * displacement[seen]))
+    made = laboratory_free_rocking(read_raw(path, gaps=True), time=Channel.of("t:s"), wall=Channel.of("x:mm"))
+    assert made.header["samples_filled"] == "3"
+    np.testing.assert_allclose(made.displacement, displacement, atol=1e-4 * 0.0315)
+
+
+@pytest.mark.parametrize(
+    ("changed", "lost", "message"),
+    [
+        ({}, range(40, 46), "6 samples are missing after 1.301 s; it must be at most 5 in a row"),
+        ({"scale": None}, (), "wall is in px; a channel in px, and no other, must have the scale of a pixel"),
+        ({"wall": Channel("x", "mm")}, (), "wall is in mm; a channel in px, and no other"),
+        ({"frame_rate": None}, (), "the time must be given once: as time, a column, or as frame_rate"),
+        ({"frame_rate": 0.0}, (), "frame_rate is 0.0; it must be greater than 0"),
+        ({"scale": -1.0}, (), "scale is -1.0; it must be greater than 0"),
+    ],
+)
+def test_a_video_that_lost_its_marker_or_its_scale_is_refused(tmp_path, changed, lost, message):
+    raw = read_raw(written(tmp_path, tracked(lost)[2]), gaps=True)
+    with pytest.raises(InputError, match=message):
+        laboratory_free_rocking(raw, **{**VIDEO, **changed})
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,13 @@ def test_a_taxonomy_that_is_an_identifier_keeps_it_whatever_others_become():
         assert float(kept[0]) == 0.2 and "A_B-CR_" in found
 
 
+def test_a_taxonomy_stays_as_it_was_typed_beside_its_id():
+    typed = ["MUR+CLBRS/LWAL/H:2", "A B", "A_B", "5 < 7 & 8"]
+    found = functions(text([Collapse(name, 0.45, 0.4, [0.1, 0.9], [0.1, 1.0]) for name in typed], "PGV", "m", "Walls."))
+    assert len(found) == 2 * len(typed)
+    assert [function.get("taxonomy") for function in found.values()] == [name for name in typed for _ in range(2)]
+
+
 def test_a_file_is_whole_and_names_the_measure_with_its_unit(tmp_path):
     write(tmp_path / "f.xml", text(WALLS, "PGA", "f", "Walls <of & one> town."))
     description = ElementTree.parse(tmp_path / "f.xml").getroot().find(f"{IN}fragilityModel/{IN}description").text

@@ -66,6 +66,24 @@ def test_both_versions_of_yaml_read_the_same_in_the_shipped_documents(path):
 WHOLE = {"a": {"b": [1, {"c": 2}]}, "d": "text"}
 
 
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [("a: &a [*a]", "a[0]"), ("wall: &w {thickness: *w}", "wall.thickness"), ("a: {b: &b [1, {c: *b}]}", "a.b[1].c")],
+)
+def test_an_alias_of_what_it_stands_in_is_refused_by_its_key(text, key, tmp_path):
+    path = tmp_path / "loop.yaml"
+    path.write_text(f"{text}\n", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        yaml_file.read(path)
+    assert str(caught.value) == f"{path}: {key} is an alias of what it stands in; it must be a value"
+
+
+def test_an_alias_of_another_value_is_that_value(tmp_path):
+    path = tmp_path / "own.yaml"
+    path.write_text("a: &a [1, 2]\nb: [*a, *a]\n", encoding="utf-8")
+    assert yaml_file.read(path) == {"a": [1, 2], "b": [[1, 2], [1, 2]]}
+
+
 @pytest.mark.parametrize(("key", "path"), [("d", ("d",)), ("a.b[1].c", ("a", "b", 1, "c")), ("", ())])
 def test_a_key_names_a_path_and_a_path_a_key(key, path):
     assert path_of(key) == path and dotted(path) == key

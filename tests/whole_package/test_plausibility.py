@@ -33,14 +33,29 @@ def test_a_wall_that_cannot_rock_is_refused_with_the_slip_that_makes_it(kind, th
 
 
 @pytest.mark.parametrize(
+    ("thickness", "height", "slip"),
+    [
+        (240.0, 3000.0, "were they in millimetres?"),
+        (0.24, 3000.0, "was the height in millimetres or centimetres?"),
+        (0.3, 1001.0, "was the height in millimetres?"),
+    ],
+)
+def test_sizes_that_no_building_has_are_refused(thickness, height, slip):
+    with pytest.raises(rd.InputError) as caught:
+        rd.Wall(thickness, height)
+    said = f"thickness is {thickness:g} m and height {height:g} m; they must be at most 100 m and 1000 m; {slip}"
+    assert str(caught.value) == said
+
+
+@pytest.mark.parametrize(
     ("thickness", "height", "expected"),
     [
         (
-            240,
-            3000,
-            "thickness is 240 m and height 3000 m, more than 2 m and 30 m; were they in millimetres?",
+            24.0,
+            300.0,
+            "thickness is 24 m and height 300 m, more than 2 m and 30 m; were they in centimetres or inches?",
         ),
-        (0.24, 3000, "height is 3000 m, more than 30 m; was the height in millimetres or centimetres?"),
+        (0.24, 300, "height is 300 m, more than 30 m; was the height in centimetres or inches?"),
         (2.5, 12.0, "thickness is 2.5 m, more than 2 m; were they in feet?"),
     ],
 )

@@ -14,13 +14,11 @@ from rockdamp.cli.command import (
     NUMBER,
     Command,
     OutputFile,
-    Read,
     command_line,
     print_json,
     print_table,
     quantities,
     quantity,
-    word_or_number,
     write_dataset,
     write_figure,
     writing,
@@ -28,6 +26,7 @@ from rockdamp.cli.command import (
 from rockdamp.cli.options import (
     CURVE,
     ONE_SIDED,
+    RESTITUTION,
     WALL,
     all_of,
     column_option,
@@ -71,9 +70,6 @@ if TYPE_CHECKING:
     from rockdamp.storage.input_file import Column
     from rockdamp.storage.nrml import Collapse
 
-
-RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
-RESTITUTION = Read(word_or_number(*RULES), f"NUMBER|{'|'.join(RULES)}", f"one, or one of {', '.join(RULES)}")
 
 shaking_options = all_of(
     click.option(

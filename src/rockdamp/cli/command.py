@@ -209,6 +209,7 @@ class Command(click.Command):
             # Numbers too large or too small for the formulas are bad input, not results.
             check_environment()
             _refuse_same_files(ctx)
+            os.environ["MPLBACKEND"] = "agg"  # pictures are files, whatever the user's notebooks show
             with warnings_as_lines(), np.errstate(over="raise", divide="raise", invalid="raise"):
                 return super().invoke(ctx)
         except (ArithmeticError, MemoryError) as error:
@@ -242,6 +243,15 @@ class Main(click.Group):
             with open(os.devnull, "w") as nothing:  # what could not be written is not tried again at the end
                 os.dup2(nothing.fileno(), sys.stdout.fileno())
             sys.exit(BAD_INPUT)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except click.UsageError as error:  # with long values cut off
+            from rockdamp.errors import printable
+
+            error.message = printable(error.message)
+            raise
 
 
 def command_line() -> str:

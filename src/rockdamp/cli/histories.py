@@ -110,7 +110,7 @@ def decay(release: float, length: tuple[str, float], as_json: bool, **options: A
     wall = make_optional_wall(options)
     tau = _in_tau(length, wall)
     curve = make_curve(options)
-    dampings = make_dampings(options, curve, release_amplitude=release)
+    dampings = make_dampings(options, curve, wall, release_amplitude=release)
     from rockdamp.histories.labelled import decays, peaks
 
     histories = decays(curve, dampings, release_amplitude=release, length=tau, wall=wall)
@@ -212,7 +212,7 @@ def respond_command(
         _respond_one_sided(wall, curve, motions, _scales(options), {**options, "table": table}, tail, as_json)
         return
     refuse_unused(("sign",), "--one-sided")
-    dampings = make_dampings(options, curve)
+    dampings = make_dampings(options, curve, wall)
     from rockdamp.histories.labelled import responses, rows, scales_of
     from rockdamp.motions.intensity import intensity_measures
     from rockdamp.motions.record_files import CONTENTS

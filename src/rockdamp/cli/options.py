@@ -12,7 +12,7 @@ import click
 from click.core import ParameterSource
 
 from rockdamp import units
-from rockdamp.cli.command import HINGE_RATIO, NUMBER, Read, quantity
+from rockdamp.cli.command import HINGE_RATIO, NUMBER, Read, quantity, word_or_number
 from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
@@ -61,6 +61,10 @@ STIFFNESS = Read(
     lambda text: units.of_ties(text, "N m-1"), "[N m-1|N m-2]", "one, as 2e6N/m/m of wall, or 2e6N/m in all"
 )
 STRENGTH = Read(lambda text: units.of_ties(text, "N"), "[N|N m-1]", "one, as 3kN/m of wall, or 3kN in all")
+
+
+RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
+RESTITUTION = Read(word_or_number(*RULES), f"NUMBER|{'|'.join(RULES)}", f"one, or one of {', '.join(RULES)}")
 
 
 class Model(click.Choice):
@@ -140,8 +144,9 @@ damping_options = all_of(
     click.option("--local-damping", type=NUMBER, help="Coefficient alpha of LOCAL, local damping."),
     click.option(
         "--restitution",
-        type=NUMBER,
-        help="Restitution e of releases from 0.3 to 0.5 u_ins, for CR, ECD of any order, LOCAL, and --compare.",
+        type=RESTITUTION,
+        help="Restitution e of releases from 0.3 to 0.5 u_ins, or a rule for it, for CR, ECD of any order, LOCAL, and"
+        " --compare.",
     ),
     click.option("--exponent", type=NUMBER, help="Exponent g of a loss that falls with the amplitude.  [default: 0]"),
     click.option("--at", type=NUMBER, help="With --exponent, amplitude u/u_ins that e belongs to.  [default: 0.3]"),
@@ -318,12 +323,16 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
     return curve
 
 
-def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalence: float) -> list[Damping]:
-    """Return the one damper that the options describe; with --compare, every model's."""
+def make_dampings(
+    options: Mapping[str, Any], curve: TrilinearCurve, wall: Wall | Parapet | None = None, **equivalence: float
+) -> list[Damping]:
+    """Return the one damper that the options describe; with --compare, every model's. A rule for e takes a wall."""
     from rockdamp.equivalence.equivalent import equivalent_dampings
     from rockdamp.mechanics.damping import Damping
 
     model, ratio, restitution = options["damping_model"], options["damping_ratio"], options["restitution"]
+    if isinstance(restitution, str):
+        restitution = _by_rule(restitution, wall)
     order = options["order"]
     if order is not None and model != "ECD":
         raise click.UsageError("--order belongs to --damping-model ECD; it must be given with it, or not at all")
@@ -369,6 +378,17 @@ def make_dampings(options: Mapping[str, Any], curve: TrilinearCurve, **equivalen
             )
         return [Damping.of_restitution(restitution, model, **named)]
     return [Damping(model, _needed("--damping-ratio", ratio, f"--damping-model {model}"), **named)]
+
+
+def _by_rule(rule: str, wall: Wall | Parapet | None) -> float:
+    """Return e of a wall by a rule, and print it with its reason."""
+    from rockdamp.assessment.table import restitution_and_reason
+
+    if wall is None:
+        raise click.UsageError(f"--restitution {rule} must be given with --thickness and --height, whose wall it is of")
+    e, reason = restitution_and_reason(wall, rule)
+    click.echo(f"restitution e = {e:.4g}: {reason}", err=True)
+    return e
 
 
 def _needed(name: str, value: float | None, owner: str) -> float:

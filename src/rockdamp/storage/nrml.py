@@ -11,7 +11,7 @@ from importlib.resources import files
 import numpy as np
 from jinja2 import Environment, StrictUndefined
 
-from rockdamp.errors import InputError, require
+from rockdamp.errors import InputError, printable, require
 from rockdamp.storage.atomic import replacing
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -26,8 +26,8 @@ RISING = "finite, at least 0 and rising"
 class Collapse:
     """The fragility of one wall, or of a population: a lognormal function, and the share of collapses at each stripe.
 
-    The name becomes the functions' id, which OpenQuake's exposure calls a taxonomy. Median and intensity are in m s-1
-    or m s-2; median and dispersion are NaN where the function is not defined.
+    The name is the functions' taxonomy, as it was typed; their ids have an underscore for what NRML's ids do not take.
+    Median and intensity are in m s-1 or m s-2; median and dispersion are NaN where the function is not defined.
     """
 
     name: str
@@ -61,7 +61,16 @@ def text(collapses: Iterable[Collapse], measure: str, name: str, description: st
         mean = factor * collapse.median * math.exp(collapse.dispersion**2 / 2)
         deviation = mean * math.sqrt(math.expm1(collapse.dispersion**2))
         levels = [factor * float(level) for level in collapse.intensity]
-        functions.append((identifier, levels, list(map(float, collapse.share)), float(mean), float(deviation)))
+        functions.append(
+            (
+                identifier,
+                printable(collapse.name),
+                levels,
+                list(map(float, collapse.share)),
+                float(mean),
+                float(deviation),
+            )
+        )
     template = files("rockdamp.storage").joinpath("nrml.xml.j2").read_text(encoding="utf-8")
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True

@@ -38,9 +38,23 @@ def load(text: str) -> Any:
 def read(path: str | os.PathLike[str]) -> Any:
     """Return what a user's YAML file holds.
 
-    What cannot be read, is not text in UTF-8 or not YAML, or has a key twice raises `InputError`, in one line.
+    What cannot be read, is not text in UTF-8 or not YAML, has a key twice, or has an alias of what it stands in raises
+    `InputError`, in one line.
     """
-    return deepcopy(_parsed(path, "safe"))
+    document = _parsed(path, "safe")
+    loop = _loop(document, (), ())
+    if loop is not None:
+        raise InputError(f"{os.fspath(path)}: {dotted(loop)} is an alias of what it stands in; it must be a value")
+    return deepcopy(document)
+
+
+def _loop(value: Any, key: KeyPath, around: tuple[int, ...]) -> KeyPath | None:
+    """Return the key of the first value that is one of those `around` it; None where there is none."""
+    if id(value) in around:
+        return key
+    items = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else ()
+    below = (_loop(inner, (*key, name), (*around, id(value))) for name, inner in items)
+    return next((found for found in below if found is not None), None)
 
 
 def line_of(path: str | os.PathLike[str], key: KeyPath) -> int | None:
