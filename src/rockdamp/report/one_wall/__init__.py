@@ -265,6 +265,8 @@ def _inputs(subject: Subject) -> list[Row]:
     ]
     if isinstance(wall, Wall):
         rows.append(("height of the hinge over h", "h₁/h", wall.hinge_ratio, "-"))
+        if float(wall.overburden_mass):
+            rows.append(("part of the overburden that moves as a mass", "", wall.overburden_mass, "-"))
     rows += [
         ("yield displacement ratio", "a₁", curve.yield_displacement_ratio, "-"),
         ("strength ratio", "b₁", curve.strength_ratio, "-"),
