@@ -67,7 +67,7 @@ GLOSSARY = "src/rockdamp/storage/glossary.yaml"
 EDITS = {
     "a caption": (
         [("src/rockdamp/figures/mechanism.py", "law of rigid bodies. (b)", "law of rigid walls. (b)")],
-        ["fig1", "fig2", *PAGES],
+        ["fig1", "fig2", "fig_one_sided", *PAGES],  # the last takes the sketch of the body from that module
     ),
     "what a name means, or its unit": (
         [
@@ -99,7 +99,7 @@ EDITS = {
     ),
     "a line of a kernel": (
         [("src/rockdamp/solvers/event_kernel.py", "TOLERANCE = 1e-13", "TOLERANCE = 2e-13")],
-        ["accuracy", "earthquake_check", "population_check"],
+        ["accuracy", "earthquake_check", "population_check", "one_sided_histories"],
     ),
     "a limit of one stage and a label of all figures": (
         [
