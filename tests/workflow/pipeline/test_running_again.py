@@ -99,7 +99,7 @@ EDITS = {
     ),
     "a line of a kernel": (
         [("src/rockdamp/solvers/event_driven.py", "TOLERANCE = 1e-13", "TOLERANCE = 2e-13")],
-        ["accuracy", "earthquake_check", "population_check", "one_sided_histories"],
+        ["accuracy", "earthquake_check", "population_check"],
     ),
     "a limit of one stage and a label of all figures": (
         [
