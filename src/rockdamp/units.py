@@ -47,6 +47,7 @@ IMPERIAL = {  # what is printed in place of a unit
     "kg": "lb",
     "N": "lbf",
     "kN": "lbf",
+    "kN/m": "lbf/ft",
     "m s-1": "in s-1",
     "m s-2": "ft s-2",
     "kg m-3": "lb ft-3",

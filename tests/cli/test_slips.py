@@ -211,3 +211,24 @@ def test_a_modelling_dispersion_that_is_none_is_refused_before_anything_is_writt
     result = run("batch", EXAMPLE, "--records", record, *given)
     assert result.exit_code == 2 and "was it in per cent (0.3)?" in result.stderr
     assert not any(path.exists() for path in written)
+
+
+def test_a_rule_for_e_is_that_of_the_wall(record):
+    wall = rd.Wall(0.3, 4.5)
+    for rule, e in (("measured", wall.restitution_measured), ("analytical", wall.restitution_rigid)):
+        given = ("respond", "--record", record, *WALL, "--restitution")
+        assert printed(*given, rule) == printed(*given, float(e))
+        assert f"restitution e = {float(e):.4g}: " in run(*given, rule).stderr
+        assert printed("decay", *WALL, "--restitution", rule) == printed("decay", *WALL, "--restitution", float(e))
+    refused = run("decay", "--preset", "new", "--restitution", "measured")
+    assert refused.exit_code == 2 and "must be given with --thickness and --height" in refused.stderr
+
+
+def test_a_record_with_a_displacement_is_said_to_follow_a_spline(record):
+    held = rd.read_record(record)
+    test = record.with_name("test.csv")
+    rd.write_record(test, rd.Record(held.elapsed, held.ground_acceleration, np.zeros(held.elapsed.size)))
+    given = ("respond", *WALL, "--restitution", 0.85, "--record")
+    assert "test: with displacement_m it is a test, whose acceleration follows a cubic" in run(*given, test).stderr
+    assert "spline" not in run(*given, record).stderr
+    assert printed(*given, test)["peak"] != printed(*given, record)["peak"]

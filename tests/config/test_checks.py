@@ -302,7 +302,7 @@ BAD = [
     ("damping_force.response_length", 1.5, "damping_force.response_length is 1.5; it must be greater than 2.99"),
     ("amplitude_dependence.release_share", [0.5, 0.9999], "must come before the end of matching.response_length"),
     ("studies.overburden.overburden_ratio", [0, 200], "overburden_ratio[1] is 200; at "),
-    ("studies.slenderness.slenderness", [15, 9000], "slenderness[1] is 9000; at "),
+    ("studies.slenderness.slenderness", [15, 3000], "slenderness[1] is 3000; at "),
     # grids, and what other stages look up in them
     (
         "studies.slenderness.slenderness",

@@ -121,7 +121,9 @@ def test_a_video_has_its_time_from_the_frames_its_scale_from_the_pixels_and_lost
     made = laboratory_free_rocking(read_raw(written(tmp_path, text), gaps=True), **VIDEO)
     assert made.header["samples_filled"] == "6"  # those at both ends are left out
     np.testing.assert_allclose(made.elapsed, elapsed[1:399] - elapsed[1], atol=1e-9)
-    np.testing.assert_allclose(made.displacement, displacement[1:399], atol=1e-4 * 0.0315)
+    np.testing.assert_allclose(made.displacement, displacement[1:399], atol=5e-3 * 0.0315)
+    once = np.isin(np.arange(1, 399), (40, 41, 42, 43, 44), invert=True)
+    np.testing.assert_allclose(made.displacement[once], displacement[1:399][once], atol=1e-4 * 0.0315)
     whole = laboratory_free_rocking(read_raw(written(tmp_path, tracked()[2]), gaps=True), **VIDEO)
     assert "samples_filled" not in whole.header and whole.elapsed.size == 400
 

@@ -231,10 +231,10 @@ def assess_command(
     else:
         show(answer, wall, units)
         if one_sided:
-            show_one_sided(one_sided, stop, bare, len(motions), taken)
+            show_one_sided(one_sided, stop, bare, len(motions), taken, units)
         else:
             show_damping(typed, constants, taken, units)
-        print_checks(placed, checked)
+        print_checks(placed, checked, units)
 
 
 def today() -> str:
@@ -361,8 +361,9 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
         taken, weakest = heights.values()
         click.echo(f"hinge at {taken:.3g} of the height; between 0.5 and 0.7 the wall is weakest at {weakest:.3g}")
     if (ratio := float(getattr(wall, "overburden_ratio", 0.0))) > 0:
-        load = float(wall.overburden / wall.width) / 1000
-        click.echo(f"overburden {ratio:.3g} W = {load:.3g} kN/m")
+        unit_of_load, size_of_load = printed("kN/m", units)
+        load = float(wall.overburden / wall.width) / 1000 / size_of_load
+        click.echo(f"overburden {ratio:.3g} W = {load:.3g} {unit_of_load}")
     click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
     if uncertain := _uncertainty(answer):
         deviation, source = uncertain.values()

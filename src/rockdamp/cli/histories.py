@@ -47,6 +47,7 @@ from rockdamp.cli.supports import (
     ground_of,
     make_buildings,
     make_diaphragm,
+    said_smooth,
     supports_of,
     top_record_option,
 )
@@ -276,7 +277,7 @@ def _motions(records: Sequence[str], options: Mapping[str, Any], columns: Mappin
         and len(records) == 1
         and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0]))
     ):
-        return [from_file(records[0], columns)]
+        return said_smooth([from_file(records[0], columns)])
     return ground_of(records, options, columns, options["parapet"])
 
 

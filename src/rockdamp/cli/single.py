@@ -159,7 +159,9 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     print_table(rows, shown)
     if stop:
         click.echo("\nagainst a stop, and the damper at it where u is measured:")
-        print_values(stop, ONE_SIDED_UNITS)
+        named = {key: printed(unit, units) for key, unit in ONE_SIDED_UNITS.items()}
+        in_system = {key: value / named[key][1] if key in named else value for key, value in stop.items()}
+        print_values(in_system, {key: unit for key, (unit, _) in named.items()})
     if typed:
         show_damping(typed, of_curve, e, units)
 

@@ -105,7 +105,7 @@ def ground_of(
     from rockdamp.motions.catalogue import motions_of
 
     if not options["top_records"]:
-        return motions_of(records, columns)
+        return said_smooth(motions_of(records, columns))
     for name in ("building_period", "diaphragm_period"):
         if options[name] is not None:
             raise click.UsageError(f"--{name.replace('_', '-')} and --top-record both move the top; there must be one")
@@ -114,6 +114,19 @@ def ground_of(
             "--top-record moves the top of a wall; --parapet, which has one support, must be without"
         )
     return list(two_records(motions_of(records, columns), motions_of(options["top_records"], columns)))
+
+
+def said_smooth(motions: list[GroundMotion]) -> list[GroundMotion]:
+    """Print which records are of tests, whose acceleration follows a spline; return the motions."""
+    names = [motion.name for motion in motions if motion.record.displacement is not None]
+    if names:
+        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+        click.echo(
+            f"{names[0]}{more}: with displacement_m it is a test, whose acceleration follows a cubic spline between"
+            " samples; without that column it would follow straight lines",
+            err=True,
+        )
+    return motions
 
 
 class Placed(NamedTuple):
@@ -219,13 +232,19 @@ def check_values(check: Check) -> dict[str, Any]:
     return values | {"rocks": check.rocks, "median_met": check.median_met, "upper_met": check.upper_met}
 
 
-def in_unit(measure: str, intensity: float) -> str:
+def in_unit(measure: str, intensity: float, system: str = "si") -> str:
     """Return an intensity with its unit: a PGA in g."""
-    return f"{intensity / STANDARD_GRAVITY:.3g} g" if measure == "PGA" else f"{intensity:.3g} m s-1"
+    unit, size = units.printed("m s-1", system)
+    return f"{intensity / STANDARD_GRAVITY:.3g} g" if measure == "PGA" else f"{intensity / size:.3g} {unit}"
 
 
-def print_checks(placed: Placed, checks: Sequence[Check]) -> None:
-    """Print the answer in a sentence, and both checks with their numbers, for each intensity."""
+def _with_unit(value: float, unit: str, system: str) -> str:
+    shown, size = units.printed(unit, system)
+    return f"{value / size:.3g} {shown}"
+
+
+def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") -> None:
+    """Print the answer in a sentence, and both checks with their numbers, for each intensity; `system` of units."""
     from rockdamp.assessment.assess import FEWEST_STATIONS
     from rockdamp.text import counted
 
@@ -233,13 +252,18 @@ def print_checks(placed: Placed, checks: Sequence[Check]) -> None:
     measure = answer.attrs["intensity_measure"]
     if placed.values is not None and len(placed.values["periods"]) > 1:
         click.echo("\nby the period of the building, of which the worst counts:\n")
-        print_table(placed.values["periods"], {"building_period": "s", "median_intensity": UNITS[measure]})
+        unit, size = units.printed(UNITS[measure], system)
+        rows = [
+            row | {"median_intensity": row["median_intensity"] and row["median_intensity"] / size}
+            for row in placed.values["periods"]
+        ]
+        print_table(rows, {"building_period": "s", "median_intensity": unit})
     shares = answer["collapse_probability"].sel(damping_model=REFERENCE).values.tolist()
     few = len(set(answer["station"].values.tolist())) < FEWEST_STATIONS
     records = counted(int(answer["records"]), "record")
     for index, (check, share) in enumerate(zip(checks, shares, strict=True)):
         where = f" of the ground, {placed.place}" if placed.place else ""
-        at = f"at {in_unit(measure, check.intensity)}{where}"
+        at = f"at {in_unit(measure, check.intensity, system)}{where}"
         if few:
             count = int(answer["collapses"].sel(damping_model=REFERENCE)[index])
             click.echo(f"\n{count} of {records} collapse the wall {at}: too few stations for a probability")
@@ -254,9 +278,9 @@ def print_checks(placed: Placed, checks: Sequence[Check]) -> None:
             ("median", check.median_peak, check.median_met),
             ("84 %", check.upper_peak, check.upper_met),
         ):
-            reached = f"{1000 * peak:.3g} mm" if isfinite(peak) else "collapse"
+            reached = _with_unit(1000 * peak, "mm", system) if isfinite(peak) else "collapse"
             click.echo(
-                f"  displacement: {name} peak {reached}, capacity {1000 * check.capacity:.3g} mm: "
+                f"  displacement: {name} peak {reached}, capacity {_with_unit(1000 * check.capacity, 'mm', system)}: "
                 f"{'met' if met else 'not met'}"
             )
     if placed.joint_offset:
@@ -296,8 +320,9 @@ def show_one_sided(
     bare: Mapping[str, Any] | None,
     records: int,
     restitution: float,
+    system: str = "si",
 ) -> None:
-    """Print what a wall against a stop has beside any other."""
+    """Print what a wall against a stop has beside any other; `system` of units."""
     from rockdamp.equivalence.programs import advice_at_the_stop
 
     click.echo(f"\neach record acts both ways, as it is and turned round: {records // 2} records, {records} histories")
@@ -309,12 +334,13 @@ def show_one_sided(
         click.echo(
             f"without the ties: probability of collapse {without}"
             + ("" if median is None else f", median {median:.3g}")
-            + f"; with them as above, of {float(wall.tie.strength) / 1000:.3g} kN"
+            + f"; with them as above, of {_with_unit(float(wall.tie.strength) / 1000, 'kN', system)}"
         )
     click.echo(
         "in a program of your own, at the stop and where u is measured: a spring of "
-        f"{values['stop_stiffness']:.3g} N/m with a dashpot of {values['stop_damping_coefficient']:.3g} N s/m that act "
-        f"in compression alone, and steps of at most {1000 * values['stop_step']:.2g} ms; STOP is this"
+        f"{_with_unit(values['stop_stiffness'], 'N m-1', system)} with a dashpot of "
+        f"{_with_unit(values['stop_damping_coefficient'], 'N s m-1', system)} that act in compression alone,"
+        f" and steps of at most {1000 * values['stop_step']:.2g} ms; STOP is this"
     )
     click.echo(f"{advice_at_the_stop(restitution)} More: docs/one-sided.md")
 

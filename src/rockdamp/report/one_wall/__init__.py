@@ -112,6 +112,7 @@ def build(subject: Subject) -> str:
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "percent": percent, "span": _span}
     environment.globals["in_units"] = partial(_in_units, system=subject.about.units)
+    environment.filters["length"] = partial(_length, subject.about.units)
     environment.filters["level"] = partial(_level, subject.answer, subject.about.units)
     environment.globals |= {"number": number, "percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
     answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
@@ -261,6 +262,7 @@ def _inputs(subject: Subject) -> list[Row]:
         ("length of the strip", "", wall.width, "m"),
         ("density", "", wall.density, "kg m-3"),
         ("overburden over weight", "O/W", wall.overburden_ratio, "-"),
+        ("overburden per metre of wall", "", float(np.divide(wall.overburden, wall.width)) / 1000, "kN/m"),
         ("eccentricity of the overburden", "", wall.eccentricity, "m"),
     ]
     if isinstance(wall, Wall):
@@ -310,6 +312,12 @@ def _derived(subject: Subject) -> list[Row]:
 def _in_units(unit: str, system: str) -> tuple[str, float]:
     name, size = printed(unit, system, {**IMPERIAL, "m": "ft", "kN m-1": "lbf in-1"})
     return (name if name == "-" else name.translate(RAISED)), size
+
+
+def _length(system: str, metres: SupportsFloat, digits: int = 3) -> str:
+    """Return a displacement in millimetres or inches."""
+    unit, size = _in_units("mm", system)
+    return f"{number(1000 * float(metres) / size, digits)}\u00a0{unit}"
 
 
 def _span(bounds: xr.DataArray, show: Callable[[float], str] = number) -> str:
