@@ -250,8 +250,7 @@ class Main(click.Group):
         except click.UsageError as error:  # with long values cut off
             from rockdamp.errors import printable
 
-            error.message = printable(error.message)
-            raise
+            raise click.UsageError(printable(error.format_message()), error.ctx) from None
 
 
 def command_line() -> str:
