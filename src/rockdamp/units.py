@@ -63,6 +63,7 @@ _FEET = re.compile(
     r"(?P<feet>[0-9]+(?:\.[0-9]+)?)\s*(?:ft|feet|foot|')"
     r"(?:[\s-]*(?P<inches>[0-9]+(?:\.[0-9]+)?)\s*(?:in|inch|inches|\"|''))?"
 )
+_DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+")
 _FACTOR = re.compile(r"(?P<sign>[/*.· ]?)(?P<name>[a-z]+)(?P<power>-?[0-9])?")
 _SUPERSCRIPTS = str.maketrans("⁻¹²³⁴", "-1234")
 
@@ -164,7 +165,8 @@ def _decimal(text: str, wanted: str, default: str) -> Decimal:
     """Return a quantity in SI; `default` is the unit of a number without one, "" for SI."""
     match = _QUANTITY.fullmatch(text.strip())
     if match is None or not isfinite(float(match["number"])) or (match["unit"] and not wanted):
-        raise UnitError(f"{text!r} is no finite {'quantity' if wanted else 'number'}")
+        slip = "; the decimal sign is a point" if _DECIMAL_COMMA.match(text.strip()) else ""
+        raise UnitError(f"{text!r} is no finite {'quantity' if wanted else 'number'}{slip}")
     unit = match["unit"] or default
     factor = _size(unit, wanted) if unit else Decimal(1)
     if factor is None:

@@ -232,3 +232,10 @@ def test_a_record_with_a_displacement_is_said_to_follow_a_spline(record):
     assert "test: with displacement_m it is a test, whose acceleration follows a cubic" in run(*given, test).stderr
     assert "spline" not in run(*given, record).stderr
     assert printed(*given, test)["peak"] != printed(*given, record)["peak"]
+
+
+def test_per_cent_and_decimal_commas_are_taken_or_named():
+    model = ("decay", *WALL, "--damping-model", "CDR", "--damping-ratio")
+    assert printed(*model, "5%") == printed(*model, 0.05)
+    refused = run("wall", "--thickness", "0.3", "--height", "3,2m")
+    assert refused.exit_code == 2 and "'3,2m' is no finite quantity; the decimal sign is a point" in refused.stderr

@@ -134,7 +134,7 @@ def test_rows_that_a_tracker_left_out_are_filled_too(tmp_path):
     path = written(tmp_path, table(("t", "x"), elapsed[seen], 1000 * displacement[seen]))
     made = laboratory_free_rocking(read_raw(path, gaps=True), time=Channel.of("t:s"), wall=Channel.of("x:mm"))
     assert made.header["samples_filled"] == "3"
-    np.testing.assert_allclose(made.displacement, displacement, atol=1e-4 * 0.0315)
+    np.testing.assert_allclose(made.displacement, displacement, atol=1e-3 * 0.0315)
 
 
 @pytest.mark.parametrize(

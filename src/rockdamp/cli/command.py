@@ -66,6 +66,11 @@ def word_or_number(*words: str) -> Callable[[str], str | float]:
 
 
 NUMBER = Read(units.number, "FLOAT", "one with a decimal point, as 0.85")  # click's own also takes 1_0
+SHARE = Read(
+    lambda text: units.number(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1),
+    "NUMBER|PER CENT",
+    "one, as 0.05, or in per cent, as 5%",
+)
 HINGE_RATIO = Read(word_or_number("weakest"), "FLOAT|weakest", "one, or weakest")
 
 

@@ -12,7 +12,7 @@ import click
 from click.core import ParameterSource
 
 from rockdamp import units
-from rockdamp.cli.command import HINGE_RATIO, NUMBER, Read, quantity, word_or_number
+from rockdamp.cli.command import HINGE_RATIO, NUMBER, SHARE, Read, quantity, word_or_number
 from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ damping_options = all_of(
     click.option(
         "--damping-model", type=Model((*MODELS, LOCAL)), help="Damping model.  [default: CR, with --restitution]"
     ),
-    click.option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
+    click.option("--damping-ratio", type=SHARE, help="Damping ratio xi of a viscous model."),
     click.option("--local-damping", type=NUMBER, help="Coefficient alpha of LOCAL, local damping."),
     click.option(
         "--restitution",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from rockdamp import units
-from rockdamp.cli.command import Read, Whole, print_table, quantities, quantity
+from rockdamp.cli.command import SHARE, Read, Whole, print_table, quantities, quantity
 from rockdamp.cli.options import all_of, refuse_unused, with_default
 from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
 
@@ -31,15 +31,10 @@ RATIO = "shear-ratio"
 UNITS = {"PGA": "m s-2", "PGV": "m s-1"}
 
 
-def _share(text: str) -> float:
-    return units.number(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
-
-
 def _shape(text: str) -> str | float:
     return text if text in SHAPES else units.number(text.removeprefix(RATIO).lstrip(" =:"))
 
 
-SHARE = Read(_share, "NUMBER|PER CENT", "one, as 0.05, or in per cent, as 5%")
 SHAPE = Read(_shape, f"{'|'.join(SHAPES)}|ALPHA", f"{', '.join(SHAPES)}, or a shear ratio, as 5 or {RATIO}=5")
 
 
@@ -261,12 +256,13 @@ def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") ->
     shares = answer["collapse_probability"].sel(damping_model=REFERENCE).values.tolist()
     few = len(set(answer["station"].values.tolist())) < FEWEST_STATIONS
     records = counted(int(answer["records"]), "record")
+    verb = "collapses" if int(answer["records"]) == 1 else "collapse"
     for index, (check, share) in enumerate(zip(checks, shares, strict=True)):
         where = f" of the ground, {placed.place}" if placed.place else ""
         at = f"at {in_unit(measure, check.intensity, system)}{where}"
         if few:
             count = int(answer["collapses"].sel(damping_model=REFERENCE)[index])
-            click.echo(f"\n{count} of {records} collapse the wall {at}: too few stations for a probability")
+            click.echo(f"\n{count} of {records} {verb} the wall {at}: too few stations for a probability")
         else:
             click.echo(f"\nprobability of collapse {at}: {share:.0%}")
         if isfinite(check.margin):

@@ -266,13 +266,10 @@ def laboratory_free_rocking(
 
 def _in(raw: Raw, channel: Channel, unit: str, name: str, header: dict[str, str], scale: float | None = None) -> Array:
     """Return a channel in SI, and state its factor in the header; `scale` is that of pixels [m]."""
-    factor = (
-        number("scale", scale)
-        if scale is not None
-        else ANGLES.get(channel.unit.lower())
-        if unit == "rad"
-        else units.size(channel.unit, unit)
-    )
+    factor = ANGLES.get(channel.unit.lower()) if unit == "rad" else units.size(channel.unit, unit)
+    if scale is not None:
+        factor = number("scale", scale)
+        require(factor > 0, "scale", factor, "greater than 0 [m]")
     if factor is None:
         raise InputError(f"{name} has the unit {channel.unit!r}, which is none of its kind, as {EXAMPLES[name]}")
     header[f"{name}_channel"] = f"{channel.column}, times {factor:.9g}"

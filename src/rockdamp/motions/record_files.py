@@ -128,6 +128,7 @@ def rocking_csv(lines: Sequence[str]) -> tuple[Array, tuple[Array | None, Array 
     """Parse a free-rocking test: times, the displacement and the rotation, of which one is None, and the header."""
     header, names, lines, start = _names(lines, (COLUMNS[0], " or ".join(ROCKING_COLUMNS)))
     allowed = f"the columns must be {COLUMNS[0]} and one of {', '.join(ROCKING_COLUMNS)}"
+    allowed += "; `rockdamp record --free-rocking` makes them of others"
     if sorted(names) not in [sorted((COLUMNS[0], column)) for column in ROCKING_COLUMNS]:
         hint = "; a free-rocking test has no motion of the ground" if set(names) & set(ACCELERATIONS) else ""
         raise InputError(f"columns on line {start + 1} are {', '.join(names)}; {allowed}{hint}")
@@ -212,6 +213,7 @@ def _check_columns(names: Sequence[str], line: int) -> None:
     one_of = f"one of {', '.join(ACCELERATIONS)}"
     allowed = f"the columns must be {COLUMNS[0]}, {one_of} and, where measured, {COLUMNS[2]}"
     allowed += ", divided by commas, semicolons or tabs; --column names others"
+    allowed += " in `respond`, `assess` and `batch`, and `rockdamp record` makes a record of them"
     for name in names:
         if name not in (*COLUMNS, *ACCELERATIONS):
             hint = "; the name of a PEER AT2 file must end in .AT2" if "PEER" in name.upper() else ""
