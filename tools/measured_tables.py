@@ -25,6 +25,7 @@ from table_text import interval, models, percent, power, share, table
 from rockdamp.claims.verdicts import spans
 from rockdamp.figures.style import dampers, nearest
 from rockdamp.report.answer import by_program as programs
+from rockdamp.report.answer import selection
 from rockdamp.report.earthquake_criterion import by_source
 from rockdamp.report.earthquakes import SOURCES, STRATA, recommended
 from rockdamp.report.tables import VERDICTS
@@ -295,7 +296,7 @@ def by_program(data: Data) -> str:
     ]
     return (
         f"{table(head, rows)}\n\nUse the first that your program can take. Against restitution with e = {e:g}, with ξ "
-        f"of the {SOURCES[RECOMMENDED_SOURCE]}, under the records of the\nearthquakes' study."
+        f"of the {SOURCES[RECOMMENDED_SOURCE]}.\nThe same histories for all: {selection(data)}."
     )
 
 
