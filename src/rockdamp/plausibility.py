@@ -177,6 +177,8 @@ def of_stated(wall: Any) -> list[str]:
         doubts.append(f"hinge_ratio is {hinge:g} of the height; tests found 0.5 to 0.7")
     if eccentricity and not wall.overburden_ratio:
         doubts.append(f"eccentricity is {eccentricity:g} m and has no effect: there is no overburden")
+    if (part := float(getattr(wall, "overburden_mass", 0.0))) and not wall.overburden_ratio:
+        doubts.append(f"overburden_mass is {part:g} and has no effect: there is no overburden")
     return doubts
 
 

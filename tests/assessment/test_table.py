@@ -124,6 +124,18 @@ def test_a_load_must_have_its_unit_and_stand_alone(table):
     assert float(rows[2].wall.overburden) == pytest.approx(12000, rel=1e-12)
 
 
+def test_the_overburden_has_a_mass_where_its_column_says_so(table):
+    head = "id,thickness,height,overburden_ratio,overburden_mass,parapet,restitution,preset\n"
+    cells = ["a,0.3,4.5,2,1,,impulsive,new", "b,0.3,4.5,2,,,impulsive,new", "c,0.3,2.1,8,1,,impulsive,new"]
+    heavy, light, stopped, parapet = read_walls(table("\n".join([head.strip(), *cells, "d,0.3,1,1,1,yes,,new"])))
+    assert heavy.wall == rd.Wall(0.3, 4.5, overburden_ratio=2.0, overburden_mass=1.0)
+    assert heavy.restitution == float(heavy.wall.restitution_impulsive) < light.restitution - 0.3
+    assert stopped.restitution == 0.0 and any(
+        "the wall stops at an impact; ECD16 is run" in each for each in stopped.doubts
+    )
+    assert "overburden_mass is 1; nothing holds it on a parapet" in parapet.error
+
+
 def test_one_row_is_found_by_its_id_and_a_bad_one_refused(table):
     path = table(f"{TABLE}x,,3,,,,,,,,new,\n")
     assert row_of(path, "roof").line == 5

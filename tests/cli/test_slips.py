@@ -112,6 +112,7 @@ PULSE = ("respond", *WALL, "--restitution", 0.85, "--record")
         (("wall", "--thickness", "0.3", "--height", "13"), "was the height in feet (3.96 m)?"),
         (("wall", *SMALL, "--overburden", "12N/m"), "was it in kN (O/W 0.755)?"),
         (("wall", *SMALL, "--eccentricity", "0.05"), "has no effect: there is no overburden"),
+        (("wall", *SMALL, "--overburden-mass", "1"), "overburden_mass is 1 and has no effect: there is no overburden"),
         (("wall", *SMALL, "--hinge-ratio", "0.07"), "hinge_ratio is 0.07 of the height; tests found 0.5 to 0.7"),
         (("wall", *SMALL, "--width", "1000"), "width is 1000 m, more than 100; was it in millimetres?"),
         (("wall", *SMALL, "--overburden-ratio", "9"), "beyond all earthquakes; is the overburden right?"),

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping, damper_classes
-from rockdamp.vocabulary import EXTRA_DAMPERS, MODELS, PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import EXTRA_DAMPERS, LOCAL, MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
 X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])
@@ -100,7 +102,15 @@ def test_a_damper_is_not_changed_but_made_anew():
 
 BAD = [
     (lambda: Damping("CRD", 0.9), r"damping_model is 'CRD'; it must be one of CR, CDC, CDR, SDR, ECD"),
-    (lambda: Damping.cr(0.0), r"restitution \(e\) is 0\.0; it must be greater than 0 and at most 1"),
+    (lambda: Damping.cr(-0.1), r"restitution \(e\) is -0\.1; it must be at least 0 and at most 1"),
+    (
+        lambda: Damping.cr(0.0, exponent=0.2),
+        r"restitution \(e\) is 0\.0; it must be greater than 0 .* with an exponent",
+    ),
+    (lambda: Damping.of_restitution(0.0), r"restitution \(e\) is 0\.0; it must be greater than 0 .*: no damper stops"),
+    (lambda: Damping.of_restitution([0.5, 0.0], LOCAL), r"restitution \(e\) is 0\.0; it must be greater than 0"),
+    (lambda: damping_ratio_energy(CURVE, "ECD", 0.0, 0.5), r"restitution \(e\) is 0\.0; it must be greater than 0"),
+    (lambda: equivalent(0.0, 0.04, 0.85), r"restitution \(e\) is 0\.0; it must be greater than 0"),
     (lambda: Damping.cr(np.array([0.9, 1.2])), r"restitution \(e\) is 1\.2; it must be"),
     (lambda: Damping("CDC", -0.01), r"damping_ratio \(xi\) is -0\.01; it must be at least 0"),
     (lambda: Damping.power(-1.0, 0.1), r"exponent is -1\.0; it must be at least 0"),

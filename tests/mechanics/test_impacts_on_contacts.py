@@ -1,4 +1,4 @@
-"""Which restitution do two rigid bodies on contacts have? By Moreau's time stepping, and by Siconos.
+"""Which restitution do two rigid bodies on contacts have, and a mass on them? By Moreau's time stepping and Siconos.
 
 Contacts of Newton's law at the corners and supports that hold: the impact takes what `restitution_impulsive` says,
 not Eq. (7).
@@ -6,6 +6,7 @@ not Eq. (7).
 
 import json
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,11 @@ from rockdamp.mechanics.wall import Wall
 
 SHAPES = ((0.3, 3.0, 0.5), (0.3, 4.5, 0.7), (0.4, 4.0, 0.6), (0.3, 2.1, 0.62), (0.25, 5.0, 0.7))  # t, h [m], h1/h
 WALLS = [Wall(t, h, hinge_ratio=r, overburden_ratio=psi) for t, h, r in SHAPES for psi in (0.0, 2.0)]
+PARTS = (1.0, 0.6, 1.0, 0.6, 1.0)
+HEAVY = [
+    Wall(t, h, hinge_ratio=r, overburden_ratio=1.0, overburden_mass=part)
+    for (t, h, r), part in zip(SHAPES, PARTS, strict=True)
+]
 STEP = 5e-4  # of tau
 
 
@@ -64,8 +70,36 @@ def test_the_mechanism_without_impact_is_the_paper_s(wall):
     assert 2 * mode @ bodies.mass @ mode == pytest.approx(float(wall.effective_mass) * (1 + correction), rel=1e-12)
 
 
+@pytest.mark.parametrize("wall", HEAVY, ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_mass}")
+def test_a_mass_on_the_wall_takes_what_the_closed_forms_say(wall):
+    """A third body lies on the head: the impact jerks it up, and it makes the wall slower."""
+    light = replace(wall, overburden_mass=0.0)
+    bodies, same = TwoBodiesOnContacts(wall), TwoBodiesOnContacts(light)
+    e = -float(bodies.hinge @ bodies.after_impact())
+    assert e == pytest.approx(float(wall.restitution_impulsive), rel=1e-12) and e < light.restitution_impulsive - 0.05
+    found, apart = released(wall)
+    assert found == pytest.approx(e, abs=1e-3) and apart < 1e-12
+    falls = []
+    for each in (bodies, same):
+        each.peaks(0.5 * float(wall.instability_displacement), STEP / float(wall.frequency_parameter), 1)
+        falls.append(each.fall)
+    # A quarter of the first period, which goes with 1/p; both in the same numbers of bodies that are not slender.
+    slower = float(light.frequency_parameter / wall.frequency_parameter)
+    assert slower > 1.02 and falls[0] / falls[1] == pytest.approx(slower, rel=1e-3)
+    assert slower**2 == pytest.approx(float(wall.inertia_ratio), rel=1e-12)
+
+
+def test_under_a_heavy_slab_the_wall_stops_at_the_impact():
+    wall = Wall(0.3, 2.1, overburden_ratio=8.0, overburden_mass=1.0)
+    assert float(wall.restitution_impulsive) == 0.0
+    bodies = TwoBodiesOnContacts(wall)
+    np.testing.assert_allclose(bodies.after_impact(), 0.0, atol=1e-12)
+
+
 @pytest.mark.peers
-@pytest.mark.parametrize("wall", WALLS[2:6], ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_ratio}")
+@pytest.mark.parametrize(
+    "wall", [*WALLS[2:6], *HEAVY[:2]], ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_ratio}"
+)
 def test_siconos_says_the_same(wall):
     """Its MLCP takes the supports as equations; Debian's Python has it, ours need not."""
     python = "/usr/bin/python3"

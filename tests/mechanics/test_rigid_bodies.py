@@ -20,12 +20,14 @@ WALLS = (
     Wall(0.4, 4.0, hinge_ratio=0.5),
     Wall(0.3, 2.1, hinge_ratio=0.62, overburden_ratio=2.5, eccentricity=0.06),
     Wall(0.25, 5.0, hinge_ratio=0.7, overburden_ratio=0.8, eccentricity=-0.1),
+    Wall(0.3, 3.0, hinge_ratio=0.6, overburden_ratio=1.2, eccentricity=0.04, overburden_mass=0.7),
 )
+IDS = ("plain", "loaded", "eccentric", "a mass on it")
 
 
 # --- derivation -----------------------------------------------------------------------------------------------------
 
-T, H1, H2, M1, M2, G, LOAD, ECC = symbols = sp.symbols("t h1 h2 m1 m2 g O ecc", positive=True)
+T, H1, H2, M1, M2, G, LOAD, ECC, MOVING = symbols = sp.symbols("t h1 h2 m1 m2 g O ecc m_O", positive=True)
 THETA, PHI, SLOPE = sp.symbols("theta phi slope")  # rotations of the lower and the upper body, dphi/dtheta
 
 
@@ -54,6 +56,7 @@ def lagrangian() -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
 
     inertia1, inertia2 = M1 * (T**2 + H1**2) / 12, M2 * (T**2 + H2**2) / 12
     mass = M1 * squared_speed(centre1) + M2 * squared_speed(centre2) + inertia1 + inertia2 * SLOPE**2
+    mass += MOVING * (loaded[1].diff(THETA) + SLOPE * loaded[1].diff(PHI)) ** 2  # the floor holds it sideways
     potential = G * (M1 * centre1[1] + M2 * centre2[1]) + LOAD * loaded[1]
     return hinge[0] + T, constraint, slope, mass.subs(SLOPE, slope), potential
 
@@ -74,6 +77,7 @@ def numbers(wall: Wall) -> list[float]:
         9.80665,
         float(wall.overburden),
         wall.eccentricity,
+        wall.overburden_mass * float(wall.overburden) / 9.80665,
     ]
 
 
@@ -109,7 +113,7 @@ def phi_of(theta: float, wall: Wall) -> float:
     return phi
 
 
-@pytest.mark.parametrize("wall", WALLS, ids=["plain", "loaded", "eccentric"])
+@pytest.mark.parametrize("wall", WALLS, ids=IDS)
 @pytest.mark.parametrize("theta", [1e-3, 0.03, 0.11])
 def test_inertia_potential_and_slopes_follow_from_the_geometry(wall, theta):
     phi = phi_of(theta, wall)
@@ -145,7 +149,7 @@ def test_slender_limit_of_the_bodies_is_the_paper_s_mass_strength_and_stiffness(
     assert sp.simplify(force - (strength - stiffness * u)) == 0
 
 
-@pytest.mark.parametrize("wall", WALLS, ids=["plain", "loaded", "eccentric"])
+@pytest.mark.parametrize("wall", WALLS, ids=IDS)
 def test_bodies_at_rest_agree_with_the_wall(wall):
     bodies, r = TwoBodies(wall), wall.hinge_ratio
     correction = (3 - 2 * r) / (r**2 * (1 - r)) / float(wall.slenderness) ** 2
@@ -169,7 +173,7 @@ def fall_time(wall: Wall, peak: float) -> float:
     return float(mpmath.quad(rate, [0, 0.5, 1], method="gauss-legendre", maxdegree=4)) * float(wall.frequency_parameter)
 
 
-@pytest.mark.parametrize("wall", WALLS, ids=["plain", "loaded", "eccentric"])
+@pytest.mark.parametrize("wall", WALLS, ids=IDS)
 def test_large_rotation_impacts_come_when_the_energy_integral_says(wall):
     bodies, scale = TwoBodies(wall), float(wall.instability_displacement)
     first = fall_time(wall, 0.7 * scale)
@@ -182,7 +186,7 @@ def test_large_rotation_impacts_come_when_the_energy_integral_says(wall):
     assert x == pytest.approx([0.0, -peak / scale, 0.0], abs=1e-9)
 
 
-@pytest.mark.parametrize("wall", WALLS, ids=["plain", "loaded", "eccentric"])
+@pytest.mark.parametrize("wall", WALLS, ids=IDS)
 def test_large_rotation_conserves_energy_between_impacts(wall):
     bodies, scale = TwoBodies(wall), float(wall.instability_displacement)
     h = 2e-3

@@ -1,5 +1,7 @@
 """Walls and parapets: published values, consistency of units, shapes and bad input."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -84,6 +86,33 @@ def test_a_bad_value_is_refused_with_its_name_the_value_and_what_is_allowed(kind
     assert name in message
     assert repr(value) in message
     assert allowed in message
+
+
+def test_the_mass_of_the_overburden_changes_inertia_and_impact_and_not_the_load():
+    light = Wall(0.3, 4.5, overburden_ratio=np.array([0.0, 0.5, 2.0]), eccentricity=0.05)
+    heavy = replace(light, overburden_mass=1.0)
+    for name in ("rigid_strength", "rigid_stiffness", "restitution_rigid", "restitution_measured"):
+        np.testing.assert_array_equal(getattr(heavy, name), getattr(light, name))
+    np.testing.assert_allclose(heavy.load_factor, light.load_factor, rtol=1e-14)
+    np.testing.assert_allclose(heavy.rocking_onset(0.8), light.rocking_onset(0.8), rtol=1e-14)
+    np.testing.assert_allclose(heavy.excitation_factor * heavy.effective_mass, heavy.mass, rtol=1e-14)
+    # The energy that the bodies have, sideways and up, with c the overburden's part of F0 over 2 O.
+    r, q, mass = 0.7, 1 / 225, np.array([0.0, 0.5, 2.0])
+    sideways = 1 / 3 + q / 12 * (1 / r + 1 / (1 - r))
+    up = q / (4 * r) + (1 - r) * q * (1 / r + 1 / (2 * (1 - r))) ** 2
+    of_load = float((light.rigid_strength[2] - Wall(0.3, 4.5).rigid_strength) / (2 * light.overburden[2]))
+    added = mass * of_load**2
+    np.testing.assert_allclose(heavy.inertia_ratio, 1 + added / (sideways + up), rtol=1e-12)
+    expected = (sideways - up - added) / (sideways + up + added)
+    np.testing.assert_allclose(heavy.restitution_impulsive, expected, rtol=1e-12)
+    slower = light.frequency_parameter / heavy.frequency_parameter
+    np.testing.assert_allclose(slower**2, heavy.inertia_ratio, rtol=1e-12)
+
+
+@pytest.mark.parametrize("part", [-0.1, 1.2, np.nan])
+def test_a_part_of_the_overburden_is_between_0_and_1(part):
+    with pytest.raises(InputError, match=r"overburden_mass \(of the overburden\) is .*; it must be"):
+        Wall(0.3, 4.5, overburden_ratio=1.0, overburden_mass=part)
 
 
 @pytest.mark.parametrize("value", [0.0, 1.0, -0.2, 1.3, np.nan])

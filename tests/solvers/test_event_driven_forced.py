@@ -35,6 +35,29 @@ def test_energy_is_balanced_by_the_work_of_the_load_and_the_damper(damper):
     assert residuals[-1] < 1e-5 * float(curve.energy(0.8))
 
 
+def test_with_e_of_0_the_wall_stops_at_the_impact_and_starts_again_when_the_load_pushes():
+    curve, step = CURVES[0], 0.25
+    stopped = Damping.cr(0.0)
+    times = np.linspace(0.0, 8.0, 81)
+    free = history(curve, stopped, times, release_amplitude=0.5)
+    after = times > free.impacts[0]
+    assert free.impacts.size == 1 and after.sum() > 10
+    assert not free.displacement[after].any() and not free.velocity[after].any()
+    decay = solve(curve, stopped, release_amplitude=0.5, step=0.0025, steps=3200, store_every=40)
+    np.testing.assert_allclose(decay.displacement, free.displacement, atol=1e-5)
+    load = np.concatenate([np.zeros(17), 0.7 * np.sin(0.4 * np.arange(60))])
+    times = np.arange(0, 76, 0.5) * step
+    run = history(curve, stopped, times, release_amplitude=0.5, load=load, load_step=step)
+    before = (times > run.impacts[0]) & (times < 16 * step)  # it rests until the load begins
+    assert before.sum() > 5 and not run.displacement[before].any()
+    assert run.outcome == "completed" and run.impacts.size > 3
+    steps = {"step": step / 512, "substeps": 512, "steps": 75 * 512, "store_every": 256}
+    marched = solve(curve, stopped, release_amplitude=0.5, load_factor=1.0, ground_acceleration=load, **steps)
+    np.testing.assert_allclose(
+        marched.displacement[: times.size], run.displacement[: marched.displacement.size], atol=1e-4
+    )
+
+
 @pytest.mark.parametrize("damper", [DAMPERS[0], DAMPERS[3]], ids=["CR", "SDR"])
 def test_forced_history_agrees_with_an_implicit_integrator_that_knows_no_branches(damper):
     curve, step = CURVES[0], 0.25

@@ -64,6 +64,17 @@ def test_the_derivative_by_a_parameter_is_what_a_little_more_of_it_does(damping)
         assert np.quantile(np.abs(derivative - difference), 0.95) < 0.02 * np.abs(difference).max()
 
 
+def test_impacts_before_a_motion_without_noise_add_nothing():
+    """The spline through a short pulse rings before it, by less and less, and the wall with it through zero."""
+    squared = (6 * (TIME - 10)) ** 2
+    motion = 9.0 * (1 - 2 * squared) * np.exp(-squared)
+    early = np.eye(SAMPLES)[[10, 40, 60]]
+    found, _ = along(Damping.cr(0.8), motion, early)
+    for direction, derivative in zip(early, found, strict=True):
+        more, less = (response(CURVE, Damping.cr(0.8), motion + sign * 1e-3 * direction) for sign in (1, -1))
+        assert np.abs(2e-3 * derivative).max() < np.abs(more - less).max()
+
+
 def test_a_wall_that_collapses_has_no_derivatives():
     with pytest.raises(InputError, match="the wall collapses; derivatives are those of a response that does not end"):
         along(Damping.cr(0.9), 20 * MOTION, np.zeros((1, SAMPLES)))

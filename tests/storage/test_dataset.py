@@ -12,7 +12,7 @@ from rockdamp.pipeline.stages import STAGES
 from rockdamp.storage import dataset, glossary
 
 # Parameters and results of `rd.free_decay` and `rd.respond` that no command stores.
-HISTORIES = {"density", "eccentricity", "peak_tau", "width"}
+HISTORIES = {"density", "eccentricity", "overburden_mass", "peak_tau", "width"}
 
 
 @pytest.fixture

@@ -1,7 +1,8 @@
 """Two rigid bodies on contacts, in small rotations: Moreau's time stepping with Newton's law of impact.
 
 Nothing of the mechanism is put in: each body has x, y and a rotation, corners may lift and land, faces do not slide,
-and the supports hold what they hold. Hinges, strength and restitution come out.
+and the supports hold what they hold. Hinges, strength and restitution come out. Where a part of the overburden has a
+mass, it is a third body that moves up and down and lies on the head; it may lift off.
 """
 
 from itertools import combinations
@@ -11,17 +12,19 @@ from scipy.linalg import null_space
 
 
 class TwoBodiesOnContacts:
-    """q = (x1, y1, theta1, x2, y2, theta2) of the centres of mass, from the upright wall; theta anticlockwise."""
+    """q = (x1, y1, theta1, x2, y2, theta2, y3) from the upright wall; theta anticlockwise, y3 of the slab if any."""
 
     def __init__(self, wall):
         t, h1, h2 = (float(np.asarray(x)) for x in (wall.thickness, wall.lower_height, wall.upper_height))
         m = float(wall.mass) * np.array([h1, h2]) / (h1 + h2)
         turning = m * (t**2 + np.array([h1, h2]) ** 2) / 12
-        self.mass = np.diag([m[0], m[0], turning[0], m[1], m[1], turning[1]])
+        part = float(wall.overburden_mass) * float(wall.overburden)
+        slab = [part / 9.80665] if part else []
+        self.mass = np.diag([m[0], m[0], turning[0], m[1], m[1], turning[1], *slab])
 
         def corner(body, dx, dy):
             """Rows of x and y of a body's point, at (dx, dy) from its centre."""
-            rows = np.zeros((2, 6))
+            rows = np.zeros((2, len(self.mass)))
             rows[0, 3 * body : 3 * body + 3] = 1, 0, -dy
             rows[1, 3 * body : 3 * body + 3] = 0, 1, dx
             return rows
@@ -35,7 +38,12 @@ class TwoBodiesOnContacts:
         self.held = np.array([foot[0][0], above[0][0] - below[0][0], head[0]])
         self.gaps = np.array([*(f[1] for f in foot), *(a[1] - b[1] for a, b in zip(above, below, strict=True))])
         weights = -9.80665 * (m[0] * corner(0, 0, 0)[1] + m[1] * corner(1, 0, 0)[1])
-        self.force = weights - float(wall.overburden) * head[1]
+        self.force = weights - (float(wall.overburden) - part) * head[1]
+        if slab:
+            lies = np.zeros(7)
+            lies[6] = 1
+            self.gaps = np.array([*self.gaps, lies - head[1]])
+            self.force = self.force - part * lies
         # The weights and the overburden, raised less at larger rotations: half of K0, as u carries half of the mass.
         self.push = float(wall.rigid_stiffness) / 2 * np.outer(self.hinge, self.hinge)
 
@@ -44,8 +52,8 @@ class TwoBodiesOnContacts:
         g = self.gaps @ self.free
         self.delassus, self.lift = g @ self.inverse @ g.T, g
         self.solvers = {}
-        for size in range(4):
-            for active in map(list, combinations(range(4), size)):
+        for size in range(len(self.inverse) + 1):
+            for active in map(list, combinations(range(len(g)), size)):
                 part = self.delassus[np.ix_(active, active)]
                 if size == 0 or np.linalg.cond(part) < 1e10:
                     self.solvers[tuple(active)] = np.linalg.inv(part) if size else part
@@ -57,7 +65,7 @@ class TwoBodiesOnContacts:
         for active in [self.last, *self.solvers]:
             if not (set(active) <= closed and active in self.solvers):
                 continue
-            impulse, at = np.zeros(4), list(active)
+            impulse, at = np.zeros(len(speed)), list(active)
             impulse[at] = -self.solvers[active] @ speed[at]
             after = speed + self.delassus @ impulse
             if (impulse >= -small).all() and all(after[i] >= -small for i in closed):
@@ -68,20 +76,23 @@ class TwoBodiesOnContacts:
     def rocking(self, side):
         """Return the rates of q for a unit rate of u while it rocks to this side, as the contacts say."""
         pivots = [1, 2] if side > 0 else [0, 3]  # foot and hinge: right and left, or left and right
-        motion = null_space(np.array([*self.held, *self.gaps[pivots]]))[:, 0]
+        motion = null_space(np.array([*self.held, *self.gaps[pivots], *self.gaps[4:]]))[:, 0]
         return motion / (self.hinge @ motion)
 
     def after_impact(self, restitution=0.0):
         """Return the rates of q after the impact of a wall that falls to u = 0 at a unit rate, all contacts closed."""
         before = -self.rocking(1)
         speed = self.gaps @ before
-        impulse = self.impulses((1 + restitution) * np.minimum(speed, 0) + np.maximum(speed, 0), {0, 1, 2, 3})
+        impulse = self.impulses((1 + restitution) * np.minimum(speed, 0) + np.maximum(speed, 0), {*range(len(speed))})
         return before + self.free @ self.inverse @ self.lift.T @ impulse
 
     def peaks(self, release, h, count, restitution=0.0):
-        """Release the wall at u; return peaks of u [m], and the largest opening of all contacts at once [m]."""
-        q, s = release * self.rocking(1), np.zeros(3)
-        u, peaks, apart, before = release, [release], 0.0, 0.0
+        """Release the wall at u; return peaks of u [m], and the largest opening of all contacts at once [m].
+
+        `fall` is then the time to the first u = 0. [s]
+        """
+        q, s = release * self.rocking(1), np.zeros(len(self.inverse))
+        u, peaks, apart, before, steps, self.fall = release, [release], 0.0, 0.0, 0, 0.0
         while len(peaks) <= count:
             q_half = q + h / 2 * (self.free @ s)
             closed = set(np.flatnonzero(self.gaps @ q_half <= 1e-12).tolist())
@@ -91,8 +102,11 @@ class TwoBodiesOnContacts:
             s = freely + self.inverse @ (self.lift.T @ self.impulses(speed, closed))
             q = q_half + h / 2 * (self.free @ s)
             gaps = self.gaps @ q
-            apart = max(apart, min(gaps[:2].max(), gaps[:2].min()), gaps[2:].min())
-            u, rate = self.hinge @ q, self.hinge @ (self.free @ s)
+            apart = max(apart, min(gaps[:2].max(), gaps[:2].min()), gaps[2:4].min())
+            passed, u, rate = u, self.hinge @ q, self.hinge @ (self.free @ s)
+            steps += 1
+            if passed > 0 >= u and self.fall == 0.0:
+                self.fall = h * (steps - u / (u - passed))
             if before * rate < 0 and u * before > 0:
                 peaks.append(abs(u))
             before = rate

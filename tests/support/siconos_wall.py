@@ -1,4 +1,4 @@
-"""First peak of a released wall in Siconos, by the system's Python: two bodies, four contacts, three supports.
+"""First peak of a released wall in Siconos, by the system's Python: two bodies, what lies on them, contacts, supports.
 
 Reads matrices as JSON on standard input, writes the peak [m]. Debian: python3-siconos.
 """
@@ -11,7 +11,7 @@ import siconos.kernel as sk
 
 given = json.load(sys.stdin)
 q0, mass, load = (np.array(given[name]) for name in ("q", "mass", "force"))
-bodies = sk.LagrangianLinearTIDS(q0, np.zeros(6), mass)
+bodies = sk.LagrangianLinearTIDS(q0, np.zeros(q0.size), mass)
 bodies.setKPtr(sk.SimpleMatrix(-np.array(given["push"])))
 bodies.setFExtPtr(load)
 model = sk.NonSmoothDynamicalSystem(0.0, 1e3)

@@ -23,6 +23,7 @@ from rockdamp.histories import one_sided
 from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
+from rockdamp.mechanics.damping.ecd import least_restitution
 from rockdamp.mechanics.one_sided import CONTACT_STEP, CONTACT_STIFFNESS, OneSidedWall, Tie, stop_damping_ratio
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
@@ -30,7 +31,7 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import as_meant
 from rockdamp.solvers.newmark import available_threads
-from rockdamp.vocabulary import RECOMMENDED, REFERENCE
+from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, REFERENCE
 
 UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
 MODELS = (REFERENCE, RECOMMENDED)
@@ -41,6 +42,7 @@ TAIL = 3.0  # rest after a record [s]
 STRIPES = np.geomspace(0.15, 8.0, 16)
 NEAR = 0.5  # u/u_ins, from which on a wall that survives is near collapse; the study of earthquakes has it too
 HALVINGS = 2  # of the step near collapse; the last one shows what is left of the error
+LEAST_OF_DAMPER = 1.01 * float(least_restitution(RECOMMENDED_ORDER))  # e that RECOMMENDED is run with
 SHOWN = partial(progress.track, description="Records")
 
 
@@ -55,9 +57,9 @@ CONSTANT = Loss()
 
 
 def side_by_side(restitution: ArrayLike, loss: Loss = CONSTANT) -> list[Damping]:
-    """Return restitution and the damper that is recommended in its place: those of `MODELS`."""
-    named = loss._asdict()
-    return [Damping.cr(restitution, **named), Damping.of_restitution(restitution, RECOMMENDED, **named)]
+    """Return restitution and the damper that is recommended in its place, of `LEAST_OF_DAMPER` at least: `MODELS`."""
+    e, named = np.maximum(restitution, LEAST_OF_DAMPER), loss._asdict()
+    return [Damping.cr(restitution, **named), Damping.of_restitution(e, RECOMMENDED, **named)]
 
 
 def collapses(

@@ -18,6 +18,7 @@ from scipy.special import ndtr
 from rockdamp import plausibility, units
 from rockdamp.arguments import number
 from rockdamp.arrays import Array
+from rockdamp.assessment.collapses import LEAST_OF_DAMPER
 from rockdamp.errors import InputError
 from rockdamp.mechanics.building import DAMPING_RATIO, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -28,10 +29,19 @@ from rockdamp.storage import input_file
 from rockdamp.storage.input_file import Column
 from rockdamp.units import UnitError, quantity
 from rockdamp.units import number as text_number
-from rockdamp.vocabulary import BLOCK_RATIO, BLOCK_RESTITUTION_DEVIATION, WALL_RESTITUTION_DEVIATION
+from rockdamp.vocabulary import BLOCK_RATIO, BLOCK_RESTITUTION_DEVIATION, RECOMMENDED, WALL_RESTITUTION_DEVIATION
 
 NEEDED = ("id", "thickness", "height")
-SIZES = ("thickness", "height", "width", "density", "hinge_ratio", "overburden_ratio", "eccentricity")
+SIZES = (
+    "thickness",
+    "height",
+    "width",
+    "density",
+    "hinge_ratio",
+    "overburden_ratio",
+    "eccentricity",
+    "overburden_mass",
+)
 DIAPHRAGM = ("diaphragm_period", "diaphragm_damping")
 TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height")
 ONE_SIDED = ("one_sided", *TIE)
@@ -217,6 +227,10 @@ def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
     sizes |= weakest
     if ANSWERS[answer] and "hinge_ratio" in sizes:
         raise InputError(f"hinge_ratio is {filled['hinge_ratio']}; a parapet has no hinge, and the cell must be empty")
+    if ANSWERS[answer] and "overburden_mass" in sizes:
+        raise InputError(
+            f"overburden_mass is {filled['overburden_mass']}; nothing holds it on a parapet: the cell must be empty"
+        )
     kind: Callable[..., Wall | Parapet] = Parapet if ANSWERS[answer] else Wall
     if "overburden" in filled:
         sizes["overburden_ratio"] = _overburden_ratio(filled, kind(**sizes))
@@ -352,7 +366,7 @@ OF_BLOCKS = f"134 free-rocking trials of limestone blocks gave {BLOCK_RATIO} of 
 RULE_WEIGHTS: Mapping[str, float] = {"measured": 0.5, "impulsive": 0.5}
 NODES = 48  # of e over its spread
 FURTHEST = 3.5  # standard deviations from a rule to the last node
-LOWEST, HIGHEST = 0.01, 1.0  # e; below and above, its distribution is cut off
+LOWEST, HIGHEST = 0.0, 1.0  # e; below and above, its distribution is cut off
 
 
 def by_rule(wall: Rocking | OneSidedWall, rule: str = DEFAULT_RULE) -> tuple[Array, str]:
@@ -372,12 +386,20 @@ def by_rule(wall: Rocking | OneSidedWall, rule: str = DEFAULT_RULE) -> tuple[Arr
 def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | str) -> tuple[float, str]:
     """Return e, by its rule or as it is given, and the reason for it. [-]"""
     if isinstance(restitution, str):
-        e, reason = by_rule(wall, restitution)
-        return float(e), reason
-    given = float(Damping.cr(number("restitution (e)", restitution)).restitution)
-    if not isinstance(wall, OneSidedWall):  # against a stop an e of 0.3 is usual
-        plausibility.warn(plausibility.of_restitution(given))
-    return given, "as given"
+        by_name, reason = by_rule(wall, restitution)
+        e = float(by_name)
+    else:
+        e, reason = float(Damping.cr(number("restitution (e)", restitution)).restitution), "as given"
+    if isinstance(wall, OneSidedWall):  # against a stop an e of 0.3 is usual
+        return e, reason
+    if e < LEAST_OF_DAMPER:
+        stops = "the wall stops at an impact" if e == 0 else "the wall all but stops at an impact"
+        plausibility.warn(
+            [f"restitution (e) is {e:.3g}: {stops}; {RECOMMENDED} is run with {LEAST_OF_DAMPER:.3g}, its least"]
+        )
+    elif reason == "as given":
+        plausibility.warn(plausibility.of_restitution(e))
+    return e, reason
 
 
 def deviation_of(wall: Rocking) -> tuple[float, str]:

@@ -60,7 +60,7 @@ from rockdamp.cli.supports import (
     without_ties,
 )
 from rockdamp.units import printed
-from rockdamp.vocabulary import STANDARD_GRAVITY
+from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -120,7 +120,8 @@ modelling_option = with_default(
 @click.option(
     "--restitution",
     type=RESTITUTION,
-    help="Restitution e of releases from 0.3 to 0.5 u_ins, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
+    help=f"Restitution e of releases from {RELEASES}, or a rule for it; one of 0.1 u_ins is unsafe by some"
+    f" {100 * SMALL_RELEASE_OVERSTATES:.0f} %.  [default: measured, 0.90 of Eq. (7)]",
 )
 @loss_options
 @walls_option

@@ -158,7 +158,9 @@ BAD_INPUT = 2
 SOME_FAILED = 3  # of a table's rows, with --strict
 FEW = 20  # options that a help shows without headings
 HEADINGS = {
-    "Wall": "thickness height width density hinge_ratio overburden_ratio overburden eccentricity parapet".split(),
+    "Wall": (
+        "thickness height width density hinge_ratio overburden_ratio overburden eccentricity overburden_mass parapet"
+    ).split(),
     "Against a stop": "one_sided tie_stiffness tie_strength tie_gap tie_height sign".split(),
     "Curve": "a1 b1 preset a3 softening".split(),
     "Losses": "restitution exponent at damping_model damping_ratio local_damping order compare".split(),

@@ -13,7 +13,16 @@ from click.core import ParameterSource
 
 from rockdamp import units
 from rockdamp.cli.command import HINGE_RATIO, NUMBER, Read, quantity
-from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
+from rockdamp.vocabulary import (
+    LOCAL,
+    MODELS,
+    PRESETS,
+    REFERENCE,
+    RELEASES,
+    SMALL_RELEASE_OVERSTATES,
+    SOFTENING,
+    VISCOUS_MODELS,
+)
 
 if TYPE_CHECKING:
     from rockdamp.assessment.table import BadRow, Row
@@ -26,7 +35,8 @@ if TYPE_CHECKING:
 Decorator = Callable[[Any], Any]
 
 SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity")
-WALL = (*SIZES, "overburden", "hinge_ratio", "parapet")
+OF_TWO_BODIES = ("hinge_ratio", "overburden_mass")  # which a parapet has not
+WALL = (*SIZES, "overburden", *OF_TWO_BODIES, "parapet")
 TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height")
 ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "preset", "a3", "softening")
@@ -99,6 +109,12 @@ def wall_options(required: bool = True) -> Decorator:
         with_default("--overburden-ratio", type=RATIO, default=0.0, help="Overburden over weight of the wall."),
         click.option("--overburden", type=LOAD, help="Overburden as a load, 12kN/m, in place of --overburden-ratio."),
         with_default("--eccentricity", type=LENGTH, default=0.0, help="Overburden's distance from mid-thickness."),
+        with_default(
+            "--overburden-mass",
+            type=NUMBER,
+            default=0.0,
+            help="Part of the overburden, 0 to 1, that moves up and down with the wall as a mass.",
+        ),
         click.option("--parapet", is_flag=True, help="A parapet: one block that rocks on its base."),
     )
 
@@ -139,7 +155,8 @@ damping_options = all_of(
     click.option(
         "--restitution",
         type=NUMBER,
-        help="Restitution e of releases from 0.3 to 0.5 u_ins, for CR, ECD of any order, LOCAL, and --compare.",
+        help=f"Restitution e of releases from {RELEASES}, for CR, ECD of any order, LOCAL, and --compare; one of 0.1"
+        f" u_ins is unsafe by some {100 * SMALL_RELEASE_OVERSTATES:.0f} %.",
     ),
     loss_options,
     click.option("--order", type=NUMBER, help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
@@ -227,8 +244,12 @@ def make_wall(options: Mapping[str, Any]) -> Any:
     sizes = {name: options[name] for name in SIZES}
     if options["parapet"] and was_given("hinge_ratio"):
         raise click.UsageError("--hinge-ratio belongs to a wall; --parapet, one block on its base, must be without it")
+    if options["parapet"] and was_given("overburden_mass"):
+        raise click.UsageError(
+            "--overburden-mass belongs to a wall, whose floor holds it sideways; --parapet must be without it"
+        )
     kind: Callable[..., Wall | Parapet] = (
-        Parapet if options["parapet"] else partial(Wall, hinge_ratio=options["hinge_ratio"])
+        Parapet if options["parapet"] else partial(Wall, **{name: options[name] for name in OF_TWO_BODIES})
     )
     if options.get("overburden") is not None:
         with as_meant():  # what is unlikely is said of the wall with its load

@@ -132,6 +132,7 @@ MOST_DIRECTIONS = 2048  # of the noise: each sample is one, or as many are drawn
 NEGLIGIBLE = 0.1  # of the sensor's deviation at rest: what is left of the noise's effect beside its main directions
 MOST_ROWS = 64
 CORRECTIONS = 4  # steps of Gauss and Newton
+SMALLEST_CHANGE = 1e-6  # of a parameter, that no record tells; where it decides, matrices of derivatives are singular
 # Of the parameters' standard deviations: so far from theta_0 the noise follows them. There it may be another mode.
 NEAR = 8.0
 
@@ -163,12 +164,18 @@ class MotionNoise:
     ) -> MotionNoise:
         """Linearise the response of a fit that has the measured motion.
 
-        It raises `InputError` where the noise decides on whether the wall collapses.
+        It raises `InputError` where the noise, or next to nothing, decides on whether the wall collapses.
         """
         directions = noise_directions(measured.record)
         acceleration = measured.record.ground_acceleration + about @ directions
         fit = measured.with_motion(acceleration)
         effect, derivative = fit.tangent(parameters, directions)
+        moved = SMALLEST_CHANGE * float(np.abs(derivative).max()) / fit.u_ins
+        if not moved < 1:
+            raise InputError(
+                f"the response cannot be linearised where the record is explained best: a change of a parameter by"
+                f" {SMALLEST_CHANGE:g} moves the wall by {moved:.2g} u_ins, as near to collapse"
+            )
         # The noise of one standard deviation that shifts the response most, where it shifts it most.
         at = int(np.argmax(np.einsum("kt,kt->t", effect, effect)))
         worst = effect[:, at] @ directions / max(float(np.linalg.norm(effect[:, at])), np.finfo(float).tiny)

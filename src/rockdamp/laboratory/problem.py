@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,15 +35,6 @@ CHECKED, CHECKED_SEED = 32, 0  # draws at which it must be that linear
 RARELY = 1000  # so that the noise of a short rest is not taken for that of the sensor
 
 
-@contextmanager
-def _finite() -> Iterator[None]:
-    """Refuse in words where a matrix is singular: near to collapse derivatives are as good as infinite."""
-    try:
-        yield
-    except np.linalg.LinAlgError:
-        raise InputError("the wall is too near to collapse where the record is explained best") from None
-
-
 @dataclass(frozen=True)
 class Problem:
     """The records of one or more runs, a candidate and a prior, with what is known of the posterior before it is drawn.
@@ -60,7 +50,6 @@ class Problem:
     loss_by_run: bool = False
 
     @classmethod
-    @_finite()
     def about(cls, solutions: Solution | Sequence[Solution], prior: Prior, *, loss_by_run: bool = False) -> Problem:
         """Search the mode and linearise the response there, from the least squares of each run.
 
@@ -175,7 +164,6 @@ class Problem:
         density[inside] = total
         return density
 
-    @_finite()
     def drawn(self, effective: float, seed: int) -> tuple[Problem, Draws]:
         """Draw from the posterior until enough draws are effective; return the problem about the mode with them.
 

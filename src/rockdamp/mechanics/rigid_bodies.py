@@ -19,6 +19,7 @@ from scipy.optimize import brentq
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Wall
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 Fall = Callable[[Array], Array]
 
@@ -127,13 +128,15 @@ class TwoBodies:
             wall.weight,
             wall.overburden,
             wall.eccentricity,
+            np.multiply(wall.overburden_mass, wall.overburden) / STANDARD_GRAVITY,
         )
-        t, h1, h2, r, mass, weight, overburden, eccentricity = (float(np.asarray(number)) for number in numbers)
+        t, h1, h2, r, mass, weight, overburden, eccentricity, moving = (float(np.asarray(number)) for number in numbers)
         self._thickness, self._lower, self._upper = t, h1, h2
         self._masses = r * mass, (1 - r) * mass
         self._weights = r * weight, (1 - r) * weight
         # ASSUME: the overburden stays at its place on the top face, and vertical, as the upper body turns.
         self._overburden, self._arm = overburden, t / 2 - eccentricity
+        self._moving = moving  # mass of the overburden, which moves up and down alone
 
     def _parts(self, u: float) -> tuple[float, float, float]:
         """Return s, D1 and D2. [m]"""
@@ -145,7 +148,8 @@ class TwoBodies:
         """Return M(u) for u >= 0. [kg]"""
         s, d1, d2 = self._parts(u)
         m1, m2 = self._masses
-        return (m1 + m2) / 3 + s**2 * ((m1 / 3 + m2) / d1**2 + m2 / (d1 * d2) + m2 / (3 * d2**2))
+        bodies = (m1 + m2) / 3 + s**2 * ((m1 / 3 + m2) / d1**2 + m2 / (d1 * d2) + m2 / (3 * d2**2))
+        return bodies + self._moving * self._rise(s, d1, d2) ** 2
 
     def inertia_slope(self, u: float) -> float:
         """Return dM/du. [kg m-1]"""
@@ -154,7 +158,9 @@ class TwoBodies:
         # M is quadratic in y_i = s/D_i, and dy_i/ds = R_i^2/D_i^3.
         y1, y2 = s / d1, s / d2
         slope1, slope2 = (1 + y1**2) / d1, (1 + y2**2) / d2
-        return 2 * (m1 / 3 + m2) * y1 * slope1 + m2 * (y1 * slope2 + y2 * slope1) + 2 * m2 * y2 * slope2 / 3
+        bodies = 2 * (m1 / 3 + m2) * y1 * slope1 + m2 * (y1 * slope2 + y2 * slope1) + 2 * m2 * y2 * slope2 / 3
+        turned = self._arm * self._thickness * slope2 / (self._upper**2 + self._thickness**2)
+        return bodies - 2 * self._moving * self._rise(s, d1, d2) * (slope1 + slope2 - turned)
 
     def potential(self, u: float) -> float:
         """Return U(u) for u >= 0, of the weights and the overburden. [J]"""
@@ -168,5 +174,9 @@ class TwoBodies:
         s, d1, d2 = self._parts(u)
         w1, w2 = self._weights
         y1, y2 = s / d1, s / d2
-        sine_slope = (self._upper - self._thickness * y2) / (self._upper**2 + self._thickness**2)
-        return -w1 * y1 / 2 - w2 * (y1 + y2 / 2) - self._overburden * (y1 + y2 + self._arm * sine_slope)
+        return -w1 * y1 / 2 - w2 * (y1 + y2 / 2) + self._overburden * self._rise(s, d1, d2)
+
+    def _rise(self, s: float, d1: float, d2: float) -> float:
+        """Return how much the overburden rises for a unit of u. [-]"""
+        sine_slope = (self._upper - self._thickness * s / d2) / (self._upper**2 + self._thickness**2)
+        return -(s / d1 + s / d2 + self._arm * sine_slope)

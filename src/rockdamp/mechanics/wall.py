@@ -31,6 +31,11 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
     "hinge_ratio": ("hinge_ratio (h1/h)", lambda r: (r > 0) & (r < 1), "between 0 and 1, both excluded"),
     "overburden_ratio": ("overburden_ratio (O/W)", lambda ratio: ratio >= 0, "at least 0"),
     "eccentricity": ("eccentricity", lambda _: True, "at most half the thickness, either way [m]"),
+    "overburden_mass": (
+        "overburden_mass (of the overburden)",
+        lambda part: (part >= 0) & (part <= 1),
+        "between 0 and 1, the part that moves as a mass",
+    ),
 }
 
 
@@ -107,7 +112,7 @@ class _Mechanism(ByValue):
 
     @property
     def mass(self) -> Array:
-        """Mass of the masonry; the overburden has none of its own. [kg]"""
+        """Mass of the masonry. [kg]"""
         return np.multiply(np.multiply(self.density, self.width), np.multiply(self.thickness, self.height))
 
     @property
@@ -121,14 +126,19 @@ class _Mechanism(ByValue):
         return np.multiply(self.overburden_ratio, self.weight)
 
     @property
-    def effective_mass(self) -> Array:
-        """m_eff = 2/3 m, Eq. (2), the limit of slender blocks. [kg]"""
-        return 2 * self.mass / 3
+    def inertia_ratio(self) -> Quantity:
+        """How many times larger the inertia is with the mass of the overburden than without it. [-]"""
+        return 1.0
 
     @property
-    def excitation_factor(self) -> float:
-        """lambda = 3/2, Eq. (4): lambda m_eff = m. [-]"""
-        return EXCITATION_FACTOR
+    def effective_mass(self) -> Array:
+        """m_eff = 2/3 m, Eq. (2), the limit of slender blocks, times `inertia_ratio`. [kg]"""
+        return 2 * self.mass / 3 * self.inertia_ratio
+
+    @property
+    def excitation_factor(self) -> Quantity:
+        """lambda: lambda m_eff = m, as the supports hold the overburden sideways; 3/2 without its mass, Eq. (4). [-]"""
+        return EXCITATION_FACTOR / self.inertia_ratio
 
     @property
     def restitution_rigid(self) -> Array:
@@ -158,12 +168,12 @@ class _Mechanism(ByValue):
     @property
     def load_factor(self) -> Array:
         """-lambda/(p^2 u_ins): what times the ground acceleration is the dimensionless load. [s2 m-1]"""
-        return -EXCITATION_FACTOR / (self.frequency_parameter**2 * self.instability_displacement)
+        return -self.excitation_factor / (self.frequency_parameter**2 * self.instability_displacement)
 
     @property
     def velocity_scale(self) -> Array:
         """p u_ins/lambda, which makes a ground velocity dimensionless: PGV over it is the velocity ratio. [m s-1]"""
-        return self.frequency_parameter * self.instability_displacement / EXCITATION_FACTOR
+        return self.frequency_parameter * self.instability_displacement / self.excitation_factor
 
     def rocking_onset(self, strength_ratio: ArrayLike = 1.0) -> Array:
         """Return the ground acceleration whose static load reaches the strength: b1 F0/(lambda m_eff). [m s-2]
@@ -238,6 +248,9 @@ class Wall(_Mechanism):
         O/W, >= 0. [-]
     eccentricity : float or ndarray
         Of the overburden from mid-thickness, positive towards the top contact corner; reverses with u. [m]
+    overburden_mass : float or ndarray
+        Part of the overburden, 0 to 1, that moves up and down with the top as a mass; the rest is a force. The floor
+        holds it sideways. Its inertia is that at u = 0, and falls as the wall moves. [-]
 
     Raises
     ------
@@ -263,6 +276,7 @@ class Wall(_Mechanism):
     hinge_ratio: Quantity = 0.7
     overburden_ratio: Quantity = 0.0
     eccentricity: Quantity = 0.0
+    overburden_mass: Quantity = 0.0
 
     _least_slenderness: ClassVar[float] = 1.0
     _law: ClassVar[str] = "Eq. (7)"
@@ -323,14 +337,38 @@ class Wall(_Mechanism):
     def restitution_impulsive(self) -> Array:
         r"""Restitution with the impulse of every support, for r = h1/h and q = t^2/h^2. [-]
 
-        .. math:: e = \frac{2 r^2 (1 - r) - (6 - 5 r) \, q}{2 \, (r^2 (1 - r) + (3 - 2 r) \, q)}
+        .. math:: e = \frac{2 r^2 (1 - r) - (6 - 5 r) \, q - 2 s}{2 \, (r^2 (1 - r) + (3 - 2 r) \, q + s)} \geq 0
 
-        The momentum before the impact is projected on the motion that is admissible after it. Rigid bodies on contacts
-        with Newton's law of impact lose as much, by time stepping (docs/theory.md, section 1).
+        The momentum before the impact is projected on the motion that is admissible after it; s is of the mass of the
+        overburden, 3 r^2 (1 - r) psi c^2 (docs/theory.md, section 1). Rigid bodies on contacts with Newton's law of
+        impact lose as much, by time stepping. At 0 the wall stops at the impact.
         """
         r = np.asarray(self.hinge_ratio)
         q = 1 / self.slenderness**2
-        return (2 * r**2 * (1 - r) - (6 - 5 * r) * q) / (2 * (r**2 * (1 - r) + (3 - 2 * r) * q))
+        s, inertia = self._vertical_inertia
+        return np.maximum((2 * r**2 * (1 - r) - (6 - 5 * r) * q - 2 * s) / (2 * (inertia + s)), 0.0)
+
+    @property
+    def inertia_ratio(self) -> Array:
+        r"""How many times larger the inertia is with the mass of the overburden than without it. [-]
+
+        .. math:: 1 + \frac{\psi c^2}{H + V}, \qquad
+                  c = \frac{t}{h} \left(\frac{1}{r} + \frac{1/2 + d/t}{1 - r}\right)
+
+        The mass psi m rises by c for each unit of u, with the overburden's eccentricity d; H + V is what the bodies'
+        own motions, sideways and up, have of their mass m (docs/theory.md, section 1). All are taken at u = 0.
+        """
+        s, inertia = self._vertical_inertia
+        return 1 + s / inertia
+
+    @property
+    def _vertical_inertia(self) -> tuple[Array, Array]:
+        """psi c^2 of the overburden's mass and H + V of the bodies, both times 3 r^2 (1 - r). [-]"""
+        r, ecc = np.asarray(self.hinge_ratio), np.divide(self.eccentricity, self.thickness)
+        q = 1 / self.slenderness**2
+        rise = 1 / r + (0.5 + ecc) / (1 - r)  # c over t/h
+        psi = np.multiply(self.overburden_mass, self.overburden_ratio)
+        return 3 * r**2 * (1 - r) * psi * q * rise**2, r**2 * (1 - r) + (3 - 2 * r) * q
 
     @property
     def restitution_measured(self) -> Array:

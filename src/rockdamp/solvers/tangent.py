@@ -27,6 +27,10 @@ from rockdamp.solvers.newmark import solve
 
 REACH = 6  # samples on either side; beyond, a spline through one sample differs from zero by less than 1e-3 of it
 APART = 1e-6  # of u_ins and of the velocity: central differences of the damper's force
+# Of the velocity that takes the wall through its first branch: slower impacts are of a wall at rest. The spline through
+# a record without noise rings before the motion, at 1e-100 of it too, and the wall passes zero at each ring. Its time
+# there would be the more sensitive the smaller the velocity, and the derivative would grow without end.
+SLOWEST = 1e-6
 
 Walled = tuple[TrilinearCurve, Damping]
 
@@ -112,7 +116,9 @@ def _over_steps(
     e = _restitution((curve, damping))
     # Of a wall that is all but at rest the impacts follow the noise; its response is below any sensor's.
     fastest = float(np.asarray(curve.initial_frequency))
-    later = np.clip((1 - e) * load[impacts] / np.where(v[impacts] == 0, np.inf, v[impacts]), -fastest, fastest)
+    slow = np.abs(v[impacts]) < SLOWEST * fastest * float(np.asarray(curve.yield_displacement_ratio))
+    later = np.where(slow, 0.0, (1 - e) * load[impacts] / np.where(slow, 1.0, v[impacts]))
+    later = np.clip(later, -fastest, fastest)
     jump = np.array([[np.full(impacts.size, e), np.zeros(impacts.size)], [later, np.full(impacts.size, e)]])
     over[impacts] = np.einsum("ijn,njk->nik", jump, over[impacts])
     return over, impacts

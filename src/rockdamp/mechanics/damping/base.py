@@ -81,7 +81,7 @@ class Damping(ByValue):
     model : str
         One of `vocabulary.MODELS`, ``"POWER"`` for the general exponent, or ``"LOCAL"`` for local damping.
     *values, **named : float or ndarray
-        Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in (0, 1]; ``local_damping``
+        Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in [0, 1]; ``local_damping``
         alpha for LOCAL, in [0, 1); ``damping_ratio`` xi for the others, >= 0; after it ``exponent`` n for POWER and, by
         name, ``order`` m for ECD, which is 0 if not given; both >= 0. CR, ECD and ECD16 take, by name, ``exponent`` g
         of a loss that falls with the amplitude, 0 if not given, and ``at``: see `cr`. [-]
@@ -134,6 +134,7 @@ class Damping(ByValue):
     amplitude_independent: ClassVar[bool] = False
     on_net_force: ClassVar[bool] = False
     javascript: ClassVar[str | None] = None
+    ranges: ClassVar[Mapping[str, tuple[str, Callable[[Array], Any], str]]] = RANGES
 
     restitution: Quantity
     damping_ratio: Quantity
@@ -171,7 +172,7 @@ class Damping(ByValue):
 
     def _within(self, name: str, array: Any) -> Any:
         """Return a parameter that lies in its range."""
-        text, within, allowed = RANGES[name]
+        text, within, allowed = self.ranges[name]
         if not holds(within(array.item() if array.size == 1 else array)):  # NumPy is slow at one number
             require(within(array), text, array, f"{allowed}{plausibility.per_cent(array, within)}")
         return array
@@ -195,7 +196,8 @@ class Damping(ByValue):
         Parameters
         ----------
         restitution : float or ndarray
-            e, in (0, 1]; with an exponent, that of the amplitude `at`. [-]
+            e, in [0, 1]; at 0 the wall stops, until the load pushes it on. With an exponent, that of the amplitude
+            `at`, greater than 0. [-]
         exponent : float or ndarray
             g, at least 0. [-]
         at : float or ndarray
@@ -247,8 +249,12 @@ class Damping(ByValue):
         exact = (*Damping.exact_models(), LOCAL)
         model = one_of("damping_model", model, exact, ": the others need a fit")
         kind = damper_classes()[model]
-        e = np.asarray(Damping.cr(restitution).restitution)
-        return Damping(model, e if kind.is_impact else kind.exact_damping_ratio(e, **named), **named)
+        e = numbers("restitution (e)", restitution)
+        if kind.is_impact:
+            return Damping(model, e, **named)
+        text, within, allowed = RANGES["restitution"]
+        require(within(e), text, e, f"{allowed}: no damper stops the wall{plausibility.per_cent(e, within)}")
+        return Damping(model, kind.exact_damping_ratio(e, **named), **named)
 
     @staticmethod
     def exact_models() -> tuple[str, ...]:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
 from rockdamp.arrays import Quantity
+from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping.base import Damping
+from rockdamp.mechanics.damping.base import RANGES, Damping
 
 
 def constant(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
@@ -55,6 +56,16 @@ class Restitution(Damping):
     names: ClassVar[tuple[str, ...]] = ("restitution",)
     is_impact = True
     fades = True
+    ranges: ClassVar[Mapping[str, Any]] = {
+        **RANGES,
+        "restitution": (RANGES["restitution"][0], lambda e: (e >= 0) & (e <= 1), "at least 0 and at most 1"),
+    }
+
+    def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
+        super().__init__(model, *values, **named)
+        if self.loss_depends_on_amplitude:
+            text, within, allowed = RANGES["restitution"]
+            require(within(self.restitution), text, self.restitution, f"{allowed} with an exponent")
 
     @property
     def formula(self) -> Callable[..., Any]:

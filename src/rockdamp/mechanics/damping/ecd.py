@@ -79,6 +79,11 @@ def critical_damping_ratio(order: ArrayLike) -> Array:
     return np.sqrt(2 * m + 2) / (2 * normalisation(m)) * np.exp((m + 0.5) * np.log1p(1 / (2 * m + 1)))
 
 
+def least_restitution(order: ArrayLike) -> Array:
+    """Return e below which a damper of an order above 0 is refused: its half cycles would not end. [-]"""
+    return np.exp(-np.pi * CAP * critical_damping_ratio(order))
+
+
 # --- the coefficient --------------------------------------------------------------------------------------------------
 
 

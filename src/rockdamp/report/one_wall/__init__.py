@@ -42,7 +42,14 @@ from rockdamp.plausibility import as_meant
 from rockdamp.storage.atomic import replacing
 from rockdamp.text import DASH, RAISED, counted, number, percent, plain
 from rockdamp.units import IMPERIAL, printed
-from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, REFERENCE, STANDARD_GRAVITY
+from rockdamp.vocabulary import (
+    RECOMMENDED,
+    RECOMMENDED_ORDER,
+    REFERENCE,
+    RELEASES,
+    SMALL_RELEASE_OVERSTATES,
+    STANDARD_GRAVITY,
+)
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
 TEMPLATE = "wall.html.j2"
@@ -120,6 +127,8 @@ def build(subject: Subject) -> str:
         derived=_derived(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
+        releases=RELEASES,
+        overstates=percent(SMALL_RELEASE_OVERSTATES),
         dampers=[(offer, damper_classes()[model].title, typed[model]) for model, offer in OFFERS.items()],
         studied_e=plain(false_safe(float(answer["restitution"]))[0]),
         order=RECOMMENDED_ORDER,
@@ -213,6 +222,8 @@ def _inputs(subject: Subject) -> list[Row]:
     ]
     if isinstance(wall, Wall):
         rows.append(("height of the hinge over h", "h₁/h", wall.hinge_ratio, "-"))
+        if float(wall.overburden_mass):
+            rows.append(("part of the overburden that moves as a mass", "", wall.overburden_mass, "-"))
     rows += [
         ("yield displacement ratio", "a₁", curve.yield_displacement_ratio, "-"),
         ("strength ratio", "b₁", curve.strength_ratio, "-"),
