@@ -18,8 +18,7 @@ from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.laboratory.sections import LaboratoryConfig, broken
 from rockdamp.laboratory.trials import read_rocking_trials
 from rockdamp.pipeline import verification
-from rockdamp.pipeline.figures import REPORT, drawn
-from rockdamp.pipeline.stages import built, each_study, reported, values_of
+from rockdamp.pipeline.tables import REPORT, built, drawn, each_study, reported, values_of
 from rockdamp.storage.atomic import tidy
 from rockdamp.vocabulary import STUDIES
 
@@ -85,7 +84,7 @@ onstart:
     for folder in subfolders:  # of this config; in folders of others another run may be at work
         tidy(Path(RESULTS, folder))
     # Numba compiles the solvers here, once: jobs that start together would all compile them, into the same files.
-    from rockdamp.solvers.compile_all import compile_all
+    from rockdamp.pipeline.compile_all import compile_all
 
     # A run on a cluster has no number of cores, and `workflow.cores` raises there.
     compile_all(workflow.resource_settings.cores or 1)

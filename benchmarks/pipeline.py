@@ -19,7 +19,7 @@ import yaml
 from measure import Section, Table, interleaved, number, of_children
 
 from rockdamp import Damping, TrilinearCurve
-from rockdamp.pipeline.figures import FIGURES as TABLE
+from rockdamp.pipeline.tables import FIGURES as TABLE
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.studies.decays import study
 from rockdamp.studies.matches import match

@@ -4,7 +4,17 @@ import numpy as np
 import xarray as xr
 from table_text import models, percent, table
 
-from rockdamp.report.earthquake_criterion import MARKS, NONE, by_wall, changes, counted, sizes, smallest, splits
+from rockdamp.report.earthquake_criterion import (
+    MARKS,
+    NONE,
+    by_wall,
+    changes,
+    counted,
+    reservations,
+    sizes,
+    smallest,
+    splits,
+)
 from rockdamp.report.earthquakes import Choice
 from rockdamp.studies.earthquakes.orders import SIDES
 from rockdamp.text import listed, number, plain
@@ -49,19 +59,19 @@ def orders(data: Data) -> str:
     first = "No order is enough at every e" if enough == NONE else f"**Order {enough} is enough at every e**"
     head_by_set = ["records", *(f"e = {e:g}" for e in at_e)]
     walls = [[name, *(f"{least} {MARKS[verdict]}" for least, verdict in cells)] for name, cells in by_wall(compared)]
-    told = splits(compared)
-    m, other = RECOMMENDED_ORDER, "on the other half in"
+    told, against, m = splits(compared), reservations(compared), RECOMMENDED_ORDER
     return (
-        f"{first}, over all walls together and {over}{int(compared['stations'])} stations. Error of each order,"
-        f" and of CR with e changed:\n\n{table(head, rows)}\n\n"
+        f"{first}, over all walls together and {over}{int(compared['stations'])} stations, beside a"
+        f" {named[DECISIVE_CHANGE]}.\n{against['change']} {against['walls']}\n{against['halves']}\n\n"
+        f"Error of each order, and of CR with e changed:\n\n{table(head, rows)}\n\n"
         f"The smallest order that is enough beside a {named[DECISIVE_CHANGE]}, by set of records:\n\n"
         f"{table(head_by_set, by_set)}\n\n"
         f"The same by wall, and whether order {m} is enough by itself (✓ enough, ✗ exceeds, – undecided):\n\n"
         f"{table(['wall', *head_by_set[1:]], walls)}\n\n"
-        f"Order {m} is enough for {listed(counted(compared))}.\n\n{_typical(everywhere, named)}\n\n"
-        f"Of {told['count']} halves of the stations each chose an order: {told['chosen']}.\nOrder {m} was"
-        f" chosen and then enough {other} {told['both']}. Whatever was chosen,\norder {m} was enough {other}"
-        f" {told['recommended_passes']}, and exceeded the limit in {told['recommended_exceeds']}."
+        f"Order {m} is enough for {listed(counted(compared))} walls, over {compared.sizes['drawing']} drawings of the"
+        f" bootstrap.\n\n{_typical(everywhere, named)}\n\n"
+        f"Of {told['count']} halves of the stations each chose an order: {told['chosen']}.\nOn the other half order {m}"
+        f" exceeded the limit in {told['recommended_exceeds']}."
     )
 
 

@@ -47,6 +47,9 @@ PAPER_MODELS = ("CDC", "CDR", "SDR")  # the viscous dampers of the paper; the ot
 # Doherty's stages of degradation, quoted in section 3 of the paper: (b1, a1).
 PRESETS = {"new": (0.72, 0.06), "moderate": (0.60, 0.13), "severe": (0.50, 0.20)}
 
+# How a response ends, by its `outcome`.
+OUTCOMES = ("completed", "collapsed")
+
 # Variants of a curve's last branch for a3 < 1.
 SOFTENING = ("steeper", "translated")
 

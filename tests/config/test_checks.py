@@ -13,7 +13,7 @@ from rockdamp.config.files import merged
 from rockdamp.errors import InputError, InputWarning
 from rockdamp.laboratory.sections import LaboratoryConfig, broken
 from rockdamp.mechanics.wall import Parapet
-from rockdamp.pipeline.stages import STAGES
+from rockdamp.pipeline.tables import STAGES
 from rockdamp.storage.yaml_file import get as value_at
 from rockdamp.storage.yaml_file import path_of
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, STUDIES

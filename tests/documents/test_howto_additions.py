@@ -23,7 +23,7 @@ def tree(tmp_path_factory):
 @pytest.fixture(scope="module")
 def dictionary(tree):
     """The data dictionary of what the pages built."""
-    script = "from rockdamp.pipeline import dictionary; dictionary.write('results/minimal')"
+    script = "from rockdamp.pipeline import verification; verification.write_dictionary('results/minimal')"
     python(tree, "-c", script)
     return (tree.place / RESULTS / "dictionary.md").read_text(encoding="utf-8")
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from rockdamp.equivalence import integral_minima as module
-from rockdamp.equivalence.integral_minima import error_at, integral_minima
+from rockdamp.equivalence import minima as module
 from rockdamp.equivalence.matching import solve
-from rockdamp.equivalence.minima import Cases, global_minima
+from rockdamp.equivalence.minima import Cases, error_at, global_minima, integral_minima
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from rockdamp.equivalence import matching
-from rockdamp.equivalence.integral_minima import error_at, integral_minima
-from rockdamp.equivalence.minima import RESOLUTION, Cases, global_minima
+from rockdamp.equivalence.minima import RESOLUTION, Cases, error_at, global_minima, integral_minima
 from rockdamp.mechanics.curve import TrilinearCurve
 
 STEP, STEPS = 0.01, 800

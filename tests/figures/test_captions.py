@@ -10,7 +10,7 @@ from figure_functions import CAPTIONS
 from made_up_studies import made_up, records_of_series
 from report_content import of_name
 
-from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.tables import FIGURES
 from rockdamp.text import number
 
 

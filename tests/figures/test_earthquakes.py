@@ -32,7 +32,8 @@ def coloured(axes, model):
 def test_each_history_of_the_pooled_walls_is_a_cell_or_a_mark_at_the_margin(comparison):
     study = earthquakes.earthquakes()
     figure = FIGURES["fig_earthquakes"](study, comparison)
-    one = study.sel(restitution=0.85, damping_ratio_source="least error").isel(wall=comparison["pooled"].values == 1)
+    pooled = comparison["pooled"].sel(damping_ratio_source="least error").values == 1
+    one = study.sel(restitution=0.85, damping_ratio_source="least error").isel(wall=pooled)
     fell = (one["collapsed"].sel(damping_model="CR") == 1).values.ravel()
     for model in VISCOUS:
         axes = panel(figure, model)

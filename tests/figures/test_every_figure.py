@@ -12,7 +12,7 @@ from matplotlib.colors import to_rgb
 from rockdamp.figures import style
 from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, style_of
 from rockdamp.mechanics.damping import damper_classes
-from rockdamp.pipeline.figures import FIGURES as TABLE
+from rockdamp.pipeline.tables import FIGURES as TABLE
 from rockdamp.vocabulary import EXTRA_DAMPERS, PAPER_MODELS
 
 LINES = rc_params_from_file(style.STYLE, use_default_template=False)

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from rockdamp.pipeline import dictionary
+from rockdamp.pipeline import verification
 from rockdamp.storage import dataset
 
 
@@ -13,7 +13,7 @@ def test_each_variable_has_its_dimensions_unit_and_meaning_and_each_dataset_what
     values = {"displacement": (dims, np.ones((1, 1, 2))), "velocity": (dims, np.zeros((1, 1, 2)))}
     decay = xr.Dataset(values | {"impacts": (dims[:2], [[3]]), "frequency_parameter": ("slenderness", [4.0])}, coords)
     dataset.write(decay, tmp_path / "decay/amplitude.nc", "decay", config={}, code_version="0")
-    dictionary.write(tmp_path)
+    verification.write_dictionary(tmp_path)
     text = (tmp_path / "dictionary.md").read_text(encoding="utf-8")
     assert "| `velocity` | `slenderness`, `restitution`, `tau` | 1 | velocity over instability displacement and" in text
     assert (
@@ -26,7 +26,7 @@ def test_each_variable_has_its_dimensions_unit_and_meaning_and_each_dataset_what
 
 
 def test_what_uses_a_dataset_is_computed():
-    assert {"accuracy", "claims", "fig3", "fig4", "report"} <= set(dictionary.used_by("damping_force"))
-    assert {"match", "response_lengths", "accuracy"} <= set(dictionary.used_by("decay"))
-    assert not {"fig6", "damping_force", "report"} & set(dictionary.used_by("decay"))
-    assert dictionary.used_by("earthquake_records") == ["earthquakes"]
+    assert {"accuracy", "claims", "fig3", "fig4", "report"} <= set(verification.used_by("damping_force"))
+    assert {"match", "response_lengths", "accuracy"} <= set(verification.used_by("decay"))
+    assert not {"fig6", "damping_force", "report"} & set(verification.used_by("decay"))
+    assert verification.used_by("earthquake_records") == ["earthquakes"]

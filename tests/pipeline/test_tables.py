@@ -10,8 +10,7 @@ from operator import attrgetter
 import pytest
 from configs import configured
 
-from rockdamp.pipeline.figures import FIGURES, drawn
-from rockdamp.pipeline.stages import STAGES, built, each_study, reported, writes
+from rockdamp.pipeline.tables import FIGURES, STAGES, built, drawn, each_study, reported, writes
 from rockdamp.storage import glossary, provenance
 from rockdamp.storage.provenance import CONFIG
 from rockdamp.vocabulary import STUDIES

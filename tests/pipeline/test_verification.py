@@ -9,8 +9,7 @@ import pytest
 import xarray as xr
 
 from rockdamp.pipeline import verification
-from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES
+from rockdamp.pipeline.tables import FIGURES, STAGES
 from rockdamp.storage.dataset import DatasetError
 
 DAMAGED = "is not what the last complete build wrote, by its checksum"

@@ -5,6 +5,7 @@ import json
 import re
 from html import unescape
 
+import made_up_earthquakes as made_up
 import numpy as np
 import pytest
 import report_content
@@ -13,7 +14,7 @@ from html_page import Page
 
 from rockdamp import report
 from rockdamp.equivalence.programs import OFFERS
-from rockdamp.report.answer import CERTAINTY, answer, by_program, ratios, shown_ratio
+from rockdamp.report.answer import CERTAINTY, answer, by_program, ratios, selection, shown_ratio
 from rockdamp.report.earthquake_criterion import off
 from rockdamp.text import percent
 from rockdamp.vocabulary import LOCAL, RECOMMENDED, RECOMMENDED_ORDER, RECOMMENDED_SOURCE, VISCOUS_MODELS
@@ -44,16 +45,16 @@ def costed(data, cost, changed):
 @pytest.mark.parametrize(
     ("cost", "within"),
     [
-        ((0.006, 0.03, 0.05, 0.012, 0.009), True),
-        ((0.02, 0.03, 0.05, 0.012, 0.009), False),
-        ((0.006, 0.05, 0.05, 0.012, 0.009), False),
-        ((0.006, 0.03, 0.05, 0.06, 0.009), False),
+        ((0.05, 0.006, 0.03, 0.012, 0.009), True),
+        ((0.05, 0.02, 0.03, 0.012, 0.009), False),
+        ((0.05, 0.006, 0.05, 0.012, 0.009), False),
+        ((0.05, 0.006, 0.03, 0.06, 0.009), False),
     ],
 )
 def test_every_cost_stands_beside_that_of_the_change_of_e_which_is_more_only_where_every_one_is(
     short, data, cost, within
 ):
-    page = page_of(short, costed(data, cost, (0.01, 0.04, 0.09, 0.052, 0.071)))
+    page = page_of(short, costed(data, cost, (0.09, 0.01, 0.04, 0.052, 0.071)))
     assert (", which is more in each row." in page) == within
     for name, own, other in zip(("missed", "added"), cost[3:], ("5.2", "7.1"), strict=True):
         assert f"collapses {name}{percent(own)}{other} %".replace("\u00a0", " ") in page
@@ -74,10 +75,13 @@ def test_the_caveats_and_the_walls_for_which_it_is_not_shown_stand_beside_it(sho
     orders = data["earthquakes/orders"].copy(deep=True)
     verdict = xr.zeros_like(orders["wall_verdict"]) + 1
     verdict.loc[{"wall": "church"}], verdict.loc[{"wall": "veneer"}] = -1, 0
-    data["earthquakes/orders"] = orders.assign(wall_verdict=verdict)
+    enough = xr.zeros_like(orders["drawn_wall_count"]) + 1
+    data["earthquakes/orders"] = orders.assign(wall_verdict=verdict, drawn_wall_count=enough)
     data["recommendation"] = data["recommendation"].assign(crossing_force=1.346)
     page = page_of(short, data)
-    assert "this is shown for 1 of 3 walls, by e; the others are undecided or beyond the limit" in page
+    assert (
+        "enough for 1 of 3 walls, by e and by the drawing of the bootstrap; the others are undecided or beyond" in page
+    )
     for caveat in (
         "one constant e",
         "one degree of freedom",
@@ -156,3 +160,25 @@ def test_a_program_s_damper_has_its_cost_with_the_leading_ratio_and_local_dampin
     studied = np.isclose(whole["restitution"], float(local["restitution"]))
     assert row["error"] == [off(of_local["record_log_error"]) if here else "–" for here in studied]
     assert 1 <= studied.sum() < studied.size
+
+
+def test_of_errors_that_read_the_same_the_damper_that_misses_less_comes_first(data):
+    advice = data["recommendation"].copy(deep=True)
+    at = {"damping_ratio_source": RECOMMENDED_SOURCE}
+    for model, error, missed in (("ECD", 0.1514, 0.028), ("CDR", 0.1513, 0.040), ("SDR", 0.12, 0.5)):
+        advice["log_error"].loc[{**at, "damping_model": model}] = error
+        advice["false_safe_rate"].loc[{**at, "damping_model": model}] = missed
+    order = [row["model"] for row in by_program({**data, "recommendation": advice})]
+    assert order.index("SDR") < order.index("ECD") < order.index("CDR")
+
+
+def test_the_selection_of_histories_is_stated_at_the_errors(short, data):
+    data["recommendation"] = data["recommendation"].assign(records=7)
+    pooled = made_up.comparison()["pooled"].copy()
+    pooled[:2] = 0
+    data["comparison"] = made_up.comparison().assign(pooled=pooled).assign_attrs(data["comparison"].attrs)
+    told = selection(data)
+    assert told == "2 walls under 7 earthquake records, peaks of 0.01 to 1 u_ins under restitution"
+    assert page_of(short, data).count(told.replace("u_ins", "uins")) == 2
+    del data["comparison"]
+    assert selection(data) == "7 earthquake records"

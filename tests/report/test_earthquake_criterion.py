@@ -31,11 +31,32 @@ def test_walls_stand_beside_all_walls_together_with_the_smallest_order_and_the_v
     assert set(told["veneer"]) == set(told[criterion.ALL_WALLS]) == {("4", "enough")}
 
 
-def test_walls_are_counted_at_each_e_the_undecided_apart(orders):
-    at = {"record_set": 0, "change": DECISIVE_CHANGE, "order": RECOMMENDED_ORDER, "restitution": 0.95}
-    orders["wall_verdict"].loc[{**at, "wall": "church"}], orders["wall_verdict"].loc[{**at, "wall": "veneer"}] = 0, -1
+def test_walls_are_counted_at_each_e_from_the_least_to_the_most_of_the_drawings(orders):
+    at = {"change": DECISIVE_CHANGE, "order": RECOMMENDED_ORDER}
+    orders["drawn_wall_count"][:] = 0
+    orders["drawn_wall_count"].loc[at] = 3
+    orders["drawn_wall_count"].loc[{**at, "restitution": 0.95}][0] = 1
     told = criterion.counted(orders)
-    assert told[0] == "3 of 3 at e = 0.8" and told[-1] == "1 of 3 at e = 0.95 (1 undecided, 1 beyond the limit)"
+    assert told[0] == "3 of 3 at e = 0.8" and told[-1] == "1 to 3 of 3 at e = 0.95"
+    short = "1 to 3 of 3 walls, by e and by the drawing of the bootstrap"
+    assert criterion.counted_in_short(orders) == short
+    orders["wall_verdict"].loc[{"record_set": 0, **at, "restitution": 0.9, "wall": "church"}] = 0
+    assert criterion.counted_in_short(orders) == f"{short}; the others are undecided"
+
+
+def test_each_reservation_is_made_only_where_the_numbers_make_it(orders):
+    orders["split_order"][:] = orders["split_verdict"][:] = 1
+    told = criterion.reservations(orders)
+    assert told["change"] == told["walls"] == "" and "0\u00a0% of" in told["halves"]
+    orders["smallest_order"].loc[{"record_set": 0, "change": "e", "restitution": 0.8}] = 32
+    orders["smallest_order"].loc[{"record_set": 0, "change": "e", "restitution": 0.95}] = np.nan
+    orders["smallest_order"].loc[{"record_set": 0, "change": "loss"}] = 64
+    at = {"record_set": 0, "change": DECISIVE_CHANGE}
+    orders["wall_smallest_order"].loc[{**at, "wall": "parapet"}] = np.nan
+    orders["wall_smallest_order"].loc[{**at, "wall": "church", "restitution": 0.8}] = np.nan
+    told = criterion.reservations(orders)
+    assert told["change"].endswith(" it takes order 32 at e = 0.8 and no order at e = 0.95.")
+    assert told["walls"] == "For parapet no order is shown to be enough at any e."
 
 
 def test_halves_are_counted_by_the_order_chosen_and_by_what_the_other_half_says_of_it():

@@ -10,9 +10,10 @@ from exact_cases import CURVES, DAMPERS, NAMES, cr_peaks
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.damping.secant import secant_law
-from rockdamp.solvers import event_driven, event_kernel
+from rockdamp.solvers import event_driven
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.oscillator import closed_state
 from rockdamp.solvers.response import COLLAPSED
 
 # --- free decays against closed forms --------------------------------------------------------------------------------
@@ -83,23 +84,23 @@ def test_branch_solution_holds_every_digit_for_any_stiffness_and_damping(k, c):
     for t, end in zip(times, expected, strict=True):
         # Rounding of the terms, which are up to |x''(0)| = 21, and their growth where k < 0.
         rounding = 21 * np.finfo(float).eps * math.exp(math.sqrt(max(-k, 0)) * t)
-        assert event_kernel.closed_state(x, v, c, k, q, slope, t) == pytest.approx(end, rel=2e-14, abs=rounding)
+        assert closed_state(x, v, c, k, q, slope, t) == pytest.approx(end, rel=2e-14, abs=rounding)
 
 
 @pytest.mark.parametrize("k", [16.0, 0.0, -1.0])
 @pytest.mark.parametrize("c", [0.0, 0.7, 8.0, 30.0])
 def test_a_piece_ends_where_the_velocity_first_changes_sign(k, c):
     rng = np.random.default_rng(1)
-    piece = event_kernel.plain(secant_law)["piece"]
-    branch = np.zeros(event_kernel.DESCRIPTION)
-    branch[[event_kernel.STIFFNESS, event_kernel.CONSTANT]] = k, c
+    piece = event_driven.plain(secant_law)["piece"]
+    branch = np.zeros(event_driven.DESCRIPTION)
+    branch[[event_driven.STIFFNESS, event_driven.CONSTANT]] = k, c
     turned = 0
     for _ in range(60):
         x, v, q, slope = rng.normal(size=4)
         stop, turns, *_ = piece(branch, (), (x, v, q, slope), 5.0, 0.0, np.inf, None)
 
         def velocity(t, x=x, v=v, q=q, slope=slope):
-            return event_kernel.closed_state(x, v, c, k, q, slope, t)[1]
+            return closed_state(x, v, c, k, q, slope, t)[1]
 
         within = np.array([velocity(t) for t in np.linspace(0, stop, 501)])
         assert (within[1:-1] * v > 0).all()
@@ -116,14 +117,14 @@ def test_a_piece_ends_where_the_velocity_first_changes_sign(k, c):
 def test_coefficients_on_the_branches_are_those_of_the_damper(damper):
     for curve in CURVES:
         given = damper.law_parameters(curve)
-        coefficient = event_kernel.plain(damper.law)["coefficient"]
+        coefficient = event_driven.plain(damper.law)["coefficient"]
         for branch in event_driven.branches(curve, damper):
-            for x in np.linspace(branch[event_kernel.LOW], branch[event_kernel.HIGH], 9)[1:-1]:
+            for x in np.linspace(branch[event_driven.LOW], branch[event_driven.HIGH], 9)[1:-1]:
                 v = 0.3 * (x - 0.2)
                 assert coefficient(branch, given, x, v) == pytest.approx(
                     float(damper.coefficient(curve, x, v)), rel=1e-12
                 )
-                force = branch[event_kernel.STIFFNESS] * x + branch[event_kernel.OFFSET]
+                force = branch[event_driven.STIFFNESS] * x + branch[event_driven.OFFSET]
                 assert force == pytest.approx(float(curve.force(x)), abs=1e-14)
 
 

@@ -10,7 +10,7 @@ from numba import config
 
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.damping.secant import secant_law
-from rockdamp.solvers import event_driven, event_kernel
+from rockdamp.solvers import event_driven
 
 pytestmark = pytest.mark.nojit
 
@@ -28,7 +28,7 @@ def runs(damper):
 @pytest.mark.parametrize("damper", DAMPERS, ids=NAMES)
 def test_compiled_code_does_what_its_source_says(monkeypatch, damper):
     compiled = [] if config.DISABLE_JIT else [*runs(damper)]
-    monkeypatch.setattr(event_kernel, "compiled_run", lambda law: event_kernel.plain(law)["run"])
+    monkeypatch.setattr(event_driven, "compiled_run", lambda law: event_driven.plain(law)["run"])
     plain = [*runs(damper)]
     assert [run.outcome for run in plain] == ["completed", "collapsed"]
     assert plain[0].impacts.size == 1
@@ -71,16 +71,16 @@ def test_two_turns_close_to_each_other_are_both_found(damper, share, turns):
 def test_a_step_turns_where_the_closed_form_does(start_velocity, way):
     """A load that grows from pushing against a slow wall to pushing it on: no turn, one, or two in a single step."""
     c, h, p, slope = 0.05, 0.09, -0.35, 10.0
-    branch, given = np.zeros(event_kernel.DESCRIPTION), (c, 1.0, 0.0)
-    branch[event_kernel.CONSTANT] = -1.0  # by the law, which is constant
+    branch, given = np.zeros(event_driven.DESCRIPTION), (c, 1.0, 0.0)
+    branch[event_driven.CONSTANT] = -1.0  # by the law, which is constant
     start = (0.1, way * start_velocity, way * p, way * slope)
-    rates = np.zeros((2, event_kernel.STAGES + 1))
-    by_law = event_kernel.plain(secant_law)
+    rates = np.zeros((2, event_driven.STAGES + 1))
+    by_law = event_driven.plain(secant_law)
     end = by_law["advance"](branch, given, start, h, rates)
     a_end = by_law["acceleration"](branch, given, start[2] + start[3] * h, *end)
-    rates[:, event_kernel.STAGES] = end[1], a_end
+    rates[:, event_driven.STAGES] = end[1], a_end
     found, turns = by_law["turn"](branch, given, start, h, end, rates)
-    branch[event_kernel.CONSTANT] = c
+    branch[event_driven.CONSTANT] = c
     expected, turned, *_ = by_law["piece"](branch, given, start, h, 0.0, np.inf, rates)
     assert [turns, turned] == 2 * [start_velocity < 0.0061]
     assert found == pytest.approx(expected, abs=1e-12)
@@ -88,7 +88,7 @@ def test_a_step_turns_where_the_closed_form_does(start_velocity, way):
 
 def test_no_power_of_a_whole_exponent_is_compiled_without_the_liberties_that_the_batched_solver_has():
     # Numba would share it with that solver, whose bits would then depend on which of the two is compiled first.
-    tree = ast.parse(Path(event_kernel.__file__).read_text(encoding="utf-8"))
+    tree = ast.parse(Path(event_driven.__file__).read_text(encoding="utf-8"))
     powers = [node.right for node in ast.walk(tree) if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)]
     exponents = [getattr(power, "operand", power) for power in powers]  # without its sign
     assert exponents and not any(type(getattr(exponent, "value", None)) is int for exponent in exponents)

@@ -6,8 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
 from rockdamp import Record
-from rockdamp.solvers.floor_motion import LEFT, POINTS, floor_response
-from rockdamp.solvers.oscillator import Ramps
+from rockdamp.solvers.oscillator import LEFT, POINTS, Ramps, floor_response
 
 STEP, XI = 0.01, 0.05
 

@@ -12,8 +12,8 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark_kernel import impact_within
 from rockdamp.solvers.response import Reference
-from rockdamp.solvers.step_kernel import impact_within
 from rockdamp.vocabulary import MODELS
 
 pytestmark = pytest.mark.nojit

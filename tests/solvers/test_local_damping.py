@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers import event_kernel
+from rockdamp.solvers import event_driven
 from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import solve
@@ -112,7 +112,7 @@ def test_compiled_steps_do_what_their_source_says(monkeypatch, scheme):
 def test_compiled_pieces_do_what_their_source_says(monkeypatch):
     arguments = (CURVE, Damping(LOCAL, 0.2), np.linspace(0.1, 2.5, 9))
     compiled = None if config.DISABLE_JIT else history(*arguments, **START, load=LOAD, load_step=STEP)
-    monkeypatch.setattr(event_kernel, "compiled_run", lambda law: event_kernel.plain(law)["run"])
+    monkeypatch.setattr(event_driven, "compiled_run", lambda law: event_driven.plain(law)["run"])
     plain = history(*arguments, **START, load=LOAD, load_step=STEP)
     assert plain.impacts.size > 0
     if compiled is not None:

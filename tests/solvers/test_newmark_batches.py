@@ -9,14 +9,13 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import available_threads, solve, stable_step
 from rockdamp.solvers.response import (
-    OUTCOMES,
     ComparedHistories,
     Comparison,
     Histories,
     Reference,
     Response,
 )
-from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import MODELS, OUTCOMES, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)  # the wall of Fig. 5
 GROUND = np.random.default_rng(11).normal(size=81)

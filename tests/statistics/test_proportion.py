@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.stats import norm
 
-from rockdamp.statistics.proportion import effective_count, wilson
+from rockdamp.statistics.fragility import effective_count, wilson
 
 
 @pytest.mark.parametrize(("counted", "trials"), [(0, 5), (1, 44), (22, 44), (44, 44), (3, 7)])

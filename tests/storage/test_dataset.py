@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from repository import ROOT
 
-from rockdamp.pipeline.stages import STAGES
+from rockdamp.pipeline.tables import STAGES
 from rockdamp.storage import dataset, glossary
 
 # Parameters and results of `rd.free_decay` and `rd.respond` that no command stores.

@@ -12,7 +12,7 @@ import time
 
 import pytest
 
-from rockdamp.pipeline.stages import STAGES
+from rockdamp.pipeline.tables import STAGES
 from rockdamp.storage import glossary, provenance
 
 MODULES = [

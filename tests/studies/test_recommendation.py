@@ -67,6 +67,17 @@ def test_an_error_that_is_not_known_is_neither_the_least_nor_tied_with_it():
     assert near == [("CDR", "closed form"), ("ECD", "polynomial"), ("ECD", "least error")]
 
 
+def test_errors_over_fewer_walls_are_not_ranked_but_may_be_as_good():
+    """The polynomials err least, by far, but do not reach one wall: the least is that of the sources that do."""
+    compared = scaled(0.9, damping_model="CDR", damping_ratio_source="polynomial")
+    assert at_middle(compared)[0] == ("CDR", "polynomial")
+    missing = (compared["wall"] == compared["wall"][0]) & (compared["damping_ratio_source"] == "polynomial")
+    fewer = made_up.with_excess(compared.assign(pooled=compared["pooled"].where(~missing, 0)))
+    least, near = at_middle(fewer)
+    assert least == ("CDR", "least error") and ("CDR", "polynomial") in near
+    assert marked(under_earthquakes(fewer), "recommended") == [("CDR", "least error")]
+
+
 def test_of_a_damper_with_an_exact_ratio_the_exact_one_is_recommended_where_no_other_errs_less_with_certainty():
     compared = scaled(0.2, damping_model="ECD")
     errors = compared["log_error"].isel(band=0).sel(damping_model="ECD").mean("restitution")

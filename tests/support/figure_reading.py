@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 from report_content import of_name
 
-from rockdamp.pipeline.figures import FIGURES as TABLE
+from rockdamp.pipeline.tables import FIGURES as TABLE
 
 # Drawn in studies/accuracy/test_stage.py, beside what makes their dataset.
 ELSEWHERE = ("fig_accuracy", "fig_rigid")

@@ -147,7 +147,7 @@ def comparison():
                 (*e_dims, "velocity_ratio"),
                 np.broadcast_to(0.01 * FACTOR[:, None, None] * SCALE**0.1, (*lead, SCALE.size)),
             ),
-            "pooled": ("wall", np.array([1, 1, 1, 0, 1])),
+            "pooled": (("wall", "damping_ratio_source"), np.tile([[1], [1], [1], [0], [1]], 3)),
             "records": 100,
             "stations": 50,
             "settled_share": 0.99,

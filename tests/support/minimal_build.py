@@ -1,7 +1,6 @@
 """Files that a build of the minimal config leaves, by the tables of stages and figures."""
 
-from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES, each_study
+from rockdamp.pipeline.tables import FIGURES, STAGES, each_study
 
 RESULTS, LOGS = "results/minimal", "logs/results/minimal"
 WHOLE = [stage for stage in STAGES.values() if "{share}" not in stage.file]

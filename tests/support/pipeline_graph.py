@@ -2,8 +2,7 @@
 
 from collections import Counter
 
-from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES, each_study, reported
+from rockdamp.pipeline.tables import FIGURES, STAGES, each_study, reported
 
 DATASETS = {name for stage in STAGES.values() if stage.dataset for name in each_study(stage.dataset)}
 PAGES = ("report", "paper_page")  # whose captions and whose config they show themselves

@@ -11,8 +11,7 @@ from made_up_earthquakes import dimensions
 from PIL import Image
 from repository import ROOT
 
-from rockdamp.pipeline.figures import FIGURES
-from rockdamp.pipeline.stages import STAGES, reported, writes
+from rockdamp.pipeline.tables import FIGURES, STAGES, reported, writes
 from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset, glossary

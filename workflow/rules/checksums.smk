@@ -10,8 +10,8 @@ rule checksums:
         f"{LOGS}/checksums.log",
     params:
         expected=ORIGINS,
-        sources=verification.CHECKSUM_SOURCES,
-        version=verification.CHECKSUM_SOURCES.version(),
+        sources=verification.SOURCES,
+        version=verification.SOURCES.version(),
     message:
         "The checksums of all results"
     script:

@@ -9,8 +9,8 @@ rule dictionary:
     log:
         f"{LOGS}/dictionary.log",
     params:
-        sources=verification.DICTIONARY_SOURCES,
-        version=verification.DICTIONARY_SOURCES.version(),
+        sources=verification.SOURCES,
+        version=verification.SOURCES.version(),
     message:
         "The data dictionary of all datasets"
     script:

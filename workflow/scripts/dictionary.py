@@ -3,6 +3,6 @@
 from boundary import job
 
 with job(snakemake):
-    from rockdamp.pipeline import dictionary
+    from rockdamp.pipeline import verification
 
-    dictionary.write(snakemake.config["results"])
+    verification.write_dictionary(snakemake.config["results"])

@@ -47,8 +47,7 @@ from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.progress import counting
-from rockdamp.statistics.fragility import fit_fragility, fit_resampled, interval, resample
-from rockdamp.statistics.proportion import effective_count, wilson
+from rockdamp.statistics.fragility import effective_count, fit_fragility, fit_resampled, interval, resample, wilson
 from rockdamp.storage.dataset import variables
 from rockdamp.vocabulary import REFERENCE
 

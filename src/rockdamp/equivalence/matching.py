@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import Scan
-from rockdamp.equivalence.integral_minima import error_at, integral_minima
-from rockdamp.equivalence.minima import RESOLUTION, SCAN, Cases, global_minima
+from rockdamp.equivalence.minima import RESOLUTION, SCAN, Cases, error_at, global_minima, integral_minima
 from rockdamp.progress import track
 from rockdamp.solvers import newmark
 from rockdamp.solvers.newmark import available_threads

@@ -63,7 +63,7 @@ def plain_logarithmic(axes: Axes, x: Sequence[float] | None = None, y: Sequence[
 @styled
 def fig_earthquakes(earthquakes: xr.Dataset, comparison: xr.Dataset) -> Figure:
     """Draw every damper's peaks against CR's, and at the margins where only one of both collapses."""
-    histories = at_source(earthquakes).isel(wall=comparison["pooled"].values == 1)
+    histories = at_source(earthquakes).isel(wall=at_source(comparison)["pooled"].values == 1)
     models = dampers(histories)
     columns = 2 if len(models) <= 4 else 3
     figure = new_figure(20.0 + 160.0 / columns * -(-len(models) // columns))
@@ -182,7 +182,7 @@ def fig_earthquakes_ratio(comparison: xr.Dataset) -> Figure:
 
 
 def standing(statistics: xr.Dataset) -> xr.DataArray:
-    """Return the share of histories on the pooled walls that stand under CR, at each velocity ratio. [-]"""
+    """Return the share of histories on the pooled walls that survive under CR, at each velocity ratio. [-]"""
     collapsed = statistics["collapse_fraction"].sel(damping_model=REFERENCE)
     return 1 - collapsed.isel(wall=np.flatnonzero(statistics["pooled"].values == 1)).mean("wall")
 

@@ -28,9 +28,10 @@ from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import solve, stable_step
-from rockdamp.solvers.response import OUTCOMES, Histories, Response
+from rockdamp.solvers.response import Histories, Response
 from rockdamp.storage import glossary
 from rockdamp.storage.dataset import ATTRIBUTES
+from rockdamp.vocabulary import OUTCOMES
 
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'

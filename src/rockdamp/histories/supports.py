@@ -28,7 +28,7 @@ from rockdamp.mechanics.building import RIGID_PERIOD, Building, Diaphragm
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.catalogue import GroundMotion, load_records
 from rockdamp.motions.records import Record
-from rockdamp.solvers.floor_motion import floor_response
+from rockdamp.solvers.oscillator import floor_response
 
 Records = str | os.PathLike[str] | GroundMotion | Iterable[str | os.PathLike[str] | GroundMotion]
 SMALL = 0.05  # ASSUME: joints that close within this part of u_ins of each other close together

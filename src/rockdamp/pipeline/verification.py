@@ -1,4 +1,6 @@
-"""Verify results: each file must be of the config and the sources at hand, and have the bytes that were written.
+"""What ends a build, its data dictionary and its checksums, and what verifies a build by these.
+
+Each file must be of the config and the sources at hand, and have the bytes that were written.
 
 Snakemake decides what runs. At the end of a complete build one list is written, checksums.csv in the folder of the
 results, with the checksum, the config and the sources of each file. `mismatches` compares a folder with its list.
@@ -15,18 +17,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rockdamp.config import Config
-from rockdamp.pipeline.figures import REPORT, drawn
-from rockdamp.pipeline.stages import built, reported
+from rockdamp.pipeline.tables import FIGURES, REPORT, STAGES, built, drawn, reported, writes
 from rockdamp.progress import track
+from rockdamp.storage import glossary
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.provenance import Sources, config_digest
 from rockdamp.vocabulary import STUDIES
 
 CHECKSUMS = "checksums.csv"  # in the folder of the results
 COLUMNS = ("file", "sha256", "config_sha256", "code_version")
-CHECKSUM_SOURCES = Sources((__name__,))
 DICTIONARY = "dictionary.md"
-DICTIONARY_SOURCES = Sources(("rockdamp.pipeline.dictionary",))
+SOURCES = Sources((__name__,))  # of both
+GLOSSARY = "storage/glossary.yaml"  # of which all counts here: datasets that commands write are listed too
 
 
 class Origin(NamedTuple):
@@ -51,7 +53,7 @@ def origins(config: Config, count: Callable[[Sequence[str]], int]) -> dict[str, 
     for figure in drawn(reported(stages.values())).values():
         origin = Origin(drawn_with, figure.sources.version())
         expected |= {f"figures/{figure.name}.{suffix}": origin for suffix in config.figures.formats}
-    expected[DICTIONARY] = Origin(config_digest({}), DICTIONARY_SOURCES.version())
+    expected[DICTIONARY] = Origin(config_digest({}), SOURCES.version())
     page = Origin(config_digest(config.plain()), REPORT.version())
     return expected | {"report.html": page, "paper.html": page}
 
@@ -131,3 +133,67 @@ def _files(folder: Path) -> Iterator[Path]:
             yield path
         elif not (path / CHECKSUMS).is_file():
             yield from _files(path)
+
+
+# --- the data dictionary ----------------------------------------------------------------------------------------------
+
+
+def used_by(kind: str) -> list[str]:
+    """Return the stages, figures and pages that use a stage's dataset."""
+    inputs: dict[str, Sequence[str]] = {name: stage.datasets for name, stage in STAGES.items()}
+    inputs |= {name: figure.inputs for name, figure in FIGURES.items()}
+    inputs["report"] = reported(STAGES.values())
+    return [name for name, datasets in inputs.items() if any(writes(STAGES[kind], dataset) for dataset in datasets)]
+
+
+def write_dictionary(folder: str | os.PathLike[str]) -> None:
+    """Write the data dictionary of a folder of results; of studies and chunks the first stands for all."""
+    built = {name: Path(folder, stage.first_file) for name, stage in STAGES.items() if stage.dataset}
+    with replacing(Path(folder, DICTIONARY)) as temporary:
+        text = "\n".join(_lines({name: path for name, path in built.items() if path.is_file()}))
+        temporary.write_text(f"{text}\n", encoding="utf-8", newline="\n")
+
+
+def _lines(built: Mapping[str, Path]) -> Iterator[str]:
+    from rockdamp.storage import dataset  # slow to load, and the Snakefile imports this module at every start
+
+    yield from (
+        "# Data dictionary",
+        "",
+        f"Each file is NetCDF-4 under {dataset.CONVENTIONS} and opens with `xarray.open_dataset`. It has the",
+        "attributes `title`, `source`, `references`, `Conventions`, `config_sha256` (digest of the part of the config",
+        "that it depends on) and `code_version` (version and digest of the code that its values depend on). Of a file",
+        "with `{study}`, the dimensions are those of the study of amplitude. Other studies have their own parameter:",
+        f"{', '.join(f'`{parameter}` ({study})' for study, parameter in STUDIES.items())}.",
+        f"Units and meanings are those of the package's `{GLOSSARY}`.",
+    )
+    for kind, path in built.items():
+        yield from (
+            "",
+            f"## `{STAGES[kind].file}`",
+            "",
+            f"{STAGES[kind].title}. Used by {', '.join(used_by(kind))}.",
+            "",
+        )
+        yield from ("| variable | dimensions | units | meaning | symbol |", "|---|---|---|---|---|")
+        with dataset.connect(path) as opened:
+            for name, variable in opened.variables.items():
+                dims = ", ".join(f"`{dim}`" for dim in variable.dims) or "(none)"
+                yield f"| `{name}` | {dims} | {_row(variable.attrs)} |"
+    for kind, entry in glossary.read()["datasets"].items():
+        if "written_by" in entry:
+            yield from (
+                "",
+                f"## `{entry['file']}`",
+                "",
+                f"{entry['title']}. `{entry['written_by']}` writes such a file.",
+            )
+            yield from ("", "| variable | units | meaning | symbol |", "|---|---|---|---|")
+            for name, texts in glossary.variables(kind).items():
+                yield f"| `{name}` | {_row(texts)} |"
+
+
+def _row(texts: Mapping[str, str]) -> str:
+    from rockdamp.storage.dataset import ATTRIBUTES
+
+    return " | ".join(texts.get(key, "") for key in ATTRIBUTES)

@@ -13,16 +13,16 @@ from rockdamp.report import earthquake_criterion as criterion
 from rockdamp.report import interactive
 from rockdamp.report.earthquake_criterion import off
 from rockdamp.storage.dataset import Datasets
-from rockdamp.text import DASH, number, percent, plain
+from rockdamp.text import DASH, counted, number, percent, plain
 from rockdamp.vocabulary import LOCAL, RECOMMENDED, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
 
 ORDERS = "earthquakes/orders"
 OFFER_OF_LOCAL = "local damping alone (discrete elements)"
 # How far the recommended damper is from restitution: the words, the name in the recommendation, and of a changed e.
 CERTAINTY = (
+    ("root mean square", "log_error", "sensitivity_to_restitution", off),
     ("median", "log_error_median", "sensitivity_to_restitution_median", off),
     ("1 in 10 exceeds", "log_error_90", "sensitivity_to_restitution_90", off),
-    ("root mean square", "log_error", "sensitivity_to_restitution", off),
     ("collapses missed", "false_safe_rate", "sensitivity_false_safe_rate", percent),
     ("collapses added", "false_collapse_rate", "sensitivity_false_collapse_rate", percent),
 )
@@ -49,7 +49,7 @@ def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
         "e": [plain(e) for e in whole["restitution"].values],
         "ratios": ratios(data, a1),
         "release": plain(whole["release_amplitude"]),
-        "records": int(whole["records"]),
+        "selection": selection(data),
         "change": plain(whole["restitution_change"]),
         "certainty": [
             (words, over_e(cell[name], show), over_e(whole[changed], show)) for words, name, changed, show in CERTAINTY
@@ -63,6 +63,7 @@ def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
         "force": number(whole["crossing_force"]),
         "by_wall": criterion.counted_in_short(data[ORDERS]) if ORDERS in data else None,
         "amplitude": of_amplitude(data["loss_law"]) if "loss_law" in data else None,
+        "reservations": list(criterion.reservations(data[ORDERS]).values()) if ORDERS in data else [],
         "before": off(whole["before_impact_log_error"]),
         "pulse_e": plain(whole["pulse_restitution"]),
         "slow": off(cell["slow_pulse_log_error"]),
@@ -93,6 +94,17 @@ def of_amplitude(study: xr.Dataset) -> dict[str, str]:
         "exponent": plain(g[g.size // 2]),
         "exponents": f"{plain(g[0])} to {plain(g[-1])}",
     }
+
+
+def selection(data: Datasets) -> str:
+    """Say over which histories the errors are: the same for every damper of the tables."""
+    records = f"{int(data['recommendation']['records'])} earthquake records"
+    if "comparison" not in data:
+        return records
+    compared = data["comparison"]
+    walls = int(compared["pooled"].sel(damping_ratio_source=RECOMMENDED_SOURCE).sum())
+    peaks = f"{plain(compared['band_start'][0])} to {plain(compared['band_end'][0])}"
+    return f"{counted(walls, 'wall')} under {records}, peaks of {peaks} u_ins under restitution"
 
 
 def over_e(values: xr.DataArray, show: Any) -> list[str]:
@@ -131,7 +143,10 @@ def shown_ratio(ratios: dict[str, Any] | None, model: str, e: str) -> str:
 
 
 def by_program(data: Datasets) -> list[dict[str, Any]]:
-    """Return the rows of the table of dampers by what a program takes, by their error at the middle e."""
+    """Return the rows of the table of dampers by what a program takes, by their error at the middle e.
+
+    Of errors that read the same the damper that misses fewer collapses comes first.
+    """
     leading = data["recommendation"].sel(damping_ratio_source=RECOMMENDED_SOURCE)
     rows = [
         _row(offer, model, refers_to(model), leading["log_error"], leading["false_safe_rate"])
@@ -151,7 +166,12 @@ def by_program(data: Datasets) -> list[dict[str, Any]]:
             )
         )
     middle = leading.sizes["restitution"] // 2
-    return sorted(rows, key=lambda row: float(np.nan_to_num(row["log_error"][middle], nan=np.inf)))
+    return sorted(rows, key=lambda row: (_as_shown(row["log_error"][middle]), _as_shown(row["false_safe"][middle])))
+
+
+def _as_shown(value: float) -> float:
+    """Round to the digits that `off` and `percent` show; infinite if not known."""
+    return float(f"{np.expm1(value):.1e}") if np.isfinite(value) else np.inf
 
 
 def _row(offer: str, model: str, refers: str, log_error: xr.DataArray, false_safe: xr.DataArray) -> dict[str, Any]:
@@ -162,6 +182,7 @@ def _row(offer: str, model: str, refers: str, log_error: xr.DataArray, false_saf
         "title": damper_classes()[model].title,
         "refers_to": refers,
         "log_error": error.values,
+        "false_safe": missed.values,
         "error": over_e(error, off),
         "missed": over_e(missed, percent),
     }

@@ -144,30 +144,53 @@ def verdicts(verdict: xr.DataArray) -> list[str]:
     return [VERDICTS[int(value)] for value in of_order.values.ravel()]
 
 
+def _drawn(orders: xr.Dataset) -> xr.DataArray:
+    """Return for how many walls the recommended order is enough, by drawing of the bootstrap and e."""
+    return orders["drawn_wall_count"].sel(change=DECISIVE_CHANGE).sel(order=RECOMMENDED_ORDER, method="nearest")
+
+
 def counted(orders: xr.Dataset) -> list[str]:
-    """Say at each e for how many walls the recommended order is enough: "3 of 8 at e = 0.75 (4 undecided)"."""
-    judged = orders.isel(record_set=0).sel(change=DECISIVE_CHANGE)["wall_verdict"]
-    told = []
-    for e in orders["restitution"].values:
-        words = verdicts(judged.sel(restitution=e))
-        others = {"undecided": words.count("undecided"), "beyond the limit": words.count("exceeds")}
-        rest = ", ".join(f"{count} {name}" for name, count in others.items() if count)
-        told.append(f"{words.count('enough')} of {len(words)} at e = {plain(e)}{f' ({rest})' if rest else ''}")
-    return told
+    """Say at each e for how many walls the recommended order is enough, by drawing: "2 to 4 of 8 at e = 0.75"."""
+    of = f"of {orders.sizes['wall']} at e ="
+    drawn = _drawn(orders)
+    return [f"{span(drawn.sel(restitution=e), _count)} {of} {plain(e)}" for e in orders["restitution"].values]
+
+
+def _count(value: Any) -> str:
+    return str(int(value))
 
 
 def counted_in_short(orders: xr.Dataset) -> str:
-    """Say for how many walls the recommended order is enough, over all e: "2 to 6 of 8 walls, by e; ..."."""
+    """Say for how many walls the recommended order is enough, over all e and drawings, and what the others are."""
     judged = orders.isel(record_set=0).sel(change=DECISIVE_CHANGE)["wall_verdict"]
-    of_each = [verdicts(judged.sel(restitution=e)) for e in orders["restitution"].values]
-    enough = np.array([words.count("enough") for words in of_each])
-    others = [
-        name
-        for name, word in (("undecided", "undecided"), ("beyond the limit", "exceeds"))
-        if any(word in words for words in of_each)
-    ]
+    words = verdicts(judged)
+    others = [name for name, word in (("undecided", "undecided"), ("beyond the limit", "exceeds")) if word in words]
     rest = f"; the others are {' or '.join(others)}" if others else ""
-    return f"{span(enough, str)} of {orders.sizes['wall']} walls, by e{rest}"
+    walls = f"{span(_drawn(orders), _count)} of {orders.sizes['wall']} walls"
+    return f"{walls}, by e and by the drawing of the bootstrap{rest}"
+
+
+def reservations(orders: xr.Dataset) -> dict[str, str]:
+    """Say in a sentence each what speaks against the recommended order; empty where nothing does.
+
+    ``change``: where a change of e by the same amount everywhere asks for more. ``halves``: how often halves of the
+    stations agree. ``walls``: the walls for which no order is shown to be enough at any e.
+    """
+    m, told, judged = RECOMMENDED_ORDER, splits(orders), orders.isel(record_set=0)
+    least = judged["smallest_order"].sel(change="e")
+    more = [
+        f"{'no order' if name == NONE else f'order {name}'} at e = {plain(order['restitution'])}"
+        for order, name in ((order, smallest(order)) for order in least)
+        if name == NONE or float(order) > m
+    ]
+    of_wall = judged["wall_smallest_order"].sel(change=DECISIVE_CHANGE)
+    never = orders["wall"].values[of_wall.isnull().all("restitution").values]
+    return {
+        "change": f"Beside {changes(orders)['e']} it takes {listed(more)}." if more else "",
+        "halves": f"Chosen on one half of the stations, it was enough on the other in {told['both']} of"
+        f" {told['count']} splits; whatever was chosen, in {told['recommended_passes']}.",
+        "walls": f"For {listed(map(str, never))} no order is shown to be enough at any e." if never.size else "",
+    }
 
 
 def splits(orders: xr.Dataset, change: str = DECISIVE_CHANGE) -> dict[str, str]:

@@ -251,6 +251,8 @@ def _orders(orders: xr.Dataset | None, advice: xr.Dataset) -> dict[str, Any]:
         "order_e": [plain(e) for e in orders["restitution"].values],
         "loss_change": criterion.changes(orders)[DECISIVE_CHANGE],
         "counted": listed(criterion.counted(orders)),
+        "drawings": orders.sizes["drawing"],
+        "reservations": criterion.reservations(orders),
         "splits": criterion.splits(orders),
     }
 
@@ -291,11 +293,16 @@ def _walls(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
     middle = walls.sizes["restitution"] // 2
     ratio = walls["damping_ratio"].isel(restitution=middle).sel(damping_model=dampers(walls))
     sources = [str(source) for source in walls["damping_ratio_source"].values]
-    apart = compared["wall"].values[compared["pooled"].values != 1]
+    pooled = compared["pooled"] == 1
+    without = {source: ~pooled.sel(damping_ratio_source=source).values for source in sources}
     return {
         "walls": [(walls.isel(wall=index), ratio.isel(wall=index)) for index in range(walls.sizes["wall"])],
         "wall_e": plain(walls["restitution"][middle]),
         "models": dampers(walls),
         "sources": [SOURCES.get(source, source) for source in sources],
-        "apart": listed(map(str, apart)),
+        "apart": [
+            (SOURCES.get(source, source), listed(map(str, compared["wall"].values[missing])))
+            for source, missing in without.items()
+            if missing.any()
+        ],
     }

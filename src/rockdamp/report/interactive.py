@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rockdamp.equivalence import integral_minima
+from rockdamp.equivalence import minima
 from rockdamp.equivalence.closed_form import NODES, PLATEAU_PIECES, WEIGHTS
 from rockdamp.equivalence.minima import RIVALS, SCAN, SCAN_STEP
 from rockdamp.figures.style import style_of
@@ -109,11 +109,11 @@ def data(
             "scan": np.geomspace(SCAN.smallest, SCAN.largest, SCAN.points).tolist(),
             "every": max(1, round(SCAN_STEP / step)),
             "rivals": RIVALS,
-            "nodes": integral_minima.NODES.tolist(),
-            "inner": float(integral_minima.NODES[integral_minima.INNER][-1]),
-            "half_width": integral_minima.HALF_WIDTH,
-            "widest": integral_minima.WIDEST,
-            "moves": integral_minima.MOVES,
+            "nodes": minima.NODES.tolist(),
+            "inner": float(minima.NODES[minima.INNER][-1]),
+            "half_width": minima.HALF_WIDTH,
+            "widest": minima.WIDEST,
+            "moves": minima.MOVES,
             "refinement": REFINEMENT,
             "rest": REST,
         },

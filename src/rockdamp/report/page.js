@@ -22,6 +22,7 @@
     for (const cell of document.querySelectorAll("#answer [data-local]")) cell.textContent = `α = ${Math.tanh(-Math.log(e)).toPrecision(3)}`;
     const off = JSON.parse(document.getElementById("answer").dataset.e).map((studied) => Math.abs(Number(studied) - e));
     const nearest = off.indexOf(Math.min(...off));
+    document.getElementById("answer-nearest").textContent = off[nearest] > 1e-9 ? `, the nearest studied to ${slider.value}` : "";
     for (const part of document.querySelectorAll("[data-by-e]")) part.textContent = JSON.parse(part.dataset.byE)[nearest];
   }
 

@@ -22,7 +22,7 @@ from rockdamp.config import Config
 from rockdamp.errors import InputError
 from rockdamp.figures.style import by_model
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.tables import FIGURES
 from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing

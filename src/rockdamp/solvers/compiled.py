@@ -25,7 +25,8 @@ from numba.extending import register_jitable
 from rockdamp.errors import InputError, InputWarning
 
 PACKAGE = Path(__file__).parents[1]
-SHARED, DAMPERS = ("mechanics/trilinear.py", "solvers/*_kernel.py"), "mechanics/damping/*.py"
+SHARED = "mechanics/trilinear.py", "solvers/*_kernel.py", "solvers/event_driven.py", "solvers/oscillator.py"
+DAMPERS = "mechanics/damping/*.py"
 # The errors by which a file of the cache shows that it is cut, empty or something else.
 DAMAGED = (AttributeError, EOFError, ImportError, IndexError, KeyError, ValueError, pickle.UnpicklingError)
 

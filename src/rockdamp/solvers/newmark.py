@@ -21,10 +21,10 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers import peaks_kernel
-from rockdamp.solvers.batch import Batch
 from rockdamp.solvers.response import (
     COLLAPSED,
     RESPONSES,
+    Batch,
     ComparedHistories,
     ComparedPeaks,
     Comparison,

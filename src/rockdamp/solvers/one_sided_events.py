@@ -24,8 +24,8 @@ from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.mechanics.one_sided import OneSidedForce, Stop
 from rockdamp.solvers.compiled import compiled
-from rockdamp.solvers.event_kernel import closed_state, closed_turn, responses
-from rockdamp.solvers.response import OUTCOMES
+from rockdamp.solvers.oscillator import closed_state, closed_turn, responses
+from rockdamp.vocabulary import OUTCOMES
 
 # A row for each lane: what `OneSidedForce.parameters` says, then the stop, the load and the start.
 SLOPE, INITIAL, B1, KS, A1, A2, A3, KT, FT, GAP, RUPTURE, KC, C, PULLS, E, FACTOR, STEP, X0, V0 = range(19)

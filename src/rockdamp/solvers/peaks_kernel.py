@@ -35,10 +35,10 @@ from rockdamp.solvers.newmark_kernel import (
     V,
     X,
     compare_with,
+    double_energy,
     ground_at,
     load_by_several,
 )
-from rockdamp.solvers.step_kernel import double_energy
 
 LANE = full.CROSSINGS  # the row that holds the lane's number here
 INTERVAL = 128  # steps between two looks at who leaves

@@ -1,18 +1,25 @@
-"""Results of the batched solver, a type for each thing that it can be asked for, and the histories to compare with."""
+"""Results of the batched solver, a type for each thing that it can be asked for, and the histories to compare with.
+
+`Batch` lays the lanes out as the kernel wants them, and reads back what these results hold.
+"""
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Required, TypedDict
+from typing import Any, Required, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockdamp.arguments import real, whole_numbers
-from rockdamp.arrays import Array, ByValue
+from rockdamp.arguments import MOST_ELEMENTS, real, whole_numbers
+from rockdamp.arrays import Array, ByValue, Quantity
+from rockdamp.errors import InputError, require
+from rockdamp.solvers import newmark_kernel as kernel
 
 COMPLETED, COLLAPSED = 0, 1
-OUTCOMES = ("completed", "collapsed")
 
 
 class Options(TypedDict, total=False):
@@ -217,3 +224,153 @@ RESPONSES: dict[tuple[bool, bool], type[Response]] = {
     (False, True): Comparison,
     (True, True): ComparedHistories,
 }
+
+
+# --- lanes as the kernel wants them -----------------------------------------------------------------------------------
+
+CACHE_LINE = 8  # doubles
+OBSERVED = (kernel.ALIVE, kernel.END, kernel.PEAK, kernel.PEAK_AT, kernel.CROSSINGS)
+# As a short history alone takes no longer than what prepares it, nothing is made anew that nothing is written to.
+NO_HISTORIES = np.empty((0, 0, 0))
+NO_FACTORS = np.empty((1, 0, 0))
+NO_COMPARISON = (np.empty((0, 0)), np.empty((0, 0), dtype=np.int64), np.zeros(1, dtype=np.int64), NO_HISTORIES)
+
+
+class Batch:
+    """A batch of lanes of some shape, in the kernel's blocks; copies of the last lane fill up the last block.
+
+    The blocks are as narrow as they can be with so many of them, as an idle lane costs as much as a busy one.
+    """
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self.shape = shape
+        self.lanes = math.prod(shape)
+        least = max(-(-self.lanes // kernel.LANES), 1)
+        self.width = kernel.WIDTHS[bisect_left(kernel.WIDTHS, -(-self.lanes // least))]
+        self.blocks = -(-self.lanes // self.width)
+
+    def require_room(self, stored: int, checkpoints: int) -> None:
+        """Raise `InputError` where the lanes, with what is stored of each, are more than an array may hold."""
+        each = max(stored, checkpoints)
+        if max(self.lanes, 1) * max(kernel.ROWS, each) > MOST_ELEMENTS:
+            raise InputError(
+                f"the batch has {self.lanes:,} lanes, of each of which {each:,} values are stored; there must be at"
+                f" most {MOST_ELEMENTS:,} values, and {MOST_ELEMENTS // kernel.ROWS:,} lanes"
+            )
+
+    def plain(self, *values: Quantity) -> tuple[Quantity, ...]:
+        """Return numbers for arrays where there is one lane, as Python computes faster with these."""
+        if self.lanes != 1:
+            return values
+        return tuple([value.item() if hasattr(value, "item") else value for value in values])
+
+    def _lay(self, rows: NDArray[Any], blocks: NDArray[Any]) -> None:
+        """Lay rows of some values in the batch's shape out in blocks, shape (blocks, rows, width or more)."""
+        rows = rows.reshape(len(rows), self.lanes)
+        full, rest = divmod(self.lanes, self.width)
+        within = rows[:, : full * self.width].reshape(len(rows), full, self.width)
+        blocks[:full, :, : self.width] = within.swapaxes(0, 1)
+        if rest:
+            blocks[full, :, :rest] = rows[:, full * self.width :]
+            blocks[full, :, rest : self.width] = rows[:, -1:]
+
+    def pack(self, rows: Sequence[Quantity]) -> Array:
+        """Lay the first rows out as the kernel wants them, shape (blocks, ROWS * LANES); the others are zero."""
+        if self.lanes == 1:
+            block = np.zeros((1, kernel.ROWS * kernel.LANES))
+            block[0, : len(rows) * kernel.LANES : kernel.LANES] = rows
+            return block
+        laid = np.zeros((kernel.ROWS, *self.shape))
+        for row, value in enumerate(rows):
+            laid[row] = value
+        blocks = _aligned_zeros(self.blocks * kernel.ROWS * kernel.LANES)
+        self._lay(laid, blocks.reshape(self.blocks, kernel.ROWS, kernel.LANES))
+        return blocks.reshape(self.blocks, kernel.ROWS * kernel.LANES)
+
+    def unpack(self, work: Array, rows: Sequence[int]) -> list[Array]:
+        """Return some rows that follow on each other, each in the batch's shape."""
+        first, count = rows[0] // kernel.LANES, len(rows)
+        blocks = work.reshape(self.blocks, kernel.ROWS, kernel.LANES)[:, first : first + count, : self.width]
+        flat = blocks.swapaxes(0, 1).reshape(count, self.blocks * self.width)
+        return [row[: self.lanes].reshape(self.shape) for row in flat]
+
+    def by_motion(self, factors: Array) -> Array:
+        """Return the lanes' factors on each of several motions, shape (blocks, motions, width)."""
+        if len(factors) == 1:
+            return NO_FACTORS if self.blocks == 1 else np.empty((self.blocks, 0, 0))
+        each = np.empty((len(factors), *self.shape))
+        for motion, factor in enumerate(factors):
+            each[motion] = factor
+        blocks = np.empty((self.blocks, len(factors), self.width))
+        self._lay(each, blocks)
+        return blocks
+
+    def ended(self, work: Array, step: Array) -> dict[str, NDArray[Any]]:
+        """Return what `Response` holds: how each lane ended, and its peak."""
+        if self.lanes == 1:
+            alive, end, peak, peak_at, crossings = work[0, OBSERVED[0] : OBSERVED[-1] + 1 : kernel.LANES].tolist()
+            shape = self.shape
+            return {
+                "outcome": np.array(alive == 0.0, np.int8).reshape(shape),
+                "outcome_tau": np.array(end * step).reshape(shape),
+                "peak": np.array(peak).reshape(shape),
+                "peak_tau": np.array(peak_at * step).reshape(shape),
+                "impacts": np.array(crossings, np.int64).reshape(shape),
+            }
+        alive, end, peak, peak_at, crossings = self.unpack(work, OBSERVED)
+        return {
+            "outcome": (alive == 0.0).astype(np.int8),
+            "outcome_tau": end * step,
+            "peak": peak.copy(),  # a view would keep the whole batch in memory
+            "peak_tau": peak_at * step,
+            "impacts": crossings.astype(np.int64),
+        }
+
+    def compare(
+        self, reference: Reference | None, steps: int
+    ) -> tuple[Array, NDArray[np.int64], NDArray[np.int64], Array]:
+        """Return displacements to compare with, the row of each lane in them, the checkpoints and room for the sums."""
+        if reference is None:
+            return NO_COMPARISON
+        case_of_lane = np.zeros((self.blocks, 1, self.width), dtype=np.int64)
+        # The kernel is compiled for arrays that can be written.
+        checkpoints, compared, case = reference.checkpoints.copy(), reference.displacement, reference.case
+        within = (checkpoints >= 1) & (checkpoints <= steps)
+        # Here and not when it is made: it is not copied, as it may be large.
+        require(np.isfinite(compared), "the reference's displacement", compared, "a finite number")
+        require(compared.ndim == 2, "the number of dimensions of the reference", compared.ndim, "2, cases and steps")
+        marks = checkpoints.shape
+        require(len(marks) == 1 and marks[0] > 0, "the shape of checkpoints", str(marks), "(count,)")
+        require(np.diff(checkpoints) > 0, "checkpoints", checkpoints[1:], "ascending")
+        require(within, "checkpoints", checkpoints, f"within 1 to {steps} steps")
+        if compared.shape[1] <= steps:
+            raise InputError(f"the reference has {compared.shape[1] - 1} steps; it must have at least {steps}")
+        require((case >= 0) & (case < compared.shape[0]), "case", case, "a row of the reference")
+        self._lay(np.broadcast_to(case, self.shape)[None], case_of_lane)
+        return compared, case_of_lane[:, 0], checkpoints, np.empty((self.blocks, checkpoints.size, self.width))
+
+    def by_checkpoint(self, error: Array) -> Array:
+        """Return sums, shape (blocks, checkpoints, width), in the shape (checkpoints, *shape)."""
+        count = error.shape[1]
+        return error.swapaxes(0, 1).reshape(count, -1)[:, : self.lanes].reshape(count, *self.shape)
+
+    def histories(self, stored: int) -> Array:
+        """Return room for `stored` values of each lane, NaN until they are reached."""
+        if not stored:
+            return NO_HISTORIES
+        room = np.empty((self.blocks, self.width, stored))
+        room.fill(np.nan)
+        return room
+
+    def trim(self, histories: Array) -> Array:
+        """Return histories in the shape (*shape, stored)."""
+        stored = histories.shape[-1]
+        return histories.reshape(-1, stored)[: self.lanes].reshape(*self.shape, stored)
+
+
+def _aligned_zeros(count: int) -> Array:
+    """Return zeros that begin with a line of the processor's cache, so that no vector of a block lies in two."""
+    spare = np.zeros(count + CACHE_LINE - 1)
+    address: int = spare.__array_interface__["data"][0]
+    start = -(address // spare.itemsize) % CACHE_LINE
+    return spare[start : start + count]

@@ -87,7 +87,8 @@ def bootstrapped(
     `histories` has ``reference_peak`` and ``reference_collapsed`` (record, velocity_ratio, wall, restitution) under
     restitution, and ``peak`` and ``collapsed`` with the alternatives' dimensions beside these. Collapsed is 1, standing
     0, not run -1. `bands` are of the peak under restitution [u/u_ins]; `description` is that of the progress bar. False
-    answers come as counts and as rates among the collapses and the survivals under restitution.
+    answers come as counts and as rates among the collapses and the survivals under restitution, of what the alternative
+    ran.
     """
     order = (*HISTORIES, "restitution")
     other = histories["peak"].transpose(*order, ...)
@@ -166,7 +167,11 @@ def _moments(logarithm: Array, record: NDArray[np.int64], weights: Array) -> dic
 def _outcomes(fell: NDArray[np.bool_], other: NDArray[np.int8], weights: Array) -> dict[str, Any]:
     """Count collapses that only one of both has, also as rates of the collapses and survivals under restitution."""
     rates: dict[str, Any] = {}
-    for name, wrong, cases in (("safe", fell & (other == 0), fell), ("collapse", ~fell & (other == 1), ~fell)):
+    ran = other >= 0
+    for name, wrong, cases in (
+        ("safe", fell & (other == 0), fell & ran),
+        ("collapse", ~fell & (other == 1), ~fell & ran),
+    ):
         # Sums by record: a replicate weighs them by how often it drew the record.
         wrongs, runs = (count.sum(axis=(1, 2)).astype(float) for count in (wrong, cases))
         rates[f"false_{name}"] = int(wrongs.sum())

@@ -115,10 +115,11 @@ def _of_pulses(histories: xr.Dataset) -> tuple[xr.Dataset, tuple[str, ...]]:
 
 
 def _of_records(histories: xr.Dataset, config: Config) -> tuple[xr.Dataset, tuple[str, ...]]:
-    """Add the statistics over all records, with their intervals over stations."""
-    bootstrap = config.comparison.bootstrap
+    """Add the statistics over all records, with their intervals over stations; of the peaks that every study counts."""
+    bootstrap, bands = config.comparison.bootstrap, config.comparison.bands
     weights = resample(histories["station"].values, bootstrap.replicates, bootstrap.seed)
-    compared = bootstrapped(histories.drop_vars("ratio").expand_dims(restitution=1), weights)
+    alternatives = histories.drop_vars("ratio").expand_dims(restitution=1)
+    compared = bootstrapped(alternatives, weights, [(bands[0], bands[-1])])
     names = [*KEPT, *(f"{name}_interval" for name in KEPT)]
     whole = compared[names].isel(band=0, restitution=0)
     return histories.merge(whole.rename({name: f"record_{name}" for name in names})), HISTORIES

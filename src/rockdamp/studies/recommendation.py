@@ -123,17 +123,18 @@ def judge(whole: xr.Dataset) -> xr.Dataset:
     ordered = whole.transpose("restitution", *CHOICES, ...)
     is_damper = (whole["damping_model"] != REFERENCE).values[:, None]
     error = np.where(is_damper, ordered["log_error"].values, np.nan)
-    known = np.isfinite(error).any(axis=(1, 2), keepdims=True)  # e at which any damper has an error
+    ranked = np.where(covers_most(whole["pooled"]).values, error, np.nan)
+    known = np.isfinite(ranked).any(axis=(1, 2), keepdims=True)  # e at which any damper has an error
     least = np.zeros(error.shape, dtype=bool)
     for e in np.flatnonzero(known):
-        least[e].flat[np.nanargmin(error[e])] = True
+        least[e].flat[np.nanargmin(ranked[e])] = True
     lower = ordered["log_error_excess_interval"].sel(bound="lower").values
     near = least | ((lower <= 0) & is_damper & known)
     everywhere: NDArray[np.bool_] = near.all(axis=0)
     use = np.zeros_like(everywhere)
     if everywhere.any():
         # Of several the one of least error over all e; if its damper has an exact ratio, with that.
-        square = np.where(everywhere, (error**2).mean(axis=0), np.inf)
+        square = np.where(everywhere, np.nan_to_num(ranked**2, nan=np.inf).mean(axis=0), np.inf)
         model, source = divmod(int(np.argmin(square)), square.shape[1])
         exact = whole["damping_ratio_source"].values.tolist().index(EXACT_SOURCE)
         if str(whole["damping_model"].values[model]) in Damping.exact_models() and everywhere[model, exact]:
@@ -178,12 +179,16 @@ def _under_pulses(pulses: xr.Dataset, models: NDArray[Any]) -> xr.Dataset:
 
 
 FRACTILES = (0.16, 0.50, 0.84)
+NOT_RUN = -1  # as an outcome
 SHARES = (0.5, 0.9, 0.99, 1.0)
 BY_DAMPER = ("restitution", "damping_model", "damping_ratio_source")
 
 
 def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
-    """Compare every damper, and CR with small changes, with CR, over all records and the walls with every source.
+    """Compare every damper, and CR with small changes, with CR, over all records and walls.
+
+    A source of damping ratios that has none for some wall is compared on the others, beside CR on these too: ``pooled``
+    tells which. CR with small changes is on every wall that has a ratio.
 
     The statistics are those of `against_restitution.bootstrapped`, by band of CR's peak, where the first band is all of
     them. Those of CR with small changes begin with ``varied_``. ``log_error_excess`` is how much more a damper errs
@@ -193,17 +198,19 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)
     edges = config.comparison.bands
     bands = [(edges[0], edges[-1]), *pairwise(edges)]
-    complete = _complete(earthquakes)
-    pooled = earthquakes.isel(wall=complete)
+    has_ratio = _with_ratio(earthquakes)
+    some = has_ratio.any("damping_ratio_source").values
+    pooled, taken = earthquakes.isel(wall=some), has_ratio.isel(wall=some)
+    pooled = pooled.assign(collapsed=pooled["collapsed"].where(taken | (pooled["damping_model"] == REFERENCE), NOT_RUN))
     varied = bootstrapped(_beside_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
     statistics = xr.merge(
         [
             bootstrapped(_beside_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
             varied.rename({name: f"varied_{name}" for name in varied}),
-            _excess(pooled, edges, weights),
-            _pooled_fragility(pooled, weights),
+            _excess(pooled, edges, weights, covers_most(has_ratio).values),
+            _pooled_fragility(pooled.assign(collapsed=pooled["collapsed"].where(taken, NOT_RUN)), weights),
             _per_wall(earthquakes, weights),
-            _misfit(pooled),
+            _misfit(pooled.assign(decay_misfit=pooled["decay_misfit"].where(taken))),
         ],
         join="exact",
     )
@@ -212,7 +219,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         settled_share=settled.mean(),
         records=earthquakes.sizes["record"],
         stations=np.unique(earthquakes["station"]).size,
-        pooled=("wall", complete.astype(np.int8)),
+        pooled=has_ratio.astype(np.int8),
         relative_uncertainty=("share", _uncertainty(earthquakes)),
     ).assign_coords(
         {name: earthquakes[name].values for name in (*BY_DAMPER, "variation", "wall", "velocity_ratio")}
@@ -227,11 +234,17 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _complete(earthquakes: xr.Dataset) -> NDArray[np.bool_]:
-    """Return the walls that have a damping ratio from every source: sources are compared on the same walls."""
+def _with_ratio(earthquakes: xr.Dataset) -> xr.DataArray:
+    """Return, by wall and source, where every damper has a ratio at every e; true everywhere if that is nowhere."""
     defined = earthquakes["damping_ratio"].notnull().sel(damping_model=earthquakes["damping_model"] != REFERENCE)
-    complete = defined.all(BY_DAMPER).values
-    return complete if complete.any() else np.ones_like(complete)
+    everywhere = defined.all(("restitution", "damping_model")).transpose("wall", "damping_ratio_source")
+    return (everywhere if everywhere.any() else xr.ones_like(everywhere)).reset_coords(drop=True)
+
+
+def covers_most(pooled: xr.DataArray) -> xr.DataArray:
+    """Return the sources that have as many walls as any: among these errors are of the same walls, and are ranked."""
+    walls = (pooled == 1).sum("wall")
+    return walls == walls.max()
 
 
 def _uncertainty(earthquakes: xr.Dataset) -> Array:
@@ -260,10 +273,11 @@ def _cr(earthquakes: xr.Dataset) -> int:
     return int(earthquakes["damping_model"].values.tolist().index(REFERENCE))
 
 
-def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array) -> xr.Dataset:
-    """Return how much more each damper errs than the one of least error at its e, where the wall stands with both.
+def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, ranked: NDArray[np.bool_]) -> xr.Dataset:
+    """Return how much more each damper errs than the one of least error at its e, where the wall survives with both.
 
-    Both errors are of the same histories in the same replicate, so that what is common to all dampers cancels.
+    Both errors are of the same histories in the same replicate, so that what is common to all dampers cancels. The
+    least is that of the sources `ranked`.
     """
     stored = earthquakes.transpose("record", "velocity_ratio", "wall", *BY_DAMPER, ...)
     cr = _cr(earthquakes)
@@ -275,7 +289,8 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array) -> xr.Dataset
         square = np.log(np.where(stand, peak / reference, 1.0)) ** 2
         error = root_mean_square(square.sum(axis=(0, 1, 2)), stand.sum(axis=(0, 1, 2)))
         error[cr] = np.nan
-        least: Any = (..., *np.unravel_index(np.argmin(np.nan_to_num(error, nan=np.inf)), error.shape), None, None)
+        candidates = np.where(ranked & np.isfinite(error), error, np.inf)
+        least: Any = (..., *np.unravel_index(np.argmin(candidates), error.shape), None, None)
         both = stand & stand[least]
         # By record: the squares of each damper, of the best one over the same histories, and the count of these.
         sums, least_sums, runs = (np.where(both, each, 0.0).sum(axis=(1, 2)) for each in (square, square[least], both))

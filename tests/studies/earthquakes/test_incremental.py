@@ -12,6 +12,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.newmark import solve
+from rockdamp.statistics.against_restitution import bootstrapped
 from rockdamp.storage import dataset
 from rockdamp.studies import recommendation
 from rockdamp.studies.earthquakes import event_driven_check, incremental
@@ -226,10 +227,40 @@ def test_bands_share_out_the_pairs(config, compared):
     assert compared["band_end"].values.tolist() == [edges[-1], *edges[1:]]
 
 
-def test_only_walls_with_every_source_are_taken_together(study, compared):
-    missing = study["damping_ratio"].isnull().sel(damping_model="CDR").any(("restitution", "damping_ratio_source"))
-    assert missing.any() and not missing.all()
+def test_each_source_is_compared_on_the_walls_that_have_a_ratio_from_it(config, study, compared):
+    """The polynomials have no ratio for one wall: their statistics are those of a study without it, the others' not."""
+    missing = study["damping_ratio"].isnull().sel(damping_model="CDR").any("restitution")
+    assert missing.sum() == 1 and bool(missing.sel(damping_ratio_source="polynomial").any())
     np.testing.assert_array_equal(compared["pooled"] == 1, ~missing)
+    fewer = recommendation.compare_dampers(config, study.isel(wall=~missing.any("damping_ratio_source").values))
+    for name in ("log_error", "pairs", "false_safe_rate", "false_collapse_rate", "median_intensity_ratio_interval"):
+        of_source = {"damping_model": list(VISCOUS_MODELS), "damping_ratio_source": "polynomial"}
+        of_all, of_fewer = (each[name].sel(of_source) for each in (compared, fewer))
+        np.testing.assert_array_equal(of_all, of_fewer)
+    of_source["damping_ratio_source"] = "closed form"
+    pairs = [each["pairs"].isel(band=0).sel(of_source) for each in (compared, fewer)]
+    assert (pairs[0] > pairs[1]).all()
+
+
+def test_rates_of_a_source_count_the_histories_that_it_ran():
+    """CR collapses both walls under the first record; the first wall has no ratio, which is no missed collapse."""
+    fell = np.zeros((2, 1, 2, 2), dtype=bool)
+    fell[0] = True
+    other = np.where(fell, 1, 0).astype(np.int8)[..., None]
+    other[:, :, 0] = -1
+    reference = np.where(fell, 1.5, 0.5)
+    dims = ("record", "velocity_ratio", "wall", "restitution")
+    made = xr.Dataset(
+        {
+            "reference_peak": (dims, reference),
+            "reference_collapsed": (dims, fell.astype(np.int8)),
+            "peak": ((*dims, "source"), 1.1 * reference[..., None]),
+            "collapsed": ((*dims, "source"), np.where(other == 1, 0, other)),
+        }
+    )
+    found = bootstrapped(made, np.ones((3, 2)))
+    assert (found["false_safe"] == 1).all() and (found["false_safe_rate"] == 1.0).all()
+    assert (found["false_collapse_rate"] == 0.0).all() and (found["pairs"] == 1).all()
 
 
 def test_fractiles_end_where_the_record_of_that_rank_collapses(compared):

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from minimal_build import DATASETS, LOGS, OUTPUTS, RESULTS, WHOLE
 
-from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.tables import FIGURES
 
 pytestmark = pytest.mark.workflow
 

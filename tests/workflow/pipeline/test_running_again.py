@@ -4,7 +4,7 @@ import pytest
 from minimal_build import OUTPUTS, RESULTS
 from pipeline_graph import PAGES, jobs_after, readers
 
-from rockdamp.pipeline.figures import FIGURES
+from rockdamp.pipeline.tables import FIGURES
 from rockdamp.storage import yaml_file
 
 pytestmark = pytest.mark.workflow
@@ -93,12 +93,12 @@ EDITS = {
             ("src/rockdamp/histories/loads.py", "and the history would take", "and it would take"),
             ("src/rockdamp/plausibility.py", "the wall does not rock", "the wall stays at rest"),
             ("src/rockdamp/mechanics/wall.py", '"""', '"""Edited. '),
-            ("src/rockdamp/solvers/step_kernel.py", "\n\n\n", "\n\n\n# edited\n"),
+            ("src/rockdamp/solvers/newmark_kernel.py", "\n\n\n", "\n\n\n# edited\n"),
         ],
         [],
     ),
     "a line of a kernel": (
-        [("src/rockdamp/solvers/event_kernel.py", "TOLERANCE = 1e-13", "TOLERANCE = 2e-13")],
+        [("src/rockdamp/solvers/event_driven.py", "TOLERANCE = 1e-13", "TOLERANCE = 2e-13")],
         ["accuracy", "earthquake_check", "population_check"],
     ),
     "a limit of one stage and a label of all figures": (

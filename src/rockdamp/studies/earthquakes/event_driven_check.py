@@ -29,10 +29,9 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
 from rockdamp.solvers.event_driven import history
-from rockdamp.solvers.response import OUTCOMES
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER, NEAR
 from rockdamp.studies.earthquakes.population import mechanics
-from rockdamp.vocabulary import MODELS, REFERENCE
+from rockdamp.vocabulary import MODELS, OUTCOMES, REFERENCE
 
 EDGE = 0.8  # u/u_ins: of the peaks of walls that stand
 STRATA = ("far", "near", "edge", "just collapsed", "unsettled")

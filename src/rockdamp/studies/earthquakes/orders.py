@@ -44,6 +44,7 @@ MEASURES = ("log_error", "false_safe_rate", "false_collapse_rate")
 ENOUGH, UNDECIDED, EXCEEDS = 1, 0, -1  # verdicts on an order
 VARIATIONS = ("step", *chain(*SIDES.values()))  # of CR: a step twice as long, and each change of e
 EVERY_SET = "all"
+DRAWINGS = 12  # of the bootstrap, each with a seed of its own: how far a verdict depends on it
 
 
 def chunk(number: str, config: Config) -> xr.Dataset:
@@ -88,7 +89,8 @@ def compare_orders(config: Config, shares: Sequence[xr.Dataset]) -> xr.Dataset:
     """Compare each order with CR, and with CR after each change of e, over all records, by set of records and by wall.
 
     The first set is all records. ``excess`` is how much more an order errs than CR with the change, and ``verdict``
-    says whether that is enough. ``recommended_order`` is the smallest that is enough at every e over all records.
+    says whether that is enough. ``recommended_order`` is the smallest that is enough at every e over all records. The
+    verdicts over all records are drawn again with other seeds of the bootstrap, ``drawn_``.
     """
     bootstrap = config.comparison.bootstrap
     quakes = config.earthquakes
@@ -101,6 +103,7 @@ def compare_orders(config: Config, shares: Sequence[xr.Dataset]) -> xr.Dataset:
         weights = resample(of_set["station"].values, bootstrap.replicates, bootstrap.seed)
         parts.append(_compare_set(of_set, weights, config.comparison.bands))
     compared = xr.concat(parts, "record_set", join="exact").merge(_splits(histories, config))
+    compared = compared.merge(_drawings(histories, config))
     return compared.assign_coords(
         record_set=sets,
         wall=histories["wall"].values,
@@ -110,6 +113,7 @@ def compare_orders(config: Config, shares: Sequence[xr.Dataset]) -> xr.Dataset:
         change=list(SIDES),
         measure=list(MEASURES),
         split=np.arange(compared.sizes["split"]),
+        drawing=np.arange(DRAWINGS),
         bound=list(BOUND),
         band=np.arange(1, config.comparison.bands.size),
         band_start=("band", config.comparison.bands[:-1]),
@@ -150,6 +154,23 @@ def _judged(histories: xr.Dataset, change: str, weights: Array) -> xr.Dataset:
             "wall_verdict": (("wall", *by), verdict[1:]),
             "wall_smallest_order": (("wall", *by[:1]), smallest[1:]),
         }
+    )
+
+
+def _drawings(histories: xr.Dataset, config: Config) -> xr.Dataset:
+    """Judge every order with other seeds of the bootstrap: all walls together, and for how many walls it is enough."""
+    bootstrap, station = config.comparison.bootstrap, histories["station"].values
+    seeds = np.random.SeedSequence(bootstrap.seed).generate_state(DRAWINGS).tolist()
+    weights = [resample(station, bootstrap.replicates, seed) for seed in seeds]
+    by = ("change", "drawing", "restitution", "order")
+    drawn = np.stack(
+        [
+            [judge(sums, of_drawing)[2] for of_drawing in weights]
+            for sums in (Sums.of(histories, change) for change in track(list(SIDES), "Orders by seed of the bootstrap"))
+        ]
+    )
+    return xr.Dataset(
+        {"drawn_verdict": (by, drawn[:, :, 0]), "drawn_wall_count": (by, (drawn[:, :, 1:] == ENOUGH).sum(axis=2))}
     )
 
 

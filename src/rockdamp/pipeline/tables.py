@@ -1,11 +1,11 @@
-"""Read the table of stages, stages.yaml, with the titles of their datasets from storage/glossary.yaml.
+"""Read the tables of stages and figures, with the titles of datasets from storage/glossary.yaml.
 
-The Snakefile reads it at every start, so it imports nothing that takes long.
+The Snakefile reads them at every start, so this imports nothing that takes long.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from operator import attrgetter
@@ -125,3 +125,53 @@ def reported(stages: Iterable[Stage]) -> list[str]:
     """Return the names of the datasets that the report shows, of these stages."""
     shown = [stage.dataset for stage in stages if stage.dataset and not stage.intermediate]
     return [name for dataset in shown for name in each_study(dataset)]
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """An entry of the table of figures; figures.yaml says what each field means."""
+
+    name: str
+    module: str
+    inputs: Sequence[str]
+    title: str
+    alternative: str
+
+    @property
+    def function(self) -> str:
+        """Full name of the function that draws it."""
+        return f"rockdamp.{self.module}.{self.name}"
+
+    @property
+    def sources(self) -> Sources:
+        """What it depends on: its module, what saves figures, and what reads datasets."""
+        return Sources((f"rockdamp.{self.module}", "rockdamp.figures.output", "rockdamp.storage.dataset"))
+
+    @property
+    def number(self) -> str:
+        """Its name in the paper, ``Fig. 7``; empty for a figure beyond the paper."""
+        return self.title.rpartition(": ")[0] if "Fig. " in self.title else ""
+
+
+FIGURES = {
+    name: Drawing(name=name, **entry)
+    for name, entry in yaml_file.load(
+        files("rockdamp").joinpath("pipeline/figures.yaml").read_text(encoding="utf-8")
+    ).items()
+}
+
+# What the report is made by: the captions stand in the modules of the figures.
+REPORT = Sources(
+    (
+        *("rockdamp.report", "rockdamp.storage.dataset"),
+        *dict.fromkeys(f"rockdamp.{figure.module}" for figure in FIGURES.values()),
+    )
+)
+
+
+def drawn(datasets: Collection[str]) -> dict[str, Drawing]:
+    """Return the figures of which all datasets are there."""
+    return {name: figure for name, figure in FIGURES.items() if set(figure.inputs) <= set(datasets)}
