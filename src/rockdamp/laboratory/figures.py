@@ -271,7 +271,6 @@ def fig_identification_caption(identification: xr.Dataset) -> str:
 # --- free rocking -----------------------------------------------------------------------------------------------------
 
 MARKERS = ("o", "s", "^", "D", "v")
-INK = "#0072B2"
 FREE_ROCKING_HEIGHT = 150.0  # [mm]
 
 
