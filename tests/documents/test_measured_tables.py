@@ -1,5 +1,6 @@
 """The measured numbers in the documents: the tool writes them from datasets, and the pages hold what it writes."""
 
+import io
 import re
 
 import identification_tables
@@ -18,7 +19,7 @@ from published_models import PUBLISHED
 from repository import ROOT
 from scipy.special import ndtr
 
-from rockdamp.equivalence.programs import advice, false_safe
+from rockdamp.equivalence.programs import advice, advice_at_the_stop, false_safe, stop_errors
 from rockdamp.histories.measured_test import made_by
 from rockdamp.motions.records import read_record
 from rockdamp.report.earthquakes import STRATA
@@ -195,6 +196,28 @@ def test_errors_of_the_fits_are_the_largest_over_the_cracked_stiffness(made_up):
 def test_the_package_ships_the_false_safe_shares_of_the_full_study():
     shown = (measured_tables.SHIPPED / "false_safe.csv").read_text(encoding="utf-8")
     assert shown == measured_tables.false_safe(built()["comparison"])
+
+
+def test_the_package_ships_the_errors_at_the_stop_of_the_full_study():
+    shown = (measured_tables.SHIPPED / "one_sided.csv").read_text(encoding="utf-8")
+    assert shown == measured_tables.shipped(built()["one_sided"])
+
+
+def test_the_shipped_errors_at_the_stop_are_those_of_the_page_at_the_nearest_e(made_up):
+    found = stop_errors(0.52)
+    rows = [line.strip("| ").split(" | ") for line in SHOWN["one_sided"].splitlines()]
+    (line,) = (row for row in rows if row[:2] == ["0.5", "stop, 2500 k1"])
+    assert found["restitution"] == 0.5
+    assert [100 * found["missed"], 100 * found["added"]] == pytest.approx(numbers(" ".join(line[4:6])), abs=0.06)
+    assert found["median"] == pytest.approx(numbers(line[6]), abs=0.006)
+    ratios = numbers(" ".join(line[2:4]))
+    assert found["peak"] == pytest.approx((min(ratios), max(ratios)), abs=0.006)
+    assert f"missed {100 * found['missed']:.2g} % of the collapses" in advice_at_the_stop(0.52)
+    study = made_up["one_sided"]
+    least = pd.read_csv(io.StringIO(measured_tables.shipped(study)))["least_peak"].to_numpy()
+    np.testing.assert_allclose(
+        least, study["median_ratio"].min("band").transpose("restitution", "alternative").values.ravel(), atol=6e-4
+    )
 
 
 def test_the_shipped_shares_are_of_every_damper_at_the_nearest_e():

@@ -46,7 +46,6 @@ from rockdamp.cli.options import (
     with_default,
 )
 from rockdamp.cli.supports import (
-    beside,
     building_options,
     capacity_option,
     check_values,
@@ -173,7 +172,7 @@ def assess_command(
     buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
     from rockdamp.assessment.assess import assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
-    from rockdamp.equivalence.programs import frequencies, typed_in
+    from rockdamp.equivalence.programs import frequencies, stop_damper, typed_in
     from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.plausibility import of_supports, warn
 
@@ -184,8 +183,6 @@ def assess_command(
 
     diaphragm, parapet = diaphragm or of_row, hasattr(wall, "hinge_ratio") is False
     one_sided = wall if isinstance(wall, OneSidedWall) else None
-    if one_sided and report is not None:
-        raise click.UsageError("--report has no page of a wall against a stop; --plot, --output and --json are there")
     if loss.get("exponent") and report is not None:
         raise click.UsageError("--report has no page of a loss with an exponent; --plot, --output and --json are there")
     placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
@@ -218,7 +215,7 @@ def assess_command(
         write_nrml(fragilities(answer, [taxonomy]), answer.attrs["intensity_measure"], options["nrml"], modelling)
     taken = float(answer["restitution"])
     typed, constants = [] if one_sided else typed_in(wall, curve, taken), frequencies(wall, curve)
-    stop = beside(one_sided, curve, taken) if one_sided else {}
+    stop = stop_damper(one_sided, curve, taken) if one_sided else {}
     bare = without_ties(one_sided, curve, answer, motions) if one_sided else None
     if report is not None:
         from rockdamp.report import one_wall
@@ -244,7 +241,7 @@ def assess_command(
     else:
         show(answer, wall, units)
         if one_sided:
-            show_one_sided(one_sided, stop, bare, len(motions))
+            show_one_sided(one_sided, stop, bare, len(motions), taken)
         else:
             show_damping(typed, constants, taken, units)
             if loss_law(answer):
