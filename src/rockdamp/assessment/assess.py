@@ -327,7 +327,7 @@ def _loss(exponent: float, at: float) -> Loss:
     return loss
 
 
-def _stated(loss: Loss) -> dict[str, float]:
+def _stated(loss: Loss) -> dict[str, Any]:
     """Return the variables that say of an answer that its loss depends on the amplitude; none for one e."""
     return {"loss_exponent": loss.exponent, "reference_amplitude": loss.at} if loss.exponent else {}
 

@@ -332,7 +332,7 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
     return curve
 
 
-def loss_of(options: Mapping[str, Any]) -> dict[str, float]:
+def loss_of(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the exponent of the loss and the amplitude of e, those that were given."""
     loss = {name: options[name] for name in ("exponent", "at") if options[name] is not None}
     if "at" in loss and "exponent" not in loss:
