@@ -23,7 +23,7 @@ def rocking(data: Data) -> str:
     exponents = [_with_bounds(one, "amplitude_exponent") for one in (study.sel(impacts_used=n) for n in counts)]
     rows.append(["exponent of the energy left", *exponents])
     law = study["log_likelihood"].max("damping_model") - study["law_log_likelihood"]
-    rows.insert(-1, ["the law of loss, g fitted", *(f"{float(value):.1f}" for value in law)])
+    rows.insert(-1, ["the law of loss, g fitted", *(f"{round(float(value), 1) + 0.0:.1f}" for value in law)])
     rows.append(["g of the law", *(f"{float(value):.2f}" for value in study["loss_exponent"])])
     rows.append(["trials with more impacts than the law allows", *map(percent, study["share_beyond_stop"])])
     beyond = {name: (behind.sel(damping_model=name) > math.log(TIMES)).values for name in names}

@@ -83,6 +83,7 @@ def made_up():
         "spectrum_method": made_up_studies.spectrum_method(),
         "identification": identification_as_configured(),
         "measured_rocking": made_up_studies.measured_rocking(),
+        "one_sided": one_sided_as_configured(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
     }
@@ -103,6 +104,16 @@ def orders_as_configured():
     stated = {name: earthquakes["orders"][name] for name in ("loss_change", "test_spread")}
     made_up = made_up.isel(repeated).assign_coords(wanted)
     return made_up.assign(restitution_change=earthquakes["restitution_change"], **stated)
+
+
+def one_sided_as_configured():
+    """Made-up numbers of the facades, steps and two-sided e of the paper's config."""
+    study = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["one_sided"]
+    wanted = {name: study[name] for name in ("contact_step", "two_sided_restitution")}
+    wanted["wall"] = [facade["name"] for facade in study["facades"]]
+    made_up = made_up_studies.one_sided()
+    repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}
+    return made_up.isel(repeated).assign_coords(wanted)
 
 
 def identification_as_configured():

@@ -76,3 +76,14 @@ def test_what_small_releases_cost_is_that_of_the_table_of_the_law():
         "docs/earthquakes.md", r"\| 0\.26 \| 0\.3 u_ins \| ([\d.]+) .*? \| 0\.26 \| 0\.5 u_ins \| ([\d.]+) "
     ):
         assert abs(1 / ratio - 1) < 0.5 * SMALL_RELEASE_OVERSTATES and RELEASES == "0.3 to 0.5 u_ins"
+
+
+def test_the_noise_in_one_impact_s_scatter_is_that_of_the_table_of_the_trials():
+    noise = stated("docs/measured.md", r"\| noise of one ratio in it: .*? \| ([\d.]+) \|")
+    noise += stated("docs/measured.md", r"\| odd and even impacts that differ: .*? \| ([\d.]+) \|")
+    (scatter,) = stated("docs/measured.md", r"\| their deviation from trial to trial \| ([\d.]+) \|")
+    for page in ("docs/howto/choose-inputs.md", "docs/assumptions.md"):
+        low, high, least, most = stated(
+            page, r"(0\.03) to (0\.04), .{0,40}?(0\.01\d) to (0\.01\d) of noise of the ratio"
+        )
+        assert [least, most] == sorted(noise) and low <= scatter <= high

@@ -23,6 +23,7 @@ from rockdamp.histories import one_sided
 from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
+from rockdamp.mechanics.damping.base import IMPACT
 from rockdamp.mechanics.damping.ecd import least_restitution
 from rockdamp.mechanics.one_sided import CONTACT_STEP, CONTACT_STIFFNESS, OneSidedWall, Tie, stop_damping_ratio
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -136,7 +137,7 @@ def collapses(
 
 def _parameter(damping: Damping, name: str, walls: int) -> Array:
     """Return a parameter of a damper for each wall; restitution has none."""
-    return np.full(walls, np.nan if damping.is_impact else getattr(damping, name))
+    return np.full(walls, np.nan if damping.step_kind == IMPACT else getattr(damping, name))
 
 
 # --- a finer step near collapse ---------------------------------------------------------------------------------------

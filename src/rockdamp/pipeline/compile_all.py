@@ -32,7 +32,8 @@ def compile_all(processes: int = 1) -> None:
     dampers = [*models, Damping.power(1.3, 0.05), Damping("ECD", 0.05, order=8)]
     runs = [partial(_run_oscillator)]  # the quickest tells whether anything is to be compiled
     runs += [partial(_run, damping, peaks_only=True) for damping in (Damping(LOCAL, 0.5), *dampers)]
-    runs += [partial(_run_exactly, damping) for damping in models]
+    # Dampers may share a law, and one run compiles it for all: two processes would both compile it.
+    runs += [partial(_run_exactly, damping) for damping in {damping.law: damping for damping in models}.values()]
     runs += [partial(_run, damping) for damping in (*dampers, Damping("ECD", 0.05, order=2.5))]
     runs += [partial(_run_one_sided_exactly), partial(_run_one_sided)]
     for count, run in enumerate(runs, 1):
