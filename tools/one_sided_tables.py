@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from table_text import interval, percent, table
 
@@ -24,6 +25,15 @@ def one_sided(data: dict[str, xr.Dataset]) -> str:
             rows.append([f"{e:g}", str(name), below, above, *rates, collapse])
     head = ["e", "in place of it", f"peaks below {LOW:g}", "peaks above", "missed", "added", "median of collapse"]
     return table(head, rows)
+
+
+def shipped(study: xr.Dataset) -> str:
+    """Return the errors by e and alternative as the package ships them, for `rockdamp.equivalence.programs`."""
+    one = study[["false_safe_rate", "false_collapse_rate"]].round(4)
+    for name, of, over in (("peak", "median_ratio", "band"), ("median", "median_intensity_ratio", "wall")):
+        one[f"least_{name}"], one[f"largest_{name}"] = study[of].min(over).round(3), study[of].max(over).round(3)
+    rows: pd.DataFrame = one.to_dataframe(dim_order=["restitution", "alternative"]).reset_index()
+    return str(rows.to_csv(index=False, lineterminator="\n"))
 
 
 def _range(values: np.ndarray) -> str:

@@ -41,12 +41,26 @@ def test_a_channel_that_is_not_there_is_named_with_its_file(tmp_path):
     assert f"{RAW}: column 'v' is not there; it must be one of t, a, d1, d2" in result.stderr
 
 
-def test_a_rest_with_the_motion_in_it_is_doubted_and_what_was_removed_is_printed(tmp_path):
+def test_of_a_record_without_rest_nothing_is_subtracted_and_who_knows_it_hears_nothing(tmp_path):
+    """The motion lies in the first 1.55 s, whose means are no zeros."""
     output = str(tmp_path / "made.csv")
     result = CliRunner().invoke(main, ["record", RAW, *CHANNELS, "--rest", "1.55", "--output", output])
     assert result.exit_code == 0
     doubts = [line for line in result.stderr.splitlines() if line.startswith("warning:")]
     assert len(doubts) == 2 and all("the first 1.55 s are not at rest" in doubt for doubt in doubts)
+    as_measured = rd.read_record(output)
+    assert not {"acceleration_offset_removed_m_s2", "zero_removed_m"} & set(as_measured.header)
+    for known in (["--rest", "1.55", "--baseline", "none"], ["--rest", "0s"]):
+        result = CliRunner().invoke(main, ["record", RAW, *CHANNELS, *known, "--output", output])
+        assert result.exit_code == 0 and "warning" not in result.stderr
+        found = rd.read_record(output)
+        np.testing.assert_array_equal(found.ground_acceleration, as_measured.ground_acceleration)
+        np.testing.assert_array_equal(found.displacement, as_measured.displacement)
+
+
+def test_what_was_subtracted_is_printed(tmp_path):
+    output = str(tmp_path / "made.csv")
+    result = CliRunner().invoke(main, ["record", RAW, *CHANNELS, "--rest", "0.2", "--output", output])
     header = rd.read_record(output).header
     removed = (
         f"{float(header['acceleration_offset_removed_m_s2']):.5g}",

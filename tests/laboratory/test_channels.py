@@ -112,7 +112,7 @@ def test_a_linear_baseline_leaves_no_velocity_at_the_end(tmp_path):
         ({"table_acceleration": "a:mm"}, "table_acceleration has the unit 'mm'"),
         ({"table_acceleration": None}, "the motion must be given once"),
         ({"table": "d:mm"}, "there must be a wall"),
-        ({"rest": 9.0}, "rest is 9.0; it must be greater than 0 and less than"),
+        ({"rest": 9.0}, "rest is 9.0; it must be at least 0 and less than"),
         ({"lowpass": 60.0}, "lowpass is 60.0; it must be at least 0.2506, a cycle in the record, and below half the"),
         ({"lowpass": 1e-9}, "lowpass is 1e-09; it must be at least 0.2506"),
         ({"rate": 0.0}, "rate is 0.0; it must be between 0.7519 and 1e"),

@@ -77,6 +77,15 @@ def test_a_slip_is_refused_with_the_word_for_it(changes, words):
         judged(replace(RIGHT, **changes))
 
 
+def test_a_forgotten_displacement_of_a_table_that_moves_far_is_no_slip_of_the_unit():
+    at, width = RIGHT.elapsed - 1.0, 0.15
+    moved = 0.5 * np.exp(-((at / width) ** 2))
+    acceleration = moved * ((2 * at / width**2) ** 2 - 2 / width**2)
+    far = replace(RIGHT, ground_acceleration=MOTION + acceleration, displacement=SHOWN + moved)
+    with pytest.raises(InputError, match="the wall falls; was the table's displacement not subtracted from the wall's"):
+        require_possible(far, WALL)
+
+
 def test_the_flat_top_that_a_coarse_logger_makes_of_a_slow_peak_is_not_clipped(monkeypatch):
     coarse = replace(RIGHT, displacement=np.round(SHOWN, 3))
     worse = np.random.RandomState(1).uniform(-2e-3, 2e-3, SHOWN.size).round(3)

@@ -12,6 +12,7 @@ from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping, damper_classes
+from rockdamp.solvers.newmark_kernel import STEPS
 from rockdamp.vocabulary import EXTRA_DAMPERS, LOCAL, MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
@@ -129,3 +130,9 @@ BAD = [
 def test_bad_damping_is_refused_with_the_name_the_value_and_what_is_allowed(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_every_damper_names_a_step_that_both_schemes_have():
+    kinds = {model: damper.step_kind for model, damper in damper_classes().items()}
+    assert all({*kinds.values()} == {*steps} for steps in STEPS.values())
+    assert (kinds["CR"], kinds[LOCAL], kinds["CDC"]) == ("impact", "net force", "viscous")

@@ -74,7 +74,7 @@ def test_forced_history_agrees_with_an_implicit_integrator_that_knows_no_branche
         return y[0]
 
     crossing.terminal = True
-    e = float(damper.restitution) if damper.is_impact else 1.0
+    e = float(damper.restitution) if damper.step_kind == "impact" else 1.0
     t, y, expected, impacts = 0.0, [0.2, 0.0], [], []
     while t < times[-1]:
         part = solve_ivp(rates, (t, times[-1]), y, "Radau", events=crossing, dense_output=True, rtol=1e-8, atol=1e-10)

@@ -49,7 +49,7 @@ def test_the_derivative_by_the_motion_is_what_a_small_change_of_it_does(damping)
 @pytest.mark.parametrize("damping", DAMPERS, ids=lambda damping: damping.model)
 def test_the_derivative_by_a_parameter_is_what_a_little_more_of_it_does(damping):
     apart = 1e-4
-    loss = "restitution" if damping.is_impact else "damping_ratio"
+    loss = "restitution" if damping.step_kind == "impact" else "damping_ratio"
     value, order = float(getattr(damping, loss)), {"order": 16} if damping.model == "ECD" else {}
     change = [Damping(damping.model, value + sign * apart, **order) for sign in (1, -1)]
     sides = [

@@ -136,6 +136,7 @@ PERIOD_FACTORS = (0.7, 1.4)  # on the period of the building and of the diaphrag
 FIRST_DIAPHRAGM = 0.3  # period of a timber floor, in place of a rigid one [s]
 FIRST_OVERBURDEN = 0.5  # O/W in place of none
 HIGHEST_E = 0.99
+TIE_STRENGTH = "strength of the ties [N]"
 
 
 class Moved(NamedTuple):
@@ -218,11 +219,10 @@ def _of_tie(wall: OneSidedWall, curve: TrilinearCurve, e: float) -> Iterator[Cha
     """Yield the changes of a tie's strength, and the wall without it."""
     tie = wall.tie
     if tie is not None:
-        name = "strength of the ties [N]"
         for factor in FACTORS:
             value = factor * float(tie.strength)
-            yield from _made(name, value, lambda v: (replace(wall, tie=replace(tie, strength=v)), curve, e))
-        yield name, 0.0, (replace(wall, tie=None), curve, e)
+            yield from _made(TIE_STRENGTH, value, lambda v: (replace(wall, tie=replace(tie, strength=v)), curve, e))
+        yield TIE_STRENGTH, 0.0, (replace(wall, tie=None), curve, e)
 
 
 def _made(name: str, value: float, make: Callable[[float], Changed]) -> Iterator[Change]:

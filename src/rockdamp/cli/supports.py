@@ -268,23 +268,6 @@ def print_checks(placed: Placed, checks: Sequence[Check]) -> None:
 # --- a stop and ties -------------------------------------------------------------------------------------------------
 
 
-def beside(wall: OneSidedWall, curve: TrilinearCurve, restitution: float) -> dict[str, float]:
-    """Return the damper at the stop as a program takes it, at u: its spring, dashpot and longest step."""
-    from rockdamp.mechanics.one_sided import AT_THE_DISPLACEMENT, CONTACT_STEP, CONTACT_STIFFNESS, Stop
-
-    k1, p = float(curve.initial_stiffness), float(wall.frequency_parameter)
-    stop = Stop(CONTACT_STIFFNESS * k1, restitution)
-    stiffness = float(stop.stiffness) * float(wall.mechanism.rigid_stiffness) / AT_THE_DISPLACEMENT
-    dashpot = float(stop.coefficient) * float(wall.mechanism.rigid_stiffness) / p / AT_THE_DISPLACEMENT
-    step = CONTACT_STEP / (p * float(stop.stiffness) ** 0.5)
-    return {
-        "stop_stiffness": stiffness,
-        "stop_damping_ratio": float(stop.damping_ratio),
-        "stop_damping_coefficient": dashpot,
-        "stop_step": step,
-    }
-
-
 def without_ties(
     wall: OneSidedWall, curve: TrilinearCurve, answer: xr.Dataset, motions: Any
 ) -> dict[str, float | list[float] | None] | None:
@@ -308,9 +291,15 @@ def without_ties(
 
 
 def show_one_sided(
-    wall: OneSidedWall, values: Mapping[str, float], bare: Mapping[str, Any] | None, records: int
+    wall: OneSidedWall,
+    values: Mapping[str, float],
+    bare: Mapping[str, Any] | None,
+    records: int,
+    restitution: float,
 ) -> None:
     """Print what a wall against a stop has beside any other."""
+    from rockdamp.equivalence.programs import advice_at_the_stop
+
     click.echo(f"\neach record acts both ways, as it is and turned round: {records // 2} records, {records} histories")
     if bare is not None and wall.tie is not None:
         shares = bare["collapse_probability"]
@@ -327,14 +316,12 @@ def show_one_sided(
         f"{values['stop_stiffness']:.3g} N/m with a dashpot of {values['stop_damping_coefficient']:.3g} N s/m that act "
         f"in compression alone, and steps of at most {1000 * values['stop_step']:.2g} ms; STOP is this"
     )
-    click.echo(
-        "CR is solved exactly from impact to impact: what is left open is e, the curve and the ties; "
-        "how good the damper at the stop is: docs/one-sided.md"
-    )
+    click.echo(f"{advice_at_the_stop(restitution)} More: docs/one-sided.md")
 
 
 def constants(wall: OneSidedWall, curve: TrilinearCurve | None, restitution: float | None) -> dict[str, float]:
     """Return what `wall` says of a wall against a stop: its e, its ties, and with a curve the damper at the stop."""
+    from rockdamp.equivalence.programs import stop_damper
     from rockdamp.mechanics.wall import Parapet
 
     block = isinstance(wall.mechanism, Parapet)
@@ -346,4 +333,4 @@ def constants(wall: OneSidedWall, curve: TrilinearCurve | None, restitution: flo
             "tie_yield_stretch": float(wall.tie.yield_stretch),
         }
     e = restitution if restitution is not None else values.get("restitution_one_sided")
-    return values | ({} if curve is None or e is None else beside(wall, curve, e))
+    return values | ({} if curve is None or e is None else stop_damper(wall, curve, e))

@@ -23,7 +23,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.damping.base import RANGES
+from rockdamp.mechanics.damping.base import IMPACT, RANGES
 from rockdamp.plausibility import per_cent
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
@@ -85,7 +85,7 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     """
     instance("curve", curve, TrilinearCurve)
     instance("damping", damping, Damping)
-    require(not damping.is_impact, "damping_model", damping.model, "a viscous model")
+    require(damping.step_kind != IMPACT, "damping_model", damping.model, "a viscous model")
     x0 = numbers("release_amplitude", release_amplitude)
     broadcast(release_amplitude=x0, curve=curve, damping=damping)
     require(

@@ -52,7 +52,8 @@ def draw_fragility(axes: Axes, answer: xr.Dataset) -> None:
     axes.set_xlim(stripes[0], stripes[-1])
     axes.set_ylim(-0.03, 1.03)
     axes.set_xlabel(AXES[measure])
-    axes.set_ylabel(f"share of {records} records that collapse")
+    runs = "histories" if "STOP" in answer["damping_model"].values else "records"  # against a stop each acts both ways
+    axes.set_ylabel(f"share of {records} {runs} that collapse")
 
 
 def _draw_asked(axes: Axes, answer: xr.Dataset, measure: str) -> None:

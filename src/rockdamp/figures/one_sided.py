@@ -13,7 +13,7 @@ from matplotlib.patches import Polygon, Rectangle
 from rockdamp.figures.mechanism import wall_corners
 from rockdamp.figures.style import GREY, PALE, STOP_COLOUR, new_figure, styled
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.one_sided import OneSidedWall
+from rockdamp.mechanics.one_sided import OneSidedWall, height_of_u
 from rockdamp.mechanics.wall import Wall
 from rockdamp.text import number, percent, plain
 
@@ -69,7 +69,7 @@ def _draw_wall(axes: Axes, wall: OneSidedWall) -> None:
     axes.add_patch(Rectangle((behind - 2.2 * thickness, 0), 2.2 * thickness, height, facecolor=STONE, hatch="////"))
     axes.text(behind - 1.1 * thickness, -0.03 * height, "stop", ha="center", va="top")
     if wall.tie is not None:
-        level = float(mechanism.height if np.isnan(hinge) else mechanism.lower_height)  # type: ignore[union-attr]
+        level = float(height_of_u(mechanism))
         at = float(wall.tie.height_ratio)
         start, end = behind - 2.2 * thickness, behind + offset * at
         axes.plot([start, end], [at * level] * 2, color=STOP_COLOUR, linewidth=1.4, marker="|", markersize=5)

@@ -423,7 +423,7 @@ def _side_by_side(
         join="exact",
     )
     names = ["restitution", "damping_ratio"]
-    names += ["local_damping"] * any(damping.on_net_force for damping in dampings)
+    names += ["local_damping"] * any("local_damping" in damping.names for damping in dampings)
     parameters: dict[str, Any] = {
         name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings]) for name in names
     }

@@ -135,7 +135,8 @@ def laboratory_record(
 
     In this order: units to SI, the wall less the table, velocity to acceleration, the low-pass filter, one rate, the
     displacement's zero and the acceleration's baseline. The motion is `table_acceleration` or `table_velocity`; of the
-    wall's displacement that of the `table` is taken off. The zeros are means over `rest` at the start [s]. `lowpass` is
+    wall's displacement that of the `table` is taken off. The zeros are means over `rest` at the start [s]; of a channel
+    that is not at rest there, or where `rest` is 0, nothing is subtracted. `lowpass` is
     the corner of Butterworth's filter of fourth order, run forwards and backwards [Hz]; where `rate` is lower than that
     of the channels, there is one at 0.4 of it [Hz]. A ``linear`` baseline is also the straight line, zero at the end of
     the rest, that leaves no velocity at the end of the record.
@@ -150,8 +151,8 @@ def laboratory_record(
     header |= {"synthetic": "yes" if synthetic else "no", "raw_sha256": raw.digest}
     elapsed = _in(raw, time, "s", "time", header)
     interval = _check_time(elapsed)
-    ends = f"greater than 0 and less than the record's length, {elapsed[-1] - elapsed[0]:.4g} [s]"
-    require(0 < rest < elapsed[-1] - elapsed[0], "rest", rest, ends)
+    ends = f"at least 0 and less than the record's length, {elapsed[-1] - elapsed[0]:.4g} [s]"
+    require(0 <= rest < elapsed[-1] - elapsed[0], "rest", rest, ends)
     even = elapsed[0] + interval * np.arange(int((elapsed[-1] - elapsed[0]) / interval * (1 + 1e-9)) + 1)
     if table_velocity is not None:
         motion = CubicSpline(elapsed, _in(raw, table_velocity, "m s-1", "table_velocity", header))(even, 1)
@@ -167,33 +168,39 @@ def laboratory_record(
     even, motion, displacement = _filtered(even, motion, displacement, lowpass, rate, header)
     even = even - even[0]
     resting = even < rest
-    motion_and_wall = {"acceleration": (motion, "m s-2", 1.0)}
-    if displacement is not None:
-        motion_and_wall["displacement"] = (displacement, "mm", 1000.0)
-    warn([doubt for name, channel in motion_and_wall.items() for doubt in _restless(name, *channel, even, rest)])
+    doubts = {"acceleration": _restless("acceleration", motion, "m s-2", 1.0, even, rest)}
     warn(of_step(float(even[1] - even[0])))
     if displacement is not None:
-        zero = float(displacement[resting].mean())
-        displacement, header["zero_removed_m"] = displacement - zero, f"{zero:.6g}"
+        doubts["displacement"] = _restless("displacement", displacement, "mm", 1000.0, even, rest)
+        if resting.any() and not doubts["displacement"]:
+            zero = float(displacement[resting].mean())
+            displacement, header["zero_removed_m"] = displacement - zero, f"{zero:.6g}"
         warn(of_displacement(displacement))
-    return Record(even, _baseline(even, motion, resting, baseline, header), displacement, header)
+    if baseline == "none":  # who says so knows
+        return Record(even, motion, displacement, header)
+    warn([doubt for doubt in doubts.values() if doubt])
+    if resting.any() and not doubts["acceleration"]:
+        motion = _without_baseline(even, motion, resting, baseline, header)
+    return Record(even, motion, displacement, header)
 
 
-def _restless(name: str, values: Array, unit: str, factor: float, elapsed: Array, rest: float) -> list[str]:
-    """Return a doubt where a channel varies far more in its rest than in its quietest part of the same length."""
+def _restless(name: str, values: Array, unit: str, factor: float, elapsed: Array, rest: float) -> str:
+    """Return a warning where a channel varies far more in its rest than in its quietest part of the same length."""
     count = int(np.count_nonzero(elapsed < rest))
+    if not count:
+        return ""
     starts = range(0, values.size - count + 1, max(count // 4, 1))
     spreads = [float(np.std(values[start : start + count])) for start in starts]
     quietest = int(np.argmin(spreads))
     enough = max(RESTLESS * spreads[quietest], RESTLESS_SHARE * float(np.abs(values).max()))
     if spreads[0] <= enough:
-        return []
-    zero, there, least = (factor * value for value in (float(np.mean(values[:count])), spreads[0], spreads[quietest]))
-    return [
+        return ""
+    there, least = factor * spreads[0], factor * spreads[quietest]
+    return (
         f"the first {rest:g} s are not at rest: the {name} varies there by {there:.2g} {unit} (standard deviation), and"
-        f" by {least:.2g} {unit} in the quietest {rest:g} s, from {elapsed[starts[quietest]]:.3g} s on; their mean,"
-        f" {zero:.3g} {unit}, is no zero: the rest must end before the motion begins"
-    ]
+        f" by {least:.2g} {unit} in the quietest {rest:g} s, from {elapsed[starts[quietest]]:.3g} s on; nothing is"
+        " subtracted from it: the rest must end before the motion begins, or the baseline must be none"
+    )
 
 
 def laboratory_free_rocking(
@@ -292,10 +299,8 @@ def _filtered(
     return even, channels[0], channels[1] if displacement is not None else None
 
 
-def _baseline(even: Array, motion: Array, resting: Array, baseline: str, header: dict[str, str]) -> Array:
-    """Return the acceleration without its baseline."""
-    if baseline == "none":
-        return motion
+def _without_baseline(even: Array, motion: Array, resting: Array, baseline: str, header: dict[str, str]) -> Array:
+    """Return the acceleration without its baseline, a constant or a line."""
     offset = float(motion[resting].mean())
     motion, header["acceleration_offset_removed_m_s2"] = motion - offset, f"{offset:.6g}"
     if baseline == "linear":

@@ -220,11 +220,16 @@ def tie_of(
     height : float, optional
         Of the tie over the base; by default where u is measured. [m]
     """
-    level = float(wall.lower_height if isinstance(wall, Wall) else wall.height)
+    level = float(height_of_u(wall))
     height = level if height is None else height
     require(0 < height <= level, "tie height", height, f"greater than 0 and at most {level:g} m, where u is measured")
     in_all = [value * (float(wall.width) if by_metre else 1.0) for value, by_metre in (stiffness, strength)]
     return Tie(stiffness=in_all[0], strength=in_all[1], gap=gap, height_ratio=height / level)
+
+
+def height_of_u(wall: Wall | Parapet) -> Array:
+    """Return the height at which u is measured, of a strip that of its hinge. [m]"""
+    return np.asarray(wall.lower_height if isinstance(wall, Wall) else wall.height)
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,6 +28,7 @@ from scipy.integrate import DOP853
 from rockdamp.arrays import Array
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping.base import IMPACT, NET_FORCE, VISCOUS
 from rockdamp.solvers.compiled import compiled, specialised
 from rockdamp.solvers.oscillator import acceleration_zeros, closed_state, closed_turn
 from rockdamp.vocabulary import OUTCOMES
@@ -418,9 +419,9 @@ def history(
     ended, tau, x, impacts, turns = compiled_run(damping.law)(
         described,
         damping.law_parameters(curve),
-        damping.is_impact,
+        damping.step_kind == IMPACT,
         AT_REST if damping.loss_depends_on_amplitude else 0.0,
-        float(damping.local_damping) if damping.on_net_force else -1.0,
+        float(damping.local_damping) if damping.step_kind == NET_FORCE else -1.0,
         at,
         x,
         v,
@@ -461,7 +462,7 @@ def branches(curve: TrilinearCurve, damping: Damping) -> Array:
 
 def _constant_coefficient(curve: TrilinearCurve, damping: Damping, index: int) -> float:
     """Return C on the branch of number `index` from x = 0 where it is constant, else -1."""
-    if damping.is_impact or damping.on_net_force:
+    if damping.step_kind != VISCOUS:
         return 0.0
     k1 = float(curve.initial_stiffness)
     return 2 * math.sqrt(k1) * float(damping.damping_ratio) if index < damping.linear_branches else -1.0

@@ -19,6 +19,7 @@ from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping.base import NET_FORCE
 from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers import peaks_kernel
 from rockdamp.solvers.response import (
@@ -220,7 +221,7 @@ def solve(
     scheme = scheme if scheme in SCHEMES else one_of("scheme", scheme, SCHEMES)
     is_constant = damping.linear_branches == BRANCHES
     loops = peaks_kernel if peaks_only else kernel
-    march = loops.compiled_march(scheme, damping.formula, kind_of(damping), is_constant)
+    march = loops.compiled_march(scheme, damping.formula, damping.step_kind, is_constant)
     starts = {"step": step, "release_amplitude": release_amplitude, "release_velocity": release_velocity}
     loads = {"load_factor": load_factor, "ground_acceleration": ground_acceleration}
     _refuse_names({"yield_displacement_ratio": curve.yield_displacement_ratio, **damping.parameters, **starts, **loads})
@@ -324,13 +325,6 @@ def _remaining(ground: Array) -> Array:
     return np.pad(np.cumsum(between[:, ::-1], axis=1)[:, ::-1], ((0, 0), (0, 1)))
 
 
-def kind_of(damping: Damping) -> int:
-    """Return which of the kernel's steps a damper takes."""
-    if damping.on_net_force:
-        return kernel.NET_FORCE
-    return kernel.IMPACT if damping.is_impact else kernel.VISCOUS
-
-
 def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
     """Raise `InputError` for arrays with named dimensions, which would be taken by position."""
     for name, value in given.items():
@@ -388,7 +382,7 @@ def _balance(
 ) -> tuple[Quantity, Quantity]:
     """Return the load at the start and the acceleration that balances the forces there; refuse what is out of scale."""
     k1, b1, ks, _, _, a3 = described
-    if isinstance(x0, float) and len(factors) == 1 and v0 == 0 and not damping.on_net_force:  # the usual case, quickly
+    if isinstance(x0, float) and len(factors) == 1 and v0 == 0 and damping.step_kind != NET_FORCE:  # the usual case
         load = factors[0] * ground.item(0) + 0.0 if ground.size else 0.0
         net = load - math.copysign(trilinear.force_of_one(abs(x0), k1, b1, ks, a3), x0)
         require(math.isfinite(net), ACCELERATION, net, "a finite number")
@@ -397,7 +391,7 @@ def _balance(
         load = np.einsum("m...,m->...", factors, ground[:, 0]) + 0.0 if ground.size else 0.0
         net = load - np.sign(x0) * trilinear.force(np.abs(x0), k1, b1, ks, a3)
         start = net
-        if damping.on_net_force:
+        if damping.step_kind == NET_FORCE:
             (alpha,) = damping.formula_parameters(curve)
             start = net - alpha * np.abs(net) * np.sign(np.where(v0 == 0, net, v0))
         elif not holds(v0 == 0):

@@ -423,10 +423,9 @@ def march(
                 break
 
 
-IMPACT, VISCOUS, NET_FORCE = range(3)  # what a damper is
-STEPS = {  # by scheme, of each of these
-    "newmark": (restitution_located, viscous_newmark, local_located),
-    "paper": (restitution_printed, viscous_printed, local_printed),
+STEPS = {  # by scheme and by `Damping.step_kind`
+    "newmark": {"impact": restitution_located, "viscous": viscous_newmark, "net force": local_located},
+    "paper": {"impact": restitution_printed, "viscous": viscous_printed, "net force": local_printed},
 }
 
 

@@ -389,7 +389,8 @@ def full_steps(w):
     for row in range(8):
         at = row // 2 - 1
         k = 0.0 if at == STOP or at == PLATEAU else w[SLOPE] if at == FIRST else -w[KS]
-        table[row] = responses(0.0, k + (row % 2) * w[KT], w[STEP])
+        # One by one: Numba compiles an assignment to a row with all that describes wrong shapes, for seconds.
+        table[row, 0], table[row, 1], table[row, 2] = responses(0.0, k + (row % 2) * w[KT], w[STEP])
     return table
 
 

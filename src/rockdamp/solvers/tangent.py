@@ -23,6 +23,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping.base import IMPACT
 from rockdamp.solvers.newmark import solve
 
 REACH = 6  # samples on either side; beyond, a spline through one sample differs from zero by less than 1e-3 of it
@@ -68,7 +69,7 @@ def derivatives(
     over, impacts = _over_steps(*wall, x, v, step, load_factor * ground_acceleration)
     pushes = np.array([(_force(*less, x, v) - _force(*more, x, v)) / apart for more, less, apart in sides])
     jumps = np.zeros((len(sides), over.shape[0]))
-    if wall[1].is_impact:
+    if wall[1].step_kind == IMPACT:
         changes = [(_restitution(more) - _restitution(less)) / apart for more, less, apart in sides]
         before = (v[impacts] + v[impacts + 1] / _restitution(wall)) / 2
         jumps[:, impacts] = np.outer(changes, before)
@@ -104,7 +105,7 @@ def _over_steps(
     slope = np.diff(curve.force(x)) / np.where(flat, 1.0, rise)
     stiffness = np.where(flat, curve.tangent(mean_x), slope)
     impacts = np.flatnonzero(x[1:] * x[:-1] < 0)
-    if not damping.is_impact:
+    if damping.step_kind != IMPACT:
 
         def damped(x: Array, v: Array) -> Array:
             return np.asarray(damping.coefficient(curve, x, v) * v)

@@ -39,7 +39,7 @@ def test_the_audit_of_an_exact_history_is_second_order(damping, forced):
 
 @pytest.mark.parametrize("damping", DAMPINGS, ids=MODELS)
 def test_a_loss_that_is_2_percent_wrong_shows_as_such(damping):
-    if damping.is_impact:
+    if damping.step_kind == "impact":
         wrong = Damping.cr(np.sqrt(1 - 1.02 * (1 - 0.85**2)))
     else:
         wrong = damping.replace(damping_ratio=1.02 * damping.damping_ratio)

@@ -67,7 +67,7 @@ GLOSSARY = "src/rockdamp/storage/glossary.yaml"
 EDITS = {
     "a caption": (
         [("src/rockdamp/figures/mechanism.py", "law of rigid bodies. (b)", "law of rigid walls. (b)")],
-        ["fig1", "fig2", *PAGES],
+        ["fig1", "fig2", "fig_one_sided", *PAGES],  # the last takes the sketch of the body from that module
     ),
     "what a name means, or its unit": (
         [

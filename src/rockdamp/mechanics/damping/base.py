@@ -21,8 +21,9 @@ costs it nothing, as the compiler drops it. A damper can have
 8. `secant_exponent`: n, if C goes with w^n of the secant's frequency and with nothing else;
 9. `amplitude_independent` and `exact_damping_ratio`: if every half cycle loses the same fraction of its energy,
    xi follows from e alone, exactly. The other closed forms take `formula` and need nothing;
-10. `on_net_force`: if it is no C v but a fraction of the force that accelerates the wall, load included; the solvers
-    have steps of their own for it, which read the first of `formula_parameters` and of `law_parameters`;
+10. `step_kind`, by which the solvers choose the step: ``viscous``, a force C v, if none is said; ``impact``, a factor
+    on the velocity at x = 0; or ``net force``, a fraction of the force that accelerates the wall, load included: it is
+    the first of `formula_parameters` and of `law_parameters`;
 11. `javascript`: C by xi, z, f, doubleV, v and w1, for the report's explorer; without it the explorer leaves the damper
     out.
 """
@@ -44,6 +45,8 @@ from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.vocabulary import DAMPERS, LOCAL, MODELS
+
+VISCOUS, IMPACT, NET_FORCE = "viscous", "impact", "net force"  # kinds of steps
 
 # A parameter's name in messages, its range, and the range in words.
 RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
@@ -90,8 +93,9 @@ class Damping(ByValue):
     ----------
     model, title : str
         Its short name and what it stands for.
-    is_impact : bool
-        Whether it takes energy at impacts, by `restitution`, rather than on the way, by `damping_ratio`.
+    step_kind : {"viscous", "impact", "net force"}
+        How it takes energy: by a force C v, by `restitution` at impacts, or by a fraction of the force that
+        accelerates the wall, as LOCAL does.
     restitution, damping_ratio, exponent, order, at, local_damping : ndarray
         Its parameters; a model has those of `names` alone. [-]
     names : tuple of str
@@ -104,8 +108,6 @@ class Damping(ByValue):
         Whether every half cycle of any curve loses the same fraction of its energy.
     fades : bool
         Whether its loss can fall with the amplitude, by ``exponent`` and ``at``.
-    on_net_force : bool
-        Whether it takes a fraction of the force that accelerates the wall, as LOCAL does.
 
     Raises
     ------
@@ -128,11 +130,10 @@ class Damping(ByValue):
     fades: ClassVar[bool] = False  # whether its loss can depend on the amplitude, by an exponent and `at`
     formula: Any
     law: Any
-    is_impact: ClassVar[bool] = False
+    step_kind: ClassVar[str] = VISCOUS
     linear_branches: Any = 0
     secant_exponent: Any = None
     amplitude_independent: ClassVar[bool] = False
-    on_net_force: ClassVar[bool] = False
     javascript: ClassVar[str | None] = None
     ranges: ClassVar[Mapping[str, tuple[str, Callable[[Array], Any], str]]] = RANGES
 
@@ -250,7 +251,7 @@ class Damping(ByValue):
         model = one_of("damping_model", model, exact, ": the others need a fit")
         kind = damper_classes()[model]
         e = numbers("restitution (e)", restitution)
-        if kind.is_impact:
+        if kind.step_kind == IMPACT:
             return Damping(model, e, **named)
         text, within, allowed = RANGES["restitution"]
         require(within(e), text, e, f"{allowed}: no damper stops the wall{plausibility.per_cent(e, within)}")
@@ -259,9 +260,8 @@ class Damping(ByValue):
     @staticmethod
     def exact_models() -> tuple[str, ...]:
         """Return the models that a coefficient of restitution describes exactly and without a fit, CR first."""
-        return tuple(
-            name for name in MODELS if damper_classes()[name].is_impact or damper_classes()[name].amplitude_independent
-        )
+        of = damper_classes()
+        return tuple(name for name in MODELS if of[name].step_kind == IMPACT or of[name].amplitude_independent)
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
@@ -380,7 +380,7 @@ class Damping(ByValue):
 
     def unchecked_coefficient(self, curve: TrilinearCurve, x: Array, v: Array) -> Quantity:
         """Return the coefficient of arrays that were checked, in a shape that broadcasts to theirs. [-]"""
-        if self.is_impact:
+        if self.step_kind == IMPACT:
             return 0.0
         z = np.maximum(np.abs(x), trilinear.TINY)
         k1, b1, ks, a1, a2, a3 = curve.parameters()

@@ -11,7 +11,7 @@ import numpy as np
 from rockdamp.arrays import Quantity
 from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping.base import RANGES, Damping
+from rockdamp.mechanics.damping.base import IMPACT, RANGES, Damping
 
 
 def constant(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
@@ -54,7 +54,7 @@ class Restitution(Damping):
     title = "coefficient of restitution"
     colour = "#1A1A1A"
     names: ClassVar[tuple[str, ...]] = ("restitution",)
-    is_impact = True
+    step_kind = IMPACT
     fades = True
     ranges: ClassVar[Mapping[str, Any]] = {
         **RANGES,

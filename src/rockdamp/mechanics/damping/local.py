@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping.base import Damping
+from rockdamp.mechanics.damping.base import NET_FORCE, Damping
 from rockdamp.mechanics.trilinear import TINY
 
 
@@ -28,7 +28,7 @@ class LocalDamping(Damping):
     colour = "#6B7A00"
     names: ClassVar[tuple[str, ...]] = ("local_damping",)
     amplitude_independent = True
-    on_net_force = True
+    step_kind = NET_FORCE
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         return (self.local_damping,)

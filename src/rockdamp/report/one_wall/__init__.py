@@ -24,25 +24,34 @@ from matplotlib.figure import Figure
 from rockdamp import __version__
 from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import REPLICATES
-from rockdamp.assessment.checks import Check, sensitivity
-from rockdamp.assessment.collapses import STRIPES, UNITS, side_by_side
+from rockdamp.assessment.checks import TIE_STRENGTH, Check, sensitivity
+from rockdamp.assessment.collapses import STRIPES, TURNED, UNITS, side_by_side
 from rockdamp.assessment.table import RULE_WEIGHTS
-from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, typed_in
+from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, stop_damper, stop_errors, typed_in
 from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.mechanism import wall_figure
+from rockdamp.figures.one_sided import history_figure, one_sided_wall_figure
 from rockdamp.figures.single import response_figure
+from rockdamp.histories import one_sided
 from rockdamp.histories.labelled import responses
 from rockdamp.histories.supports import SMALL
 from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import damper_classes
+from rockdamp.mechanics.one_sided import CONTACT_STIFFNESS, OneSidedWall, height_of_u
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
 from rockdamp.storage.atomic import replacing
 from rockdamp.text import DASH, RAISED, counted, number, percent, plain
 from rockdamp.units import IMPERIAL, printed
-from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, REFERENCE, STANDARD_GRAVITY
+from rockdamp.vocabulary import (
+    RECOMMENDED_ORDER,
+    REFERENCE,
+    RELEASES,
+    SMALL_RELEASE_OVERSTATES,
+    STANDARD_GRAVITY,
+)
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
 TEMPLATE = "wall.html.j2"
@@ -85,12 +94,23 @@ class Subject:
     """A wall, its records, and the dataset that `rockdamp.assess` returned for them."""
 
     name: str
-    wall: Wall | Parapet
+    wall: Wall | Parapet | OneSidedWall
     curve: TrilinearCurve
     motions: Sequence[GroundMotion]
     answer: xr.Dataset
     about: About = About()
     placement: Placement = Placement()
+
+    @property
+    def mechanism(self) -> Wall | Parapet:
+        """The wall itself, without its stop."""
+        return self.wall.mechanism if isinstance(self.wall, OneSidedWall) else self.wall
+
+    @property
+    def models(self) -> tuple[str, str]:
+        """Restitution, and the damping model beside it."""
+        reference, other = map(str, self.answer["damping_model"].values)
+        return reference, other
 
 
 def build(subject: Subject) -> str:
@@ -106,32 +126,32 @@ def build(subject: Subject) -> str:
     name, asked, last = measure.lower(), answer[measure.lower()].values, answer.sizes["intensity"] - 1
     both = answer.rename({f"median_{name}": "median", f"median_{name}_interval": "median_interval", name: "asked"})
     frequency, period = map(number, frequencies(subject.wall, subject.curve))
-    rows = typed_in(subject.wall, subject.curve, float(answer["restitution"]))
-    typed = {row["damping_model"]: row for row in rows}
+    moved = sensitivity(
+        *(subject.wall, subject.curve, float(answer["restitution"]), subject.motions, measure, float(asked[-1])),
+        *(float(answer["tail"]), placement.building, placement.diaphragm),
+    )
     cr = both.isel(intensity=-1).sel(damping_model=REFERENCE)
     return environment.from_string(_text(TEMPLATE)).render(
         style=Markup(_text(STYLE).replace("size: A4", f"size: {subject.about.paper}")),
         name=subject.name,
         about=subject.about,
-        wall=subject.wall,
-        parapet=isinstance(subject.wall, Parapet),
+        wall=subject.mechanism,
+        kind=_kind(subject.wall),
         inputs=_inputs(subject),
         show_input=partial(number, digits=4) if subject.about.units == "imperial" else plain,
         derived=_derived(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
-        dampers=[(offer, damper_classes()[model].title, typed[model]) for model, offer in OFFERS.items()],
-        studied_e=plain(false_safe(float(answer["restitution"]))[0]),
-        order=RECOMMENDED_ORDER,
+        releases=RELEASES,
+        overstates=percent(SMALL_RELEASE_OVERSTATES),
+        **_losses(subject),
         rules=", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items()),
         close_together=SMALL,
         frequency=frequency,
         period=period,
-        moved=sensitivity(
-            *(subject.wall, subject.curve, float(answer["restitution"]), subject.motions, measure, float(asked[-1])),
-            *(float(answer["tail"]), placement.building, placement.diaphragm),
-        ),
-        missing=list(dict.fromkeys(why for model in (REFERENCE, RECOMMENDED) for why in reasons(answer, model))),
+        moved=moved,
+        untied=next((row for row in moved if row.name == TIE_STRENGTH and not row.value), None),
+        missing=list(dict.fromkeys(why for model in subject.models for why in reasons(answer, model))),
         outcomes=int(answer["records"]) * answer.sizes["stripe"],
         # At most `MOST_ROWS` intensities, evenly spread over all of them.
         shares=[
@@ -139,7 +159,7 @@ def build(subject: Subject) -> str:
             for i in np.unique(np.linspace(0, last, min(last + 1, MOST_ROWS)).round()).astype(int)
         ],
         left_out=max(last + 1 - MOST_ROWS, 0),
-        fragility=[both.sel(damping_model=model) for model in (REFERENCE, RECOMMENDED)],
+        fragility=[both.sel(damping_model=model) for model in subject.models],
         cr=cr,
         onset=float(answer["rocking_onset"]),
         placement=placement,
@@ -150,11 +170,11 @@ def build(subject: Subject) -> str:
         records=_records(subject.motions),
         worst=worst,
         images={
-            "wall": _image(wall_figure(subject.wall, subject.curve)),
+            "wall": _image(_sketch(subject)),
             "fragility": _image(fragility_figure(answer)),
-            "response": _image(response_figure(worst["histories"])) if worst else "",
+            "response": _image(worst["figure"]) if worst else "",
         },
-        recommended=RECOMMENDED,
+        recommended=subject.models[1],
         stripes=STRIPES.size,
         replicates=REPLICATES,
         tail=plain(answer["tail"]),
@@ -177,32 +197,72 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
     dictionary is empty where the wall survives no record.
     """
     answer, motions = subject.answer, {motion.name: motion for motion in subject.motions}
-    dampings, tail = side_by_side(float(answer["restitution"])), float(answer["tail"])
     peaks = answer["peak"].sel(damping_model=REFERENCE)
     for index in reversed(range(answer.sizes["intensity"])):
         at = peaks.isel(intensity=index).dropna("record")
         for name in at["record"].values[np.argsort(-at.values, kind="stable")]:
             scale = float(answer["scale_factor"].sel(record=name).isel(intensity=index))
-            record = motions[str(name)].record
-            with as_meant():  # the intensity was warned of when it was asked for
-                histories = responses(record, subject.wall, subject.curve, dampings, scale=scale, tail=tail)
-            if str(histories["outcome"].sel(damping_model=REFERENCE).item()) == "completed":
+            histories, peak, figure = _response(subject, motions[str(name)], scale)
+            if np.isfinite(peak):
                 intensity = float(answer[answer.attrs["intensity_measure"].lower()][index])
-                peak = float(histories["peak"].sel(damping_model=REFERENCE))
                 return {
                     "record": str(name),
                     "intensity": intensity,
                     "peak": peak,
                     "histories": histories,
+                    "figure": figure(histories),
                 }
     return {}
+
+
+def _response(
+    subject: Subject, motion: GroundMotion, scale: float
+) -> tuple[xr.Dataset, float, Callable[[xr.Dataset], Figure]]:
+    """Return the history under a record, its peak under restitution, NaN where the wall falls, and what draws it."""
+    e, tail, wall = float(subject.answer["restitution"]), float(subject.answer["tail"]), subject.wall
+    if isinstance(wall, OneSidedWall):
+        history = one_sided.response(motion.record, wall, subject.curve, e, scale=scale, tail=tail).isel(sign=0)
+        return history, float(history["peak"].where(~history["collapsed"])), history_figure
+    with as_meant():  # the intensity was warned of when it was asked for
+        histories = responses(motion.record, wall, subject.curve, side_by_side(e), scale=scale, tail=tail)
+    cr = histories.sel(damping_model=REFERENCE)
+    return histories, float(cr["peak"].where(cr["outcome"] == "completed")), response_figure
+
+
+def _kind(wall: Wall | Parapet | OneSidedWall) -> str:
+    if isinstance(wall, OneSidedWall):
+        return "facade"
+    return "parapet" if isinstance(wall, Parapet) else "wall"
+
+
+def _losses(subject: Subject) -> dict[str, Any]:
+    """Return the dampers that stand for restitution: of the wall, or at its stop with how good that is."""
+    e, wall = float(subject.answer["restitution"]), subject.wall
+    if isinstance(wall, OneSidedWall):
+        tie = wall.tie
+        return {
+            "stop": stop_damper(wall, subject.curve, e),
+            "errors": stop_errors(e),
+            "other_e": [stop_errors(e, f"CR, e {sign}") for sign in "-+"],
+            "contact": plain(CONTACT_STIFFNESS),
+            "tie": tie,
+            "stretch": None if tie is None else lambda peak: max(0.0, float(tie.height_ratio) * peak - float(tie.gap)),
+        }
+    typed = {row["damping_model"]: row for row in typed_in(wall, subject.curve, e)}
+    return {
+        "stop": None,
+        "tie": None,
+        "dampers": [(offer, damper_classes()[model].title, typed[model]) for model, offer in OFFERS.items()],
+        "studied_e": plain(false_safe(e)[0]),
+        "order": RECOMMENDED_ORDER,
+    }
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
 def _inputs(subject: Subject) -> list[Row]:
-    wall, curve = subject.wall, subject.curve
+    wall, curve = subject.mechanism, subject.curve
     rows: list[Row] = [
         ("thickness", "t", wall.thickness, "m"),
         ("height", "h", wall.height, "m"),
@@ -220,6 +280,13 @@ def _inputs(subject: Subject) -> list[Row]:
         ("strength ratio", "b₁", curve.strength_ratio, "-"),
         ("ultimate displacement ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
     ]
+    if isinstance(subject.wall, OneSidedWall) and (tie := subject.wall.tie) is not None:
+        rows += [
+            ("strength of the ties, all together", "", float(tie.strength) / 1000, "kN"),
+            ("stiffness of the ties, all together", "", float(tie.stiffness) / 1000, "kN m-1"),
+            ("slack of the ties", "", 1000 * float(tie.gap), "mm"),
+            ("height of the ties", "", float(tie.height_ratio * height_of_u(wall)), "m"),
+        ]
     if (building := subject.placement.building) is not None:
         rows += [
             ("period of the building", "", building.period, "s"),
@@ -234,7 +301,7 @@ def _inputs(subject: Subject) -> list[Row]:
 
 
 def _derived(subject: Subject) -> list[Row]:
-    wall = subject.wall
+    wall = subject.mechanism
     onset = float(subject.answer["rocking_onset"])
     return [
         ("slenderness", "h/t", wall.slenderness, "-"),
@@ -249,7 +316,7 @@ def _derived(subject: Subject) -> list[Row]:
 
 
 def _in_units(unit: str, system: str) -> tuple[str, float]:
-    name, size = printed(unit, system, {**IMPERIAL, "m": "ft"})
+    name, size = printed(unit, system, {**IMPERIAL, "m": "ft", "kN m-1": "lbf in-1"})
     return (name if name == "-" else name.translate(RAISED)), size
 
 
@@ -269,14 +336,22 @@ def _level(answer: xr.Dataset, units: str, value: SupportsFloat, digits: int = 4
 
 
 def _records(motions: Sequence[GroundMotion]) -> str:
-    names = [motion.name for motion in motions]
-    if len(names) > MOST_NAMES:
+    names = [motion.name for motion in motions if not motion.name.endswith(TURNED)]
+    count = len(names)
+    if count > MOST_NAMES:
         names = [*names[: MOST_NAMES // 2], "…", *names[-MOST_NAMES // 2 :]]
     stations = len({motion.group for motion in motions})
-    return f"{counted(len(motions), 'record')} of {counted(stations, 'station')}: {', '.join(names)}"
+    both = ", each as it is and turned round" if count < len(motions) else ""
+    return f"{counted(count, 'record')} of {counted(stations, 'station')}{both}: {', '.join(names)}"
 
 
 # --- pictures ---------------------------------------------------------------------------------------------------------
+
+
+def _sketch(subject: Subject) -> Figure:
+    if isinstance(subject.wall, OneSidedWall):
+        return one_sided_wall_figure(subject.wall, subject.curve)
+    return wall_figure(subject.wall, subject.curve)
 
 
 def _image(figure: Figure) -> str:

@@ -31,6 +31,7 @@ from rockdamp.config.study import Study
 from rockdamp.histories.half_cycles import passes_zero, turning_points
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping.base import IMPACT
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.studies.accuracy.convergence import EXCITATIONS, Ensemble, fitted_order
 from rockdamp.vocabulary import MODELS
@@ -78,7 +79,7 @@ def balance(
     x, v = np.asarray(displacement, dtype=float), np.asarray(velocity, dtype=float)
     p = np.broadcast_to(np.asarray(load, dtype=float), x.shape)
     each = curve.map(lambda parameter: parameter[..., None])
-    if damping.is_impact:
+    if damping.step_kind == IMPACT:
         lost = _impact_loss(each, damping.restitution[..., None], x, v, p, step)
     else:
         own = damping.map(lambda parameter: parameter[..., None])
