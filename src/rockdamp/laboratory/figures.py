@@ -271,7 +271,6 @@ def fig_identification_caption(identification: xr.Dataset) -> str:
 # --- free rocking -----------------------------------------------------------------------------------------------------
 
 MARKERS = ("o", "s", "^", "D", "v")
-INK = "#0072B2"
 FREE_ROCKING_HEIGHT = 150.0  # [mm]
 
 
@@ -456,6 +455,8 @@ def fig_measured_rocking_caption(measured: xr.Dataset) -> str:
     )
     kept = int(measured["trials"] - measured["duplicates"])
     later = by_name({model: value for model, value in others.items() if model != first})
+    beyond = percent(measured["share_beyond_stop"].sel(impacts_used=shown))
+    many, allowed = (number(measured[f"{of}_impacts"].median(), 2) for of in ("measured", "allowed"))
     within, between = percent(measured["deviation_within"]), percent(measured["deviation_between"])
     return f"""
     {kept} measured trials of limestone blocks that rock freely, without overburden; no walls, and no earthquakes.
@@ -463,8 +464,9 @@ def fig_measured_rocking_caption(measured: xr.Dataset) -> str:
     in ten, here and in the other panels. Of CR and the paper's dampers {first} has the largest likelihood; ln&nbsp;L of
     the others is lower by {later}. Odd impacts may differ from even ones, as those of a block that leans. Middle, the
     power γ of the energy left with which the loss goes: {exponents} impacts; the lines are the dampers' powers to first
-    order in the loss. Right, e over Housner's: points for each
-    block, and the band that holds nine in ten of its trials. The mean is
+    order in the loss. A loss that goes so stops a block: by the first {shown} impacts the law allows {allowed} in the
+    median trial, and {many} were measured; in {beyond} of the trials more than it allows. Right, e over
+    Housner's: points for each block, and the band that holds nine in ten of its trials. The mean is
     {number(measured["restitution_over_housner_mean"])}; ln&nbsp;e scatters by {within} from trial to trial and by
     {between} from block to block.
     """
