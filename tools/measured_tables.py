@@ -41,12 +41,12 @@ DOCS = (
     "accuracy",
     "earthquakes",
     "theory",
-    "one-sided",
     "howto/order-m-damper-elsewhere",
     "assumptions",
     "identification",
     "measured",
     "spectrum-method",
+    "one-sided",
 )
 PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md", "CONTRIBUTING.md")
 PICTURES = (
