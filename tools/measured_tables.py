@@ -360,9 +360,6 @@ _FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_la
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution)
 _LAST = (
     local_damping,
-    one_sided,
-    one_sided_steps,
-    two_sided,
     by_program,
     assumed,
     response_length,
@@ -373,6 +370,9 @@ _LAST = (
     free_rocking,
     *_ROCKING,
     spectrum_method,
+    one_sided,
+    one_sided_steps,
+    two_sided,
     verdicts,
     mutations,
 )
