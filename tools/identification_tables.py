@@ -18,6 +18,7 @@ RECORDS = Path(__file__).with_name("posterior-check.csv")  # of check_posterior.
 RANDOM_TESTS = Path(__file__).with_name("random-tests.csv")  # columns of what check_posterior.py --tests keeps
 JUDGED, BEFORE = 8, 7  # seeds: of the tests that judge the code, and of those before less of the noise was neglected
 FREE_ROCKING = Path(__file__).with_name("free-rocking-check.csv")
+LOSSES = Path(__file__).with_name("losses-check.csv")
 SLIPS = Path(__file__).with_name("slips-check.csv")
 PARAMETERS = {
     "yield_displacement_ratio": "a1",
@@ -118,6 +119,7 @@ def free_rocking(_: Data) -> str:
         for maker in counts.index
     ]
     fitted = f"Of {first + refused} specimens {first} were fitted, and {refused} refused.\n\n{table(head, shown)}"
+    fitted += f"\n\n{_losses()}"
     if not judged:
         return fitted
     return (
@@ -125,6 +127,23 @@ def free_rocking(_: Data) -> str:
         "Share of specimens whose tests exclude a damper, by what made them:\n\n"
         f"{table(['made by', 'specimens', *(name.removesuffix(' excluded') for name in judged)], excluded)}"
     )
+
+
+def _losses() -> str:
+    """How often intervals of e at 0.3 u_ins and of the exponent hold the truth, of losses alone: the stored check."""
+    rows = pd.read_csv(LOSSES)
+    head = ["losses by", "parameter", "within its interval", "deviation of z", "probability of the ranks"]
+    shown = [
+        [
+            row["made_by"],
+            {"e": "e at 0.3 u_ins", "g": "exponent"}[row["parameter"]],
+            f"{percent(row['share'])} ± {percent(row['standard_error'])}",
+            f"{row['deviation_of_z']:.2f}",
+            f"{row['rank_probability']:.2g}",
+        ]
+        for row in rows.to_dict("records")
+    ]
+    return f"The losses alone, of {rows['tests'][0]} specimens of each kind:\n\n{table(head, shown)}"
 
 
 def slips(_: Data) -> str:

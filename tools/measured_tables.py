@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pandas as pd
 import xarray as xr
+from assumption_tables import assumed
 from identification_tables import coverage, free_rocking, random_tests, slips, support
 from mutate_sample import summary
 from one_sided_tables import one_sided, one_sided_steps, shipped, two_sided
@@ -25,6 +26,7 @@ from table_text import interval, models, percent, power, share, table
 from rockdamp.claims.verdicts import spans
 from rockdamp.figures.style import dampers, nearest
 from rockdamp.report.answer import by_program as programs
+from rockdamp.report.answer import selection
 from rockdamp.report.earthquake_criterion import by_source
 from rockdamp.report.earthquakes import SOURCES, STRATA, recommended
 from rockdamp.report.tables import VERDICTS
@@ -40,12 +42,12 @@ DOCS = (
     "accuracy",
     "earthquakes",
     "theory",
-    "one-sided",
     "howto/order-m-damper-elsewhere",
     "assumptions",
     "identification",
     "measured",
     "spectrum-method",
+    "one-sided",
 )
 PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md", "CONTRIBUTING.md")
 PICTURES = (
@@ -67,6 +69,7 @@ INPUTS += (
     "population/check",
     "local_damping",
     "loss_law",
+    "supports",
     "spectrum_method",
     "one_sided",
 )
@@ -143,7 +146,23 @@ def rotations(data: Data) -> str:
     return (
         f"{table(head, rows)}\n\nThe first impact of the tri-linear wall of Fig. 4a differs in time by "
         f"{power(abs(slender))} of that of the slender limit,\nand by {power(abs(large))} of that of two rigid bodies "
-        f"without approximation."
+        f"without approximation.\n\n{_forced(accuracy)}"
+    )
+
+
+def _forced(accuracy: xr.Dataset) -> str:
+    """What small rotations make of the first peak under a pulse, at a squat and at a slender wall."""
+    slenderness, texts = accuracy["slenderness"].values.tolist(), []
+    release = float(accuracy["rocking_release_amplitude"].min())
+    for wanted in (8, 20):
+        at = accuracy["forced_difference"].isel(slenderness=nearest(slenderness, wanted))
+        at = at.sel(rocking_release_amplitude=release)
+        light, heavy = (100 * at.isel(forced_mass=mass) for mass in (0, 1))
+        ends = [f"{float(one.min()):+.2g} to {float(one.max()):+.2g} %" for one in (light, heavy)]
+        texts.append(f"at h/t = {float(at['slenderness']):g} by {ends[0]} ({ends[1]})")
+    return (
+        f"Under the half-sine pulse that brings small rotations to {release:g} u_ins, the first peak of two rigid\n"
+        f"bodies differs from theirs {texts[0]}, and {texts[1]}:\nwith 2/3 m, and in brackets with the mass at u = 0."
     )
 
 
@@ -295,7 +314,7 @@ def by_program(data: Data) -> str:
     ]
     return (
         f"{table(head, rows)}\n\nUse the first that your program can take. Against restitution with e = {e:g}, with ξ "
-        f"of the {SOURCES[RECOMMENDED_SOURCE]}, under the records of the\nearthquakes' study."
+        f"of the {SOURCES[RECOMMENDED_SOURCE]}.\nThe same histories for all: {selection(data)}."
     )
 
 
@@ -342,6 +361,7 @@ _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_re
 _LAST = (
     local_damping,
     by_program,
+    assumed,
     response_length,
     coverage,
     random_tests,

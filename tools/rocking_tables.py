@@ -22,6 +22,10 @@ def rocking(data: Data) -> str:
     rows = [[name, *(f"{float(value):.1f}" for value in behind.sel(damping_model=name))] for name in names]
     exponents = [_with_bounds(one, "amplitude_exponent") for one in (study.sel(impacts_used=n) for n in counts)]
     rows.append(["exponent of the energy left", *exponents])
+    law = study["log_likelihood"].max("damping_model") - study["law_log_likelihood"]
+    rows.insert(-1, ["the law of loss, g fitted", *(f"{round(float(value), 1) + 0.0:.1f}" for value in law)])
+    rows.append(["g of the law", *(f"{float(value):.2f}" for value in study["loss_exponent"])])
+    rows.append(["trials with more impacts than the law allows", *map(percent, study["share_beyond_stop"])])
     beyond = {name: (behind.sel(damping_model=name) > math.log(TIMES)).values for name in names}
     groups = {
         "Excluded with every number of impacts": [name for name in names if beyond[name].all()],
@@ -29,6 +33,9 @@ def rocking(data: Data) -> str:
         "Not excluded": [name for name in names if not beyond[name].any()],
     }
     told = "\n".join(f"- {text}: {', '.join(group) or 'none'}." for text, group in groups.items())
+    measured, allowed = (float(study[f"{of}_impacts"].median()) for of in ("measured", "allowed"))
+    told += f"\n- By the first {int(study['shown_impacts'])} impacts the law allows {allowed:.0f} in the median trial"
+    told += f" before the block stops; {measured:.0f} were measured."
     return f"{table(head, rows)}\n\n{told}"
 
 
@@ -73,6 +80,8 @@ def rocking_restitution(data: Data) -> str:
         ["first ratios over Housner's, with their noise: mean", f"{float(study['first_ratio_mean']):.3f}"],
         ["their deviation from trial to trial", f"{float(study['first_ratio_deviation_within']):.3f}"],
         ["their deviation from block to block", f"{float(study['first_ratio_deviation_between']):.3f}"],
+        ["noise of one ratio in it: deviation in the median trial", f"{float(study['noise']):.3f}"],
+        ["odd and even impacts that differ: deviation", f"{float(study['alternation']):.3f}"],
         ["first ratios above 1", percent(study["first_ratios_above_one"])],
         ["first ratios of blocks not seen within their 90 % interval", percent(coverage.mean())],
         ["the same, least and most of all choices", f"{percent(coverage.min())}, {percent(coverage.max())}"],

@@ -79,6 +79,7 @@ def made_up():
         .isel(damping_model=[0, 1, 2], bound=[0, 1])
         .assign_coords(damping_model=list(DAMPERS)),
         "loss_law": made_up_studies.loss_law(),
+        "supports": made_up_studies.supports(),
         "response_lengths": response_lengths,
         "spectrum_method": made_up_studies.spectrum_method(),
         "identification": identification_as_configured(),

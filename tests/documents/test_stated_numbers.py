@@ -7,7 +7,7 @@ import pytest
 from repository import ROOT
 
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import STUDIES
+from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES, STUDIES
 
 
 def built(name):
@@ -61,3 +61,29 @@ def test_damping_ratios_against_the_length_of_the_response_lie_within_their_own_
     bound = lengths["damping_ratio_uncertainty"].sel(at) + exact["damping_ratio_uncertainty"]
     share = stated("docs/accuracy.md", r"response_lengths.nc`.*? hold (\d+) % of the differences")[0]
     assert 100 * float((off <= bound).mean()) >= share
+
+
+def test_what_small_releases_cost_is_that_of_the_table_of_the_law():
+    """The table is made from results/loss_law.nc, and a test of the tables keeps it so."""
+    (ratio,) = stated("docs/earthquakes.md", r"\| 0\.26 \| 0\.1 u_ins \| ([\d.]+) \(")
+    assert round(1 / ratio - 1, 2) == pytest.approx(SMALL_RELEASE_OVERSTATES, abs=0.0101)
+    for page in ("docs/earthquakes.md", "docs/howto/choose-inputs.md"):
+        (told,) = stated(
+            page, r"0\.1 u_ins (?:is unsafe|overstates the intensity that the wall survives) by some (\d+) %"
+        )
+        assert told == 100 * SMALL_RELEASE_OVERSTATES
+    for ratio in stated(
+        "docs/earthquakes.md", r"\| 0\.26 \| 0\.3 u_ins \| ([\d.]+) .*? \| 0\.26 \| 0\.5 u_ins \| ([\d.]+) "
+    ):
+        assert abs(1 / ratio - 1) < 0.5 * SMALL_RELEASE_OVERSTATES and RELEASES == "0.3 to 0.5 u_ins"
+
+
+def test_the_noise_in_one_impact_s_scatter_is_that_of_the_table_of_the_trials():
+    noise = stated("docs/measured.md", r"\| noise of one ratio in it: .*? \| ([\d.]+) \|")
+    noise += stated("docs/measured.md", r"\| odd and even impacts that differ: .*? \| ([\d.]+) \|")
+    (scatter,) = stated("docs/measured.md", r"\| their deviation from trial to trial \| ([\d.]+) \|")
+    for page in ("docs/howto/choose-inputs.md", "docs/assumptions.md"):
+        low, high, least, most = stated(
+            page, r"(0\.03) to (0\.04), .{0,40}?(0\.01\d) to (0\.01\d) of noise of the ratio"
+        )
+        assert [least, most] == sorted(noise) and low <= scatter <= high

@@ -9,6 +9,7 @@ from repository import ROOT
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -225,3 +226,17 @@ def test_a_batch_of_exponents_is_each_of_them_alone(make):
     for one, history in zip(g, many.displacement, strict=True):
         exact = event_driven.history(PAPER, make(0.85, exponent=one), times, release_amplitude=0.6)
         np.testing.assert_allclose(history, exact.displacement, atol=2e-4)
+
+
+def test_sdr_on_a_nearly_rigid_block_tends_slowly_to_one_half():
+    """Its local g, by the loss of a half cycle at two amplitudes: each power of ten in a1 brings it nearer."""
+
+    def local(a1, amplitudes):
+        curve = TrilinearCurve(a1, 1 - 2 * a1)
+        log_loss = -np.log(equivalence_factor(curve, Damping("SDR", 1.0), np.array(amplitudes)))
+        return float(-np.diff(log_loss)[0] / np.diff(np.log(curve.energy(amplitudes)))[0])
+
+    assert 0.2 < local(0.005, [0.05, 0.1]) < local(0.005, [0.2, 0.5]) < 0.3
+    found = [local(a1, [0.05, 0.1]) for a1 in (0.05, 5e-3, 5e-4, 5e-5)]
+    assert np.all(np.diff(found) > 0) and found[-1] < 0.5
+    assert np.all(np.diff(0.5 - np.array(found)) / (0.5 - np.array(found[:-1])) > -0.7)  # not faster than this a decade

@@ -65,3 +65,10 @@ def test_the_caption_says_of_how_many_records_a_mean_is():
     said = " ".join(fig_identification_caption(identification()).split())
     assert "is 0.55 (CR, 2 records) and 0.55 (CR, 2 records, noise × 2)" in said
     assert "2 records are left out" in said
+
+
+def test_the_caption_names_no_mean_where_no_model_of_the_comparison_made_a_record():
+    made = identification()
+    others = made.assign(record_made_by=made["record_made_by"].copy(data=["CR, degrading"] * made.sizes["record"]))
+    said = " ".join(fig_identification_caption(others).split())
+    assert said.startswith("The models are equally probable before.")

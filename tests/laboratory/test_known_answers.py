@@ -8,7 +8,8 @@ from scipy.special import ndtr
 
 from rockdamp.laboratory import measured_rocking as stage
 from rockdamp.laboratory.trials_fit import TrialsFit, drawn, share_below
-from rockdamp.laboratory.velocity_ratios import UNSCALED, Trials
+from rockdamp.laboratory.velocity_ratios import MOST, UNSCALED, Trials, impacts_to_stop, law_of_loss
+from rockdamp.mechanics.damping.cr import impact_law
 
 
 def fit_of(trials, **values):
@@ -121,3 +122,50 @@ def test_the_spread_within_blocks_is_not_that_between_them(spread):
     assert within < 0.8 * float(found["first_ratio_deviation_between"])
     assert float(found["deviation_within"]) == pytest.approx(0.012, rel=0.05)
     assert float(found["deviation_between"]) == pytest.approx(0.03, rel=0.05)
+
+
+@pytest.mark.parametrize(("g", "loss"), [(0.26, 0.05), (0.4, 0.1), (0.13, 0.2)])
+def test_the_law_of_loss_is_that_of_the_impact_and_stops_where_it_says(g, loss):
+    """The impacts one after the other, by the formula of the event-driven solver: 40, 13 and 20 of them."""
+    stop = int(impacts_to_stop(np.array([loss]), g)[0])
+    predicted = law_of_loss(np.array([loss]), g, stop + 1)
+    speed, ratios = 1.0, []
+    for _ in range(stop - 1):
+        e = impact_law(0.0, 0.0, 0.0, speed, (np.exp(-loss), g, 1.0))  # 2 V_1 = 1
+        ratios.append(max(e, np.exp(-MOST)))
+        speed *= e
+    np.testing.assert_allclose(predicted.ratio[: stop - 1, 0], ratios, rtol=1e-9)
+    assert speed > 0 and impact_law(0.0, 0.0, 0.0, speed, (np.exp(-loss), g, 1.0)) == 0.0
+    np.testing.assert_allclose(predicted.ratio[stop - 1 :, 0], np.exp(-MOST))
+    energy = np.exp(g * predicted.log_energy[: stop - 1, 0])
+    np.testing.assert_allclose(np.diff(energy), -(1 - np.exp(-2 * g * loss)), rtol=1e-9)
+    np.testing.assert_allclose(law_of_loss(np.array([loss]), 1e-9, 5).ratio, np.exp(-loss), rtol=1e-7)
+
+
+def test_impacts_beyond_the_stop_and_the_middle_stop_are_weighted_by_probability():
+    stop, probability = np.array([[30.0, 20.0, 10.0], [5.0, 6.0, 7.0]]), np.array([[0.2, 0.3, 0.5], [2.0, 1.0, 1.0]])
+    assert stage.beyond_stop(stop, probability, np.array([15, 6])).tolist() == [0.5, 0.5]
+    assert stage.beyond_stop(stop, probability, np.array([10, 8])).tolist() == [0.0, 1.0]
+    assert stage.middle(stop, probability).tolist() == [10.0, 5.0]
+
+
+def test_the_law_is_found_in_trials_that_follow_it():
+    """Forty trials of two blocks with g = 0.3, of a noise of 0.005; half of them went on for longer than it allows."""
+    random, g, count = np.random.RandomState(5), 0.3, 40
+    height, geometry = np.array([0.2, 0.3]), np.repeat([0, 1], count // 2)
+    housner = -np.log(1.5 * np.sin(np.arctan(height / 0.05)) ** 2 - 0.5)
+    loss = housner[geometry] + 0.01 * random.standard_normal(count)
+    ratio = law_of_loss(loss, g, 8).ratio.T + 0.005 * random.standard_normal((count, 8))
+    allowed = impacts_to_stop(loss, g)
+    whole = np.full((count, int(2 * allowed.max())), np.nan)
+    whole[:, :8] = ratio
+    for trial, last in enumerate(allowed):
+        whole[trial, : int(last * (1.5 if trial % 2 else 0.7))] = 0.9
+    whole[:, :8] = ratio
+    study = study_of(whole, geometry, [0.05, 0.05], height, impacts_used=np.array([8.0]))
+    study.settings.shown_impacts = 8
+    found = study.by_law()
+    assert float(found["loss_exponent"][0]) == pytest.approx(g, abs=0.05)
+    assert float(found["share_beyond_stop"][0]) == pytest.approx(0.5, abs=0.05)
+    np.testing.assert_allclose(found["allowed_impacts"], allowed, rtol=0.25)
+    np.testing.assert_array_equal(found["measured_impacts"], np.isfinite(whole).sum(axis=1))

@@ -49,6 +49,9 @@ def test_the_sensor_is_found_with_the_wall_and_the_band_holds_the_record(found):
 def test_the_model_that_made_the_record_has_the_evidence(found):
     assert float(found["probability"].sel(damping_model="CDR")) < 1e-6
     assert float(found["probability"].sel(damping_model="CR")) == pytest.approx(1)
+    # An evidence asks for fewer draws than the posterior, whose draws give that of the first model.
+    first, other = found["log_evidence_error"].sel(damping_model=["CR", "CDR"]).values
+    assert first <= identify.EFFECTIVE**-0.5 < 0.9 * other < other <= identify.OF_EVIDENCE**-0.5
 
 
 def test_quantiles_of_weighted_values_are_those_of_the_values_repeated():

@@ -13,7 +13,9 @@ import pytest
 from contacts import TwoBodiesOnContacts
 from repository import ROOT
 
+from rockdamp.histories.loads import support_factors
 from rockdamp.mechanics.wall import Wall
+from rockdamp.plausibility import as_meant
 
 SHAPES = ((0.3, 3.0, 0.5), (0.3, 4.5, 0.7), (0.4, 4.0, 0.6), (0.3, 2.1, 0.62), (0.25, 5.0, 0.7))  # t, h [m], h1/h
 WALLS = [Wall(t, h, hinge_ratio=r, overburden_ratio=psi) for t, h, r in SHAPES for psi in (0.0, 2.0)]
@@ -68,6 +70,26 @@ def test_the_mechanism_without_impact_is_the_paper_s(wall):
     r, slenderness = float(wall.hinge_ratio), float(wall.slenderness)
     correction = (3 - 2 * r) / (r**2 * (1 - r)) / slenderness**2
     assert 2 * mode @ bodies.mass @ mode == pytest.approx(float(wall.effective_mass) * (1 + correction), rel=1e-12)
+
+
+@pytest.mark.parametrize("r", [0.5, 0.6, 0.7])
+def test_supports_that_move_apart_load_the_bodies_on_contacts_as_virtual_work_says(r):
+    """The motion of the line of supports, and the weights across it, on the rocking that the contacts leave."""
+    with as_meant():
+        wall = Wall(0.05, 3.0, hinge_ratio=r)  # slender: the bodies' thickness is not in the load
+    bodies, h = TwoBodiesOnContacts(wall), 3.0
+    mode, centres = bodies.rocking(1), np.array([r * h / 2, (1 + r) * h / 2])
+
+    def line(base, top):
+        turned = (top - base) / h
+        (x1, x2) = base + turned * centres
+        return np.array([x1, 0, -turned, x2, 0, -turned])
+
+    masses = np.diag(bodies.mass)[[0, 3]]
+    # u carries half of the mass and of the force; where the top is ahead, the weights pull along the line.
+    loads = [-mode @ bodies.mass @ line(1, 0), -mode @ bodies.mass @ line(0, 1), -(masses @ mode[[0, 3]]) / h]
+    found = -2 * np.array(loads) / float(wall.mass)
+    np.testing.assert_allclose(found, support_factors(wall), rtol=1e-3)
 
 
 @pytest.mark.parametrize("wall", HEAVY, ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_mass}")

@@ -6,6 +6,7 @@ import re
 from html import unescape
 
 import made_up_earthquakes as made_up
+import made_up_studies
 import numpy as np
 import pytest
 import report_content
@@ -113,6 +114,21 @@ def test_an_error_that_is_not_known_is_a_dash(data):
     advice = data["recommendation"]
     unknown = advice.assign(slow_pulse_log_error=np.nan * advice["slow_pulse_log_error"])
     assert answer({**data, "recommendation": unknown}, 0.04)["slow"] == "–"
+
+
+def test_the_page_says_at_which_amplitude_e_is_meant(short, data):
+    """A wall that survives 1/1.25, 1/1.10 and 1/1.50 of what the constant e says: it overstates by 25, 10 and 50 %."""
+    study = made_up_studies.loss_law().assign_attrs(data["loss_law"].attrs)
+    ratio = 1 / xr.DataArray(
+        [[1.10, 1.0, 1.0], [1.25, 1.02, 0.98], [1.50, 1.0, 0.97]], dims=study["median_intensity_ratio"].dims[1:]
+    )
+    study["median_intensity_ratio"][:] = ratio
+    page = page_of(short, {**data, "loss_law": study})
+    assert "e is that of releases from 0.3 to 0.5 uins" in page
+    assert "within 3.0 %. Measured at 0.1 u" in page and "by 25 % if" in page
+    assert "with g = 0.26 (10 % to 50 % with g = 0.13 to 0.39)" in page
+    del data["loss_law"]
+    assert "Measured at 0.1" not in page_of(short, data)
 
 
 @pytest.mark.parametrize("order", [RECOMMENDED_ORDER, 4, float("nan")])

@@ -88,7 +88,7 @@ def test_histories_whose_bound_exceeds_their_peak_are_named_once():
         **at, damping_model="SDR", damping_ratio_source="polynomial"
     )
     text = told(earthquakes=histories)
-    assert "The bound exceeds the peak itself in 2 histories, named below." in text
+    assert "The bound exceeds the peak itself in 2 histories" in text
     rows = re.findall(r"far-field/2/a church 0.200 0.85 (\w+) (\w+|–) \S+ (\d)", text)
     assert rows == [("SDR", "polynomials", "3"), ("CR", "–", "2")]
 

@@ -13,6 +13,7 @@ from rockdamp.studies.amplitude_dependence import DAMPERS
 from rockdamp.studies.mechanism import mechanism as stage
 from rockdamp.studies.spectrum_method import DIMS as SPECTRUM
 from rockdamp.studies.spectrum_method import statistics
+from rockdamp.studies.supports import ANALYTICAL, ELASTIC, IMPULSIVE, KEEPS, MASS, STRUCK, VERTICAL, floor_case
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 ALL, VISCOUS = list(MODELS), list(VISCOUS_MODELS)
@@ -381,6 +382,39 @@ def loss_law():
     return complete(study, "loss_law")
 
 
+def supports():
+    """A floor that costs more the softer it is, and other assumptions on either side of one; a wall has no value."""
+    period = np.array([0.1, 0.3, 0.6])
+    cases = [
+        *(floor_case(each) for each in period.tolist()),
+        MASS,
+        ANALYTICAL,
+        IMPULSIVE,
+        STRUCK,
+        VERTICAL,
+        KEEPS,
+        ELASTIC,
+    ]
+    others = [1.12, 1.3, 0.85, 1.8, 0.98, 1.03, 0.99]
+    whole = np.concatenate([1 - 0.5 * period, others])
+    ratio = whole[:, None] * np.array([1.0, 0.95, 1.06])
+    ratio[3, 2] = np.nan
+    dims = ("assumption", "wall")
+    study = xr.Dataset(
+        {
+            "median_intensity_ratio": (dims, ratio),
+            "median_intensity_ratio_interval": ((*dims, "bound"), np.stack([0.97 * ratio, 1.04 * ratio], -1)),
+            "stations": ("assumption", np.full(len(cases), 50)),
+            "diaphragm_period": ("assumption", [*period, *np.full(len(others), np.nan)]),
+            "diaphragm_damping": 0.05,
+            "vertical_factor": 0.667,
+            "eccentricity_ratio": 0.25,
+        },
+        coords={"assumption": cases, "wall": ["all", "tested", "veneer"], "bound": ["lower", "upper"]},
+    )
+    return complete(study, "supports")
+
+
 @cache
 def one_sided():
     random = np.random.default_rng(44)
@@ -444,6 +478,7 @@ def made_up():
         "amplitude_dependence": amplitude_dependence(),
         "pulses": pulses(),
         "loss_law": loss_law(),
+        "supports": supports(),
         "one_sided": one_sided(),
         "spectrum_method": spectrum_method(),
         "earthquakes": earthquakes.earthquakes(),

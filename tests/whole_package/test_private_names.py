@@ -1,4 +1,7 @@
-"""The package, the pipeline and the tools use public names of other packages alone: private ones change unannounced."""
+"""The package, the pipeline and the tools use public names of other packages alone: private ones change unannounced.
+
+And no module defines a name twice: the second would silently stand for the first.
+"""
 
 import ast
 import re
@@ -35,6 +38,24 @@ def private_names(tree):
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_no_private_name_of_another_package_is_used(path):
     assert list(private_names(ast.parse(path.read_text(encoding="utf-8")))) == []
+
+
+def names_given_by(statement):
+    """Return the names that a statement of a module assigns or defines."""
+    if isinstance(statement, ast.FunctionDef | ast.ClassDef):
+        return [] if statement.decorator_list else [statement.name]  # decorators overload and register
+    targets = statement.targets if isinstance(statement, ast.Assign) else []
+    targets = [statement.target] if isinstance(statement, ast.AnnAssign) else targets
+    each = (node for target in targets for node in getattr(target, "elts", [target]))
+    return [node.id for node in each if isinstance(node, ast.Name) and node.id != "_"]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_no_module_gives_a_name_twice(path):
+    given = [
+        name for statement in ast.parse(path.read_text(encoding="utf-8")).body for name in names_given_by(statement)
+    ]
+    assert sorted(given) == sorted(set(given))
 
 
 def test_no_helper_of_the_tests_shadows_an_example():

@@ -42,6 +42,7 @@ COLUMNS = (
     "reason",
     "error",
 )
+OF_LOSS = ("loss_exponent", "reference_amplitude")  # columns where the loss has an exponent
 BY_INTENSITY = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
 # By the rule measured alone: averaged over e, and by the rule impulsive.
 AVERAGED, IMPULSIVE = "averaged_collapse_probability", "collapse_probability_impulsive"
@@ -120,13 +121,18 @@ def no_fragility(collapses: ArrayLike, records: int) -> str:
 # --- many walls -------------------------------------------------------------------------------------------------------
 
 
+def columns(answer: xr.Dataset) -> tuple[str, ...]:
+    """Return the columns of the written table: `COLUMNS`, and where the loss has an exponent what states it."""
+    return (*COLUMNS, *(name for name in OF_LOSS if name in answer))
+
+
 def lines(answer: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Yield the rows of the written table by the keys of `COLUMNS`: one for each wall and damping model.
+    """Yield the rows of the written table by the keys of `columns`: one for each wall and damping model.
 
     What is not defined is empty, and ``reason`` says why there is no fragility. A wall with an error has it once.
     """
     renamed = answer.rename({f"median_{measure_of(answer)}": "median_intensity", "wall": "id", "row_error": "error"})
-    named = [name for name in COLUMNS if name in renamed.variables and name != "id"]
+    named = [name for name in columns(answer) if name in renamed.variables and name != "id"]
     table = renamed[named].to_dataframe(dim_order=["id", "damping_model"]).reset_index()
     stripes = renamed["stripe_collapses"].transpose("id", "damping_model", "stripe").values.reshape(len(table), -1)
     for row, counts in zip(table.to_dict("records"), stripes, strict=True):
@@ -137,7 +143,7 @@ def lines(answer: xr.Dataset) -> Iterator[dict[str, Any]]:
                 continue
         elif filled["median_intensity"] == "":
             filled["reason"] = no_fragility(counts, int(answer["records"]))
-        yield dict.fromkeys(COLUMNS, "") | filled
+        yield dict.fromkeys(columns(answer), "") | filled
 
 
 # --- OpenQuake --------------------------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ from rockdamp.assessment.collapses import (
     STRIPES,
     TAIL,
     UNITS,
+    Loss,
     both_ways,
     collapses,
     one_sided_collapses,
@@ -41,6 +42,7 @@ from rockdamp.histories.labelled import described
 from rockdamp.histories.supports import Records, floor_motions, motions_of
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
@@ -69,6 +71,8 @@ def assess(
     pgv: ArrayLike | None = None,
     pga: ArrayLike | None = None,
     restitution: float | str = DEFAULT_RULE,
+    exponent: float = 0.0,
+    at: float = REFERENCE_AMPLITUDE,
     tail: float = TAIL,
     step: float = STEP,
 ) -> xr.Dataset:
@@ -91,7 +95,11 @@ def assess(
         Peak ground accelerations asked for. [m s-2]
     restitution : float or str
         e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``analytical`` for Eq. (7), ``impulsive``; for a
-        parapet each of them is Housner's. By ``measured`` e has a spread too. [-]
+        parapet each of them is Housner's. By ``measured`` e has a spread too. One e is good for collapse if it is that
+        of amplitudes of 0.3 to 0.5 u_ins; measured at 0.1 it is unsafe (docs/earthquakes.md). [-]
+    exponent, at : float
+        Exponent g of a loss that falls with the amplitude, at least 0 and less than 0.5, and the amplitude u/u_ins that
+        e belongs to, less than a3, as for `Damping.cr`; no wall against a stop takes them. [-]
     tail : float
         Rest after each record. [s]
     step : float
@@ -108,7 +116,8 @@ def assess(
         for fewer than four stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and
         ``dispersion_uncertainty`` are what the last halving of the step changed. By the rule ``measured`` also
         ``averaged_collapse_probability``, over the spread of e and its rules, with the ``averaging_error`` of this
-        integral, and for a wall ``collapse_probability_impulsive``, by rigid mechanics alone.
+        integral, and for a wall ``collapse_probability_impulsive``, by rigid mechanics alone. With an exponent also
+        ``loss_exponent`` and ``reference_amplitude``.
 
     Raises
     ------
@@ -132,19 +141,22 @@ def assess(
     if curve.shape or np.shape(wall.load_factor):
         raise InputError("assess takes one wall and one curve; its parameters must be numbers")
     e, reason = restitution_and_reason(wall, restitution)
+    loss = _loss(exponent, at)
     motions = ground_motions(records)
     if isinstance(wall, OneSidedWall):
         motions = both_ways(motions)
-    runs = collapses_of(wall)(wall, curve, e, motions, measure, intensity, step=step, tail=tail)
+    runs = collapses_of(wall)(wall, curve, e, motions, measure, intensity, loss=loss, step=step, tail=tail)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
     plausibility.warn(below_onset(answer, measure, float(intensity[-1])))
-    answer = answer.drop_vars("strongest").assign(
-        restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall")
+    answer = (
+        answer.drop_vars("strongest")
+        .assign(restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall"))
+        .assign(_stated(loss))
     )
     if restitution == DEFAULT_RULE and not isinstance(wall, OneSidedWall):
         deviation, source = deviation_of(wall)
-        run = partial(collapsed_by_restitution, wall, curve, motions, factor.values, step=step, tail=tail)
+        run = partial(collapsed_by_restitution, wall, curve, motions, factor.values, loss=loss, step=step, tail=tail)
         answer = answer.merge(_over_restitution(wall, run)).assign(restitution_deviation=deviation)
         answer = answer.assign_attrs(restitution_range=source)
     answer = answer.assign_coords(
@@ -165,6 +177,8 @@ def assess_rows(
     intensity: float,
     *,
     buildings: Sequence[Building] = (),
+    exponent: float = 0.0,
+    at: float = REFERENCE_AMPLITUDE,
     step: float = STEP,
     tail: float = TAIL,
     chunk: int = CHUNK,
@@ -174,7 +188,7 @@ def assess_rows(
     Each wall has what `assess` says of it alone, without intervals; `chunk` walls run at once, which changes nothing.
     A row that cannot be computed has its ``error``, NaN, and -1 for counts. In `buildings` each wall has the answer of
     the one in which most records collapse it under restitution; of several such, of the one with the lowest median. The
-    intensity is that of the ground.
+    intensity is that of the ground, `exponent` and `at` are those of `assess`, of all walls.
 
     Returns
     -------
@@ -187,7 +201,10 @@ def assess_rows(
         If no row can be computed.
     """
     errors = {row.line: row.error for row in rows if isinstance(row, BadRow)}
-    run = partial(_by_chunks, measure=measure, intensity=intensity, step=step, tail=tail, chunk=chunk, errors=errors)
+    loss = _loss(exponent, at)
+    run = partial(
+        _by_chunks, measure=measure, intensity=intensity, loss=loss, step=step, tail=tail, chunk=chunk, errors=errors
+    )
     good = [row for row in rows if isinstance(row, Row)]
     if one_way := any(isinstance(row.wall, OneSidedWall) for row in good):
         motions = both_ways(motions)
@@ -206,7 +223,7 @@ def assess_rows(
     plausibility.warn(below_onset(answer, measure, intensity))
     answer = answer.drop_vars("strongest").reindex(wall=[row.line for row in rows], fill_value=MISSING)
     answer = answer.assign(
-        records=len(motions), tail=tail, row_error=("wall", [errors.get(row.line, "") for row in rows])
+        records=len(motions), tail=tail, row_error=("wall", [errors.get(row.line, "") for row in rows]), **_stated(loss)
     ).assign_coords(wall=[row.id for row in rows])
     return answer.transpose(*DIMS, missing_dims="ignore")
 
@@ -237,6 +254,7 @@ def _by_chunks(
     *,
     measure: str,
     intensity: float,
+    loss: Loss,
     step: float,
     tail: float,
     chunk: int,
@@ -253,9 +271,9 @@ def _by_chunks(
         def run(rows: Sequence[Row]) -> Iterator[xr.Dataset]:
             wall, curve = (stacked([getattr(row, name) for row in rows]) for name in ("wall", "curve"))
             e, level = np.array([row.restitution for row in rows]), np.array([intensity])
-            track = partial(through, count=len(rows))
+            how: Any = {"loss": loss, "step": step, "tail": tail, "track": partial(through, count=len(rows))}
             try:
-                runs = collapses_of(wall)(wall, curve, e, motions, measure, level, step=step, tail=tail, track=track)
+                runs = collapses_of(wall)(wall, curve, e, motions, measure, level, **how)
             except (InputError, ArithmeticError) as error:  # halves of them, down to the one that is out of range
                 if len(rows) == 1:
                     errors[rows[0].line] = f"line {rows[0].line}: {error}"
@@ -300,6 +318,18 @@ def stacked(owners: Sequence[T]) -> T:
     }
     with plausibility.as_meant():  # what is unlikely was said of each row
         return type(owners[0])(**(first | arrays))
+
+
+def _loss(exponent: float, at: float) -> Loss:
+    """Return the loss that is asked for, and refuse one that the dampers beside each other do not take."""
+    loss = Loss(number("exponent", exponent), number("at (u/u_ins)", at))
+    side_by_side(1.0, loss)
+    return loss
+
+
+def _stated(loss: Loss) -> dict[str, Any]:
+    """Return the variables that say of an answer that its loss depends on the amplitude; none for one e."""
+    return {"loss_exponent": loss.exponent, "reference_amplitude": loss.at} if loss.exponent else {}
 
 
 # --- what is asked for ------------------------------------------------------------------------------------------------
@@ -417,6 +447,7 @@ def collapsed_by_restitution(
     factor: Array,
     restitution: Array,
     *,
+    loss: Loss,
     step: float,
     tail: float,
 ) -> Array:
@@ -424,7 +455,7 @@ def collapsed_by_restitution(
 
     `factor`, on each record's acceleration, has the shape (records, intensities).
     """
-    dampings, shape = side_by_side(restitution), (restitution.size, factor.shape[1])
+    dampings, shape = side_by_side(restitution, loss), (restitution.size, factor.shape[1])
     runs = [
         refined(motion.record, wall, curve, dampings, np.broadcast_to(by_record, shape), step=step, tail=tail)[1]
         for motion, by_record in zip(motions, factor, strict=True)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from operator import itemgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -22,7 +22,7 @@ from rockdamp.errors import InputError, require
 from rockdamp.histories import one_sided
 from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.damping.base import IMPACT
 from rockdamp.mechanics.damping.ecd import least_restitution
 from rockdamp.mechanics.one_sided import CONTACT_STEP, CONTACT_STIFFNESS, OneSidedWall, Tie, stop_damping_ratio
@@ -47,10 +47,20 @@ LEAST_OF_DAMPER = 1.01 * float(least_restitution(RECOMMENDED_ORDER))  # e that R
 SHOWN = partial(progress.track, description="Records")
 
 
-def side_by_side(restitution: ArrayLike) -> list[Damping]:
+class Loss(NamedTuple):
+    """How the loss depends on the amplitude: the exponent g [-], and the amplitude u/u_ins that e belongs to [-]."""
+
+    exponent: float = 0.0
+    at: float = REFERENCE_AMPLITUDE
+
+
+CONSTANT = Loss()
+
+
+def side_by_side(restitution: ArrayLike, loss: Loss = CONSTANT) -> list[Damping]:
     """Return restitution and the damper that is recommended in its place, of `LEAST_OF_DAMPER` at least: `MODELS`."""
-    e = np.maximum(restitution, LEAST_OF_DAMPER)
-    return [Damping.cr(restitution), Damping.of_restitution(e, RECOMMENDED)]
+    e, named = np.maximum(restitution, LEAST_OF_DAMPER), loss._asdict()
+    return [Damping.cr(restitution, **named), Damping.of_restitution(e, RECOMMENDED, **named)]
 
 
 def collapses(
@@ -61,6 +71,7 @@ def collapses(
     measure: str,
     intensity: Array,
     *,
+    loss: Loss = CONSTANT,
     step: float = STEP,
     tail: float = TAIL,
     track: Callable[[Sequence[GroundMotion]], Iterable[GroundMotion]] = SHOWN,
@@ -73,6 +84,8 @@ def collapses(
         Of numbers, or of arrays of shape (walls,).
     measure, intensity : str, ndarray
         PGV [m s-1] or PGA [m s-2], and the levels asked for.
+    loss : Loss
+        Of all walls alike; that of one e, if not given.
     step, tail : float
         The solver's longest step, times the angular frequency of the first branch: it is refined near collapse. [-]
         Rest after each record. [s]
@@ -87,7 +100,7 @@ def collapses(
         finest step of each history, at each wall's ``stripe_intensity``. ``scale_factor`` are the factors on the
         records' accelerations, ``strongest`` is the largest PGA of the scaled records. [m s-2]
     """
-    dampings = side_by_side(restitution)
+    dampings = side_by_side(restitution, loss)
     supports = [intensity_measures(motion.record) for motion in motions]
     levels = np.array([getattr(intensity_measures(motion.intensity_record), measure.lower()) for motion in motions])
     stripe = np.atleast_1d(wall.velocity_scale)[:, None] * STRIPES
@@ -226,6 +239,7 @@ def one_sided_collapses(
     measure: str,
     intensity: Array,
     *,
+    loss: Loss = CONSTANT,
     step: float = 0.0,
     tail: float = TAIL,
     track: Callable[[Sequence[GroundMotion]], Iterable[GroundMotion]] = SHOWN,
@@ -233,8 +247,10 @@ def one_sided_collapses(
     """Run one wall with restitution, event by event, and with the damper at its stop.
 
     Arguments and result are as of `collapses`, of one wall; `step` has no effect, as the stop needs its own.
-    ``stripe_coarser`` is at twice the step of the damper at the stop: restitution needs none.
+    ``stripe_coarser`` is at twice the step of the damper at the stop: restitution needs none. A loss with an exponent
+    is refused: the damper at the stop has none.
     """
+    require(loss.exponent == 0, "exponent", loss.exponent, "0 for a wall against a stop")
     e = float(np.ravel(restitution)[0])
     curve = curve.map(lambda parameter: parameter.reshape(-1)[0])
     levels = np.array([getattr(intensity_measures(motion.intensity_record), measure.lower()) for motion in motions])

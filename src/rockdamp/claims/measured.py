@@ -7,7 +7,8 @@ import xarray as xr
 
 from rockdamp.claims.verdicts import Limits, Part, by_id, judged, measured, number
 from rockdamp.storage.dataset import Datasets
-from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
+from rockdamp.text import percent
+from rockdamp.vocabulary import PAPER_MODELS, REFERENCE, RELEASES, SMALL_RELEASE_OVERSTATES
 
 NOUN = "impacts used"
 
@@ -85,7 +86,11 @@ def measured_restitution(limits: Limits, data: Datasets) -> dict[str, Part]:
             measured("exponent of the energy left", *_by_impacts(exponent)),
             NOUN,
             limits["enough"],
-            {"exponent": f"{number(np.min(exponent))} to {number(np.max(exponent))}"},
+            {
+                "exponent": f"{number(np.min(exponent))} to {number(np.max(exponent))}",
+                "releases": RELEASES,
+                "overstated": percent(SMALL_RELEASE_OVERSTATES),
+            },
         ),
     }
 

@@ -33,6 +33,8 @@ from rockdamp.cli.options import (
     columns_of_both,
     curve_options,
     json_option,
+    loss_of,
+    loss_options,
     make_curve,
     make_wall,
     one_sided_options,
@@ -56,7 +58,7 @@ from rockdamp.cli.supports import (
     without_ties,
 )
 from rockdamp.units import printed
-from rockdamp.vocabulary import STANDARD_GRAVITY
+from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -113,8 +115,10 @@ modelling_option = with_default(
 @click.option(
     "--restitution",
     type=RESTITUTION,
-    help="Restitution e of releases from 0.3 to 0.5 u_ins, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
+    help=f"Restitution e of releases from {RELEASES}, or a rule for it; one of 0.1 u_ins is unsafe by some"
+    f" {100 * SMALL_RELEASE_OVERSTATES:.0f} %.  [default: measured, 0.90 of Eq. (7)]",
 )
+@loss_options
 @walls_option
 @click.option("--id", "identifier", help="Identifier of the row of --walls.")
 @column_option
@@ -161,7 +165,7 @@ def assess_command(
     require_modelling(options["modelling_dispersion"])
     of_walls, of_records = columns_of_both(options["columns"])
     wall, curve, e, reason, of_row = _wall(walls, identifier, of_walls, options)
-    buildings, diaphragm = make_buildings(options), make_diaphragm(options)
+    buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
     from rockdamp.assessment.assess import assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.equivalence.programs import frequencies, stop_damper, typed_in
@@ -171,10 +175,12 @@ def assess_command(
     capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
 
     def run(motions: Sequence[GroundMotion]) -> xr.Dataset:
-        return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"])
+        return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"], **loss)
 
     diaphragm, parapet = diaphragm or of_row, hasattr(wall, "hinge_ratio") is False
     one_sided = wall if isinstance(wall, OneSidedWall) else None
+    if loss.get("exponent") and report is not None:
+        raise click.UsageError("--report has no page of a loss with an exponent; --plot, --output and --json are there")
     placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
     answer, motions = placed.answer, placed.motions
     if one_sided:
@@ -234,6 +240,8 @@ def assess_command(
             show_one_sided(one_sided, stop, bare, len(motions), taken, units)
         else:
             show_damping(typed, constants, taken, units)
+            if loss_law(answer):
+                click.echo("these ratios are of one e at every amplitude")
         print_checks(placed, checked, units)
 
 
@@ -317,6 +325,7 @@ def values(
         **hinge(wall),
         "restitution": float(answer["restitution"]),
         "restitution_reason": answer.attrs["restitution_reason"],
+        **loss_law(answer),
         **_uncertainty(answer),
         "intensity_measure": measure,
         "intensity": at(asked),
@@ -335,6 +344,11 @@ def hinge(wall: Wall | Parapet) -> dict[str, float]:
     """Return the height of a wall's hinge over h, and the one at which it is weakest."""
     names = ("hinge_ratio", "weakest_hinge_ratio") if hasattr(wall, "hinge_ratio") else ()
     return {name: float(getattr(wall, name)) for name in names}
+
+
+def loss_law(answer: xr.Dataset) -> dict[str, float]:
+    """Return the exponent of the loss and the amplitude of e; nothing for one e at all amplitudes."""
+    return {name: float(answer[name]) for name in ("loss_exponent", "reference_amplitude") if name in answer}
 
 
 def _uncertainty(answer: xr.Dataset) -> dict[str, Any]:
@@ -365,6 +379,9 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
         load = float(wall.overburden / wall.width) / 1000 / size_of_load
         click.echo(f"overburden {ratio:.3g} W = {load:.3g} {unit_of_load}")
     click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
+    if law := loss_law(answer):
+        g, at = law.values()
+        click.echo(f"e is that at {at:g} u_ins: the loss of an impact goes with the energy to the power -{g:g}")
     if uncertain := _uncertainty(answer):
         deviation, source = uncertain.values()
         click.echo(f"e is uncertain by {deviation:.2g} (standard deviation): {source}")

@@ -10,6 +10,7 @@ import click
 
 from rockdamp.cli.assessment import (
     content_of,
+    loss_law,
     modelling_option,
     nrml_option,
     require_one,
@@ -21,6 +22,8 @@ from rockdamp.cli.options import (
     column_option,
     columns_of_both,
     json_option,
+    loss_of,
+    loss_options,
     refuse_unused,
     strict_option,
     table_of_walls,
@@ -40,6 +43,7 @@ MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
 )
 @click.argument("walls", type=click.Path(path_type=Path), metavar="WALLS.csv")
 @column_option
+@loss_options
 @shaking_options
 @click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="Write the answer for each wall.")
 @nrml_option
@@ -71,7 +75,8 @@ def batch(
     damping model: collapses at the intensity of --pgv or --pga, median peak, and fragility. In a building, that
     intensity is of the ground; of several periods the worst counts for each wall, and building_period says which.
     """
-    from rockdamp.assessment.answers import COLUMNS, fragilities, lines, require_modelling
+    from rockdamp.assessment.answers import columns as columns_of
+    from rockdamp.assessment.answers import fragilities, lines, require_modelling
     from rockdamp.assessment.assess import assess_rows, intensities
     from rockdamp.assessment.table import BadRow
 
@@ -83,20 +88,20 @@ def batch(
     if levels.size > 1:
         raise click.UsageError(f"--{measure.lower()} has {levels.size} values; batch takes one")
     intensity, buildings = float(levels[0]), make_buildings(options)
-    diaphragm = make_diaphragm(options)
+    diaphragm, loss = make_diaphragm(options), loss_of(options)
     of_walls, of_records = columns_of_both(columns)
     rows = table_of_walls(walls, of_walls)
     if diaphragm is not None:
         rows = [row if isinstance(row, BadRow) or row.diaphragm else replace(row, diaphragm=diaphragm) for row in rows]
     motions = ground_of(records, options, of_records)
     with concerning(walls):
-        answer = assess_rows(rows, motions, measure, intensity, buildings=buildings, tail=tail)
+        answer = assess_rows(rows, motions, measure, intensity, buildings=buildings, tail=tail, **loss)
     bad = [(row, error) for row, error in zip(rows, answer["row_error"].values.tolist(), strict=True) if error]
     if output.suffix == ".nc":
         read = {"records": content_of(motions), "walls": repr(rows), "building": repr(buildings)}
         write_dataset(answer, output, "batch", "rockdamp.assessment.assess", **read)
     else:
-        write_table(lines(answer), output, COLUMNS)
+        write_table(lines(answer), output, columns_of(answer))
     if nrml is not None:
         write_nrml(
             fragilities(answer, [getattr(row, "taxonomy", "") for row in rows]), measure, nrml, modelling_dispersion
@@ -108,6 +113,6 @@ def batch(
     if as_json:
         errors = [{"line": row.line, "id": row.id, "error": error} for row, error in bad]
         values = {"walls": len(rows) - len(bad), "records": len(motions), "intensity_measure": measure}
-        print_json({**values, "intensity": intensity, "tail": tail, "errors": errors})
+        print_json({**values, "intensity": intensity, **loss_law(answer), "tail": tail, "errors": errors})
     if bad and strict:
         click.get_current_context().exit(SOME_FAILED)

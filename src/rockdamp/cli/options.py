@@ -13,7 +13,16 @@ from click.core import ParameterSource
 
 from rockdamp import units
 from rockdamp.cli.command import HINGE_RATIO, NUMBER, SHARE, Read, quantity, word_or_number
-from rockdamp.vocabulary import LOCAL, MODELS, PRESETS, REFERENCE, SOFTENING, VISCOUS_MODELS
+from rockdamp.vocabulary import (
+    LOCAL,
+    MODELS,
+    PRESETS,
+    REFERENCE,
+    RELEASES,
+    SMALL_RELEASE_OVERSTATES,
+    SOFTENING,
+    VISCOUS_MODELS,
+)
 
 if TYPE_CHECKING:
     from rockdamp.assessment.table import BadRow, Row
@@ -136,6 +145,11 @@ one_sided_options = all_of(
     click.option("--tie-height", type=quantity("m"), help="Height of the ties.  [default: where u is measured]"),
 )
 
+loss_options = all_of(
+    click.option("--exponent", type=NUMBER, help="Exponent g of a loss that falls with the amplitude.  [default: 0]"),
+    click.option("--at", type=NUMBER, help="With --exponent, amplitude u/u_ins that e belongs to.  [default: 0.3]"),
+)
+
 damping_options = all_of(
     click.option(
         "--damping-model", type=Model((*MODELS, LOCAL)), help="Damping model.  [default: CR, with --restitution]"
@@ -145,11 +159,10 @@ damping_options = all_of(
     click.option(
         "--restitution",
         type=RESTITUTION,
-        help="Restitution e of releases from 0.3 to 0.5 u_ins, or a rule for it, for CR, ECD of any order, LOCAL, and"
-        " --compare.",
+        help=f"Restitution e of releases from {RELEASES}, or a rule for it, for CR, ECD of any order, LOCAL, and"
+        f" --compare; one of 0.1 u_ins is unsafe by some {100 * SMALL_RELEASE_OVERSTATES:.0f} %.",
     ),
-    click.option("--exponent", type=NUMBER, help="Exponent g of a loss that falls with the amplitude.  [default: 0]"),
-    click.option("--at", type=NUMBER, help="With --exponent, amplitude u/u_ins that e belongs to.  [default: 0.3]"),
+    loss_options,
     click.option("--order", type=NUMBER, help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
     click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )
@@ -323,6 +336,14 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
     return curve
 
 
+def loss_of(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the exponent of the loss and the amplitude of e, those that were given."""
+    loss = {name: options[name] for name in ("exponent", "at") if options[name] is not None}
+    if "at" in loss and "exponent" not in loss:
+        raise click.UsageError("--at belongs to --exponent; it must be given with it, or not at all")
+    return loss
+
+
 def make_dampings(
     options: Mapping[str, Any], curve: TrilinearCurve, wall: Wall | Parapet | None = None, **equivalence: float
 ) -> list[Damping]:
@@ -341,9 +362,7 @@ def make_dampings(
         raise click.UsageError(
             "--local-damping belongs to --damping-model LOCAL; it must be given with it, or not at all"
         )
-    loss = {name: options[name] for name in ("exponent", "at") if options[name] is not None}
-    if "at" in loss and "exponent" not in loss:
-        raise click.UsageError("--at belongs to --exponent; it must be given with it, or not at all")
+    loss = loss_of(options)
     if loss and (options["compare"] or restitution is None or model not in (None, *Damping.exact_models())):
         raise click.UsageError(
             f"--exponent belongs to --restitution with {', '.join(Damping.exact_models())}; it must be given with them"

@@ -42,7 +42,7 @@ from rockdamp.cli.options import (
 )
 from rockdamp.cli.supports import constants as one_sided_constants
 from rockdamp.units import printed
-from rockdamp.vocabulary import STANDARD_GRAVITY
+from rockdamp.vocabulary import RELEASES, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from rockdamp.equivalence.programs import Typed
@@ -99,7 +99,11 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 @one_sided_options
 @curve_options
 @click.option("--amplitude", type=quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
-@click.option("--restitution", type=RESTITUTION, help="Restitution e of the dampers, or a rule.  [default: measured]")
+@click.option(
+    "--restitution",
+    type=RESTITUTION,
+    help=f"Restitution e of releases from {RELEASES}, or a rule.  [default: measured]",
+)
 @units_option
 @json_option
 def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: Any) -> None:
@@ -219,7 +223,7 @@ def _periods(
         "rockdamp equivalent --walls examples/my-walls.csv --output ratios.csv",
     ],
 )
-@click.option("--restitution", type=quantities(), help="Coefficient of restitution e.")
+@click.option("--restitution", type=quantities(), help=f"Restitution e of releases from {RELEASES}.")
 @curve_options
 @with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=NUMBER, help="Length of the matched response in tau = p t.  [default: 8]")

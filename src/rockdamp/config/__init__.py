@@ -13,7 +13,16 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from rockdamp.arrays import Array
-from rockdamp.config.earthquakes import Bilinear, Comparison, Earthquakes, LossLaw, OneSided, Population, SpectrumMethod
+from rockdamp.config.earthquakes import (
+    Bilinear,
+    Comparison,
+    Earthquakes,
+    LossLaw,
+    OneSided,
+    Population,
+    SpectrumMethod,
+    Supports,
+)
 from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
 from rockdamp.config.sections import (
     Accuracy,
@@ -88,6 +97,10 @@ class Config(Section):
     loss_law: Annotated[LossLaw, OrNull] = Field(
         description="A loss that falls with the amplitude beside the constant e, for the walls and records of the study"
         " of earthquakes."
+    )
+    supports: Annotated[Supports, OrNull] = Field(
+        description="What holds a wall, and what the equation of motion leaves out, for the walls and records of the"
+        " study of earthquakes."
     )
     spectrum_method: Annotated[SpectrumMethod, OrNull] = Field(
         description="An elastic spectrum at the secant period in place of histories, for the walls and records of the"

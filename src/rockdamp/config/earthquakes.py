@@ -201,6 +201,23 @@ class LossLaw(Section):
     amplitude: Fractions = Field(description="Amplitudes u/u_ins that e of a law belongs to. [-]")
 
 
+class Supports(Section):
+    diaphragm_period: Annotated[Array, ascending(Positive)] = Field(
+        description="Periods of a flexible floor at the top of the walls. [s]"
+    )
+    diaphragm_damping: Fraction = Field(description="Damping ratio of that floor. [-]")
+    vertical: Fraction = Field(
+        description="Factor on the other horizontal component of a station, which stands for the vertical one. [-]"
+    )
+    eccentricity: float = Field(
+        gt=0, le=0.5, description="Distance of the overburden from mid-thickness, over the thickness. [-]"
+    )
+    velocity_ratio: Geometric = Field(
+        description="Intensities of the ground's motion, lambda PGV/(p u_ins); a geometric sequence. [-]"
+    )
+    step: float = Field(ge=1e-4, lt=0.5, description="Step, times the first branch's angular frequency, at most. [-]")
+
+
 class BuildingSection(Section):
     period: Positive = Field(description="Fundamental period. [s]")
     storeys: Whole = Field(ge=1, le=100, description="Number of storeys.")

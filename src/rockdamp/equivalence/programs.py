@@ -114,7 +114,7 @@ def advice(restitution: float) -> str:
     rows = [f"{model} ({100 * missed[model]:.2g} % missed) if it takes {offer}" for model, offer in OFFERS.items()]
     return (
         f"Use the first that your program can take: {'; '.join(rows)}. Missed: collapses under restitution that do not "
-        f"happen with the damper, under the records of FEMA P695 at e = {e:g}."
+        f"happen with the damper, on the walls of config/default.yaml under the records of FEMA P695 at e = {e:g}."
     )
 
 

@@ -64,17 +64,15 @@ def fig_ida(comparison: xr.Dataset, walls: xr.Dataset) -> Figure:
     for axes in panels:
         axes.set_xlim(SMALLEST_PEAK, 1.0)
         plain_logarithmic(axes, [0.01, 0.1, 1], VELOCITY_RATIO_TICKS)
-    for axes in panels[-columns:]:
+    for axes in panels:
         axes.set_xlabel(DISPLACEMENT, **LABEL)
     scale = peaks["velocity_ratio"]
     standing = scale.where(peaks["fractile"].notnull().any(("fractile_probability", "wall", "damping_model")), scale[1])
     panels[0].set_ylim(float(scale[0]), 1.1 * float(standing.max()))
     for axes in panels[::columns]:
         axes.set_ylabel(VELOCITY_RATIO, **LABEL)
-    for place, (axes, unit) in enumerate(zip(panels, peaks["unit_velocity"].values, strict=True), start=1):
-        beside = _velocities(axes, "right", float(unit))
-        if place % columns == 0 or place == len(panels):
-            beside.set_ylabel(VELOCITY, **LABEL)
+    for axes, unit in zip(panels, peaks["unit_velocity"].values, strict=True):
+        _velocities(axes, "right", float(unit)).set_ylabel(VELOCITY, **LABEL)
     low, centre, high = (f"{100 * value:g}" for value in peaks["fractile_probability"].values)
     handles = [
         Patch(facecolor=BAND, label=f"CR, {low} to {high} %"),

@@ -177,7 +177,7 @@ def fig8(validation: xr.Dataset) -> Figure:
     figure.suptitle(heading(validation) + (f"; made by {literal(maker)}" if others else ""), fontsize=8)
     handles = [
         Line2D([], [], label=measured_name(validation), **MEASURED),
-        Line2D([], [], label="computed; peak over that of the record", **line_of(REFERENCE)),
+        Line2D([], [], label="computed with the study's wall and e, not the record's", **line_of(REFERENCE)),
     ]
     if np.isfinite(levels["free_phase_start"]).any():
         handles.append(Line2D([], [], label="start of the free decay", **FREE))
@@ -212,7 +212,7 @@ def _history(axes: Axes, of_model: xr.Dataset, model: str) -> None:
     if np.isfinite(start):
         axes.axvline(start, zorder=0, **FREE)
     ratio = float(of_model["peak_ratio_to_measured"])
-    outcome = "collapsed" if bool(of_model["collapsed"]) else f"peak × {ratio:.2f}"
+    outcome = "collapsed" if bool(of_model["collapsed"]) else f"peak {ratio:.2f} of the record's"
     colour = style_of(model).colour
     axes.text(0.02, 0.96, model, transform=axes.transAxes, va="top", fontsize=7, color=colour, weight="bold")
     axes.text(0.98, 0.04, outcome, transform=axes.transAxes, ha="right", va="bottom", fontsize=7)

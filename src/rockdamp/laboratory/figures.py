@@ -260,18 +260,18 @@ def fig_identification_caption(identification: xr.Dataset) -> str:
         for (maker, factor), known in origins.items()
         if maker in identification["damping_model"].values and known[0]
     ]
+    whose = f"The mean probability of the model that made the records is {listed(own)}." if own else ""
     missing = sum(count - known for known, count in origins.values())
     left_out = "records are left out, for which the evidence of a model was not determined."
     return f"""
-    The mean probability of the model that made the records is {listed(own)}; the models are equally probable before.
-    {f"{missing} {left_out}" if missing else ""} A test series with a curve that degrades is made by none of the models.
+    {whose} The models are equally probable before. {f"{missing} {left_out}" if missing else ""} A test series with a
+    curve that degrades is made by none of the models.
     """
 
 
 # --- free rocking -----------------------------------------------------------------------------------------------------
 
 MARKERS = ("o", "s", "^", "D", "v")
-INK = "#0072B2"
 FREE_ROCKING_HEIGHT = 150.0  # [mm]
 
 
@@ -382,11 +382,11 @@ POINTS: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": "black", 
 
 @styled
 def fig_measured_rocking(measured: xr.Dataset) -> Figure:
-    """Draw what measurement says: loss at each impact, exponent of the amplitude, and e over Housner's."""
+    """Draw what measurement says: exponent of the amplitude, loss at each impact, and e over Housner's."""
     figure = new_figure(80.0)
-    by_impact, exponent, restitution = figure.subplots(1, 3, width_ratios=[1.2, 1.0, 1.1])
-    _by_impact(by_impact, measured)
+    exponent, by_impact, restitution = figure.subplots(1, 3, width_ratios=[1.0, 1.2, 1.1])
     _exponent(exponent, measured)
+    _by_impact(by_impact, measured)
     _over_housner(restitution, measured)
     figure.legend(*by_impact.get_legend_handles_labels(), loc="outside upper center", ncols=5)
     return figure
@@ -456,15 +456,18 @@ def fig_measured_rocking_caption(measured: xr.Dataset) -> str:
     )
     kept = int(measured["trials"] - measured["duplicates"])
     later = by_name({model: value for model, value in others.items() if model != first})
+    beyond = percent(measured["share_beyond_stop"].sel(impacts_used=shown))
+    many, allowed = (number(measured[f"{of}_impacts"].median(), 2) for of in ("measured", "allowed"))
     within, between = percent(measured["deviation_within"]), percent(measured["deviation_between"])
     return f"""
     {kept} measured trials of limestone blocks that rock freely, without overburden; no walls, and no earthquakes.
-    Left, the loss at each of {shown} impacts over the trial's mean, and each damper's; bars hold the value nine times
-    in ten, here and in the other panels. Of CR and the paper's dampers {first} has the largest likelihood; ln&nbsp;L of
-    the others is lower by {later}. Odd impacts may differ from even ones, as those of a block that leans. Middle, the
-    power γ of the energy left with which the loss goes: {exponents} impacts; the lines are the dampers' powers to first
-    order in the loss. Right, e over Housner's: points for each
-    block, and the band that holds nine in ten of its trials. The mean is
+    Left, the power γ of the energy left with which the loss goes: {exponents} impacts; the lines are the dampers'
+    powers to first order in the loss. A loss that goes so stops a block: by the first {shown} impacts the law allows
+    {allowed} in the median trial, and {many} were measured; in {beyond} of the trials more than it allows. Bars hold
+    the value nine times in ten, here and in the other panels. Middle, the loss at each of {shown} impacts over the
+    trial's mean, and each damper's. Of CR and the paper's dampers {first} has the largest likelihood; ln&nbsp;L of the
+    others is lower by {later}. Odd impacts may differ from even ones, as those of a block that leans. Right, e over
+    Housner's: points for each block, and the band that holds nine in ten of its trials. The mean is
     {number(measured["restitution_over_housner_mean"])}; ln&nbsp;e scatters by {within} from trial to trial and by
     {between} from block to block.
     """

@@ -31,8 +31,11 @@ from rockdamp.laboratory.velocity_ratios import (
     ErrorModel,
     Nodes,
     Predict,
+    Prediction,
     Trials,
     by_impact,
+    impacts_to_stop,
+    law_of_loss,
     power_law,
 )
 from rockdamp.mechanics.wall import Parapet
@@ -42,6 +45,7 @@ from rockdamp.vocabulary import MODELS, PAPER_MODELS, REFERENCE
 LEVEL = 0.90  # of every interval
 HALF_CHI_SQUARE = 1.3528  # half of the 90 % quantile of chi-square with one degree of freedom
 NORMAL_90 = 1.6449  # the 95 % quantile of the normal distribution
+LEAST_EXPONENT = 1e-3  # of the law of loss; at 0 a block never stops
 COMPARED = ("CDC", REFERENCE, "SDR")  # what a simulated set is made by, and between which it chooses
 # What the error of a ratio has, or lacks.
 AS_DESCRIBED = ErrorModel()
@@ -69,6 +73,7 @@ def measured_rocking(config: LaboratoryConfig) -> xr.Dataset:
         study.by_curve(fits),
         study.by_exponent(shown),
         study.by_amplitude(),
+        study.by_law(),
         study.by_error_model(),
         study.by_impact(fits),
         study.restitution(shown),
@@ -206,6 +211,31 @@ class _Study:
             coords={"tried_amplitude_exponent": tried, "bound": ["lower", "upper"]},
         )
 
+    def by_law(self) -> xr.Dataset:
+        """Return the likelihood of the law of loss, and how many impacts it allows a block beside those measured.
+
+        The loss of each trial is distributed as its first ratios say; its later impacts are not seen by the fit.
+        """
+        s, measured, rows = self.settings, np.isfinite(self.measured.ratio).sum(axis=1), []
+        for impacts in track(s.impacts_used.astype(int), "law of loss"):
+            trials = self.trials(impacts)
+
+            def predict(losses: Array, shape: Array, impacts: int = impacts) -> Prediction:
+                return law_of_loss(losses, shape[0], impacts)
+
+            found = fit(trials, predict, shape=[(0.2, LEAST_EXPONENT, 2.0, 0.1)])
+            probability = trials.total(*_seen(trials, predict, found))[1]
+            stop = impacts_to_stop(found.nodes.loss, found.shape[0])
+            rows.append((found.log_likelihood, found.shape[0], np.mean(beyond_stop(stop, probability, measured))))
+            if impacts == s.shown_impacts:
+                allowed = middle(stop, probability)
+        names = ("law_log_likelihood", "loss_exponent", "share_beyond_stop")
+        return xr.Dataset(
+            {name: ("impacts_used", column) for name, column in zip(names, np.array(rows).T, strict=True)}
+            | {"measured_impacts": ("trial", measured), "allowed_impacts": ("trial", allowed)},
+            coords={"trial": np.arange(1, measured.size + 1)},
+        )
+
     # --- errors -------------------------------------------------------------------------------------------------------
 
     def by_error_model(self) -> xr.Dataset:
@@ -329,6 +359,22 @@ class _Study:
                 chosen[row, int(np.argmax(likelihood))] += 1
         coords: dict[str, Sequence[str]] = {"made_by": list(COMPARED), "chosen": list(COMPARED)}
         return xr.Dataset({"simulated_choices": (tuple(coords), chosen)}, coords=coords)
+
+
+def beyond_stop(stop: Array, probability: Array, measured: Array) -> Array:
+    """Return the probability that a trial has more impacts than the law allows, shape (trials,).
+
+    `stop` and `probability`, shape (trials, losses), are the last impact by the trial's loss and how probable that is.
+    """
+    return np.asarray((probability * (stop < measured[:, None])).sum(axis=1) / probability.sum(axis=1))
+
+
+def middle(stop: Array, probability: Array) -> Array:
+    """Return the median of the last impact of each trial, shape (trials,); arguments are as for `beyond_stop`."""
+    order = np.argsort(stop, axis=1)
+    below = np.cumsum(np.take_along_axis(probability, order, axis=1), axis=1)
+    at = np.argmax(below >= 0.5 * below[:, -1:], axis=1)
+    return np.asarray(np.take_along_axis(stop, order, axis=1)[np.arange(len(stop)), at])
 
 
 def profile(at: Array, log_likelihood: Array) -> tuple[float, list[float], float]:

@@ -34,7 +34,7 @@ from rockdamp.vocabulary import CANDIDATES, REFERENCE
 
 # --- evidence ---------------------------------------------------------------------------------------------------------
 
-EFFECTIVE = 300.0  # draws, at least: the logarithm of the evidence is then known to 0.06
+OF_EVIDENCE = 300.0  # effective draws, at least: the logarithm of the evidence is then known to 0.06
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def evidence_of(
     """Return the evidence of a model by one run or several; undetermined where its posterior is refused."""
     try:
         solutions = [one.solution() for one in ([fit] if isinstance(fit, RecordFit) else fit)]
-        _, drawn = Problem.about(solutions, prior, loss_by_run=loss_by_run).drawn(EFFECTIVE, seed)
+        _, drawn = Problem.about(solutions, prior, loss_by_run=loss_by_run).drawn(OF_EVIDENCE, seed)
     except InputError as error:
         return Evidence(reason=str(error))
     return Evidence(drawn.log_evidence, drawn.error)

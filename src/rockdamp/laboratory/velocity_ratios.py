@@ -38,6 +38,7 @@ MOST = 3.0  # loss of an impact after which the block all but rests; no predicti
 NORMAL = 200.0  # degrees of freedom of Student's t that are as good as a normal distribution
 # First losses among which a trial's is looked for: fine near 0, where slender blocks are, and beyond any trial.
 LOSSES = 0.35 * np.linspace(0.0, 1.0, 61) ** 1.5 + 1e-4
+LEAST_LOSS = 1e-6  # of a first impact
 REACH = 5.0  # standard deviations to either side within which a trial's loss is integrated
 NODES = 15, 5, 5  # of loss, alternation and level of noise
 
@@ -82,6 +83,28 @@ def power_law(losses: Array, exponent: float, impacts: int) -> Prediction:
         ratio.append(np.exp(-loss))
         log_energy = log_energy - 2.0 * loss
     return Prediction(np.array(ratio), np.array(energies))
+
+
+def law_of_loss(losses: Array, exponent: float, impacts: int) -> Prediction:
+    """Return the prediction of the law of docs/theory.md, section 9, with the exponent g, above 0.
+
+    V^g falls at each impact by V_1^g (1 - exp(-2 g delta_1)), until nothing is left and the block stops: from there on
+    the loss is `MOST`.
+    """
+    log_energy, ratio, energies = np.zeros(losses.shape), [], []
+    for _ in range(impacts):
+        left = np.exp(-exponent * log_energy) * np.expm1(-2.0 * exponent * losses)  # V_k+1^g over V_k^g, less 1
+        loss = np.where(left > -1.0, np.log1p(np.maximum(left, -1.0 + 1e-16)) / (-2.0 * exponent), MOST)
+        loss = np.minimum(loss, MOST)
+        energies.append(log_energy)
+        ratio.append(np.exp(-loss))
+        log_energy = log_energy - 2.0 * loss
+    return Prediction(np.array(ratio), np.array(energies))
+
+
+def impacts_to_stop(losses: Array, exponent: float) -> Array:
+    """Return the number of the impact at which that law stops a block, by its first loss and g, both above 0. [-]"""
+    return np.ceil(-1.0 / np.expm1(-2.0 * exponent * np.maximum(losses, LEAST_LOSS)))
 
 
 def by_impact(losses: Array, log_profile: Array) -> Prediction:

@@ -62,6 +62,7 @@ def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
         "large_error": over_e(cell["near_collapse_log_error"], off),
         "force": number(whole["crossing_force"]),
         "by_wall": criterion.counted_in_short(data[ORDERS]) if ORDERS in data else None,
+        "amplitude": of_amplitude(data["loss_law"]) if "loss_law" in data else None,
         "reservations": list(criterion.reservations(data[ORDERS]).values()) if ORDERS in data else [],
         "before": off(whole["before_impact_log_error"]),
         "pulse_e": plain(whole["pulse_restitution"]),
@@ -70,6 +71,28 @@ def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
         "found": plain(enough) if np.isfinite(enough) else None,
         "agrees": enough == RECOMMENDED_ORDER,
         "programs": by_program(data),
+    }
+
+
+def of_amplitude(study: xr.Dataset) -> dict[str, str]:
+    """Return by how much a constant e overstates the median intensity of collapse, by the amplitude of its releases.
+
+    That of the smallest amplitude at the middle exponent, with the range over the exponents, and the largest error of
+    the other amplitudes, either way.
+    """
+    whole = study.isel(wall=0)
+    over = 1 / whole["median_intensity_ratio"] - 1
+    at, g = whole["reference_amplitude"].values, whole["loss_exponent"].values
+    small, others = over.isel(reference_amplitude=0), over.isel(reference_amplitude=slice(1, None))
+    return {
+        "small": plain(at[0]),
+        "good": f"{plain(at[1])} to {plain(at[-1])}",
+        "within": percent(abs(others).max()),
+        "overstated": percent(small.isel(loss_exponent=g.size // 2)),
+        "least": percent(small.min()),
+        "most": percent(small.max()),
+        "exponent": plain(g[g.size // 2]),
+        "exponents": f"{plain(g[0])} to {plain(g[-1])}",
     }
 
 

@@ -62,6 +62,27 @@ def test_differences_fall_with_the_square_of_the_slenderness():
     np.testing.assert_allclose(one / other, 4, rtol=0.03)
 
 
+@pytest.mark.filterwarnings("ignore::rockdamp.errors.InputWarning")  # 80 times as high as thick, for the limit
+def test_small_rotations_over_predict_a_forced_peak_by_what_falls_with_the_square_of_the_slenderness():
+    walls = [Wall(0.4, 0.4 * h, hinge_ratio=0.7) for h in (8, 40, 80)]
+    squat, one, other = (small_rotations.forced_difference(wall, 0.5) for wall in walls)
+    assert squat < other < 0 and one / other == pytest.approx(4, rel=0.05)
+
+
+def test_a_forced_peak_of_the_slender_limit_is_that_of_a_kernel_that_knows_no_bodies():
+    """x'' - x = 2 sin(w t) - 1 has a closed form, from when the load reaches the strength to the end of the pulse."""
+    duration = 0.9
+    w, start = np.pi / duration, duration * np.arcsin(0.5) / np.pi
+    particular = lambda t: 1 - 2 * np.sin(w * t) / (1 + w**2)  # noqa: E731
+    rate = lambda t: -2 * w * np.cos(w * t) / (1 + w**2)  # noqa: E731
+    a, b = -particular(start), -rate(start)
+    x = particular(duration) + a * np.cosh(duration - start) + b * np.sinh(duration - start)
+    v = rate(duration) + a * np.sinh(duration - start) + b * np.cosh(duration - start)
+    peak = 1 - np.sqrt((1 - x) ** 2 - v**2)
+    found = small_rotations._first_peak(lambda x: 1.0, lambda x: 0.0, lambda x: 1.0 - x, duration)
+    assert 0.1 < found < 0.9 and found == pytest.approx(peak, rel=1e-7)
+
+
 def test_the_least_slenderness_is_where_the_difference_stays_below():
     h = np.array([4.0, 8.0, 16.0, 32.0])
     law = 4 / h**2  # within 5 % from sqrt(80) on, within 1 % from 20 on

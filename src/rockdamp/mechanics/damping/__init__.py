@@ -4,6 +4,6 @@ Dimensionless as in the solvers: unit mass, C over m_eff p. Eqs (8), (10), (11),
 `base` says what a damper must have.
 """
 
-from rockdamp.mechanics.damping.base import Damping, damper_classes
+from rockdamp.mechanics.damping.base import REFERENCE_AMPLITUDE, Damping, damper_classes
 
-__all__ = ["Damping", "damper_classes"]
+__all__ = ["REFERENCE_AMPLITUDE", "Damping", "damper_classes"]

@@ -93,9 +93,9 @@ class Damping(ByValue):
     ----------
     model, title : str
         Its short name and what it stands for.
-    step_kind : {"viscous", "impact", "net force"}
-        How it takes energy: by a force C v, by `restitution` at impacts, or by a fraction of the force that
-        accelerates the wall, as LOCAL does.
+    step_kind : str
+        How it takes energy: ``viscous``, by a force C v; ``impact``, by `restitution`; ``net force``, by a fraction of
+        what accelerates the wall, as LOCAL does.
     restitution, damping_ratio, exponent, order, at, local_damping : ndarray
         Its parameters; a model has those of `names` alone. [-]
     names : tuple of str

@@ -124,17 +124,17 @@ def of_recommended_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any)
 def of_doubled_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
     """Return C of an order m of `DOUBLED_ORDERS`, which stands in the parameters: one formula for all of them.
 
-    The kinetic fraction is squared where m is at least 2, and again where it is at least 4, 8, 16 and 32; elsewhere it
-    is multiplied by 1, so that there is no branch.
+    m is a number. The kinetic fraction is squared where it is at least 2, and again where it is at least 4, 8, 16 and
+    32: choices, of which the compiler makes vectors, as it does not of a chain of maxima.
     """
     double_t, root, m = v * v, np.sqrt(double_v), parameters[1]
     inverse = 1.0 / (double_t + double_v)
     power = double_t * inverse
-    power = power * np.maximum(power, np.minimum(2.0 - m, 1.0))
-    power = power * np.maximum(power, np.minimum(4.0 - m, 1.0))
-    power = power * np.maximum(power, np.minimum(8.0 - m, 1.0))
-    power = power * np.maximum(power, np.minimum(16.0 - m, 1.0))
-    power = power * np.maximum(power, np.minimum(32.0 - m, 1.0))
+    power = power * power if m >= 2.0 else power
+    power = power * power if m >= 4.0 else power
+    power = power * power if m >= 8.0 else power
+    power = power * power if m >= 16.0 else power
+    power = power * power if m >= 32.0 else power
     size = parameters[0] * power
     return size * f / (root * (1.0 - np.minimum(size * v * root * inverse, 0.95)))
 
@@ -200,7 +200,7 @@ class EnergyConsistent(Damping):
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         kappa = 2 * self.damping_ratio * normalisation(self.order)
         if not self.loss_depends_on_amplitude:
-            return kappa, self.order
+            return kappa, self.order if self._one_order is None else self._one_order
         return kappa * self.reference_energy(curve) ** self.exponent, self.order, self.exponent
 
     @property

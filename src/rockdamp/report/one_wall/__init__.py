@@ -45,7 +45,13 @@ from rockdamp.plausibility import as_meant
 from rockdamp.storage.atomic import replacing
 from rockdamp.text import DASH, RAISED, counted, number, percent, plain
 from rockdamp.units import IMPERIAL, printed
-from rockdamp.vocabulary import RECOMMENDED_ORDER, REFERENCE, STANDARD_GRAVITY
+from rockdamp.vocabulary import (
+    RECOMMENDED_ORDER,
+    REFERENCE,
+    RELEASES,
+    SMALL_RELEASE_OVERSTATES,
+    STANDARD_GRAVITY,
+)
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
 TEMPLATE = "wall.html.j2"
@@ -137,6 +143,8 @@ def build(subject: Subject) -> str:
         derived=_derived(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
+        releases=RELEASES,
+        overstates=percent(SMALL_RELEASE_OVERSTATES),
         **_losses(subject),
         rules=", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items()),
         close_together=SMALL,
