@@ -33,7 +33,7 @@ class InputError(ValueError):
     ...     rd.Damping.cr(1.2)
     ... except rd.InputError as error:
     ...     print(error)
-    restitution (e) is 1.2; it must be greater than 0 and at most 1
+    restitution (e) is 1.2; it must be at least 0 and at most 1
     """
 
     def __init__(self, message: str, name: str = "") -> None:

@@ -65,7 +65,7 @@ def test_every_field_of_a_public_class_is_described(name):
 @pytest.mark.parametrize("name", PROPERTIES)
 def test_a_property_that_is_a_number_states_its_unit(name):
     kind = inspect.signature(PROPERTIES[name]).return_annotation
-    if kind in ("Array", "float"):
+    if kind in ("Array", "Quantity", "float"):
         assert re.search(r"\[(?:-|[\w -]+)\]", inspect.getdoc(PROPERTIES[name]).split("\n\n")[0])
     else:
         assert kind in ("bool", "str", "tuple[int, ...]", "dict[str, Quantity]", "Record", "Modes")

@@ -54,6 +54,14 @@ def test_it_says_what_was_found(html, by_pgv):
     assert "8 records of 4 stations" in shown and "Wilson" in shown
 
 
+def test_the_first_figure_is_the_share_with_the_bar_of_its_interval(html, by_pgv):
+    cr = by_pgv.answer.sel(damping_model="CR").isel(intensity=-1)
+    share, (low, high) = float(cr["collapse_probability"]), cr["collapse_probability_interval"].values
+    bar = html[html.index('class="share"') : html.index('class="lead"')]
+    start, width, mark = (float(number) for number in re.findall(r"(?:left|width): ([\d.]+)%", bar))
+    assert (start, width, mark) == pytest.approx((100 * low, 100 * (high - low), 100 * share), abs=0.06)
+
+
 def test_it_says_whose_it_is_and_how_it_was_made(by_pgv):
     about = About("School <2>", "23 November", "rockdamp assess --pgv 0.6", "imperial")
     html = build(replace(by_pgv, about=about, curve=replace(CURVE, ultimate_displacement_ratio=0.9)))

@@ -108,6 +108,8 @@ class Damping(ByValue):
         Whether every half cycle of any curve loses the same fraction of its energy.
     fades : bool
         Whether its loss can fall with the amplitude, by ``exponent`` and ``at``.
+    ranges : dict
+        Of each parameter its name in errors, what holds of a value that is allowed, and that in words.
 
     Raises
     ------
