@@ -300,8 +300,10 @@ def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:
     weight = float(unloaded.weight)
     ratio = units.overburden_ratio(*load, weight, float(unloaded.width), float(unloaded.thickness))
     warn(of_load(ratio))
+    unit, size = units.printed("kN", click.get_current_context().params.get("units", "si"))
+    shown = weight / 1000 / size
     click.echo(
-        f"overburden_ratio is {ratio:.4g}: {ratio * weight / 1000:.4g} kN over {weight / 1000:.4g} kN of the wall",
+        f"overburden_ratio is {ratio:.4g}: {ratio * shown:.4g} {unit} over {shown:.4g} {unit} of the wall",
         err=True,
     )
     return ratio
