@@ -41,7 +41,7 @@ def test_the_page_says_where_the_wall_stands_and_what_the_checks_found(page):
     assert f"collapse is {check.margin:.2f} times" in shown and "close at displacements that differ by 0.012" in shown
     assert "The building is linear and deforms in shear." in shown and "The capacity of displacement is 0.40 u" in shown
     assert any(row.endswith("period of the building 0.25 s") for row in rows.values())
-    assert "0.15 s: 25 %, median 3.25 m s⁻²; 0.25 s: 25 %, median –" in shown
+    assert "0.15 s: 25 %, median 3.25 m s⁻² (0.331 g); 0.25 s: 25 %, median –" in shown
 
 
 def test_a_longer_or_shorter_period_of_the_building_is_a_row_of_what_moves_the_answer(page):
