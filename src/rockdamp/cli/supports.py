@@ -238,11 +238,24 @@ def _with_unit(value: float, unit: str, system: str) -> str:
     return f"{value / size:.3g} {shown}"
 
 
-def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") -> None:
-    """Print the answer in a sentence, and both checks with their numbers, for each intensity; `system` of units."""
-    from rockdamp.assessment.assess import FEWEST_STATIONS
+def counted_runs(answer: xr.Dataset) -> str:
+    """Return what a share is of: "22 records"; of a wall against a stop, where each acts both ways, "44 histories"."""
+    from rockdamp.assessment.collapses import STOP
     from rockdamp.text import counted
 
+    count = int(answer["records"])
+    return f"{count} histories" if STOP in answer["damping_model"].values else counted(count, "record")
+
+
+def _too_few(answer: xr.Dataset) -> bool:
+    """Return whether the stations are too few for a probability."""
+    from rockdamp.assessment.assess import FEWEST_STATIONS
+
+    return len(set(answer["station"].values.tolist())) < FEWEST_STATIONS
+
+
+def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") -> None:
+    """Print the answer in a sentence, and both checks with their numbers, for each intensity; `system` of units."""
     answer = placed.answer
     measure = answer.attrs["intensity_measure"]
     if placed.values is not None and len(placed.values["periods"]) > 1:
@@ -254,15 +267,13 @@ def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") ->
         ]
         print_table(rows, {"building_period": "s", "median_intensity": unit})
     shares = answer["collapse_probability"].sel(damping_model=REFERENCE).values.tolist()
-    few = len(set(answer["station"].values.tolist())) < FEWEST_STATIONS
-    records = counted(int(answer["records"]), "record")
     verb = "collapses" if int(answer["records"]) == 1 else "collapse"
     for index, (check, share) in enumerate(zip(checks, shares, strict=True)):
         where = f" of the ground, {placed.place}" if placed.place else ""
         at = f"at {in_unit(measure, check.intensity, system)}{where}"
-        if few:
+        if _too_few(answer):
             count = int(answer["collapses"].sel(damping_model=REFERENCE)[index])
-            click.echo(f"\n{count} of {records} {verb} the wall {at}: too few stations for a probability")
+            click.echo(f"\n{count} of {counted_runs(answer)} {verb} the wall {at}: too few stations for a probability")
         else:
             click.echo(f"\nprobability of collapse {at}: {share:.0%}")
         if isfinite(check.margin):
@@ -314,22 +325,26 @@ def show_one_sided(
     wall: OneSidedWall,
     values: Mapping[str, float],
     bare: Mapping[str, Any] | None,
-    records: int,
-    restitution: float,
+    answer: xr.Dataset,
     system: str = "si",
 ) -> None:
     """Print what a wall against a stop has beside any other; `system` of units."""
     from rockdamp.equivalence.programs import advice_at_the_stop
+    from rockdamp.text import counted
 
-    click.echo(f"\neach record acts both ways, as it is and turned round: {records // 2} records, {records} histories")
+    records = counted(int(answer["records"]) // 2, "record")
+    click.echo(f"\neach record acts both ways, as it is and turned round: {records}, {counted_runs(answer)}")
     if bare is not None and wall.tie is not None:
         shares = bare["collapse_probability"]
         listed = shares if isinstance(shares, list) else [shares]
-        median = bare["median_intensity"]
-        without = ", ".join(f"{share:.0%}" for share in listed)
+        measure, median = answer.attrs["intensity_measure"], bare["median_intensity"]
+        without = f"probability of collapse {', '.join(f'{share:.0%}' for share in listed)}"
+        if _too_few(answer):
+            counts = ", ".join(f"{share * int(answer['records']):.0f}" for share in listed)
+            without = f"{counts} of {counted_runs(answer)} collapse it"
         click.echo(
-            f"without the ties: probability of collapse {without}"
-            + ("" if median is None else f", median {median:.3g}")
+            f"without the ties: {without}"
+            + ("" if median is None else f", median {measure} {in_unit(measure, median, system)}")
             + f"; with them as above, of {_with_unit(float(wall.tie.strength) / 1000, 'kN', system)}"
         )
     click.echo(
@@ -338,7 +353,7 @@ def show_one_sided(
         f"{_with_unit(values['stop_damping_coefficient'], 'N s m-1', system)} that act in compression alone,"
         f" and steps of at most {1000 * values['stop_step']:.2g} ms; STOP is this"
     )
-    click.echo(f"{advice_at_the_stop(restitution)} More: docs/one-sided.md")
+    click.echo(f"{advice_at_the_stop(float(answer['restitution']))} More: docs/one-sided.md")
 
 
 def constants(wall: OneSidedWall, curve: TrilinearCurve | None, restitution: float | None) -> dict[str, float]:

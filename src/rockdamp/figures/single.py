@@ -9,12 +9,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from rockdamp.figures.mechanism import in_units
 from rockdamp.figures.style import DISPLACEMENT, PALE, TAU, line_of, literal, new_figure, scaling, styled
 from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.vocabulary import REFERENCE
 
 TIME = "time $t$ [s]"
-ACCELERATION = r"$\ddot u_g$ [m s$^{-2}$]"
 
 
 def label_of(history: xr.Dataset, model: str) -> str:
@@ -48,19 +48,24 @@ def decay_figure(decay: xr.Dataset) -> Figure:
 
 
 @styled
-def response_figure(response: xr.Dataset) -> Figure:
-    """Draw the ground's motion and the response under each model, up to a cross where the wall collapses."""
+def response_figure(response: xr.Dataset, system: str = "si") -> Figure:
+    """Draw the ground's motion and the response under each model, up to a cross where the wall collapses.
+
+    `system` is that of the units, si or imperial.
+    """
+    (of_u, millimetre), (of_ground, acceleration) = in_units("mm", system), in_units("m s-2", system)
+    per_metre = MILLIMETRES / millimetre
     figure = new_figure(110.0)
     ground, axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 2.2]})
-    ground.plot(response["elapsed"], response["ground_acceleration"], color="black", linewidth=0.8)
+    ground.plot(response["elapsed"], response["ground_acceleration"] / acceleration, color="black", linewidth=0.8)
     ground.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    ground.set_ylabel(ACCELERATION)
+    ground.set_ylabel(rf"$\ddot u_g$ [{of_ground}]")
     for model in map(str, response["damping_model"].values):
-        _history(axes, response, model)
+        _history(axes, response, model, per_metre)
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    axes.set(xlabel=TIME, ylabel="$u$ [mm]")
+    axes.set(xlabel=TIME, ylabel=f"$u$ [{of_u}]")
     right = axes.secondary_yaxis(
-        "right", functions=scaling(1 / (MILLIMETRES * float(response["instability_displacement"])))
+        "right", functions=scaling(1 / (per_metre * float(response["instability_displacement"])))
     )
     right.set_ylabel(DISPLACEMENT)
     axes.spines["right"].set_visible(True)
@@ -79,11 +84,11 @@ def record_title(dataset: xr.Dataset) -> str:
     return fill(literal(f"{kind}: {name}{factor}"), 120, max_lines=2)
 
 
-def _history(axes: Axes, response: xr.Dataset, model: str) -> None:
+def _history(axes: Axes, response: xr.Dataset, model: str, per_metre: float) -> None:
     of_model = response.sel(damping_model=model)
     label, collapsed = label_of(response, model), str(of_model["outcome"].item()) == "collapsed"
     label += f", collapses at {float(of_model['outcome_elapsed']):.2f} s" if collapsed else ""
-    displacement = MILLIMETRES * of_model["control_displacement"].values
+    displacement = per_metre * of_model["control_displacement"].values
     axes.plot(of_model["elapsed"], displacement, label=label, **line_of(model))
     if collapsed:
         last = int(np.flatnonzero(np.isfinite(displacement))[-1])

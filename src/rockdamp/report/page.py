@@ -23,7 +23,7 @@ from rockdamp.errors import InputError
 from rockdamp.figures.style import by_model
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.pipeline.tables import FIGURES
-from rockdamp.report import earthquakes, interactive, tables
+from rockdamp.report import earthquakes, interactive, one_sided, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
@@ -36,6 +36,7 @@ STYLE = "report.css"
 SCRIPTS = ("closed_form.js", "decay.js", "least_error.js", "chart.js", "page.js", "wall.js", "explorer.js")
 ROCKING = "fig_measured_rocking"  # what measured free rocking says of each damper
 TIMES = 100  # less likely is excluded, as in data/claims.yaml
+ONE_SIDE = "fig_one_sided"  # how good the damper at the stop is
 BRIDGE = "fig_order"  # the figure that comes first: it shows how a viscous damper becomes an impact
 
 
@@ -84,6 +85,8 @@ def build(content: Content) -> str:
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
         rocking=pictures.pop(ROCKING, None),
+        one_side=pictures.pop(ONE_SIDE, None),
+        one_sided=one_sided.finding(content.datasets["one_sided"]) if "one_sided" in content.datasets else None,
         measurement=measurement(content.datasets),
         figures=list(pictures.values()),
         answer=short,

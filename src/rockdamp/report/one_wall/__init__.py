@@ -172,7 +172,7 @@ def build(subject: Subject) -> str:
         worst=worst,
         images={
             "wall": _image(_sketch(subject)),
-            "fragility": _image(fragility_figure(answer)),
+            "fragility": _image(fragility_figure(answer, subject.about.units)),
             "response": _image(worst["figure"]) if worst else "",
         },
         recommended=subject.models[1],
@@ -211,14 +211,14 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
                     "intensity": intensity,
                     "peak": peak,
                     "histories": histories,
-                    "figure": figure(histories),
+                    "figure": figure(histories, subject.about.units),
                 }
     return {}
 
 
 def _response(
     subject: Subject, motion: GroundMotion, scale: float
-) -> tuple[xr.Dataset, float, Callable[[xr.Dataset], Figure]]:
+) -> tuple[xr.Dataset, float, Callable[[xr.Dataset, str], Figure]]:
     """Return the history under a record, its peak under restitution, NaN where the wall falls, and what draws it."""
     e, tail, wall = float(subject.answer["restitution"]), float(subject.answer["tail"]), subject.wall
     if isinstance(wall, OneSidedWall):
@@ -358,8 +358,8 @@ def _records(motions: Sequence[GroundMotion]) -> str:
 
 def _sketch(subject: Subject) -> Figure:
     if isinstance(subject.wall, OneSidedWall):
-        return one_sided_wall_figure(subject.wall, subject.curve)
-    return wall_figure(subject.wall, subject.curve)
+        return one_sided_wall_figure(subject.wall, subject.curve, subject.about.units)
+    return wall_figure(subject.wall, subject.curve, subject.about.units)
 
 
 def _image(figure: Figure) -> str:
