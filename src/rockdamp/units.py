@@ -77,7 +77,9 @@ def number(text: str) -> float:
     try:
         return float(text if text.isascii() and "_" not in text else "")
     except ValueError:
-        raise ValueError(f"{text!r} is no number") from None
+        raise ValueError(
+            f"{text!r} is no number{'; per cent is a fraction here, 5% is 0.05' if text.strip().endswith('%') else ''}"
+        ) from None
 
 
 def parse(text: str) -> Unit | None:
@@ -166,7 +168,10 @@ def _decimal(text: str, wanted: str, default: str) -> Decimal:
     match = _QUANTITY.fullmatch(text.strip())
     if match is None or not isfinite(float(match["number"])) or (match["unit"] and not wanted):
         slip = "; the decimal sign is a point" if _DECIMAL_COMMA.match(text.strip()) else ""
-        raise UnitError(f"{text!r} is no finite {'quantity' if wanted else 'number'}{slip}")
+        raise UnitError(
+            f"{text!r} is no finite {'quantity' if wanted else 'number'}"
+            f"{'; per cent is a fraction here, 5% is 0.05' if text.strip().endswith('%') else slip}"
+        )
     unit = match["unit"] or default
     factor = _size(unit, wanted) if unit else Decimal(1)
     if factor is None:

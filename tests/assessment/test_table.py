@@ -169,6 +169,8 @@ def test_workbooks_are_read_by_pandas_or_must_be_saved(suffix, reader, tmp_path,
     import pandas as pd
 
     path = tmp_path / f"walls{suffix}"
+    with pytest.raises(InputError, match="there is no such file"):  # whatever is installed
+        read_walls(path)
     path.write_bytes(b"")
 
     def missing(_):

@@ -239,3 +239,6 @@ def test_per_cent_and_decimal_commas_are_taken_or_named():
     assert printed(*model, "5%") == printed(*model, 0.05)
     refused = run("wall", "--thickness", "0.3", "--height", "3,2m")
     assert refused.exit_code == 2 and "'3,2m' is no finite quantity; the decimal sign is a point" in refused.stderr
+    for given in (("assess", *WALL, "--records", "x.csv", "--pgv", 1), ("equivalent", "--preset", "new")):
+        refused = run(*given, "--restitution", "85%")
+        assert refused.exit_code == 2 and "per cent is a fraction here, 5% is 0.05" in refused.stderr

@@ -63,7 +63,9 @@ def test_a_response_is_drawn_in_millimetres_and_over_u_ins_up_to_a_collapse():
 
 def test_an_imperial_response_is_in_inches_and_feet_over_seconds_squared():
     response = histories("elapsed")
-    ground, axes = response_figure(response, "imperial").axes
+    figure = response_figure(response, "imperial")
+    figure.draw_without_rendering()
+    ground, axes = figure.axes
     assert (ground.get_ylabel(), axes.get_ylabel()) == (r"$\ddot u_g$ [ft s$^{-2}$]", "$u$ [in]")
     np.testing.assert_allclose(ground.get_lines()[0].get_ydata(), response["ground_acceleration"] / 0.3048)
     in_inches = response["control_displacement"].sel(damping_model="CR") / 0.0254

@@ -12,7 +12,7 @@ from rockdamp.assessment.checks import checks
 from rockdamp.assessment.collapses import both_ways
 from rockdamp.equivalence.programs import stop_errors
 from rockdamp.histories.one_sided import response
-from rockdamp.report.one_wall import Placement, Subject, build, worst_standing
+from rockdamp.report.one_wall import About, Placement, Subject, build, worst_standing
 
 CURVE = rd.TrilinearCurve(0.04, 0.85)
 FRONT = rd.OneSidedWall(rd.Parapet(0.8, 12.0), rd.Tie(2e6, 6e3, gap=0.005, height_ratio=0.5))
@@ -45,8 +45,8 @@ def test_it_says_what_was_found_with_the_ties_and_without(shown, subject):
     assert f"Without its ties: {share:.0f} %" in shown
     for changed in (
         "coefficient of restitution, e 0.450",
-        "strength of the ties [N] 3000",
-        "strength of the ties [N] 0",
+        "strength of the ties [kN] 3 ",
+        "strength of the ties [kN] 0 ",
     ):
         assert changed in shown
 
@@ -62,14 +62,23 @@ def test_it_says_how_good_the_model_is_and_damps_the_stop_alone(shown):
 def test_the_ties_stand_with_their_numbers_and_their_stretch(html, shown, subject):
     rows = {" ".join(row["text"].split()) for row in Page(html).all("tr")}
     assert {
-        "strength of the ties, all together 6 kN",
-        "stiffness of the ties, all together 2000 kN m⁻¹",
-        "slack of the ties 5 mm",
-        "height of the ties 6 m",
+        "strength 6 kN",
+        "stiffness 2000 kN m⁻¹",
+        "slack 5 mm",
+        "height 6 m",
     } <= rows
     peak = subject.placement.checks[0].upper_peak
     assert not np.isfinite(peak) or f"the ties are stretched by {1000 * (0.5 * peak - 0.005):.0f} mm" in shown
     assert "they yield at 3 mm" in shown or not np.isfinite(peak)
+
+
+def test_an_imperial_page_has_one_median_throughout(subject):
+    text = build(replace(subject, about=About(units="imperial")))
+    page = Page(text)
+    median = float(subject.answer["median_pgv"].sel(damping_model="CR")) / 0.0254
+    (row,) = [one["text"] for one in page.all("tr") if re.match(r"\s*CR\s+[0-9.]+\s", one["text"])]
+    assert float(row.split()[1]) == pytest.approx(median, rel=5e-3)
+    assert "strength of the ties [lbf]" in text and "[kN" not in text
 
 
 def test_the_worst_history_is_the_largest_that_stands(subject):

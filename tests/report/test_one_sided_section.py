@@ -58,9 +58,9 @@ def test_a_small_study_has_its_own_stop_and_dashes(study):
     assert (found["taken"], found["peaks"]) == (SOFT, "–")
 
 
-def test_the_page_says_it_with_the_figure(page):
+def test_the_page_says_it_with_the_figure(page, content):
     section = words(page.by_id("one-side")["text"])
-    found = finding(made_up()["one_sided"])
+    found = finding(content.datasets["one_sided"])
     for text in (found["peaks"], found["medians"], found["changed"], found["middle"]):
         assert text in section
     assert words(page.by_id("fig_one_sided")["text"]) in section

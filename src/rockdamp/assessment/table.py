@@ -151,11 +151,12 @@ def _text(path: Path) -> str:
     """Return a table as the text of a CSV; of a workbook, its first sheet."""
     if path.suffix.lower() not in WORKBOOKS:
         return input_file.text(input_file.content(path, "a CSV of walls"), path)
+    book = io.BytesIO(input_file.content(path, "a table of walls"))
     import pandas as pd  # slow to import
 
     try:
         read = pd.read_parquet if path.suffix.lower() == ".parquet" else pd.read_excel
-        return str(read(path).to_csv(index=False))
+        return str(read(book).to_csv(index=False))
     except ImportError as error:
         raise InputError(f"{path}: {error}; it must be saved as CSV, or what reads it installed") from None
     except (ValueError, KeyError) as error:

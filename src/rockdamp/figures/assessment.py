@@ -33,13 +33,13 @@ def fragility_figure(answer: xr.Dataset, system: str = "si") -> Figure:
 def draw_fragility(axes: Axes, answer: xr.Dataset, system: str) -> None:
     """Draw the fragility into a panel."""
     measure = measure_of(answer)
-    unit, size = in_units(UNITS[measure], system)
+    unit, one = in_units(UNITS[measure], system)
     records = int(answer["records"])
-    stripes = answer[f"stripe_{measure}"].values / size
+    stripes = answer[f"stripe_{measure}"].values / one
     levels = np.geomspace(stripes[0], stripes[-1], POINTS)
     for model in map(str, answer["damping_model"].values):
         of_model = answer.sel(damping_model=model)
-        median, dispersion = float(of_model[f"median_{measure}"]) / size, float(of_model["dispersion"])
+        median, dispersion = float(of_model[f"median_{measure}"]) / one, float(of_model["dispersion"])
         style = style_of(model)
         # CR's are larger and open, so that those of a damper that lie on them are seen.
         size: dict[str, Any] = {"markersize": 5, "markerfacecolor": "none"} if model == REFERENCE else {"markersize": 3}
@@ -51,7 +51,7 @@ def draw_fragility(axes: Axes, answer: xr.Dataset, system: str) -> None:
             axes.plot(levels, ndtr(np.log(levels / median) / dispersion), label=text, **line_of(model))
         else:
             axes.plot([], [], style.marker, color=style.colour, label=f"{model}: no lognormal curve")
-    _draw_asked(axes, answer, measure, size)
+    _draw_asked(axes, answer, measure, one)
     axes.set_xscale("log")
     one_two_five(axes.xaxis)
     axes.set_xlim(stripes[0], stripes[-1])
@@ -61,13 +61,13 @@ def draw_fragility(axes: Axes, answer: xr.Dataset, system: str) -> None:
     axes.set_ylabel(f"share of {records} {runs} that collapse")
 
 
-def _draw_asked(axes: Axes, answer: xr.Dataset, measure: str, size: float) -> None:
+def _draw_asked(axes: Axes, answer: xr.Dataset, measure: str, one: float) -> None:
     """Draw the share under restitution at the intensities asked for, with its interval."""
     cr = answer.isel(damping_model=0)
     share, bounds = cr["collapse_probability"].values, cr["collapse_probability_interval"].values
     error: Any = np.abs(bounds.T - share)
     axes.errorbar(
-        cr[measure] / size,
+        cr[measure] / one,
         share,
         error,
         fmt="_",

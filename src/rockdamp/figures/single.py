@@ -15,6 +15,7 @@ from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.vocabulary import REFERENCE
 
 TIME = "time $t$ [s]"
+ACCELERATION = r"$\ddot u_g$ [m s$^{-2}$]"
 
 
 def label_of(history: xr.Dataset, model: str) -> str:

@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from rockdamp import __version__
 from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import REPLICATES
-from rockdamp.assessment.checks import TIE_STRENGTH, Check, sensitivity
+from rockdamp.assessment.checks import TIE_STRENGTH, Check, Moved, sensitivity
 from rockdamp.assessment.collapses import STRIPES, TURNED, UNITS, side_by_side
 from rockdamp.assessment.table import RULE_WEIGHTS
 from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, stop_damper, stop_errors, typed_in
@@ -123,7 +123,7 @@ def build(subject: Subject) -> str:
     environment.globals |= {"number": number, "percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
     answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
     measure = answer.attrs["intensity_measure"]
-    unit, size = _in_units(UNITS[measure], subject.about.units)
+    intensity_unit, intensity_size = _in_units(UNITS[measure], subject.about.units)
     name, asked, last = measure.lower(), answer[measure.lower()].values, answer.sizes["intensity"] - 1
     both = answer.rename({f"median_{name}": "median", f"median_{name}_interval": "median_interval", name: "asked"})
     frequency, period = map(number, frequencies(subject.wall, subject.curve))
@@ -141,6 +141,7 @@ def build(subject: Subject) -> str:
         inputs=_inputs(subject),
         show_input=partial(number, digits=4) if subject.about.units == "imperial" else plain,
         derived=_derived(subject),
+        ties=_ties(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
         releases=RELEASES,
@@ -150,7 +151,7 @@ def build(subject: Subject) -> str:
         close_together=SMALL,
         frequency=frequency,
         period=period,
-        moved=moved,
+        moved=[_in_its_unit(subject.about.units, row) for row in moved],
         untied=next((row for row in moved if row.name == TIE_STRENGTH and not row.value), None),
         missing=list(dict.fromkeys(why for model in subject.models for why in reasons(answer, model))),
         outcomes=int(answer["records"]) * answer.sizes["stripe"],
@@ -166,8 +167,8 @@ def build(subject: Subject) -> str:
         placement=placement,
         check=placement.checks[-1] if placement.checks else None,
         measure=measure,
-        unit=unit,
-        size=size,
+        intensity_unit=intensity_unit,
+        intensity_size=intensity_size,
         records=_records(subject.motions),
         worst=worst,
         images={
@@ -270,9 +271,12 @@ def _inputs(subject: Subject) -> list[Row]:
         ("length of the strip", "", wall.width, "m"),
         ("density", "", wall.density, "kg m-3"),
         ("overburden over weight", "O/W", wall.overburden_ratio, "-"),
-        ("overburden per metre of wall", "", float(np.divide(wall.overburden, wall.width)) / 1000, "kN/m"),
-        ("eccentricity of the overburden", "", wall.eccentricity, "m"),
     ]
+    if float(wall.overburden):
+        rows += [
+            ("overburden per metre of wall", "", float(np.divide(wall.overburden, wall.width)) / 1000, "kN/m"),
+            ("eccentricity of the overburden", "", wall.eccentricity, "m"),
+        ]
     if isinstance(wall, Wall):
         rows.append(("height of the hinge over h", "h₁/h", wall.hinge_ratio, "-"))
         if float(wall.overburden_mass):
@@ -282,13 +286,6 @@ def _inputs(subject: Subject) -> list[Row]:
         ("strength ratio", "b₁", curve.strength_ratio, "-"),
         ("ultimate displacement ratio", "a₃", curve.ultimate_displacement_ratio, "-"),
     ]
-    if isinstance(subject.wall, OneSidedWall) and (tie := subject.wall.tie) is not None:
-        rows += [
-            ("strength of the ties, all together", "", float(tie.strength) / 1000, "kN"),
-            ("stiffness of the ties, all together", "", float(tie.stiffness) / 1000, "kN m-1"),
-            ("slack of the ties", "", 1000 * float(tie.gap), "mm"),
-            ("height of the ties", "", float(tie.height_ratio * height_of_u(wall)), "m"),
-        ]
     if (building := subject.placement.building) is not None:
         rows += [
             ("period of the building", "", building.period, "s"),
@@ -300,6 +297,26 @@ def _inputs(subject: Subject) -> list[Row]:
             ("damping ratio of the flexible floor", "", diaphragm.damping_ratio, "-"),
         ]
     return rows
+
+
+def _ties(subject: Subject) -> list[Row]:
+    tie = subject.wall.tie if isinstance(subject.wall, OneSidedWall) else None
+    if tie is None:
+        return []
+    return [
+        ("strength", "", float(tie.strength) / 1000, "kN"),
+        ("stiffness", "", float(tie.stiffness) / 1000, "kN m-1"),
+        ("slack", "", 1000 * float(tie.gap), "mm"),
+        ("height", "", float(tie.height_ratio * height_of_u(subject.mechanism)), "m"),
+    ]
+
+
+def _in_its_unit(system: str, row: Moved) -> Moved:
+    """Return what was changed with the strength of ties in the page's unit."""
+    if row.name != TIE_STRENGTH:
+        return row
+    unit, size = _in_units("kN", system)
+    return row._replace(name=TIE_STRENGTH.replace("[N]", f"[{unit}]"), value=row.value / 1000 / size)
 
 
 def _derived(subject: Subject) -> list[Row]:
