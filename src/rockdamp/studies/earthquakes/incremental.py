@@ -336,17 +336,17 @@ def _damping_ratios(config: Config, polynomials: Polynomials) -> Array:
 
 
 def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
-    """Run every wall under one job's share of the records; jobs are numbered from 0."""
+    """Run every wall under one job's chunk of the records; jobs are numbered from 0."""
     size = config.earthquakes.chunk
     mine = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
     e, ratio = walls["restitution"].values, walls["damping_ratio"].values
-    shares = [run(config, e, ratio, catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
-    return xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
+    parts = [run(config, e, ratio, catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
+    return xr.concat(parts, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
 
 
-def gather(config: Config, walls: xr.Dataset, shares: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Join the walls and the jobs' shares of the records, in the order of the records."""
-    joined = xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
+def gather(config: Config, walls: xr.Dataset, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Join the walls and the jobs' chunks of the records, in the order of the records."""
+    joined = xr.concat(chunks, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
     return joined.merge(walls, join="exact", combine_attrs="drop")
 
 

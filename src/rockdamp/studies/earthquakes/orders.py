@@ -48,7 +48,7 @@ DRAWINGS = 12  # of the bootstrap, each with a seed of its own: how far a verdic
 
 
 def chunk(number: str, config: Config) -> xr.Dataset:
-    """Run every wall under one job's share of the records, with CR, its small changes, and each order."""
+    """Run every wall under one job's chunk of the records, with CR, its small changes, and each order."""
     quakes = config.earthquakes
     size, asked, e = quakes.chunk, quakes.orders, quakes.orders.restitution
     entries = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
@@ -85,7 +85,7 @@ def chunk(number: str, config: Config) -> xr.Dataset:
 # --- comparison -------------------------------------------------------------------------------------------------------
 
 
-def compare_orders(config: Config, shares: Sequence[xr.Dataset]) -> xr.Dataset:
+def compare_orders(config: Config, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
     """Compare each order with CR, and with CR after each change of e, over all records, by set of records and by wall.
 
     The first set is all records. ``excess`` is how much more an order errs than CR with the change, and ``verdict``
@@ -95,7 +95,7 @@ def compare_orders(config: Config, shares: Sequence[xr.Dataset]) -> xr.Dataset:
     bootstrap = config.comparison.bootstrap
     quakes = config.earthquakes
     orders = quakes.orders
-    histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
+    histories = xr.concat(chunks, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
     sets = [EVERY_SET, *dict.fromkeys(histories["record_set"].values.tolist())]
     parts = []
     for name in track(sets, "Orders by set of records"):
