@@ -5,7 +5,6 @@ import re
 import pytest
 from howto_pages import blocks, follow, make_tree, python
 
-pytestmark = pytest.mark.workflow
 PER_CENT = re.compile(r"(\d+)%")
 
 

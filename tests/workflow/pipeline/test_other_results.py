@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from minimal_build import RESULTS
 
-pytestmark = pytest.mark.workflow
+pytestmark = pytest.mark.long
 
 
 @pytest.fixture
