@@ -20,7 +20,7 @@ from mutate_sample import summary
 from one_sided_tables import one_sided, one_sided_steps, shipped, two_sided
 from order_tables import by_band, orders
 from rocking_tables import rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
-from spectrum_table import spectrum_method
+from spectrum_table import code_checks, spectrum_method
 from table_text import interval, models, percent, power, share, table
 
 from rockdamp.claims.verdicts import spans
@@ -71,6 +71,7 @@ INPUTS += (
     "loss_law",
     "supports",
     "spectrum_method",
+    "code_checks",
     "one_sided",
 )
 
@@ -370,6 +371,7 @@ _LAST = (
     free_rocking,
     *_ROCKING,
     spectrum_method,
+    code_checks,
     one_sided,
     one_sided_steps,
     two_sided,

@@ -86,6 +86,7 @@ def made_up():
         "supports": made_up_studies.supports(),
         "response_lengths": response_lengths,
         "spectrum_method": made_up_studies.spectrum_method(),
+        "code_checks": made_up_studies.code_checks(),
         "identification": identification_as_configured(),
         "measured_rocking": made_up_studies.measured_rocking(),
         "one_sided": one_sided_as_configured(),

@@ -245,6 +245,18 @@ class SpectrumMethod(Section):
     )
 
 
+class CodeChecks(Section):
+    confidence_factor: Annotated[Array, ascending(Annotated[float, Field(ge=1, le=10)])] = Field(
+        description="Confidence factors FC of the code, ascending. [-]"
+    )
+    restitution: Fraction = Field(description="e of every wall, beside that by the rule measured. [-]")
+    velocity_ratio: Geometric = Field(
+        description="Intensities among which each wall reaches the capacity, lambda PGV/(p u_ins); a geometric"
+        " sequence. [-]"
+    )
+    step: float = Field(ge=1e-4, lt=0.5, description="Step, times the first branch's angular frequency, at most. [-]")
+
+
 # --- the population --------------------------------------------------------------------------------------------------
 
 
