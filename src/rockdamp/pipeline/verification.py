@@ -88,7 +88,7 @@ def mismatches(folder: str | os.PathLike[str], expected: Mapping[str, Origin]) -
             yield str(Path(folder, file)), reason
     for path in _files(Path(folder)):
         if path.relative_to(folder).as_posix() not in {*expected, CHECKSUMS, "README.md"}:
-            yield str(path), "is of no rule of this config"
+            yield str(path), "is not a result of this config"
 
 
 def _mismatch(path: Path, origin: Origin, entry: Mapping[str, str]) -> str:

@@ -33,7 +33,7 @@ from rockdamp.studies.earthquakes.incremental import BY_DAMPER, NEAR
 from rockdamp.studies.earthquakes.population import mechanics
 from rockdamp.vocabulary import MODELS, OUTCOMES, REFERENCE
 
-EDGE = 0.8  # u/u_ins: of the peaks of walls that stand
+EDGE = 0.8  # u/u_ins: of the peaks of walls that survive
 STRATA = ("far", "near", "edge", "just collapsed", "unsettled")
 
 
@@ -96,7 +96,7 @@ def solved(solve: Callable[[int], tuple[float, bool]], count: int, label: str) -
 
 
 def rates(sample: Sample, checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
-    """Count, in each stratum, the histories that end otherwise, and measure the error of the peaks where both stand."""
+    """Count, in each stratum, the histories that end otherwise, and measure the error of peaks where both survive."""
     of = {str(name): checked[name].values for name in checked.data_vars}
     same = of["collapsed"] == of["exact_collapsed"]
     stand = same & (of["collapsed"] == 0)

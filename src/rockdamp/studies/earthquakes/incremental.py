@@ -42,12 +42,12 @@ from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 SOURCES = ("polynomial", "least error", "closed form")  # of the ratio: polynomials, Eq. (17) at that wall, energy
 VARIATIONS = ("step", "impact", "lower e", "higher e")
 
-# Near to collapse the motion forks: the wall comes almost to rest where it hardly holds, and a tiny difference decides
-# whether it falls back. Two steps may take the same side by chance; then one halving of the step changes little and
-# says nothing of the error. Hence there are more halvings near to collapse, and the largest change counts.
+# Near collapse the outcome can flip with a tiny change of the step: the wall comes almost to rest where it hardly
+# holds, and may fall back or go on. Two steps may take the same side by chance; then one halving of the step changes
+# little and says nothing of the error. Hence there are more halvings near collapse, and the largest change counts.
 HALVINGS = 2  # of the coarsest step, for every history
 FURTHER = 2  # more of them near to collapse
-NEAR = 0.5  # u/u_ins, from which on a wall that stands is near to collapse
+NEAR = 0.5  # u/u_ins, from which on a wall that survives is near to collapse
 
 
 @dataclass(frozen=True)
