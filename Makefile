@@ -1,4 +1,4 @@
-# rockdamp: `make` builds everything, `make test` tests everything, `make help` lists the rest.
+# rockdamp: `make` builds everything, `make test` tests it, `make help` lists the rest.
 # All paths are relative, so the tree may lie in a folder of any name.
 
 # Run from elsewhere, `clean` would empty the folder that one stands in.
@@ -31,7 +31,7 @@ export XDG_CONFIG_HOME ?= $(CURDIR)/.cache/config
 export XDG_DATA_HOME ?= $(CURDIR)/.cache/data
 endif
 
-.PHONY: all paper help setup test test-nojit coverage lint docs docs-links peers test-peers benchmark lock clean distclean anew
+.PHONY: all paper help setup test test-long test-nojit coverage lint docs docs-links peers test-peers benchmark lock clean distclean anew
 
 all: setup ## Set up, build every dataset, figure and the report, and verify them (the default)
 	$(bin)/snakemake --cores $(CORES)
@@ -46,15 +46,19 @@ help: ## Show this list
 
 setup: .venv/.ready ## Make the environment in .venv, exactly as requirements.lock pins it
 
-test: setup ## Set up, then run the whole test suite
-	$(bin)/python -m pytest $(parallel) $(PYTEST_FLAGS)
+test: setup ## Set up, then run the test suite
+	$(bin)/python -m pytest -m "not long" $(parallel) $(PYTEST_FLAGS)
+
+test-long: setup ## Run what builds again in copies of the tree: accidents, and the how-tos that take minutes
+	$(bin)/python -m pytest -m long $$(grep -rl --include='*.py' 'mark\.long' tests) $(parallel) $(PYTEST_FLAGS)
 
 # Only the files that have such cases are collected.
 test-nojit: setup ## Run small cases of the kernels without compiling them
 	NUMBA_DISABLE_JIT=1 $(bin)/python -m pytest -m nojit $$(grep -rl --include='*.py' 'mark\.nojit' tests) $(PYTEST_FLAGS)
 
-coverage: setup ## Run the whole suite and the small cases, and see that they cover the package
+coverage: setup ## Run both suites and the small cases, and see that they cover the package
 	$(MAKE) test PYTEST_FLAGS="--cov --cov-report="
+	$(MAKE) test-long PYTEST_FLAGS="--cov --cov-append --cov-report="
 	$(MAKE) test-nojit PYTEST_FLAGS="--cov --cov-append --cov-report="
 	$(bin)/coverage report --fail-under=95
 

@@ -1,4 +1,4 @@
-"""See that honest records of tests are answered, and that records with a slip are refused or doubted.
+"""See that honest records of tests are answered, and that records with a slip are refused or warned of.
 
 `.venv/bin/python tools/check_slips.py --tests 60 --seed 7` makes so many random tests (tools/random_tests.py) that are
 what they say, by walls that are CR and by others, and as many with a slip each. `calibrate` fits them all. What it

@@ -101,7 +101,7 @@ def record(settings: dict[str, Any], wall: str, level: str, seed: int) -> Record
     pulse, peak = settings["pulse"], settings["levels"][level] * STANDARD_GRAVITY
     elapsed = np.arange(int(DURATION * SAMPLING) + 1) / SAMPLING
     response = maker.displacement(elapsed, amplitude=peak, **pulse)
-    require(not np.isnan(response).any(), f"levels: {level}", settings["levels"][level], f"such that {wall} stands [g]")
+    require(not np.isnan(response).any(), f"levels: {level}", settings["levels"][level], f"so that {wall} survives [g]")
     u_ins = float(WALL.instability_displacement)
     motion = wavelet(elapsed - pulse["centre"], pulse["frequency"], pulse["cycles"], peak)
     made_by = {

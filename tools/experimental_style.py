@@ -76,7 +76,7 @@ def synthetic_record(
         **Forcing.of(WALL, Record(fine, motion)).event_driven(),
     )
     stands = history.outcome == "completed"
-    require(stands, "pulse_peak", pulse_peak, "small enough not to overturn the wall [m s-2]")
+    require(stands, "pulse_peak", pulse_peak, "small enough that the wall survives [m s-2]")
 
     made_by = {
         "source": "event-driven solution under a table-shaped pulse, with noise and drift",

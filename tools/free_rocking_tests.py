@@ -45,7 +45,7 @@ class Specimen:
 
     @property
     def u_ins(self) -> float:
-        """Displacement at which the rigid wall falls. [m]"""
+        """Displacement at which the rigid wall collapses. [m]"""
         strength, stiffness, _ = self.constants
         return strength / stiffness
 

@@ -1,4 +1,4 @@
-"""Hurt the package and its pipeline and see that they stand: `.venv/bin/python tools/hurt.py [--seed 5] [PART ...]`.
+"""Hurt the package and its pipeline and see that they survive: `.venv/bin/python tools/hurt.py [--seed 5] [PART ...]`.
 
 Run by hand. Parts: writer, resources, killed, orphans, two-runs, damaged, folders, surroundings, install. Where none is
 named, all but the last, which downloads packages. `--kills 20` says how many kills. `--page` writes the table into

@@ -1,5 +1,5 @@
 """Write the measured numbers into the pages of docs that are named below, from the datasets of a full build,
-and copy the figures that the documents show. It writes the table of false-safe collapses that the package ships too.
+and copy the figures that the documents show. It writes the tables that the package ships too.
 
 `.venv/bin/python tools/measured_tables.py`, after `make`. Each table stands between two comments, of which the first
 names it; the words around the tables hold no measured number.
@@ -19,8 +19,16 @@ from identification_tables import coverage, free_rocking, random_tests, slips, s
 from mutate_sample import summary
 from one_sided_tables import one_sided, one_sided_steps, shipped, two_sided
 from order_tables import by_band, orders
-from rocking_tables import rocking, rocking_choices, rocking_curves, rocking_errors, rocking_restitution
-from spectrum_table import spectrum_method
+from rocking_tables import (
+    rocking,
+    rocking_blocks,
+    rocking_choices,
+    rocking_curves,
+    rocking_errors,
+    rocking_restitution,
+    shipped_blocks,
+)
+from spectrum_table import code_checks, spectrum_method
 from table_text import interval, models, percent, power, share, table
 
 from rockdamp.claims.verdicts import spans
@@ -38,6 +46,7 @@ from rockdamp.vocabulary import RECOMMENDED_SOURCE, STUDIES
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 SHIPPED = ROOT / "src/rockdamp/equivalence"
+BLOCKS = ROOT / "src/rockdamp/assessment/blocks.csv"
 DOCS = (
     "accuracy",
     "earthquakes",
@@ -71,6 +80,7 @@ INPUTS += (
     "loss_law",
     "supports",
     "spectrum_method",
+    "code_checks",
     "one_sided",
 )
 
@@ -357,7 +367,7 @@ def mutations(_: Data) -> str:
 
 
 _FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_law, checks, orders, pulses)
-_ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution)
+_ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution, rocking_blocks)
 _LAST = (
     local_damping,
     by_program,
@@ -370,6 +380,7 @@ _LAST = (
     free_rocking,
     *_ROCKING,
     spectrum_method,
+    code_checks,
     one_sided,
     one_sided_steps,
     two_sided,
@@ -410,6 +421,7 @@ if __name__ == "__main__":
     for page in map(ROOT.joinpath, PAGES):
         page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
     (SHIPPED / "false_safe.csv").write_text(false_safe(opened["comparison"]), encoding="utf-8")
+    BLOCKS.write_text(shipped_blocks(opened["measured_rocking"]), encoding="utf-8")
     (SHIPPED / "one_sided.csv").write_text(shipped(opened["one_sided"]), encoding="utf-8")
     for picture in (results / name for name in PICTURES):
         shutil.copyfile(picture, ROOT / "docs/figures" / picture.name)

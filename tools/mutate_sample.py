@@ -1,13 +1,16 @@
 """Break the science anywhere, at random, and count what the suite notices.
 
-    .venv/bin/python tools/mutate_sample.py [--count 200] [--seed 7] [--jobs 2] [--output FILE.csv] [PACKAGE ...]
+    .venv/bin/python tools/mutate_sample.py [--count 200] [--seed 7] [--jobs 2] [--output FILE.csv]
+                                            [--since REVISION] [--near] [PACKAGE ...]
     .venv/bin/python tools/mutate_sample.py --list
 
-Run by hand; 200 take an hour or two. Mutations are made from the
-syntax tree: operators, comparisons, numbers, signs, arguments and names of functions. Each place of the packages of
-science is as likely as any other. A mutation is noticed if a test of the module's folder, or of the folders that use
-it, fails. FILE gets a row for each, as it ends, and a second run with the same FILE goes on behind it. Whether a
-survivor changes any value at all is judged by hand, in the column `equivalent` of FILE; `--summary FILE` counts.
+Run by hand; 200 take an hour or two. Mutations are made from the syntax tree: operators, comparisons, numbers, signs,
+arguments and names of functions. Each place of the packages of science is as likely as any other; with --since, each
+on a line that was committed since REVISION, and did not only move. A mutation is noticed if a test of the module's
+folder, or of the folders that use it, fails; with --near, a test of the files that import the module or are named
+after it. The sample is in a random order: what a run that was stopped has done is a sample too. FILE gets a row for
+each, as it ends, and a second run with the same FILE goes on behind it. Whether a survivor changes any value at all is
+judged by hand, in the column `equivalent` of FILE; `--summary FILE` counts.
 """
 
 from __future__ import annotations
@@ -17,13 +20,15 @@ import ast
 import csv
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, NamedTuple
@@ -33,6 +38,8 @@ from table_text import percent, table
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "src/rockdamp"
 SURVIVED, STATUS = "**survived**", "exit status"
+LONGEST = 900  # s, after which tests are ended; then "exit status" stands in FILE, and is judged by hand
+NEAREST = 6  # files of tests
 PYTEST = [sys.executable, *"-m pytest -x -q --no-header -p no:cacheprovider --tb=no -m".split(), "not peers"]
 # Packages of science, and the folders of tests that use them, nearest first.
 PACKAGES = {
@@ -112,7 +119,11 @@ class Copy:
         """Return the first test that fails against the copy as it is, below `tests`; empty if none does."""
         changes = {"PYTHONPATH": str(self.source), "NUMBA_CACHE_DIR": str(cache)}
         command = [*PYTEST, *(str(ROOT / "tests" / name) for name in tests)]
-        run = subprocess.run(command, cwd=ROOT, env={**os.environ, **changes}, capture_output=True, text=True)
+        environment = {**os.environ, **changes}
+        try:
+            run = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LONGEST)
+        except subprocess.TimeoutExpired:
+            return f"{STATUS} none after {LONGEST} s"
         if run.returncode == 0:
             return ""
         failed = [line.split(" ", 1)[1] for line in run.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
@@ -227,13 +238,43 @@ def tests_of(file: str) -> list[str]:
     return [mirror.as_posix()] * (ROOT / "tests" / mirror).exists() + folders
 
 
-def as_mutation(entry: dict[str, Any]) -> Mutation:
+def near(file: str) -> list[str]:
+    """Return the files of tests that import a module or are named after it or its folder, its own first.
+
+    If there are none, the folder of its package.
+    """
+    package, _, module = file.removesuffix(".py").removesuffix("/__init__").replace("/", ".").rpartition(".")
+    names = re.compile(rf"rockdamp\.{package}\.{module}\b|from rockdamp\.{package} import [^\n]*\b{module}\b")
+    first, *folders = package.split(".")
+    named = tuple(f"test_{name.partition('_')[0]}" for name in (module, *folders))
+    found = []
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        inside = path.relative_to(ROOT / "tests").as_posix()
+        if (inside.startswith(f"{first}/") and path.stem.startswith(named)) or names.search(path.read_text("utf-8")):
+            found.append(inside)
+    found.sort(key=lambda inside: not inside.endswith(f"/test_{module}.py"))
+    return found[:NEAREST] or [first]
+
+
+def changed(since: str) -> Callable[[dict[str, Any]], bool]:
+    """Return whether the line of a mutation changed since a revision; what moved between files did not."""
+
+    @cache
+    def lines(file: str) -> list[bool]:
+        command = ["git", "blame", "-s", "-M", "-C", "-C", f"{since}..", "--", str(PACKAGE / file)]
+        told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        return [not line.startswith("^") for line in told.splitlines()]
+
+    return lambda entry: lines(entry["file"])[entry["line"] - 1]
+
+
+def as_mutation(entry: dict[str, Any], tests: Callable[[str], list[str]] = tests_of) -> Mutation:
     """Return a mutation: the whole file before and after, and its tests."""
     right = (PACKAGE / entry["file"]).read_text(encoding="utf-8")
     lines = right.splitlines(keepends=True)
     line, at = lines[int(entry["line"]) - 1], int(entry["column"])
     lines[int(entry["line"]) - 1] = line[:at] + entry["wrong"] + line[at + int(entry["length"]) :]
-    return Mutation(f"{entry['file']}:{entry['line']}", entry["file"], right, "".join(lines), tests_of(entry["file"]))
+    return Mutation(f"{entry['file']}:{entry['line']}", entry["file"], right, "".join(lines), tests(entry["file"]))
 
 
 def summary(path: Path = JUDGED) -> str:
@@ -261,6 +302,8 @@ def main() -> int:
     options.add_argument("--seed", type=int, default=7, help="of the sample")
     options.add_argument("--jobs", type=int, default=2, help="mutations at once")
     options.add_argument("--output", type=Path, default=Path("mutations.csv"), help="table of what came out")
+    options.add_argument("--since", metavar="REVISION", help="mutate only lines that changed since")
+    options.add_argument("--near", action="store_true", help="run only the files of tests that import the module")
     options.add_argument("--list", action="store_true", help="list the sample, and run none")
     options.add_argument("--summary", type=Path, metavar="FILE", help="count what a table holds, and run none")
     asked = options.parse_args()
@@ -268,6 +311,7 @@ def main() -> int:
         print(summary(asked.summary))
         return 0
     every = list(mutations(asked.packages or list(PACKAGES)))
+    every = list(filter(changed(asked.since), every)) if asked.since else every
     sample = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
     if asked.list:
         for entry in sample:
@@ -293,7 +337,7 @@ def main() -> int:
         def run(entry: dict[str, Any]) -> dict[str, Any]:
             start, copy = time.perf_counter(), copies.get()
             try:
-                noticed = copy.test(as_mutation(entry))
+                noticed = copy.test(as_mutation(entry, near if asked.near else tests_of))
             finally:
                 copies.put(copy)
             return {**entry, "noticed": noticed, "seconds": f"{time.perf_counter() - start:.0f}"}

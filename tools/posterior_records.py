@@ -50,7 +50,7 @@ def fit_of(record: Record, candidate: Candidate) -> RecordFit:
 
 
 def made(candidate: Candidate, random: np.random.RandomState) -> tuple[Record, Array]:
-    """Draw parameters and a pulse until the wall rocks and stands; return the record, and what made it."""
+    """Draw parameters and a pulse until the wall rocks and survives; return the record, and what made it."""
     elapsed, names = np.arange(round(DURATION * SAMPLING) + 1) / SAMPLING, names_of(candidate)
     while True:
         values = PRIOR.values(names, random.uniform(size=(1, len(names))))

@@ -63,7 +63,7 @@ def drawn(
     least_of_branch: float = LEAST_OF_BRANCH,
     share: tuple[float, float] | None = None,
 ) -> RandomTest:
-    """Draw tests until one rocks and stands as a laboratory would keep it.
+    """Draw tests until one rocks and survives as a laboratory would keep it.
 
     The sensor's noise lies within `SENSOR`, or within a share of the wall's largest displacement.
     """
@@ -103,7 +103,7 @@ def drawn(
         times = float(wall.frequency_parameter) * elapsed
         forced = Forcing.of(wall, Record(fine - fine[0], motion)).event_driven()
         displacement = _response(TrilinearCurve(a1, b1), maker, float(e), times, forced, random)
-        ratio = float(np.abs(displacement).max())  # NaN of a wall that falls
+        ratio = float(np.abs(displacement).max())  # NaN of a wall that collapses
         if max(LEAST, least_of_branch * a1) < ratio < MOST:
             break
     u_ins = float(wall.instability_displacement)

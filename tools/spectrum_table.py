@@ -1,9 +1,9 @@
-"""Table of docs/spectrum-method.md: an elastic spectrum at the secant period against histories."""
+"""Tables of docs/spectrum-method.md: an elastic spectrum at the secant period, and a code, against histories."""
 
 from itertools import product
 
 import xarray as xr
-from table_text import percent, table
+from table_text import interval, percent, table
 
 from rockdamp.assessment.checks import CAPACITY as CHECKED
 from rockdamp.figures.style import REFERENCE_RESTITUTION
@@ -38,3 +38,20 @@ def spectrum_method(data: Data) -> str:
         f"{float(study['building_period']):g} s."
     )
     return f"{found}\n\n{table(head, rows)}"
+
+
+def code_checks(data: Data) -> str:
+    """A code's check against histories: over all walls, and the walls with the least and the largest ratio."""
+    study = data["code_checks"]
+    head = ["limit state", "FC", "e", "S_d", "demand over capacity", "of the walls", "unsafe"]
+    rows = []
+    dims = ("limit_state", "confidence_factor", "restitution_rule", "period_range")
+    for state, factor, rule, periods in product(*(study[name].values for name in dims)):
+        at = study.sel(limit_state=state, confidence_factor=factor, restitution_rule=rule, period_range=periods)
+        whole, walls = at.isel(wall=0), at["median_demand_ratio"].isel(wall=slice(1, None))
+        e = "`measured`" if rule == "measured" else f"{float(at['restitution'].max()):.2f}"
+        rows.append(
+            [str(state), f"{factor:g}", e, str(periods), interval(whole, "median_demand_ratio")]
+            + [f"{float(walls.min()):.2f} to {float(walls.max()):.2f}", percent(whole["unsafe_share"])]
+        )
+    return table(head, rows)

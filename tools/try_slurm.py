@@ -123,7 +123,7 @@ def cancel() -> None:
 def jobs(state: str = "all") -> list[str]:
     """Return the numbers of the jobs in a state that compute walls."""
     lines = said_by(f"squeue --noheader --states={state} --format=%i|%k").splitlines()
-    return [line.split("|")[0] for line in lines if "population_share" in line]
+    return [line.split("|")[0] for line in lines if "population_chunk" in line]
 
 
 def said_by(command: str) -> str:

@@ -59,7 +59,7 @@ def as_meant() -> Iterator[None]:
 
 
 def warn(doubts: Sequence[str]) -> None:
-    """Warn of each doubt by an `InputWarning` that names the first line outside this package."""
+    """Warn of each by an `InputWarning` that names the first line outside this package."""
     if _meant.get():
         return
     for doubt in doubts:
@@ -104,7 +104,7 @@ def require_rocking(
 
 
 def of_wall(thickness: ArrayLike, height: ArrayLike) -> list[str]:
-    """Return a doubt where sizes [m], or h/t, are larger than those of masonry walls; of arrays the largest counts."""
+    """Return a warning where sizes [m], or h/t, are larger than those of masonry; of arrays the largest counts."""
     t, h, slenderness = _largest(thickness), _largest(height), _largest(np.divide(height, thickness))
     sizes = (("thickness", t, THICKEST), ("height", h, HIGHEST))
     large = [(f"{name} {size:g} m", f"{most:g} m") for name, size, most in sizes if size > most]
@@ -142,7 +142,7 @@ def _usual(t: float, h: float) -> bool:
 
 
 def of_density(density: ArrayLike) -> list[str]:
-    """Return a doubt where a density [kg m-3] is none of masonry; of an array the first such element is named."""
+    """Return a warning where a density [kg m-3] is none of masonry; of an array the first such element is named."""
     values = np.ravel(np.asarray(density, dtype=float))
     odd = values[(values < LIGHTEST) | (values > HEAVIEST)]
     if not odd.size:
@@ -155,7 +155,7 @@ def of_density(density: ArrayLike) -> list[str]:
 
 
 def of_overburden(overburden_ratio: ArrayLike, weight: ArrayLike) -> list[str]:
-    """Return a doubt where O/W is larger than few walls have; `weight` is the wall's own per metre. [N m-1]"""
+    """Return a warning where O/W is larger than few walls have; `weight` is the wall's own per metre. [N m-1]"""
     ratios, weights = np.broadcast_arrays(np.asarray(overburden_ratio, dtype=float), np.asarray(weight, dtype=float))
     if not ratios.size:
         return []
@@ -170,7 +170,7 @@ def of_overburden(overburden_ratio: ArrayLike, weight: ArrayLike) -> list[str]:
 
 
 def of_load(ratio: float) -> list[str]:
-    """Return a doubt where a load that was stated as a force is none beside the wall's weight: O/W is `ratio`."""
+    """Return a warning where a load that was stated as a force is none beside the wall's weight: O/W is `ratio`."""
     if not 0 < ratio < LIGHTEST_LOAD:
         return []
     likely = [f"kN (O/W {1000 * ratio:.3g})"] if LEAST_LOADED <= 1000 * ratio <= MOST_LOADED else []
@@ -178,7 +178,7 @@ def of_load(ratio: float) -> list[str]:
 
 
 def of_stated(wall: Any) -> list[str]:
-    """Return the doubts about one wall, or parapet, as a user states it: a hinge, or an eccentricity of no load."""
+    """Return the warnings about one wall, or parapet, as a user states it: a hinge, or an eccentricity of no load."""
     doubts, hinge, eccentricity = [], float(getattr(wall, "hinge_ratio", 0.7)), float(wall.eccentricity)
     if not LOWEST_HINGE <= hinge <= HIGHEST_HINGE:
         doubts.append(f"hinge_ratio is {hinge:g} of the height; tests found 0.5 to 0.7")
@@ -190,7 +190,7 @@ def of_stated(wall: Any) -> list[str]:
 
 
 def of_curve(yield_displacement_ratio: float) -> list[str]:
-    """Return a doubt where the first branch of a curve is longer than that of any wall."""
+    """Return a warning where the first branch of a curve is longer than that of any wall."""
     a1 = float(yield_displacement_ratio)
     if a1 <= LARGEST_YIELD:
         return []
@@ -198,13 +198,13 @@ def of_curve(yield_displacement_ratio: float) -> list[str]:
 
 
 def of_width(width: ArrayLike) -> list[str]:
-    """Return a doubt where a strip of wall is wider than buildings [m]; of an array the largest counts."""
+    """Return a warning where a wall is wider than buildings [m]; of an array the largest counts."""
     widest = _largest(width)
     return [f"width is {widest:g} m, more than {WIDEST:g}; was it in millimetres?"] if widest > WIDEST else []
 
 
 def of_onset(onset: ArrayLike) -> list[str]:
-    """Return a doubt where no earthquake makes a wall rock."""
+    """Return a warning where no earthquake makes a wall rock."""
     value = float(np.min(onset))
     if value <= STRONGEST * STANDARD_GRAVITY:
         return []
@@ -228,7 +228,7 @@ def _question(likely: Sequence[str]) -> str:
 
 
 def of_damping(damping_ratio: ArrayLike) -> list[str]:
-    """Return a doubt where a damping ratio is larger than that of any wall; of an array the largest counts."""
+    """Return a warning where a damping ratio is larger than that of any wall; of an array the largest counts."""
     xi = _largest(damping_ratio)
     if xi <= MOST_DAMPED:
         return []
@@ -238,14 +238,14 @@ def of_damping(damping_ratio: ArrayLike) -> list[str]:
 
 
 def of_dampings(dampings: Iterable[Any]) -> list[str]:
-    """Return the doubts about the parameters of dampers."""
+    """Return the warnings about the parameters of dampers."""
     parameters = [damping.parameters for damping in dampings]
     doubts = of_damping([_largest(each.get("damping_ratio", 0.0)) for each in parameters])
     return doubts + of_restitution([_least(each.get("restitution", 1.0)) for each in parameters])
 
 
 def of_release(release_amplitude: float, yield_displacement_ratio: float) -> list[str]:
-    """Return a doubt where a wall that is released does not rock."""
+    """Return a warning where a wall that is released does not rock."""
     if release_amplitude > yield_displacement_ratio:
         return []
     stated = f"release_amplitude is {release_amplitude:g} of u_ins, and a1 is {yield_displacement_ratio:g}"
@@ -253,7 +253,7 @@ def of_release(release_amplitude: float, yield_displacement_ratio: float) -> lis
 
 
 def of_restitution(restitution: ArrayLike) -> list[str]:
-    """Return a doubt where a coefficient of restitution is less than that of any wall; of an array the least counts."""
+    """Return a warning where a restitution is less than that of any wall; of an array the least counts. [-]"""
     e = _least(restitution)
     if e >= LEAST_ELASTIC:
         return []
@@ -261,7 +261,7 @@ def of_restitution(restitution: ArrayLike) -> list[str]:
 
 
 def of_velocity(pgv: ArrayLike) -> list[str]:
-    """Return a doubt where a peak ground velocity [m s-1] is larger than those of earthquakes."""
+    """Return a warning where a peak ground velocity [m s-1] is larger than those of earthquakes."""
     largest = _largest(pgv)
     if largest <= FASTEST:
         return []
@@ -271,7 +271,7 @@ def of_velocity(pgv: ArrayLike) -> list[str]:
 
 
 def of_supports(acceleration: ArrayLike) -> list[str]:
-    """Return a doubt where the supports of a wall in a building shake more than any earthquake makes them [m s-2]."""
+    """Return a warning where the supports of a wall in a building shake more than any earthquake makes them [m s-2]."""
     strongest = _largest(acceleration)
     if strongest <= STRONGEST * STANDARD_GRAVITY:
         return []
@@ -279,7 +279,7 @@ def of_supports(acceleration: ArrayLike) -> list[str]:
 
 
 def of_asked(pga: float) -> list[str]:
-    """Return a doubt where the PGA that a wall is assessed at [m s-2] is in another unit, likely."""
+    """Return a warning where the PGA that a wall is assessed at [m s-2] is in another unit, likely."""
     if pga <= STRONGEST_ASKED * STANDARD_GRAVITY:
         return of_motion(pga)
     meant = {"per cent of g": pga * STANDARD_GRAVITY / 100, "cm s-2": pga / 100}
@@ -291,7 +291,7 @@ def of_asked(pga: float) -> list[str]:
 
 
 def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float = 1.0) -> list[str]:
-    """Return a doubt where `scale` times the PGA [m s-2] is weaker or stronger than those of relevant earthquakes.
+    """Return a warning where `scale` times the PGA [m s-2] is weaker or stronger than those of relevant earthquakes.
 
     `unit` is the unit in which the numbers of the record were read, and `taken` is its size in m s-2.
     """
@@ -310,7 +310,7 @@ def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float 
 
 
 def of_response(peak: ArrayLike, yield_displacement_ratio: float, pga: float, onset: float) -> list[str]:
-    """Return a doubt where a motion does not make a wall rock: its peaks u/u_ins stay below a1.
+    """Return a warning where a motion does not make a wall rock: its peaks u/u_ins stay below a1.
 
     `onset` is the acceleration whose static load makes the wall rock. [m s-2]
     """
@@ -322,7 +322,7 @@ def of_response(peak: ArrayLike, yield_displacement_ratio: float, pga: float, on
 
 
 def of_level(strongest: float, onset: float, measure: str, asked: float, walls: str = "the wall") -> list[str]:
-    """Return a doubt where the intensity asked for, in PGA [m s-2] or PGV [m s-1], does not reach the onset of rocking.
+    """Return a warning where the intensity asked for, in PGA [m s-2] or PGV [m s-1], does not make the wall rock.
 
     `strongest` is the largest PGA of the supports at that intensity, and `onset` the acceleration whose static load
     makes the wall rock. [m s-2]
@@ -356,7 +356,7 @@ def was_g(pga: float, onset: float) -> str:
 
 
 def of_step(step: float) -> list[str]:
-    """Return a doubt where the time between samples of a record [s] is none that loggers have."""
+    """Return a warning where the time between samples of a record [s] is none that loggers have."""
     if SHORTEST_STEP <= step <= LONGEST_STEP:
         return []
     meant = {"milliseconds": step / 1000, "seconds": 1000 * step}
@@ -366,7 +366,7 @@ def of_step(step: float) -> list[str]:
 
 
 def of_displacement(displacement: ArrayLike) -> list[str]:
-    """Return a doubt where a measured displacement [m] is larger than any wall's that stands."""
+    """Return a warning where a measured displacement [m] is larger than that of any wall that survives."""
     peak = _largest(np.abs(displacement))
     if peak <= THICKEST:
         return []

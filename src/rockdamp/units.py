@@ -226,7 +226,7 @@ def overburden_ratio(load: float, lengths: int, weight: float, width: float, thi
 
 
 def of_ties(text: str, unit: str) -> tuple[float, bool]:
-    """Return a stiffness (``N m-1``) or strength (``N``) of ties and whether it is by metre of wall.
+    """Return a stiffness (``N m-1``) or strength (``N``) of ties and whether it is per metre of wall.
 
     A number without a unit is of all ties together.
     """

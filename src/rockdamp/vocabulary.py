@@ -59,8 +59,8 @@ DEFAULT_RESPONSE_LENGTH = 8.0
 
 # ASSUME: how far e of one wall, and of one block, lies from the rule for it: standard deviations. The tests of walls
 # that the paper quotes have 0.85 to 0.91 of Eq. (7), mean 0.86; reports of other walls and blocks, second-hand, 0.90 to
-# 0.97 of theory. A deviation of 0.03 about 0.90 has all but the last within two. A block's is that of e in measured
-# free-rocking trials, and a test keeps it equal to results/measured_rocking.nc.
+# 0.97 of theory. A deviation of 0.03 about 0.90 has all but the last within two. A block's is that of ln e in measured
+# free-rocking trials, over all slendernesses, and a test keeps it equal to results/measured_rocking.nc.
 WALL_RESTITUTION_DEVIATION = 0.03
 BLOCK_RESTITUTION_DEVIATION = 0.024
 # What a constant e costs where it was measured in small releases, 0.1 u_ins: the intensity that a wall survives is

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from repository import ROOT
 from scipy.special import ndtr
 
 import rockdamp as rd
 from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import FEWEST_STATIONS, assess_rows
-from rockdamp.assessment.table import OF_WALLS, RULE_WEIGHTS, RULES, Row, nodes, over_spread
+from rockdamp.assessment.table import OF_WALLS, RULE_WEIGHTS, RULES, Row, deviation_of, nodes, over_spread
 from rockdamp.figures.code_damping import TESTED
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.records import followed_by_rest
@@ -15,7 +16,7 @@ from rockdamp.plausibility import as_meant
 from rockdamp.solvers.event_driven import history
 from rockdamp.statistics.fragility import fit_fragility
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import BLOCK_RESTITUTION_DEVIATION, RECOMMENDED, REFERENCE, WALL_RESTITUTION_DEVIATION
+from rockdamp.vocabulary import RECOMMENDED, REFERENCE, WALL_RESTITUTION_DEVIATION
 
 
 def test_collapses_and_peaks_are_those_of_the_event_driven_solver(wall, curve, motions):
@@ -221,8 +222,18 @@ def test_by_the_rule_measured_the_share_is_averaged_over_the_spread_of_e(wall, c
     assert float(found["restitution_impulsive"]) == float(wall.restitution_impulsive)
     assert "averaged_collapse_probability" not in impulsive
     parapet = rd.assess(rd.Parapet(0.25, 1.5), curve, few[0], pgv=0.4)
-    assert float(parapet["restitution_deviation"]) == BLOCK_RESTITUTION_DEVIATION
+    assert float(parapet["restitution_deviation"]) == deviation_of(rd.Parapet(0.25, 1.5))[0]
     assert "limestone blocks" in parapet.attrs["restitution_range"] and "restitution_impulsive" not in parapet
+
+
+def test_the_spread_of_a_parapet_s_e_is_that_of_blocks_of_its_slenderness():
+    at, of_ln_e = np.loadtxt(ROOT / "src/rockdamp/assessment/blocks.csv", delimiter=",", skiprows=1).T
+    for slenderness, expected in ((4.5, of_ln_e[:2].mean()), (3.0, of_ln_e[0]), (30.0, of_ln_e[-1])):
+        parapet = rd.Parapet(0.2, 0.2 * slenderness)
+        deviation, source = deviation_of(parapet)
+        assert deviation == pytest.approx(expected * float(parapet.restitution_rigid), rel=1e-9)
+        assert "134 free-rocking trials" in source
+    assert (at[0], at[-1]) == (4, 15) and np.all(np.diff(of_ln_e) < 0)
 
 
 def test_the_spread_of_e_is_that_of_both_rules_as_they_are_weighted(wall):

@@ -56,7 +56,18 @@ def test_inputs_are_changed_by_what_is_left_open_without_a_test_and_a_bare_wall_
     loaded = rd.assess(replace(bare, overburden_ratio=0.5), curve, few, pgv=0.8, restitution=0.85)
     (heavier,) = (one for one in tried if one.value == 0.5 and one.name.startswith("overburden"))
     assert heavier.share == float(loaded["collapse_probability"].sel(damping_model="CR")[0])
+    assert not any("mass" in name for name in values)  # what lies on it has none
     assert heavier.median == pytest.approx(float(loaded["median_pgv"].sel(damping_model="CR")))
+
+
+def test_an_overburden_becomes_a_mass_and_a_mass_becomes_none(wall, curve, motions):
+    for mass, other in ((0.0, 1.0), (0.5, 0.0)):
+        placed = replace(wall, overburden_ratio=1.0, overburden_mass=mass)
+        tried = sensitivity(placed, curve, 0.85, motions, "PGV", 0.8, 3.0)
+        (changed,) = (one for one in tried if one.name == "part of the overburden that moves as a mass")
+        own = rd.assess(replace(placed, overburden_mass=other), curve, motions, pgv=0.8, restitution=0.85)
+        assert changed.value == other
+        assert changed.median == pytest.approx(float(own["median_pgv"].sel(damping_model="CR")), rel=1e-9)
 
 
 def test_a_parapet_in_a_building_moves_with_the_floor_below_it_alone_when_an_input_changes(motions):

@@ -56,9 +56,9 @@ def test_the_answer_is_that_of_the_histories(answer, motions):
 def test_the_damper_at_the_stop_stands_beside_restitution(answer):
     assert answer["damping_model"].values.tolist() == ["CR", "STOP"]
     assert answer["damping_ratio"].values[1] == pytest.approx(0.2553, abs=1e-4)
-    assert answer["collapses"].sel(damping_model="CR").values == pytest.approx(
-        answer["collapses"].sel(damping_model="STOP").values, abs=2
-    )
+    # Near collapse single histories fork, differently on each processor: the damper is judged by the median.
+    restitution, stop = answer["median_pgv"].values
+    assert stop == pytest.approx(restitution, rel=0.05)
 
 
 def test_a_tie_lowers_the_probability_of_collapse(answer, motions):
@@ -73,7 +73,7 @@ def test_the_rule_for_restitution_is_that_of_facades(motions):
     assert float(answer["restitution"]) == pytest.approx(float(FRONT.restitution_rigid))
     assert "averaged_collapse_probability" not in answer
     strip = rd.OneSidedWall(rd.Wall(thickness=0.3, height=4.5))
-    with pytest.raises(rd.InputError, match="a strip against a stop has no rule: it must be a number"):
+    with pytest.raises(rd.InputError, match="a wall with a hinge has no rule against a stop: a number"):
         rd.assess(strip, CURVE, motions[:1], pgv=0.4)
 
 

@@ -6,7 +6,6 @@ import pytest
 from howto_pages import blocks, follow, make_tree, python
 from html_page import Page, words
 
-pytestmark = pytest.mark.workflow
 PER_CENT = re.compile(r"(\d+)%")
 
 

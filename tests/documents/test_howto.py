@@ -11,8 +11,6 @@ from rounded_texts import holds
 
 from rockdamp.vocabulary import VISCOUS_MODELS
 
-pytestmark = pytest.mark.workflow
-
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
@@ -35,6 +33,7 @@ def test_the_page_shows_the_example_as_it_is_shipped_in_ten_lines(name, page):
     assert f"cp examples/{name}.yaml {name}.yaml" in "".join(blocks(page, "sh"))
 
 
+@pytest.mark.long
 def test_your_own_test_becomes_parameters_dampers_and_a_figure(tree):
     printed = follow(tree, "your-test")
     results = tree.place / "results/my-test"
@@ -54,6 +53,7 @@ def test_your_own_test_becomes_parameters_dampers_and_a_figure(tree):
     assert "effective draws" in printed and (tree.place / "posterior.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_your_own_wall_goes_through_the_studies(tree):
     printed = follow(tree, "your-wall")
     results = tree.place / "results/my-wall"
@@ -82,6 +82,7 @@ def test_a_table_of_walls_becomes_a_table_of_answers(tree):
         assert (tree.place / name).stat().st_size > 1000
 
 
+@pytest.mark.long
 def test_a_wall_on_an_upper_floor_has_the_answers_that_the_page_shows(tree):
     printed = follow(tree, "upper-floors")
     shown = blocks("upper-floors", "text")
@@ -105,6 +106,7 @@ def test_a_wall_under_a_timber_floor_has_the_answer_that_the_page_shows(tree):
     assert (tree.place / "under-timber.csv").is_file() and "support_acceleration" in printed
 
 
+@pytest.mark.long
 def test_the_inputs_that_one_chooses_lead_to_answers_as_the_page_says(tree):
     printed = follow(tree, "choose-inputs")
     overburden = 2 * (1 + 6.0 / (0.24 * 1800 * 9.80665 / 1000 * 3.0))
@@ -115,6 +117,7 @@ def test_the_inputs_that_one_chooses_lead_to_answers_as_the_page_says(tree):
     assert (tree.place / "my-wall.html").stat().st_size > 100_000
 
 
+@pytest.mark.long
 def test_your_own_records_shake_your_wall(tree):
     printed = follow(tree, "your-records")
     with xr.open_dataset(tree.place / "results/my-records/earthquakes.nc") as earthquakes:

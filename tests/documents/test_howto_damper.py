@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 from howto_pages import REPORT, blocks, edit, follow, make_tree, python
 
-pytestmark = pytest.mark.workflow
+pytestmark = pytest.mark.long
 NAME = "QVD"
 
 

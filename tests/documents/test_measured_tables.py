@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import report_content
+import rocking_tables
 import xarray as xr
 import yaml
 from posterior_records import row_of
@@ -86,6 +87,7 @@ def made_up():
         "supports": made_up_studies.supports(),
         "response_lengths": response_lengths,
         "spectrum_method": made_up_studies.spectrum_method(),
+        "code_checks": made_up_studies.code_checks(),
         "identification": identification_as_configured(),
         "measured_rocking": made_up_studies.measured_rocking(),
         "one_sided": one_sided_as_configured(),
@@ -212,6 +214,11 @@ def test_errors_of_the_fits_are_the_largest_over_the_cracked_stiffness(made_up):
 def test_the_package_ships_the_false_safe_shares_of_the_full_study():
     shown = (measured_tables.SHIPPED / "false_safe.csv").read_text(encoding="utf-8")
     assert shown == measured_tables.false_safe(built()["comparison"])
+
+
+def test_the_package_ships_the_spread_of_the_measured_blocks():
+    shown = measured_tables.BLOCKS.read_text(encoding="utf-8")
+    assert shown == rocking_tables.shipped_blocks(built()["measured_rocking"])
 
 
 def test_the_package_ships_the_errors_at_the_stop_of_the_full_study():

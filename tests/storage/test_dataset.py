@@ -148,7 +148,7 @@ def test_built_datasets_are_what_the_glossary_says():
     """Whatever stands among the results now is read back against the glossary."""
     found = 0
     for kind, stage in STAGES.items():
-        for path in (ROOT / "results").glob(f"{stage.dataset}.nc".format(study="*", share="*")):
+        for path in (ROOT / "results").glob(f"{stage.dataset}.nc".format(study="*", chunk="*")):
             dataset.check(dataset.open(path), kind)
             found += 1
     if not found:

@@ -10,6 +10,8 @@ from made_up_earthquakes import by_model, complete
 from made_up_trials import measured_rocking
 
 from rockdamp.studies.amplitude_dependence import DAMPERS
+from rockdamp.studies.code_checks import DIMS as CODE_CHECKS
+from rockdamp.studies.code_checks import RANGES, RULES
 from rockdamp.studies.mechanism import mechanism as stage
 from rockdamp.studies.spectrum_method import DIMS as SPECTRUM
 from rockdamp.studies.spectrum_method import statistics
@@ -349,6 +351,34 @@ def spectrum_method():
     return complete(data, "spectrum_method")
 
 
+def code_checks():
+    """Ratios that grow with the confidence factor, and that a wall does not have."""
+    factor, dims = np.array([1.0, 1.35]), CODE_CHECKS
+    ratio = np.ones((2, 2, 2, 2, 3)) * (0.9 * factor)[:, None, None, None]
+    ratio = ratio * np.array([1.0, 1.1])[:, None, None, None, None] * np.array([1.0, 1.2, 0.7])
+    ratio = ratio * np.array([1.0, 0.95])[:, None, None] * np.array([1.0, 1.13])[:, None]
+    ratio[1, ..., 2] = np.nan
+    study = xr.Dataset(
+        {
+            "median_demand_ratio": (dims, ratio),
+            "median_demand_ratio_interval": ((*dims, "bound"), np.stack([0.9 * ratio, 1.2 * ratio], -1)),
+            "unsafe_share": (dims, np.clip(1.2 - 0.7 * ratio, 0, 1)),
+            "restitution": (("restitution_rule", "wall"), [[np.nan, 0.86, 0.9], [np.nan, 0.85, 0.85]]),
+            "capacity": ("limit_state", [0.4, 0.6]),
+            "damping_ratio": ("limit_state", [0.08, 0.10]),
+        },
+        coords={
+            "limit_state": ["SLV", "SLC"],
+            "confidence_factor": factor,
+            "period_range": list(RANGES),
+            "restitution_rule": list(RULES),
+            "wall": ["all", "stiff", "slow"],
+            "bound": ["lower", "upper"],
+        },
+    )
+    return complete(study, "code_checks")
+
+
 def loss_law():
     """Medians that rise with the amplitude and fall with the exponent."""
     g, at, bands = np.array([0.13, 0.26, 0.39]), np.array([0.1, 0.3, 0.5]), 5
@@ -481,6 +511,7 @@ def made_up():
         "supports": supports(),
         "one_sided": one_sided(),
         "spectrum_method": spectrum_method(),
+        "code_checks": code_checks(),
         "earthquakes": earthquakes.earthquakes(),
         "earthquakes/walls": earthquakes.walls(),
         "comparison": earthquakes.comparison(),

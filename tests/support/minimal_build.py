@@ -3,7 +3,7 @@
 from rockdamp.pipeline.tables import FIGURES, STAGES, each_study
 
 RESULTS, LOGS = "results/minimal", "logs/results/minimal"
-WHOLE = [stage for stage in STAGES.values() if "{share}" not in stage.file]
+WHOLE = [stage for stage in STAGES.values() if "{chunk}" not in stage.file]
 DATASETS = [f"{name}.nc" for stage in WHOLE if stage.dataset for name in each_study(stage.dataset)]
 OUTPUTS = [
     *DATASETS,

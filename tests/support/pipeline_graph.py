@@ -6,7 +6,7 @@ from rockdamp.pipeline.tables import FIGURES, STAGES, each_study, reported
 
 DATASETS = {name for stage in STAGES.values() if stage.dataset for name in each_study(stage.dataset)}
 PAGES = ("report", "paper_page")  # whose captions and whose config they show themselves
-SHARES = {stage.rule: 2 for stage in STAGES.values() if stage.shares_of}  # so many jobs of each in the minimal config
+CHUNKS = {stage.rule: 2 for stage in STAGES.values() if stage.chunks_of}  # so many jobs of each in the minimal config
 
 
 def _graph():
@@ -38,7 +38,7 @@ def jobs_after(*new):
             after.add(name)
             waiting += [other for other, (_, inputs) in graph.items() if name in inputs]
     jobs = Counter(graph[name][0] for name in after)
-    return dict(jobs | {rule: count for rule, count in SHARES.items() if rule in jobs})
+    return dict(jobs | {rule: count for rule, count in CHUNKS.items() if rule in jobs})
 
 
 def readers(changes):

@@ -41,7 +41,7 @@ def test_both_profiles_agree_on_what_is_no_matter_of_the_place():
     }
 
 
-@pytest.mark.workflow
+@pytest.mark.long
 def test_a_population_is_planned_for_slurm_as_it_is_for_one_machine(tmp_path):
     tree = workflow_tree.Tree(tmp_path / "tree")
     plans = [
@@ -51,5 +51,5 @@ def test_a_population_is_planned_for_slurm_as_it_is_for_one_machine(tmp_path):
     for run in plans:
         assert run.returncode == 0, run.stdout + run.stderr
     here, there = (run.stdout.partition("Job stats:")[2].partition("Reasons:")[0] for run in plans)
-    assert "population_share" in here
+    assert "population_chunk" in here
     assert there.rpartition("Job stats:")[2] == here.rpartition("Job stats:")[2]

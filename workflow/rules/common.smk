@@ -14,7 +14,7 @@ def motion_count(entries):
     return len(catalogue.listing(entries))
 
 
-STUDY_OR_SHARE = re.compile(r"\{(study|share)\}")
+STUDY_OR_CHUNK = re.compile(r"\{(study|chunk)\}")
 
 # By which config and code each result must be made, by its file in the folder of the results.
 ORIGINS = verification.origins(CONFIG, motion_count)
@@ -36,15 +36,15 @@ def config_part(keys):
 
 
 def dataset_files(names, stage=None):
-    """Return the files of datasets, of every study and share. A stage takes its own study and share instead."""
+    """Return the files of datasets, of every study and chunk. A stage takes its own study and chunk instead."""
     files, output = [], stage.file if stage else ""
     for name in names:
         every = {}
         if "{study}" in name and "{study}" not in output:
             every["study"] = list(STUDIES)
-        if "{share}" in name and "{share}" not in output:
+        if "{chunk}" in name and "{chunk}" not in output:
             (writer,) = [stage for stage in STAGES.values() if stage.dataset == name]
-            every["share"] = list(writer.shares(CONFIG, motion_count))
+            every["chunk"] = list(writer.chunks(CONFIG, motion_count))
         files += expand(f"{RESULTS}/{name}.nc", **every, allow_missing=True)
     return files
 
@@ -59,7 +59,7 @@ def inputs_of(stage):
         named = {argument: value_at(key, ()) for argument, key in stage.records.items()}
         for argument, dataset in stage.inputs.items():
             paths = expand(dataset_files([dataset], stage), **dict(wildcards.items()))
-            of_one = not STUDY_OR_SHARE.search(dataset) or STUDY_OR_SHARE.search(stage.file)
+            of_one = not STUDY_OR_CHUNK.search(dataset) or STUDY_OR_CHUNK.search(stage.file)
             named[argument] = paths[0] if of_one else paths
         itself = {"motions": motion_files(stage), "trials": value_at(stage.trials, ())}
         return {name: value if isinstance(value, str) else list(value) for name, value in (named | itself).items()}
@@ -78,7 +78,7 @@ def motion_files(stage):
 
 def message_of(stage):
     """Return what a rule says while it runs."""
-    wildcards = [f"{key} {{wildcards.{key}}}" for key in ("study", "share") if f"{{{key}}}" in stage.file]
+    wildcards = [f"{key} {{wildcards.{key}}}" for key in ("study", "chunk") if f"{{{key}}}" in stage.file]
     return ": ".join([stage.title, *wildcards])
 
 

@@ -3,7 +3,7 @@
 
 wildcard_constraints:
     study="|".join(STUDIES),
-    share=r"\d+",
+    chunk=r"\d+",
 
 
 for stage in STAGES.values():

@@ -213,6 +213,10 @@ def _changes(wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, e: floa
     loaded = float(wall.overburden_ratio)
     for value in [factor * loaded for factor in FACTORS] if loaded else [FIRST_OVERBURDEN]:
         yield from _made("overburden, O/W", value, lambda v: (replace(wall, overburden_ratio=v), curve, e))
+    if isinstance(wall, Wall) and loaded:
+        value = 0.0 if float(wall.overburden_mass) else 1.0  # with the same e, by its inertia alone
+        name = "part of the overburden that moves as a mass"
+        yield from _made(name, value, lambda v: (replace(wall, overburden_mass=v), curve, e))
 
 
 def _of_tie(wall: OneSidedWall, curve: TrilinearCurve, e: float) -> Iterator[Change]:

@@ -9,6 +9,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -264,7 +265,7 @@ def _of_ties(name: str, text: str, unit: str) -> tuple[float, bool]:
     try:
         return units.of_ties(text, unit)
     except UnitError as error:
-        allowed = f"a number in {unit}, or with its unit, by metre of wall too"
+        allowed = f"a number in {unit}, or with its unit, per metre of wall too"
         raise InputError(f"{name} is {text!r}: {error}; it must be {allowed}") from None
 
 
@@ -362,7 +363,10 @@ OF_WALLS = (
     "tests of walls that the paper quotes gave 0.86 of Eq. (7), 0.85 to 0.91; other reports, second-hand, differ:"
     " 0.90 to 0.97 of theory"
 )
-OF_BLOCKS = f"134 free-rocking trials of limestone blocks gave {BLOCK_RATIO} of Housner; other reports differ"
+OF_BLOCKS = (
+    f"134 free-rocking trials of limestone blocks gave {BLOCK_RATIO} of Housner, with a deviation of ln e that falls"
+    f" with h/t ({BLOCK_RESTITUTION_DEVIATION} in the mean); other reports differ"
+)
 # ASSUME: a judgement, for averages over e: tests of walls are few, and rigid mechanics leaves the mortar out.
 RULE_WEIGHTS: Mapping[str, float] = {"measured": 0.5, "impulsive": 0.5}
 NODES = 48  # of e over its spread
@@ -376,7 +380,7 @@ def by_rule(wall: Rocking | OneSidedWall, rule: str = DEFAULT_RULE) -> tuple[Arr
         raise InputError(f"restitution (e) is {rule!r}; it must be a number, or one of {', '.join(RULES)}")
     if isinstance(wall, OneSidedWall):
         if isinstance(wall.mechanism, Wall):
-            raise InputError(f"restitution (e) is {rule!r}; a strip against a stop has no rule: it must be a number")
+            raise InputError(f"restitution (e) is {rule!r}; a wall with a hinge has no rule against a stop: a number")
         return wall.restitution_rigid, SORRENTINO
     if isinstance(wall, Parapet):
         return wall.restitution_rigid, HOUSNER
@@ -404,10 +408,20 @@ def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | st
 
 
 def deviation_of(wall: Rocking) -> tuple[float, str]:
-    """Return the standard deviation of e by the rule ``measured``, and where the range comes from. [-]"""
+    """Return the standard deviation of e by the rule ``measured``, and where the range comes from. [-]
+
+    That of a parapet is of measured blocks of its slenderness, or of the nearest that was measured.
+    """
     if isinstance(wall, Parapet):
-        return BLOCK_RESTITUTION_DEVIATION, OF_BLOCKS
+        of_ln_e = np.interp(float(wall.height) / float(wall.thickness), *_blocks())
+        return float(wall.restitution_rigid * of_ln_e), OF_BLOCKS
     return WALL_RESTITUTION_DEVIATION, OF_WALLS
+
+
+@cache
+def _blocks() -> Array:
+    """Return h/t and the standard deviation of ln e of measured blocks, which `tools/measured_tables.py` writes."""
+    return np.loadtxt(Path(__file__).with_name("blocks.csv"), delimiter=",", skiprows=1, unpack=True)
 
 
 def nodes(wall: Rocking) -> tuple[Array, Array]:

@@ -99,8 +99,8 @@ def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
             collapses[curve] += int(pairs[f"{name}_collapsed"].sel(force_curve=curve).sum())
         runs += ratio.size
     counts = {f"{curve.replace('-', '')}_collapses": f"{count} of {runs}" for curve, count in collapses.items()}
-    overturned = (measured(f"{count} of {runs} collapse with the {curve} curve") for curve, count in collapses.items())
-    parts["collapses"] = Part(collapses["bi-linear"] > collapses["tri-linear"], sum(overturned, ()), counts)
+    collapsed = (measured(f"{count} of {runs} collapse with the {curve} curve") for curve, count in collapses.items())
+    parts["collapses"] = Part(collapses["bi-linear"] > collapses["tri-linear"], sum(collapsed, ()), counts)
     return parts
 
 

@@ -217,7 +217,7 @@ def _independence(dim: str, study: str) -> Judge:
 
 
 def a1_most(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Compare the spread over cracked stiffness with those over slenderness and overburden."""
+    """Compare the spread over a1 with those over slenderness and overburden."""
     a1 = mean_spread(ratios(data["match/cracked_stiffness"]), "yield_displacement_ratio")
     parts: dict[str, Part] = {}
     for name, variable in (("tau", "damping_ratio"), ("seconds", "damping_ratio_fixed_seconds")):

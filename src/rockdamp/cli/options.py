@@ -102,7 +102,7 @@ def wall_options(required: bool = True) -> Decorator:
     return all_of(
         click.option("--thickness", type=LENGTH, required=required, help="Thickness t of the wall."),
         click.option("--height", type=LENGTH, required=required, help="Height h of the wall."),
-        with_default("--width", type=LENGTH, default=1.0, help="Width of the strip of wall."),
+        with_default("--width", type=LENGTH, default=1.0, help="Horizontal width of the wall."),
         with_default("--density", type=DENSITY, default=1800.0, help="Density of the masonry."),
         with_default(
             "--hinge-ratio",
@@ -209,7 +209,7 @@ def columns_of_both(columns: Iterable[str]) -> tuple[dict[str, Column], dict[str
 
 
 def table_of_walls(path: Path, columns: Mapping[str, Column]) -> list[Row | BadRow]:
-    """Read a table of walls, which must have rows, and print its doubts."""
+    """Read a table of walls, which must have rows, and print its warnings."""
     from rockdamp.assessment.table import BadRow, read_walls
     from rockdamp.errors import InputError
 

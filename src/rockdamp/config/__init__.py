@@ -15,6 +15,7 @@ from pydantic import BaseModel, Field
 from rockdamp.arrays import Array
 from rockdamp.config.earthquakes import (
     Bilinear,
+    CodeChecks,
     Comparison,
     Earthquakes,
     LossLaw,
@@ -105,6 +106,10 @@ class Config(Section):
     spectrum_method: Annotated[SpectrumMethod, OrNull] = Field(
         description="An elastic spectrum at the secant period in place of histories, for the walls and records of the"
         " study of earthquakes."
+    )
+    code_checks: Annotated[CodeChecks, OrNull] = Field(
+        description="The displacement check of a code for local mechanisms beside histories, for the walls and records"
+        " of the study of earthquakes."
     )
     one_sided: Annotated[OneSided, OrNull] = Field(
         description="Facades that rock to one side against a stop, with restitution and with a damper at the stop."

@@ -59,10 +59,9 @@ class EarthquakeWall(Section):
     )
     parapet: bool = Field(
         default=False,
-        description="Whether the wall is one block that rocks on its base; otherwise it is a strip wall between two"
-        " floors.",
+        description="Whether the wall is one block that rocks on its base; otherwise it is a wall between two floors.",
     )
-    hinge_ratio: Fraction = Field(default=0.5, description="Height h1 of the hinge over h; of a strip wall only. [-]")
+    hinge_ratio: Fraction = Field(default=0.5, description="Height h1 of the hinge over h; of such a wall only. [-]")
     preset: Literal["new", "moderate", "severe"] = Field(
         default="new", description="Doherty's stage of degradation, in place of a1 and b1."
     )
@@ -72,7 +71,7 @@ class EarthquakeWall(Section):
     strength_ratio: Fraction = Field(default=0.5, description="b1 = F_y/F0; without a preset. [-]")
 
     def named_wall(self) -> NamedWall:
-        """Return the wall: a strip with a hinge, or a parapet, with a preset or its own a1 and b1; a3 = 1."""
+        """Return the wall: one with a hinge, or a parapet, with a preset or its own a1 and b1; a3 = 1."""
         of_curve = ("preset",) if "preset" in self.model_fields_set else ("yield_displacement_ratio", "strength_ratio")
         needed = {"name", "thickness", "slenderness", "overburden_ratio", *of_curve}
         needed |= set() if self.parapet else {"hinge_ratio"}
@@ -243,6 +242,18 @@ class SpectrumMethod(Section):
     building: Annotated[Building, made_of(BuildingSection, BuildingSection.building)] = Field(
         description="A linear building in shear, and the storey of it on which the walls stand too."
     )
+
+
+class CodeChecks(Section):
+    confidence_factor: Annotated[Array, ascending(Annotated[float, Field(ge=1, le=10)])] = Field(
+        description="Confidence factors FC of the code, ascending. [-]"
+    )
+    restitution: Fraction = Field(description="e of every wall, beside that by the rule measured. [-]")
+    velocity_ratio: Geometric = Field(
+        description="Intensities among which each wall reaches the capacity, lambda PGV/(p u_ins); a geometric"
+        " sequence. [-]"
+    )
+    step: float = Field(ge=1e-4, lt=0.5, description="Step, times the first branch's angular frequency, at most. [-]")
 
 
 # --- the population --------------------------------------------------------------------------------------------------

@@ -66,7 +66,7 @@ class WallSection(Section):
         " t/2 either way. [m]",
     )
     density: Positive = Field(description="Density of the masonry. [kg m-3]")
-    width: Positive = Field(description="Length of the strip. [m]")
+    width: Positive = Field(description="Horizontal width of the wall. [m]")
 
     def wall(self) -> Wall:
         """Return the wall, whose height is slenderness times thickness."""
@@ -130,7 +130,7 @@ class Studies(Section):
     slenderness: OfSlenderness = Field(description="Slenderness, for the top of Fig. 6.")
     overburden: OfOverburden = Field(description="Overburden, for the centre of Fig. 6.")
     cracked_stiffness: OfCrackedStiffness = Field(
-        description="Cracked stiffness, for the bottom of Fig. 6 and the fits of Fig. 7."
+        description="yield_displacement_ratio, for the bottom of Fig. 6 and the fits of Fig. 7."
     )
 
 

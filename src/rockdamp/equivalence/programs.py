@@ -44,7 +44,7 @@ class Typed(TypedDict):
 
     `damping_ratio` has the least Err, Eq. (17), or is by the closed form where no ratio has; `false_safe_rate` is its
     share of the collapses under restitution that it misses, `false_safe_restitution` the e of that study. [-]
-    `damping_coefficient` is C of the strip, None where C varies with displacement or velocity. [N s m-1]
+    `damping_coefficient` is C of the whole wall, None where C varies with displacement or velocity. [N s m-1]
     """
 
     damping_model: str

@@ -243,7 +243,7 @@ def _misfits(axes: Axes, statistics: xr.Dataset) -> None:
     )
     share.set_ylim(0, 105)
     axes.set_xlim(*statistics["velocity_ratio"].values[[0, -1]])
-    share.set_ylabel("histories that stand under CR [%]", color=GREY)
+    share.set_ylabel("histories that survive under CR [%]", color=GREY)
     plain_logarithmic(axes, [0.2, 0.5, 1, 2, 5])
     axes.set_xlabel(r"velocity ratio $\lambda\,\mathrm{PGV}/(p\,u_\mathrm{ins})$ [-]")
 

@@ -27,7 +27,7 @@ BORDER = "#00C2D1"  # seen on every shade, and in grey
 # u/u_ins that stands for a collapse, so that its contour lies between a wall that stands and one that falls.
 BEYOND = 1.6
 SMALLEST = 1e-12  # u/u_ins; between the nodes the logarithm is interpolated, since peaks span decades
-ONLY_CR, ONLY_DAMPER = "o", "X"  # marks of the pulses that overturn the wall with one of both
+ONLY_CR, ONLY_DAMPER = "o", "X"  # marks of the pulses that collapse the wall with one of both
 MARK: dict[str, Any] = {"linestyle": "none", "color": "white", "markeredgecolor": "black", "markeredgewidth": 0.5}
 MARKS = {"Ricker": "o", "sine": "^"}
 LIMITS = (0.5, 2.0)  # of the ratio of peaks; what lies beyond is drawn at the edge
@@ -45,10 +45,10 @@ def fig_pulses(pulses: xr.Dataset) -> Figure:
     _all_ratios(figure, grid, at_e)
     figure.legend(
         handles=[
-            Patch(facecolor=COLLAPSED, label="overturns"),
-            Line2D([], [], color=BORDER, linewidth=1.2, label="where CR overturns"),
-            Line2D([], [], marker=ONLY_CR, markersize=4, label="only CR overturns", **MARK),
-            Line2D([], [], marker=ONLY_DAMPER, markersize=4, label="only the damper overturns", **MARK),
+            Patch(facecolor=COLLAPSED, label="collapses"),
+            Line2D([], [], color=BORDER, linewidth=1.2, label="where CR collapses"),
+            Line2D([], [], marker=ONLY_CR, markersize=4, label="only CR collapses", **MARK),
+            Line2D([], [], marker=ONLY_DAMPER, markersize=4, label="only the damper collapses", **MARK),
         ],
         loc="outside upper center",
         ncols=4,
@@ -83,7 +83,7 @@ def _maps(figure: Figure, grid: GridSpec, at_e: xr.Dataset) -> None:
 
 
 def _peak(of_pulse: xr.Dataset, model: str) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the peaks (load_ratio, pulse_frequency) of a model, `BEYOND` where it overturns, and where it does."""
+    """Return the peaks (load_ratio, pulse_frequency) of a model, `BEYOND` where it collapses, and where it does."""
     if model == REFERENCE:
         peak, collapsed = of_pulse["reference_peak"], of_pulse["reference_collapsed"]
     else:
@@ -199,7 +199,7 @@ def fig_pulses_caption(pulses: xr.Dataset) -> str:
     Under pulses the peak over that under restitution is {medians} (median, ± standard deviation of its logarithm), and
     {by_model(otherwise, percent)} of the outcomes differ. Of {collapses} collapses under restitution the dampers miss
     {false_safe}; of {survivals} survivals they turn {false_collapse} into collapses. Under restitution the wall
-    overturns from {number(at_e["load_ratio"].where(fell.any(each)).min())} times the plateau on. The maps show the peak
+    collapses from {number(at_e["load_ratio"].where(fell.any(each)).min())} times the plateau on. The maps show the peak
     under a Ricker pulse and one cycle of a sine over frequency and load, {collapses + survivals} pulses at
     e&nbsp;=&nbsp;{plain(at_e["restitution"])}, with ξ of the least error for a release from
     {plain(at_e["release_amplitude"])}&nbsp;u<sub>ins</sub>.

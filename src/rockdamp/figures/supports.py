@@ -7,11 +7,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import PALE, new_figure, styled
+from rockdamp.figures.style import GREY, PALE, new_figure, styled
 from rockdamp.text import number, percent, plain
 
 ALL = "all"
-SHADES = ("#0072B2", "#D0267F", "#E69F00", "#009E73", "#56B4E9", "#8C6D1F", "#9A4C95", "#1A1A1A")  # of walls
+SHADES = ("#0072B2", "#D0267F", "#E69F00", "#009E73", "#56B4E9", "#8C6D1F", "#9A4C95", GREY)  # of walls
 MARKERS = "o^sDv<>p"
 
 
@@ -46,6 +46,7 @@ def _floors(axes: Axes, cases: xr.Dataset) -> None:
         period[1:], ratio, yerr=errors, color="#1A1A1A", linewidth=1.8, capsize=2, marker="o", markersize=3, label=ALL
     )
     axes.set_title("(a) a flexible floor at the top")
+    axes.set(xlim=(0, 1.04 * period[-1]))  # room for the last bar's ends
     axes.set(xlabel="period of the floor [s]", ylabel="median intensity of collapse over the assumed [-]")
 
 
@@ -88,8 +89,9 @@ def fig_supports_caption(supports: xr.Dataset) -> str:
     records of the study of earthquakes with e by the rule measured; all walls together with bootstrap intervals over
     stations, and each wall. (a) A floor with {percent(supports["diaphragm_damping"])} of damping that the wall does not
     load: over all walls the least is {_with_interval(worst)}, at a period of
-    {plain(worst["diaphragm_period"])}&nbsp;s, over single walls {number(least)}. (b) {"; ".join(texts)}. Below one the
-    usual assumption is unsafe, above one safe.
+    {plain(worst["diaphragm_period"])}&nbsp;s, over single walls {number(least)}. (b) {"; ".join(texts)}. Each is
+    compared with the walls as assumed, but the mass that counts at the impact with e impulsive, and an overburden that
+    keeps its side with the worse of both. Below one the usual assumption is unsafe, above one safe.
     """
 
 

@@ -31,10 +31,10 @@ from rockdamp.vocabulary import REFERENCE
 
 # --- what a fit leaves of a record, and slips that explain it ---------------------------------------------------------
 
-# ASSUME: a wall that stands does not go beyond u_ins, where it falls; a sensor's drift and a slack measure may add
+# ASSUME: a wall that survives stays below u_ins, where it collapses; a sensor's drift and a slack measure may add
 # half of that. Tests that restitution explains well leave some per cent of the peak.
 FARTHEST = 1.5  # of u_ins
-SMALL = 0.005  # of the peak: what less leaves is no doubt
+SMALL = 0.005  # of the peak: a smaller rest gives no warning
 POOR, POOREST = 0.03, 0.10  # of the peak: from the first on slips are looked for, from the second on it is refused
 NOISY = 3.0  # times the sensor's noise at rest, which a misfit must exceed besides
 BETTER = 3.0  # times smaller is the misfit of a record without its slip
@@ -108,7 +108,7 @@ def require_possible(record: Record, wall: Wall | Parapet) -> None:
         asked = ["was the table's displacement not subtracted from the wall's"]
     if moved <= FARTHEST * u_ins and not of_motion(peak):
         asked = ["were its column and that of the acceleration exchanged"]
-    raise InputError(f"{stated}, beyond which the wall falls{_ask(asked)}")
+    raise InputError(f"{stated}, beyond which the wall collapses{_ask(asked)}")
 
 
 def _moves_with_the_table(record: Record, farthest: float) -> bool:

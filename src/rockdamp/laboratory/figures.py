@@ -28,7 +28,7 @@ from rockdamp.figures.style import (
 from rockdamp.figures.validation import MEASURED, MILLIMETRES, measured_name
 from rockdamp.laboratory.releases import FreeRocking
 from rockdamp.motions.records import Record
-from rockdamp.text import by_name, listed, number, percent
+from rockdamp.text import by_name, listed, number, percent, plain
 from rockdamp.vocabulary import CANDIDATES, PAPER_MODELS, REFERENCE
 
 # --- records and least squares ----------------------------------------------------------------------------------------
@@ -459,6 +459,7 @@ def fig_measured_rocking_caption(measured: xr.Dataset) -> str:
     beyond = percent(measured["share_beyond_stop"].sel(impacts_used=shown))
     many, allowed = (number(measured[f"{of}_impacts"].median(), 2) for of in ("measured", "allowed"))
     within, between = percent(measured["deviation_within"]), percent(measured["deviation_between"])
+    squat, slender = (percent(measured["trial_deviation"][end]) for end in (0, -1))
     return f"""
     {kept} measured trials of limestone blocks that rock freely, without overburden; no walls, and no earthquakes.
     Left, the power γ of the energy left with which the loss goes: {exponents} impacts; the lines are the dampers'
@@ -469,7 +470,8 @@ def fig_measured_rocking_caption(measured: xr.Dataset) -> str:
     others is lower by {later}. Odd impacts may differ from even ones, as those of a block that leans. Right, e over
     Housner's: points for each block, and the band that holds nine in ten of its trials. The mean is
     {number(measured["restitution_over_housner_mean"])}; ln&nbsp;e scatters by {within} from trial to trial and by
-    {between} from block to block.
+    {between} from block to block in the mean, by {squat} of one trial at
+    H/B&nbsp;=&nbsp;{plain(measured["geometry"][0])} and {slender} at {plain(measured["geometry"][-1])}.
     """
 
 

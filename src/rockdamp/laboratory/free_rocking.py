@@ -182,7 +182,7 @@ def lever(wall: Wall | Parapet) -> float:
 
 
 def _check_size(test: FreeRocking, release: Release, u3: float, wall: Wall | Parapet) -> None:
-    """Raise `InputError` for a peak beyond which the wall falls, with the slip of units that it may be."""
+    """Raise `InputError` for a peak beyond which the wall collapses, with the slip of units that it may be."""
     peak = float(np.abs(release.peaks).max())
     if peak < u3:
         return
@@ -194,7 +194,7 @@ def _check_size(test: FreeRocking, release: Release, u3: float, wall: Wall | Par
     )
     likely = MANY < peak / u3 < factor
     slip = f"; were they {unit}?" if likely else "; is it the right wall?"
-    raise InputError(f"the largest peak is {shown}; it must be less than {most}, where the wall falls{slip}")
+    raise InputError(f"the largest peak is {shown}; it must be less than {most}, where the wall collapses{slip}")
 
 
 def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:
@@ -364,7 +364,7 @@ def _between(losses: Losses, release: Array) -> float:
 
 
 def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
-    """Return doubts about a fit: no rest, residuals that are no noise, an a1 that is not determined, an odd e."""
+    """Return warnings about a fit: no rest, residuals that are no noise, an a1 that is not determined, an odd e."""
     found = []
     if without_rest:
         which = "the test has" if tests == 1 else f"{without_rest} of {tests} tests have"

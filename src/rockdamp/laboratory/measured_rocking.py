@@ -207,6 +207,7 @@ class _Study:
                 "amplitude_exponent_interval": (("impacts_used", "bound"), [each[1] for each in found]),
                 "largest_log_likelihood": ("impacts_used", [each[2] for each in found]),
                 "amplitude_exponent_bootstrap_interval": ("bound", np.quantile(replicates, tails)),
+                "bootstrap_replicates": len(replicates),
             },
             coords={"tried_amplitude_exponent": tried, "bound": ["lower", "upper"]},
         )
@@ -276,12 +277,12 @@ class _Study:
 
     @staticmethod
     def _mean_profile(trials: Trials, predict: Predict, fitted: TrialsFit) -> Array:
-        """Return a damper's loss at each impact over the mean, over the trials by what they tell of it."""
+        """Return a damper's loss at each impact over the mean; the trials are weighted by information."""
         of_loss = trials.total(*_seen(trials, predict, fitted))[1]
         loss = (of_loss * fitted.nodes.loss).sum(axis=1)
         log_loss = np.log(-np.log(predict(loss, fitted.shape).ratio))
         log_loss -= log_loss.mean(axis=0)
-        # What a trial tells of the logarithm of its loss grows with the square of the loss.
+        # The information of a trial on the logarithm of its loss grows with the square of the loss.
         return np.asarray(np.exp(np.average(log_loss, axis=1, weights=loss**2)))
 
     # --- restitution --------------------------------------------------------------------------------------------------
@@ -295,6 +296,7 @@ class _Study:
         variance = np.einsum("gcj,gcj->gj", (LOSSES[:, None] - mean[:, None, :]) ** 2, by_centre)
         prior = np.exp(CENTRES[1])
         overall = mean @ prior
+        within, between = variance @ prior, (mean - overall[:, None]) ** 2 @ prior
         predict = self.predictions(self.settings.shown_impacts)[REFERENCE]
         seen = trials.centres_seen(*_seen(trials, predict, fitted))
         estimate = (seen * mean).sum(axis=1)
@@ -312,8 +314,9 @@ class _Study:
                 "restitution_over_housner_interval": (("geometry", "bound"), bounds),
                 "trial_over_housner_interval": (("geometry", "bound"), np.exp(housner - of_trial)),
                 "restitution_over_housner_mean": float(np.exp((trials.housner - overall).mean())),
-                "deviation_within": float(np.sqrt((variance @ prior).mean())),
-                "deviation_between": float(np.sqrt(((mean - overall[:, None]) ** 2 @ prior).mean())),
+                "trial_deviation": ("geometry", np.sqrt(within + between)),
+                "deviation_within": float(np.sqrt(within.mean())),
+                "deviation_between": float(np.sqrt(between.mean())),
                 "first_ratio_over_housner": ("geometry", np.exp(means)),
                 "first_ratio_mean": float(np.exp(first.mean())),
                 "first_ratio_deviation_within": float(np.sqrt(np.mean((first - means[measured.geometry]) ** 2))),

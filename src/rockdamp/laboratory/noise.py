@@ -154,7 +154,7 @@ class MotionNoise:
 
     @classmethod
     def before(cls, measured: RecordFit) -> MotionNoise:
-        """Return what has no linear response yet: that of a fit that has the measured motion."""
+        """Return an empty linearisation, of a fit that has the measured motion."""
         nothing = np.empty((0, 0))
         return cls(measured, nothing, nothing, nothing, nothing, nothing, Noise(nothing), nothing, nothing)
 
@@ -303,7 +303,9 @@ def noise_directions(record: Record) -> Array:
 
 
 def main_directions(effect: Array, negligible: float) -> Array:
-    """Return rows of which the products sum up to those of the effect's, but for a variance that is negligible.
+    """Return the principal directions of the effect, but for a variance that is negligible.
+
+    Their products sum up to those of the effect's rows.
 
     By Cholesky's decomposition with pivots, cut short: few rows hold nearly all, and the order of its sums is the same
     on any number of cores.

@@ -252,7 +252,7 @@ class Problem:
         highest = self.log_density(points)
         rocks = np.isfinite(highest)
         if not rocks.any():
-            raise InputError("the wall does not rock, or falls, where the record is explained best")
+            raise InputError("the wall does not rock, or collapses, where the record is explained best")
         points, highest = points[rocks], highest[rocks]
         for _ in range(STEPS):
             tried = self._inside(points + PARTS[:, None, None] * self._steps(points))

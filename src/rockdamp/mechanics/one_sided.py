@@ -1,7 +1,8 @@
 """Walls that rock to one side, against a stop: facades in front of return walls or floors, with or without ties.
 
 The wall moves away from the stop, u >= 0, and hits it at u = 0. F is what works on half of the displacement u, as
-lambda m_eff a = m a does, of a strip and of a block alike: a force where the displacement is u counts twice in it.
+lambda m_eff a = m a does, of a wall with a hinge and of a block alike: a force where the displacement is u counts
+twice in it.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ class Tie(ByValue):
     rupture : float or ndarray
         Stretch at which they break, the elastic part included; infinite by default. [m]
     height_ratio : float or ndarray
-        Displacement of the wall at the tie over u: of a block height of the tie over h, of a strip that over the
-        height of the hinge. [-]
+        Displacement of the wall at the tie over u: of a block height of the tie over h, with a hinge that over its
+        height. [-]
 
     Raises
     ------
@@ -82,12 +83,12 @@ class Tie(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class OneSidedWall(ByValue):
-    """A wall that rocks to one side, away from a stop: a block about its base corner, or a strip.
+    """A wall that rocks to one side, away from a stop: a block about its base corner, or one with a hinge.
 
     Parameters
     ----------
     mechanism : Wall or Parapet
-        A `Parapet` is a block that rocks about its base corner, as a facade does; a `Wall` is a strip between two
+        A `Parapet` is a block that rocks about its base corner, as a facade does; a `Wall` spans between two
         supports.
     tie : Tie, optional
     stop_stiffness : float or ndarray
@@ -153,7 +154,7 @@ class OneSidedWall(ByValue):
         .. math:: e = 1.05 \, (1 - \tfrac{3}{2} \sin^2 \alpha)^2 \, |1 - \tfrac{3}{2} \cos^2 \alpha|,
             \qquad \tan \alpha = \frac{t}{h}
 
-        Sorrentino, AlShawa and Decanini (2011), second-hand. It is a block's; a strip has none of its own.
+        Sorrentino, AlShawa and Decanini (2011), second-hand. It is a block's; a wall with a hinge has none of its own.
         """
         sine2 = 1 / (1 + self.mechanism.slenderness**2)
         return np.asarray(1.05 * (1 - 1.5 * sine2) ** 2 * np.abs(1 - 1.5 * (1 - sine2)))
@@ -208,13 +209,13 @@ def tie_of(
     gap: float = 0.0,
     height: float | None = None,
 ) -> Tie:
-    """Return the tie of one wall, from a stiffness and a strength of which each says whether it is by metre of wall.
+    """Return the tie of one wall, from a stiffness and a strength of which each says whether it is per metre of wall.
 
     Parameters
     ----------
     wall : Wall or Parapet
     stiffness, strength : tuple of float and bool
-        [N m-1] or [N m-2] by metre, and [N] or [N m-1] by metre.
+        [N m-1] or [N m-2] per metre, and [N] or [N m-1] per metre.
     gap : float
         [m]
     height : float, optional
@@ -228,7 +229,7 @@ def tie_of(
 
 
 def height_of_u(wall: Wall | Parapet) -> Array:
-    """Return the height at which u is measured, of a strip that of its hinge. [m]"""
+    """Return the height at which u is measured, of a wall with a hinge that of the hinge. [m]"""
     return np.asarray(wall.lower_height if isinstance(wall, Wall) else wall.height)
 
 

@@ -89,7 +89,7 @@ class _Mechanism(ByValue):
 
     def _check_shape(self) -> None:
         """Raise `InputError` for sizes that no wall has, and warn of those that few have: likely slips of units."""
-        with np.errstate(all="ignore"):  # of sizes out of all scale e is no number
+        with np.errstate(all="ignore"):  # of sizes that are numerically out of range e is no number
             e = self.restitution_rigid
         plausibility.require_rocking(self.thickness, self.height, e, self._least_slenderness, self._law)
         per_metre = np.divide(self.weight, self.width)
@@ -103,7 +103,7 @@ class _Mechanism(ByValue):
         with np.errstate(all="ignore"):
             factor = np.asarray(self.load_factor)
         usual = np.isfinite(factor) & (factor != 0)
-        require(usual, "the wall's load factor", factor, "a finite number; its sizes are out of all scale")
+        require(usual, "the wall's load factor", factor, "a finite number; its sizes are numerically out of range")
 
     @property
     def slenderness(self) -> Array:
@@ -229,7 +229,7 @@ class _Mechanism(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class Wall(_Mechanism):
-    """Vertically spanning strip wall: two rigid bodies, supports that move together (Sections 2 and 4.1).
+    """Vertically spanning wall: two rigid bodies, supports that move together (Sections 2 and 4.1).
 
     Quantities may be arrays that broadcast against each other. The displacement u is at the hinge.
 
@@ -238,7 +238,7 @@ class Wall(_Mechanism):
     thickness, height : float or ndarray
         t and h. [m]
     width : float or ndarray
-        Length of the strip. [m]
+        Horizontal width of the wall. [m]
     density : float or ndarray
         Of the masonry. [kg m-3]
     hinge_ratio : float, ndarray or "weakest"

@@ -163,7 +163,7 @@ def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[st
     Returns
     -------
     list of GroundMotion
-        In the order given; what one pattern names, in the order of FEMA P695 or of the paths. A doubt about a record,
+        In the order given; what one pattern names, in the order of FEMA P695 or of the paths. A warning about a record,
         such as a unit that seems mistaken, is given as a warning, as is what was left out.
 
     Raises
@@ -196,7 +196,7 @@ def motions_of(
 
 
 def read(entry: Entry, columns: Mapping[str, Column] | None = None) -> GroundMotion:
-    """Read the series of a ground motion; doubts about it are warned of (`RecordWarning`)."""
+    """Read the series of a ground motion; warn where it is hardly one (`RecordWarning`)."""
     if entry.path is not None:
         return from_file(entry.path, columns)
     record = _from_package(entry)
@@ -205,7 +205,7 @@ def read(entry: Entry, columns: Mapping[str, Column] | None = None) -> GroundMot
 
 
 def from_file(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> GroundMotion:
-    """Read a file, CSV or PEER AT2; doubts about it are warned of (`RecordWarning`).
+    """Read a file, CSV or PEER AT2; warn where it is hardly a ground motion (`RecordWarning`).
 
     Its header may state `PULSE_PERIOD` [s] and ``event``.
     """

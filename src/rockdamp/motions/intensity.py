@@ -1,4 +1,4 @@
-"""Intensity measures of a ground motion, and doubts whether its numbers can be those of an earthquake."""
+"""Intensity measures of a ground motion, and warnings where its numbers are hardly those of an earthquake."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def intensity_measures(record: Record) -> IntensityMeasures:
 
 
 def plausible(record: Record, name: str, unit: str = "m s-2") -> list[str]:
-    """Return a sentence for each doubt about a record: the unit of its accelerations, or its baseline.
+    """Return a sentence for each warning about a record: the unit of its accelerations, or its baseline.
 
     `name` begins each sentence; `unit` is that in which the numbers were read.
     """

@@ -15,9 +15,10 @@ def compile_all(processes: int = 1) -> None:
     """Compile every loop that the pipeline runs, into Numba's cache, so that later processes find it there.
 
     A short run of each damper, with all that the solver keeps and of peaks alone, of ECD of a doubled order, of each
-    law by the event-driven solver, and of a linear oscillator. The scheme as printed, other orders and a loss that
-    falls with the amplitude are compiled by who asks for them. Numba compiles one function at a time in a process: from
-    the first loop on that is not in the cache, further processes help.
+    law by the event-driven solver, and of a linear oscillator. The scheme as printed, other orders, a loss that falls
+    with the amplitude and walls of an uneven force, of one stage alone, are compiled by who asks for them. Numba
+    compiles one function at a time in a process: from the first loop on that is not in the cache, further processes
+    help.
     """
     from concurrent.futures import ProcessPoolExecutor
     from functools import partial

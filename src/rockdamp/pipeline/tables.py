@@ -29,8 +29,8 @@ class Stage:
     inputs: Mapping[str, str] = field(default_factory=dict)
     config: Sequence[str] = ()
     also: Sequence[str] = ()
-    shares_of: str = ""
-    per_share: str = ""
+    chunks_of: str = ""
+    per_chunk: str = ""
     priority: int = 0
     records: Mapping[str, str] = field(default_factory=dict)
     trials: str = ""
@@ -57,16 +57,16 @@ class Stage:
 
     @property
     def first_file(self) -> str:
-        """Its file, of the first study and share where it has several."""
-        return self.file.format(study=next(iter(STUDIES)), share=0)
+        """Its file, of the first study and chunk where it has several."""
+        return self.file.format(study=next(iter(STUDIES)), chunk=0)
 
-    def shares(self, config: Config, count: Callable[[Sequence[str]], int]) -> range:
-        """Return the numbers that {share} stands for in its file; `count` returns how many motions a list names."""
-        if not self.shares_of:
+    def chunks(self, config: Config, count: Callable[[Sequence[str]], int]) -> range:
+        """Return the numbers that {chunk} stands for in its file; `count` returns how many motions a list names."""
+        if not self.chunks_of:
             return range(1)
-        whole = attrgetter(self.shares_of)(config)
+        whole = attrgetter(self.chunks_of)(config)
         total = whole if isinstance(whole, int) else count(whole)
-        return range(-(-total // attrgetter(self.per_share)(config)))
+        return range(-(-total // attrgetter(self.per_chunk)(config)))
 
 
 def _read() -> dict[str, Stage]:

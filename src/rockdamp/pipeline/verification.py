@@ -47,8 +47,8 @@ def origins(config: Config, count: Callable[[Sequence[str]], int]) -> dict[str, 
         for study in STUDIES if "{study}" in stage.file else [""]:
             keys = [key.format(study=study) for key in stage.config]
             origin = Origin(config_digest(config.part(keys).plain()), version)
-            for share, file in product(stage.shares(config, count), (stage.file, *stage.also)):
-                expected[file.format(study=study, share=share)] = origin
+            for chunk, file in product(stage.chunks(config, count), (stage.file, *stage.also)):
+                expected[file.format(study=study, chunk=chunk)] = origin
     drawn_with = config_digest(config.part(["figures"]).plain())
     for figure in drawn(reported(stages.values())).values():
         origin = Origin(drawn_with, figure.sources.version())
@@ -88,7 +88,7 @@ def mismatches(folder: str | os.PathLike[str], expected: Mapping[str, Origin]) -
             yield str(Path(folder, file)), reason
     for path in _files(Path(folder)):
         if path.relative_to(folder).as_posix() not in {*expected, CHECKSUMS, "README.md"}:
-            yield str(path), "is of no rule of this config"
+            yield str(path), "is not a result of this config"
 
 
 def _mismatch(path: Path, origin: Origin, entry: Mapping[str, str]) -> str:

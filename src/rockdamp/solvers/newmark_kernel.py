@@ -41,7 +41,7 @@ P0, P1, P2 = (LANES * row for row in range(18, 21))  # the damper's, as `Damping
 CURVE = (K1, B1, KS, A1, A2, A3)  # in the order of `TrilinearCurve.parameters`
 DAMPER = (P0, P1, P2)
 
-PATIENCE = 256  # steps after which a block is asked whether any of its walls still stands
+PATIENCE = 256  # steps after which a block is asked whether any of its walls survives so far
 # Products may be fused with sums, and nothing may be ordered anew: a lane alone has the bits that it has in a block.
 FASTMATH = {"nnan", "ninf", "nsz", "contract"}
 
@@ -301,7 +301,7 @@ def compare_with(w, width, reference, row, step):
 
 @register_jitable
 def keep(w, width, at, displacement, velocity):
-    """Store the histories of the lanes that stand, as number `at`."""
+    """Store the histories of the lanes that have not collapsed, as number `at`."""
     for i in range(width):
         if w[ALIVE + i] > 0.0:
             displacement[i, at], velocity[i, at] = w[X + i], w[V + i]
@@ -309,7 +309,7 @@ def keep(w, width, at, displacement, velocity):
 
 @register_jitable
 def all_collapsed(w, width):
-    """Say whether no lane stands."""
+    """Say whether every lane has collapsed."""
     standing = 0.0
     for i in range(width):
         standing += w[ALIVE + i]
@@ -385,7 +385,7 @@ def march(
         Displacements that Eq. (17) compares with, and each lane's case in it; no cases, no comparison.
     checkpoints, error : ndarray, shape (checkpoints,) and (blocks, checkpoints, width)
         Steps at which the running sum of Eq. (17) is stored, ascending, and the sums. A sum is only stored while a
-        lane of the block stands; those of a collapsed lane mean nothing.
+        lane of the block survives; those of a collapsed lane mean nothing.
     every, displacement, velocity : int and ndarray, shape (blocks, width, last//every + 1 or more)
         Histories at each `every`-th step; no blocks, no histories. After a collapse they stay as they were made.
     """

@@ -32,7 +32,7 @@ ROWS = 26
 SLOPE, INITIAL, B1, KS, A1, A2, A3, KT, FT, GAP, RUPTURE, KC, C, PULLS, H, FACTOR = (LANES * row for row in range(16))
 X, V, A, SLACK, INTACT, ALIVE, PEAK, PEAK_AT, END, IMPACTS = (LANES * row for row in range(16, ROWS))
 NEVER = 1e300  # stretch at which a tie breaks that does not: infinities are no numbers to the compiler
-PATIENCE = 256  # steps after which a block is asked whether any of its walls still stands
+PATIENCE = 256  # steps after which a block is asked whether any of its walls survives so far
 FASTMATH = {"nnan", "ninf", "nsz", "contract"}
 
 
@@ -160,7 +160,7 @@ def solve(
     rows |= {SLACK: np.maximum(rows[GAP], rows[X] - elastic), PEAK: np.maximum(rows[X], 0.0)}
     rows |= {A: _first_acceleration(rows, first)}
     blocks = np.zeros((number, ROWS, LANES))
-    for row, values in rows.items():  # the last block is filled up, with lanes that do not stand
+    for row, values in rows.items():  # the last block is filled up, with lanes that count as collapsed
         blocks[:, row // LANES] = np.resize(values, number * LANES).reshape(number, LANES)
     blocks[-1, ALIVE // LANES, count - (number - 1) * LANES :] = 0.0
     kept = steps // store_every + 1 if store_every else 0

@@ -2,7 +2,7 @@
 
 The steps are the same, and so is each lane's peak, to the bit. But a lane that ends is not frozen at every step: every
 `INTERVAL` steps those lanes leave whose answer is known, and the others move together, so that no block computes walls
-that have fallen or that only come to rest. A lane leaves
+that have collapsed or that only come to rest. A lane leaves
 
 - that was beyond a3: it has collapsed;
 - that cannot exceed its peak any more. Dampers and impacts only take energy, and a load p changes the velocity that the

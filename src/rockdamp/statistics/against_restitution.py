@@ -1,14 +1,14 @@
 """Compare an alternative with restitution: how far its peaks are off, and which walls it collapses otherwise.
 
-An alternative is a damper, or restitution with a slightly different e. The same walls stand under the same records
+An alternative is a damper, or restitution with a slightly different e. The same walls are shaken by the same records
 with both, so histories come in pairs. These numbers describe the pairs:
 
 - median ratio: median of the alternative's peak over that under restitution, where neither wall collapses;
 - log error: root mean square of the logarithm of that ratio; log dispersion: its standard deviation; its typical size
   and its tail: the median of the logarithm's size, its 90 % quantile, and the part of the squares that comes from the
   largest hundredth of the pairs;
-- false safe and false collapse, "collapses missed" and "added" in the documents: collapses that only restitution, or
-  only the alternative, has;
+- unconservative and conservative errors, "collapses missed" and "added" in the documents (`false_safe`,
+  `false_collapse`): collapses that only restitution, or only the alternative, has;
 - median intensity ratio: the intensity that collapses half of the walls over that under restitution.
 
 `of_pairs` counts all pairs alike. The other functions know the record of each pair and bootstrap over records:
@@ -85,7 +85,7 @@ def bootstrapped(
     """Return the statistics of each alternative at each e, with their intervals.
 
     `histories` has ``reference_peak`` and ``reference_collapsed`` (record, velocity_ratio, wall, restitution) under
-    restitution, and ``peak`` and ``collapsed`` with the alternatives' dimensions beside these. Collapsed is 1, standing
+    restitution, and ``peak`` and ``collapsed`` with the alternatives' dimensions beside these. Collapsed is 1, survived
     0, not run -1. `bands` are of the peak under restitution [u/u_ins]; `description` is that of the progress bar. False
     answers come as counts and as rates among the collapses and the survivals under restitution, of what the alternative
     ran.
@@ -124,7 +124,7 @@ def _ratios(
     weights: Array,
     bands: Sequence[tuple[float, float]],
 ) -> dict[str, Array]:
-    """Return statistics of the ratio of the peaks where both stand, in each band; histories (record, scale, wall)."""
+    """Return statistics of the ratio of the peaks where both survive, in each band; histories (record, scale, wall)."""
     record = np.broadcast_to(np.arange(len(reference))[:, None, None], reference.shape)
     stand = (fell == 0) & (other_fell == 0)
     results = []

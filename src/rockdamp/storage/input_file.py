@@ -1,6 +1,6 @@
-"""Read files that others wrote: once and whole, without waiting for them, and only text; and take their lines apart.
+"""Read files that others wrote: once and whole, without waiting for them, and only text; and split CSV lines.
 
-Tables have commas, semicolons or tabs, as spreadsheets write them, and decimal commas beside the last two.
+Tables have commas, semicolons or tabs, and decimal commas beside the last two.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ class Group:
 def groups(asked: AmplitudeDependence, strength_ratio: float, beyond: PlateauBeyond) -> list[Group]:
     """Return the curves of the study: steeper (and, for a3 = 1, without a variant), then translated.
 
-    They are those of the cracked stiffness study's plateau at the a1 of the settings, and Doherty's presets. All have
+    They are b1 of the study `cracked_stiffness` at the a1 of the settings, and Doherty's presets. All have
     a3 = 1, and the settings' a3 in both variants, the translated one where it leaves room for a plateau.
     """
     a1s = asked.yield_displacement_ratio

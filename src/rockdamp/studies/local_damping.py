@@ -79,7 +79,7 @@ def compare(config: Config, runs: xr.Dataset) -> xr.Dataset:
 
 
 def _against(runs: xr.Dataset, names: Mapping[str, str]) -> xr.Dataset:
-    """Return the peaks and outcomes of the dampers beside those of CR, and the ratios of peaks where neither falls."""
+    """Return the peaks and outcomes of the dampers beside those of CR, and the ratio of peaks without a collapse."""
     ended = runs[list(names.values())].rename({new: old for old, new in names.items()})
     ended = ended.drop_vars([*CELLS, "record", "wall", "restitution"], errors="ignore")
     reference = ended.sel(damping_model=REFERENCE, drop=True).rename(

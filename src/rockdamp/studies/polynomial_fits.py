@@ -1,4 +1,4 @@
-"""Second-order polynomials xi(e) for each viscous model and cracked stiffness: Fig. 7."""
+"""Second-order polynomials xi(e) for each viscous model and a1: Fig. 7."""
 
 from __future__ import annotations
 

@@ -192,7 +192,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
 
     The statistics are those of `against_restitution.bootstrapped`, by band of CR's peak, where the first band is all of
     them. Those of CR with small changes begin with ``varied_``. ``log_error_excess`` is how much more a damper errs
-    than the one of least error at that e, over the histories that stand with both.
+    than the one of least error at that e, over the histories that survive with both.
     """
     bootstrap = config.comparison.bootstrap
     weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)

@@ -48,7 +48,7 @@ def walls(config):
 
 @pytest.fixture(scope="module")
 def shares(config, walls):
-    return [population.share(str(number), config, walls) for number in range(3)]
+    return [population.chunk(str(number), config, walls) for number in range(3)]
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +112,7 @@ def test_damping_ratios_are_the_closed_form_at_each_wall(config, walls):
 def test_shares_of_the_walls_change_nothing(config, walls, shares):
     """Bit for bit: a wall's steps depend on no other wall."""
     whole = changed(config, {"population.chunk": 120})
-    together = population.share("0", whole, walls)
+    together = population.chunk("0", whole, walls)
     for name in ("peak", "collapsed", "vulnerability"):
         np.testing.assert_array_equal(together[name], np.concatenate([one[name] for one in shares]))
 
@@ -169,7 +169,7 @@ def test_a_sample_towards_collapse_agrees_with_the_event_driven_solver_at_the_po
 def test_the_datasets_are_what_the_glossary_says(walls, shares, gathered):
     dataset.check(walls, "population_walls")
     for one in shares:
-        dataset.check(one, "population_share")
+        dataset.check(one, "population_chunk")
     dataset.check(gathered, "population")
 
 

@@ -9,7 +9,7 @@ import sys
 import pytest
 from minimal_build import RESULTS
 
-pytestmark = pytest.mark.workflow
+pytestmark = pytest.mark.long
 
 
 def test_results_that_cannot_be_written_stop_the_run_before_any_job(tree):

@@ -2,7 +2,7 @@
 
 import pytest
 
-pytestmark = pytest.mark.workflow
+pytestmark = pytest.mark.long
 
 
 def refused(tree, overlay, *arguments):

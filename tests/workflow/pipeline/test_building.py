@@ -10,7 +10,7 @@ from minimal_build import DATASETS, LOGS, OUTPUTS, RESULTS, WHOLE
 
 from rockdamp.pipeline.tables import FIGURES
 
-pytestmark = pytest.mark.workflow
+pytestmark = pytest.mark.long
 
 
 def test_the_minimal_config_builds_every_dataset_table_and_figure(tree):

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from minimal_build import RESULTS
 
-pytestmark = pytest.mark.workflow
+pytestmark = pytest.mark.long
 
 
 @pytest.fixture
@@ -50,4 +50,4 @@ def test_all_results_of_a_build_are_verified_and_files_of_no_rule_are_named(kept
     assert told.stderr.endswith(f"{RESULTS}: all results are of this tree\n")
     (kept.place / RESULTS / "thesis.txt").touch()
     told = verified(kept)
-    assert (told.returncode, told.stdout) == (1, f"{RESULTS}/thesis.txt is of no rule of this config\n")
+    assert (told.returncode, told.stdout) == (1, f"{RESULTS}/thesis.txt is not a result of this config\n")

@@ -7,8 +7,6 @@ from pipeline_graph import PAGES, jobs_after, readers
 from rockdamp.pipeline.tables import FIGURES
 from rockdamp.storage import yaml_file
 
-pytestmark = pytest.mark.workflow
-
 # Keys far apart in the config, and some that read them, by hand; the tables say who else, and what comes after.
 CHANGES = {
     "figures: {resolution: 90}": list(FIGURES),
@@ -35,6 +33,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("overlay", CHANGES)
 def test_a_change_of_the_config_runs_what_depends_on_it_and_nothing_else(tree, overlay):
     reading = readers(yaml_file.load(overlay))
@@ -42,6 +41,7 @@ def test_a_change_of_the_config_runs_what_depends_on_it_and_nothing_else(tree, o
     assert tree.planned(overlay) == jobs_after(*reading, *PAGES)  # which show the config
 
 
+@pytest.mark.long
 def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
     before, overlay = tree.digests(RESULTS), "response_lengths: {step: 5}"
     run = tree.snakemake(overlay=overlay)

@@ -195,7 +195,7 @@ def write(subject: Subject, path: str | os.PathLike[str]) -> None:
 def worst_standing(subject: Subject) -> dict[str, Any]:
     """Return the history of the largest peak that the wall survives, at the highest intensity that it may survive.
 
-    It is run again at the finer step of `respond`; where it then falls, the next largest peak is taken. The
+    It is run again at the finer step of `respond`; where it then collapses, the next largest peak is taken. The
     dictionary is empty where the wall survives no record.
     """
     answer, motions = subject.answer, {motion.name: motion for motion in subject.motions}
@@ -220,7 +220,7 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
 def _response(
     subject: Subject, motion: GroundMotion, scale: float
 ) -> tuple[xr.Dataset, float, Callable[[xr.Dataset, str], Figure]]:
-    """Return the history under a record, its peak under restitution, NaN where the wall falls, and what draws it."""
+    """Return the history under a record, its peak under restitution, NaN after a collapse, and what draws it."""
     e, tail, wall = float(subject.answer["restitution"]), float(subject.answer["tail"]), subject.wall
     if isinstance(wall, OneSidedWall):
         history = one_sided.response(motion.record, wall, subject.curve, e, scale=scale, tail=tail).isel(sign=0)
@@ -268,7 +268,7 @@ def _inputs(subject: Subject) -> list[Row]:
     rows: list[Row] = [
         ("thickness", "t", wall.thickness, "m"),
         ("height", "h", wall.height, "m"),
-        ("length of the strip", "", wall.width, "m"),
+        ("width of the wall", "", wall.width, "m"),
         ("density", "", wall.density, "kg m-3"),
         ("overburden over weight", "O/W", wall.overburden_ratio, "-"),
     ]

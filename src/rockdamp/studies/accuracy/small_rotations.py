@@ -96,7 +96,7 @@ def forced_difference(wall: Wall, peak: float, whole_mass: bool = False) -> floa
 
 
 def _first_peak(inertia: Part, slope: Part, pull: Part, duration: float) -> float:
-    """Return the first peak of M x'' + M' x'^2/2 + U' = load from rest; infinite where the wall falls. [-]"""
+    """Return the first peak of M x'' + M' x'^2/2 + U' = load from rest; infinite where the wall collapses. [-]"""
     tau, state = duration * np.arcsin(1 / PULSE) / np.pi, (0.0, 0.0)
 
     def rates(t: float, y: Array) -> tuple[float, float]:

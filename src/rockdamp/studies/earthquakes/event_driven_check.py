@@ -33,7 +33,7 @@ from rockdamp.studies.earthquakes.incremental import BY_DAMPER, NEAR
 from rockdamp.studies.earthquakes.population import mechanics
 from rockdamp.vocabulary import MODELS, OUTCOMES, REFERENCE
 
-EDGE = 0.8  # u/u_ins: of the peaks of walls that stand
+EDGE = 0.8  # u/u_ins: of the peaks of walls that survive
 STRATA = ("far", "near", "edge", "just collapsed", "unsettled")
 
 
@@ -96,7 +96,7 @@ def solved(solve: Callable[[int], tuple[float, bool]], count: int, label: str) -
 
 
 def rates(sample: Sample, checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
-    """Count, in each stratum, the histories that end otherwise, and measure the error of the peaks where both stand."""
+    """Count, in each stratum, the histories that end otherwise, and measure the error of peaks where both survive."""
     of = {str(name): checked[name].values for name in checked.data_vars}
     same = of["collapsed"] == of["exact_collapsed"]
     stand = same & (of["collapsed"] == 0)
@@ -180,19 +180,19 @@ def exact_end(curve: TrilinearCurve, damping: Damping, forcing: Forcing) -> tupl
 HISTORY = ("wall", "record", "intensity", "damping_model")
 
 
-def check_population(config: Config, walls: xr.Dataset, shares: Sequence[xr.Dataset]) -> xr.Dataset:
+def check_population(config: Config, walls: xr.Dataset, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
     """Solve a stratified sample of the population's histories again, event by event.
 
     The dataset is that of `check_earthquakes`, without bounds: each history of a population is run at one step.
     """
     section = config.population
-    sample = draw([partial(_members, share) for share in shares], section.check.histories, section.check.seed)
+    sample = draw([partial(_members, chunk) for chunk in chunks], section.check.histories, section.check.seed)
     motions = catalogue.load_records(section.records)
     wall, curve = mechanics({name: walls[name].values for name in PARAMETERS})
-    first = np.cumsum([0, *(share.sizes["wall"] for share in shares)])
+    first = np.cumsum([0, *(chunk.sizes["wall"] for chunk in chunks)])
     number = first[sample.part] + sample.place[:, 0]
     e, ratio = walls["restitution"].values, walls["damping_ratio"].values
-    intensity, models = shares[0]["intensity"].values, [str(model) for model in shares[0]["damping_model"].values]
+    intensity, models = chunks[0]["intensity"].values, [str(model) for model in chunks[0]["damping_model"].values]
 
     def solve(index: int) -> tuple[float, bool]:
         _, record, level, model = sample.place[index].tolist()
@@ -209,8 +209,8 @@ def check_population(config: Config, walls: xr.Dataset, shares: Sequence[xr.Data
         "record": np.array([motion.name for motion in motions])[sample.place[:, 1]],
         "intensity": intensity[sample.place[:, 2]],
         "damping_model": np.array(models)[sample.place[:, 3]],
-        "peak": _picked(shares, "peak", sample).astype(float),
-        "collapsed": _picked(shares, "collapsed", sample),
+        "peak": _picked(chunks, "peak", sample).astype(float),
+        "collapsed": _picked(chunks, "collapsed", sample),
     }
     checked = xr.Dataset(
         {name: ("history", values) for name, values in of_history.items()}
@@ -220,17 +220,17 @@ def check_population(config: Config, walls: xr.Dataset, shares: Sequence[xr.Data
     return checked.assign(rates(sample, checked))
 
 
-def _members(share: xr.Dataset) -> Members:
-    """Return the strata of one share; without finer steps, nothing is known to be unsettled."""
-    peak, collapsed = (share[name].transpose(*HISTORY).values for name in ("peak", "collapsed"))
+def _members(chunk: xr.Dataset) -> Members:
+    """Return the strata of one chunk; without finer steps, nothing is known to be unsettled."""
+    peak, collapsed = (chunk[name].transpose(*HISTORY).values for name in ("peak", "collapsed"))
     of_all = strata(peak, collapsed, np.ones_like(collapsed), HISTORY.index("intensity"))
     return of_all[: STRATA.index("unsettled")]
 
 
-def _picked(shares: Sequence[xr.Dataset], name: str, sample: Sample) -> Array:
+def _picked(chunks: Sequence[xr.Dataset], name: str, sample: Sample) -> Array:
     """Return a variable of each history of the sample."""
-    picked = np.empty(len(sample.place), dtype=shares[0][name].dtype)
-    for number, share in enumerate(shares):
+    picked = np.empty(len(sample.place), dtype=chunks[0][name].dtype)
+    for number, chunk in enumerate(chunks):
         own = sample.part == number
-        picked[own] = share[name].transpose(*HISTORY).values[*sample.place[own].T]
+        picked[own] = chunk[name].transpose(*HISTORY).values[*sample.place[own].T]
     return picked

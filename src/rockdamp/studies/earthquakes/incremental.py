@@ -42,12 +42,12 @@ from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 SOURCES = ("polynomial", "least error", "closed form")  # of the ratio: polynomials, Eq. (17) at that wall, energy
 VARIATIONS = ("step", "impact", "lower e", "higher e")
 
-# Near to collapse the motion forks: the wall comes almost to rest where it hardly holds, and a tiny difference decides
-# whether it falls back. Two steps may take the same side by chance; then one halving of the step changes little and
-# says nothing of the error. Hence there are more halvings near to collapse, and the largest change counts.
+# Near collapse the outcome can flip with a tiny change of the step: the wall comes almost to rest where it hardly
+# holds, and may fall back or go on. Two steps may take the same side by chance; then one halving of the step changes
+# little and says nothing of the error. Hence there are more halvings near collapse, and the largest change counts.
 HALVINGS = 2  # of the coarsest step, for every history
 FURTHER = 2  # more of them near to collapse
-NEAR = 0.5  # u/u_ins, from which on a wall that stands is near to collapse
+NEAR = 0.5  # u/u_ins, from which on a wall that survives is near to collapse
 
 
 @dataclass(frozen=True)
@@ -336,17 +336,17 @@ def _damping_ratios(config: Config, polynomials: Polynomials) -> Array:
 
 
 def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
-    """Run every wall under one job's share of the records; jobs are numbered from 0."""
+    """Run every wall under one job's chunk of the records; jobs are numbered from 0."""
     size = config.earthquakes.chunk
     mine = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
     e, ratio = walls["restitution"].values, walls["damping_ratio"].values
-    shares = [run(config, e, ratio, catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
-    return xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
+    parts = [run(config, e, ratio, catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
+    return xr.concat(parts, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
 
 
-def gather(config: Config, walls: xr.Dataset, shares: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Join the walls and the jobs' shares of the records, in the order of the records."""
-    joined = xr.concat(shares, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
+def gather(config: Config, walls: xr.Dataset, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Join the walls and the jobs' chunks of the records, in the order of the records."""
+    joined = xr.concat(chunks, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
     return joined.merge(walls, join="exact", combine_attrs="drop")
 
 

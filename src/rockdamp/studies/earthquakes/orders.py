@@ -4,8 +4,8 @@ Every order has the damping ratio that loses what an impact takes (docs/theory.m
 Differences are taken over the same histories, and bootstrapped over stations: see `statistics.against_restitution`.
 
 An order is enough if it departs from restitution by no more than another loss does. An order and CR with a changed e
-stand beside CR in the same histories. Three numbers are compared, each as a difference in the same bootstrap
-replicates: the error of the peaks, and the rates of false safe and of false collapse. A change of e has two sides. Of
+are compared with CR in the same histories. Three numbers are compared, each as a difference in the same bootstrap
+replicates: the error of the peaks, and the rates of collapses missed and added. A change of e has two sides. Of
 the errors the smaller one counts. A larger loss misses collapses and a smaller one adds them, so each rate is compared
 with the side that causes it. docs/earthquakes.md states the rule, and that it came first.
 """
@@ -48,7 +48,7 @@ DRAWINGS = 12  # of the bootstrap, each with a seed of its own: how far a verdic
 
 
 def chunk(number: str, config: Config) -> xr.Dataset:
-    """Run every wall under one job's share of the records, with CR, its small changes, and each order."""
+    """Run every wall under one job's chunk of the records, with CR, its small changes, and each order."""
     quakes = config.earthquakes
     size, asked, e = quakes.chunk, quakes.orders, quakes.orders.restitution
     entries = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
@@ -85,7 +85,7 @@ def chunk(number: str, config: Config) -> xr.Dataset:
 # --- comparison -------------------------------------------------------------------------------------------------------
 
 
-def compare_orders(config: Config, shares: Sequence[xr.Dataset]) -> xr.Dataset:
+def compare_orders(config: Config, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
     """Compare each order with CR, and with CR after each change of e, over all records, by set of records and by wall.
 
     The first set is all records. ``excess`` is how much more an order errs than CR with the change, and ``verdict``
@@ -95,7 +95,7 @@ def compare_orders(config: Config, shares: Sequence[xr.Dataset]) -> xr.Dataset:
     bootstrap = config.comparison.bootstrap
     quakes = config.earthquakes
     orders = quakes.orders
-    histories = xr.concat(shares, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
+    histories = xr.concat(chunks, "record", join="exact").transpose(*HISTORIES, "restitution", "variation", "order")
     sets = [EVERY_SET, *dict.fromkeys(histories["record_set"].values.tolist())]
     parts = []
     for name in track(sets, "Orders by set of records"):
@@ -240,9 +240,9 @@ class Sums:
     """Sums over the histories of each record, of all walls together and then of each wall.
 
     `squares` of ln r: shape (3, records, 1 + walls, e, orders), of the order and of CR with more and with less loss.
-    `stand` counts the histories that stand with all three, shape (records, 1 + walls, e, orders). `wrong` counts the
+    `stand` counts the histories that survive with all three, shape (records, 1 + walls, e, orders). `wrong` counts the
     false answers of the order and of CR with the side that causes them, and `cases` the histories that could have one;
-    shape (2, records, 1 + walls, e, orders) for `cases`: first false safe, then false collapse.
+    shape (2, records, 1 + walls, e, orders) for `cases`: first collapses missed, then added.
     """
 
     squares: Array

@@ -1,7 +1,7 @@
 """A population of walls under earthquakes: fragility with restitution and with every damper, and its sensitivity.
 
 The walls are a Latin hypercube over the distributions of the config. Each is run under every record, scaled to the
-same peak ground velocities. Jobs take shares of the walls; their counts are added up without being held at once.
+same peak ground velocities. Jobs take chunks of the walls; their counts are added up without being held at once.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def _hypercube(config: Config) -> Array:
     """Return a Latin hypercube; shape (walls, parameters)."""
     section = config.population
     rng = np.random.default_rng(section.seed)
-    from scipy.stats import qmc  # slow to import, and the shares need none
+    from scipy.stats import qmc  # slow to import, and the chunks need none
 
     return np.asarray(qmc.LatinHypercube(len(PARAMETERS), rng=rng).random(section.walls))
 
@@ -111,11 +111,11 @@ def mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
     return wall, TrilinearCurve(values["yield_displacement_ratio"], values["strength_ratio"])
 
 
-# --- a share of the walls ---------------------------------------------------------------------------------------------
+# --- a chunk of the walls ---------------------------------------------------------------------------------------------
 
 
-def share(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
-    """Run one job's share of the walls under every record, and count its collapses."""
+def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
+    """Run one job's chunk of the walls under every record, and count its collapses."""
     section = config.population
     size = section.chunk
     mine = walls.isel(wall=slice(int(number) * size, (int(number) + 1) * size))
@@ -171,15 +171,15 @@ def run(
 # --- all of them ------------------------------------------------------------------------------------------------------
 
 
-def gather(config: Config, walls: xr.Dataset, shares: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Count up the shares: fragility of the population, and the sensitivity of collapse to each parameter.
+def gather(config: Config, walls: xr.Dataset, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Count up the chunks: fragility of the population, and the sensitivity of collapse to each parameter.
 
     Intervals are bootstrapped over the stations. Sensitivities of fewer than `FEWEST` walls are NaN.
     """
     bootstrap = config.population.bootstrap
-    collapses = sum_of(share["collapses"] for share in shares)
-    vulnerability = np.concatenate([share["vulnerability"].values for share in shares])
-    first = shares[0]
+    collapses = sum_of(part["collapses"] for part in chunks)
+    vulnerability = np.concatenate([part["vulnerability"].values for part in chunks])
+    first = chunks[0]
     count, intensity = walls.sizes["wall"], first["intensity"].values
     by_model = collapses.transpose("record", "damping_model", "intensity").values.astype(float)
     weights = resample(first["station"].values, bootstrap.replicates, bootstrap.seed)
