@@ -54,14 +54,15 @@ def _range(values: Array) -> str:
 
 def _off(study: xr.Dataset, name: str) -> float:
     """Return how far these medians are from 1 at most, as a logarithm."""
-    return float(np.abs(np.log(_peaks(study, name))).max(initial=0.0))
+    values: Array = np.abs(np.log(_peaks(study, name)))
+    return float(np.max(values, initial=0.0))
 
 
 def _steps(study: xr.Dataset) -> list[tuple[str, str, str]]:
     """Return the step of the commands and the longest one, each with error and scatter of single impacts, at most."""
     steps = study["contact_step"].values
     picked = dict.fromkeys([int(np.argmin(np.abs(steps - CONTACT_STEP))), int(np.argmax(steps))])
-    largest = {name: np.abs(study[f"impact_{name}"]).max("restitution").values for name in ("error", "scatter")}
+    largest = {name: abs(study[f"impact_{name}"]).max("restitution").values for name in ("error", "scatter")}
     return [(plain(steps[at]), f"{largest['error'][at]:.3f}", f"{largest['scatter'][at]:.3f}") for at in picked]
 
 
