@@ -159,10 +159,15 @@ def main() -> None:
     for name, model in CASES:
         record = read_record(DATA / f"{name}.csv")
         with without_bars():
-            fit = RecordFit.of(
-                record, WALL, Candidate.of(model), ultimate_displacement_ratio=1.0, softening="steeper", step=0.01
+            fit = RecordFit.from_record(
+                record,
+                WALL,
+                Candidate.from_name(model),
+                ultimate_displacement_ratio=1.0,
+                softening="steeper",
+                step=0.01,
             )
-            problem = Problem.of(fit, Prior())
+            problem = Problem.from_fit(fit, Prior())
         about = problem._neighbourhood()
         lines += ["", f"## {name} by {model}, five parameters", "", *HEAD]
         lines += [

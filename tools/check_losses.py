@@ -61,43 +61,60 @@ def impacts(random: Any, g: float) -> tuple[Losses, Any, Any, float]:
     return Losses(np.concatenate(decrements), covariance), np.concatenate(before), np.log(level), e
 
 
+def judged_restitution(found: float, ends: Any, true: float, freedom: int) -> tuple[bool, float]:
+    """Return whether the interval of e holds the truth, and the rank of the truth, 0 to 1."""
+    deviation = np.log(found / ends[0]) / student.ppf(0.5 + LEVEL / 2, freedom)
+    return bool(ends[0] <= true <= ends[1]), float(student.cdf(np.log(found / true) / deviation, freedom))
+
+
+def judged_exponent(found: float, ends: Any, true: float, freedom: int) -> tuple[bool, float] | None:
+    """Return the same of g by the end on the truth's side; None where that end is not determined."""
+    half = (ends[1] - found if true > found else found - ends[0]) / student.ppf(0.5 + LEVEL / 2, freedom)
+    if not np.isfinite(half):
+        return None
+    return bool(ends[0] <= true <= ends[1]), float(student.cdf((found - true) / half, freedom))
+
+
 def judged(random: Any, g: float) -> dict[str, tuple[bool, float]]:
-    """Fit a specimen; return of e and g whether the interval holds the truth, and the rank of the truth, 0 to 1."""
+    """Fit a specimen; return of e and g whether the interval holds the truth, and the rank of the truth."""
     losses, log_energy, at, e = impacts(random, g)
     while losses.decrement.size < FEWEST:
         losses, log_energy, at, e = impacts(random, g)
     freedom = losses.decrement.size - 2
-    found, (low, high) = restitution_at(losses, log_energy, float(at))
-    deviation = np.log(found / low) / student.ppf(0.5 + LEVEL / 2, freedom)
-    ranks = {"e": (bool(low <= e <= high), float(student.cdf(np.log(found / e) / deviation, freedom)))}
-    gamma, (least, most) = exponent_of(losses, log_energy)
-    half = (most - gamma if -g > gamma else gamma - least) / student.ppf(0.5 + LEVEL / 2, freedom)
-    if np.isfinite(half):
-        ranks["g"] = (bool(least <= -g <= most), float(student.cdf((-g - gamma) / half, freedom)))
-    return ranks
+    ranks = {"e": judged_restitution(*restitution_at(losses, log_energy, float(at)), e, freedom)}
+    of_g = judged_exponent(*exponent_of(losses, log_energy), g, freedom)
+    return ranks | ({"g": of_g} if of_g else {})
+
+
+def row(maker: str, parameter: str, tests: int, ranks: list[tuple[bool, float]]) -> dict[str, Any]:
+    """Return the row of a parameter, by whether its intervals hold the truth and by the ranks of the truth."""
+    held, rank = np.array([one[0] for one in ranks]), np.array([one[1] for one in ranks])
+    return {
+        "made_by": maker,
+        "parameter": parameter,
+        "tests": tests,
+        "determined": len(ranks),
+        "share": round(float(held.mean()), 4),
+        "standard_error": round(float(np.sqrt(LEVEL * (1 - LEVEL) / len(ranks))), 4),
+        "deviation_of_z": round(float(np.std(norm.ppf(np.clip(rank, 1e-6, 1 - 1e-6)))), 4),
+        "rank_probability": round(float(kstest(rank, "uniform").pvalue), 4),
+    }
 
 
 def rows_by(maker: str, count: int, seed: int) -> list[dict[str, Any]]:
     """Return a row for each parameter."""
     g = MAKERS[maker]
     fits = [judged(np.random.RandomState([seed, list(MAKERS).index(maker), n]), g) for n in track(range(count), maker)]
-    rows = []
-    for name in ("e", "g"):
-        of = [fit[name] for fit in fits if name in fit]
-        held, rank = np.array([one[0] for one in of]), np.array([one[1] for one in of])
-        rows.append(
-            {
-                "made_by": maker,
-                "parameter": name,
-                "tests": count,
-                "determined": len(of),
-                "share": round(float(held.mean()), 4),
-                "standard_error": round(float(np.sqrt(LEVEL * (1 - LEVEL) / len(of))), 4),
-                "deviation_of_z": round(float(np.std(norm.ppf(np.clip(rank, 1e-6, 1 - 1e-6)))), 4),
-                "rank_probability": round(float(kstest(rank, "uniform").pvalue), 4),
-            }
-        )
-    return rows
+    return [row(maker, name, count, [fit[name] for fit in fits if name in fit]) for name in ("e", "g")]
+
+
+def good(row: dict[str, Any]) -> bool:
+    """Say whether a row lies within the limits."""
+    return (
+        abs(float(row["share"]) - LEVEL) <= 2 * float(row["standard_error"])
+        and DEVIATIONS[0] <= float(row["deviation_of_z"]) <= DEVIATIONS[1]
+        and float(row["rank_probability"]) >= LEAST_PROBABILITY
+    )
 
 
 def main() -> int:
@@ -113,13 +130,7 @@ def main() -> int:
         table.writerows(rows)
     for row in rows:
         print(*row.values(), sep="  ")
-    good = (
-        abs(row["share"] - LEVEL) <= 2 * row["standard_error"]
-        and DEVIATIONS[0] <= row["deviation_of_z"] <= DEVIATIONS[1]
-        and row["rank_probability"] >= LEAST_PROBABILITY
-        for row in rows
-    )
-    return 0 if all(good) else 1
+    return 0 if all(map(good, rows)) else 1
 
 
 if __name__ == "__main__":

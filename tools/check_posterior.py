@@ -65,7 +65,7 @@ def records(first: int, count: int, seed: int, model: str) -> int:
     before = pd.read_csv(RECORDS) if RECORDS.exists() else pd.DataFrame({"number": []})
     for number in track(sorted(set(range(first, first + count)) - set(before["number"])), "records"):
         with without_bars():
-            rows = pd.DataFrame(judged_record(Candidate.of(model), seed, number))
+            rows = pd.DataFrame(judged_record(Candidate.from_name(model), seed, number))
         rows.to_csv(RECORDS, mode="a", header=not RECORDS.exists(), index=False)
     return 0 if report(pd.read_csv(RECORDS)) else 1
 

@@ -2,11 +2,13 @@
 
 `.venv/bin/python tools/free_rocking_tests.py` writes the examples: examples/my-free-rocking-raw.csv, a logger's raw
 channels, and examples/my-free-rocking-2.csv, a second release of the same specimen. `tools/check_free_rocking.py` draws
-many specimens. Forces and masses are in N and kg, by the paper's Eqs. (2), (5), (6) and Section 3.
+many specimens. Forces and masses are in N and kg, by the paper's Eqs. (2), (5), (6) and Section 3; the law of loss and
+its damper are of docs/theory.md, section 9.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,11 +19,17 @@ from scipy.integrate import solve_ivp
 FOLDER = Path(__file__).resolve().parents[1] / "examples"
 GRAVITY, DENSITY = 9.80665, 1800.0
 ACCURACY = {"method": "DOP853", "rtol": 1e-9, "atol": 1e-12}
+AT = 0.3  # u/u_ins that e belongs to, where the loss has an exponent
+CAP = 0.95  # of the damper's kappa cos^(2m+1) sin
 
 
 @dataclass(frozen=True)
 class Specimen:
-    """A wall with its curve, its loss at impacts, or a damper C = 2 m w1 xi (w/w1)^n in place of them."""
+    """A wall with its curve, its loss at impacts, or a damper in place of them.
+
+    The damper is C = 2 m w1 xi (w/w1)^n, or with an order that of the law of loss, whose e is that of `AT`; at order 0
+    without an exponent it is ECD.
+    """
 
     thickness: float
     height: float
@@ -33,6 +41,8 @@ class Specimen:
     scatter: float = 0.0  # standard deviation of ln e from impact to impact
     xi: float = 0.0
     n: float = 0.0
+    g: float = 0.0
+    order: float | None = None
 
     @property
     def constants(self) -> tuple[float, float, float]:
@@ -56,12 +66,51 @@ class Specimen:
         size = min(yielded * abs(u) / (self.a1 * self.u_ins), yielded, strength - stiffness * abs(u))
         return float(np.copysign(max(size, 0.0), u))
 
-    def acceleration(self, u: float, v: float) -> float:
-        """Acceleration of free motion. [m s-2]"""
+    def stored(self, u: float) -> float:
+        """Energy that is stored at a displacement. [J]"""
+        strength, stiffness, _ = self.constants
+        size, bends = abs(u), (self.a1 * self.u_ins, (1 - self.b1) * self.u_ins)
+        ends = [0.0, *(bend for bend in bends if bend < size), size]
+        forces = [self.force(end) for end in ends]
+        return sum((a + b) / 2 * (y - x) for a, b, x, y in zip(forces, forces[1:], ends, ends[1:], strict=False))
+
+    def lost(self, energy: float, deviation: float) -> float:
+        """ln e of the impact, or of the half cycle, at an energy [J], with a deviation from the law."""
+        if not self.g:
+            return min(math.log(self.e) + deviation, 0.0)
+        change = (self.stored(AT * self.u_ins) / energy) ** self.g * math.expm1(2 * self.g * math.log(self.e))
+        return min(math.log1p(change) / (2 * self.g) + deviation, 0.0) if change > -1 else -math.inf
+
+    def taken(self, energy: float, lost: float) -> float:
+        """What a half cycle takes of E^g/(2g) [J^g], or of ln E/2, by its ln e."""
+        return -(energy**self.g) * math.expm1(2 * self.g * lost) / (2 * self.g) if self.g else -lost
+
+    def damping(self, u: float, v: float, taken: float) -> float:
+        """C/m of the damper that has an order, by what it takes in a half cycle. [1/s]"""
+        _, _, mass = self.constants
+        moving, stored, m = mass * v * v / 2, self.stored(u), self.order or 0.0
+        energy = moving + stored
+        frequency = abs(self.force(u)) / math.sqrt(2 * stored * mass) if stored > 0 else self.first
+        if not self.order and not self.g:
+            return 2 * frequency * taken / math.hypot(math.pi, taken)
+        kappa = taken / energy**self.g / math.sqrt(math.pi) * math.gamma(m + 2) / math.gamma(m + 1.5)
+        q, outwards = kappa * (moving / energy) ** m, math.copysign(math.sqrt(moving * stored) / energy, u * v)
+        return frequency * q / (1 - min(q * outwards, CAP))
+
+    @property
+    def first(self) -> float:
+        """Frequency on the first branch. [rad/s]"""
         strength, _, mass = self.constants
+        return math.sqrt(self.b1 * strength / (self.a1 * self.u_ins) / mass)
+
+    def acceleration(self, u: float, v: float, taken: float = 0.0) -> float:
+        """Acceleration of free motion. [m s-2]"""
+        _, _, mass = self.constants
+        if self.order is not None:
+            return -self.force(u) / mass - self.damping(u, v, taken) * v
         loss = 0.0
         if self.xi:
-            first = np.sqrt(self.b1 * strength / (self.a1 * self.u_ins) / mass)
+            first = self.first
             now = np.sqrt(self.force(u) / u / mass) if abs(u) > 1e-9 * self.u_ins else first
             loss = 2 * first * self.xi * (now / first) ** self.n * v
         return -self.force(u) / mass - loss
@@ -72,27 +121,42 @@ def decay(specimen: Specimen, release: float, step: float, longest: float, least
 
     It ends after the time `longest` [s], or where the amplitude falls below `least`. [m]
     """
-    strength, _, mass = specimen.constants
-    slowest = least * np.sqrt(specimen.b1 * strength / (specimen.a1 * specimen.u_ins) / mass)
+    _, _, mass = specimen.constants
+    damped, taken = specimen.order is not None, 0.0
 
     def motion(_: float, state: Any) -> list[float]:
-        return [state[1], specimen.acceleration(*state)]
+        return [state[1], specimen.acceleration(float(state[0]), float(state[1]), taken)]
 
-    def zero(_: float, state: Any) -> float:
-        return float(state[0])
+    def boundary(_: float, state: Any) -> float:
+        """What is 0 at an impact; of the law's damper, at a peak."""
+        return float(state[1 if damped else 0])
 
-    zero.terminal = True  # type: ignore[attr-defined]
+    boundary.terminal = True  # type: ignore[attr-defined]
     times = step * np.arange(int(longest / step) + 1)
     moved, now, state, impacts = np.zeros(times.size), 0.0, np.array([release, 0.0]), []
-    while now < times[-1] and (state[0] or abs(state[1]) > slowest):
-        zero.direction = -np.sign(state[0] + state[1] * 1e-9)  # type: ignore[attr-defined]
-        part = solve_ivp(motion, (now, times[-1]), state, events=zero, dense_output=True, **ACCURACY)
+    while now < times[-1] and max(abs(state[0]), abs(state[1]) / specimen.first) > least:
+        deviation = specimen.scatter * random.standard_normal() if damped else 0.0
+        if damped:
+            energy = specimen.stored(state[0])
+            left = specimen.lost(energy, deviation)
+            if left == -math.inf:
+                break
+            taken = specimen.taken(energy, left)
+        side = np.sign(state[0] + state[1] * 1e-9)
+        boundary.direction = side if damped else -side  # type: ignore[attr-defined]
+        part = solve_ivp(motion, (now, times[-1]), state, events=boundary, dense_output=True, **ACCURACY)
         within = (times >= now) & (times <= part.t[-1])
         moved[within] = part.sol(times[within])[0]
         if part.status != 1:
             break
         now = float(part.t[-1])
-        kept = min(specimen.e * np.exp(specimen.scatter * random.standard_normal()), 1.0) if not specimen.xi else 1.0
+        if damped:
+            impacts.append(math.exp(left))
+            state = np.array([part.y[0, -1], 0.0])
+            continue
+        before = mass * part.y[1, -1] ** 2 / 2
+        scattered = specimen.scatter * random.standard_normal() if not specimen.xi else 0.0
+        kept = math.exp(specimen.lost(before, scattered)) if not specimen.xi else 1.0
         impacts.append(kept)
         state = np.array([0.0, kept * part.y[1, -1]])
     return moved[times <= now], impacts

@@ -108,42 +108,35 @@ def random_tests(_: Data) -> str:
 def free_rocking(_: Data) -> str:
     """How often intervals of free-rocking tests hold the truth, and which damper they exclude: the stored check."""
     rows = pd.read_csv(FREE_ROCKING)
-    share = rows.set_index(["made_by", "quantity"])["share"]
+    judged, counted = rows.dropna(subset="deviation_of_z"), rows[rows["deviation_of_z"].isna()]
     counts = rows.groupby("made_by", sort=False)[["tests", "refused"]].first()
-    head = ["a1", "b1", "e", "gamma"]
-    shown = [[percent(share["CR", name]) for name in head]]
-    first, refused = counts.loc["CR"]
-    judged = list(dict.fromkeys(name for _, name in share.index if name.endswith(" excluded")))
-    excluded = [
-        [maker, str(counts.loc[maker, "tests"]), *(percent(share[maker, name]) for name in judged)]
-        for maker in counts.index
-    ]
-    fitted = f"Of {first + refused} specimens {first} were fitted, and {refused} refused.\n\n{table(head, shown)}"
-    fitted += f"\n\n{_losses()}"
-    if not judged:
-        return fitted
+    each = "; ".join(f"{maker} {int(one['tests'])}, {int(one['refused'])}" for maker, one in counts.iterrows())
+    share = counted.pivot_table(index="made_by", columns="parameter", values="share").reindex(counts.index)
+    dampers = list(dict.fromkeys(counted["parameter"]))
+    head = ["made by", *(name.removesuffix(" excluded") for name in dampers)]
+    losses = pd.read_csv(LOSSES)
     return (
-        f"{fitted}\n\n"
+        f"Specimens and how many of them were refused: {each}.\n\n{_intervals(judged)}\n\n"
+        f"The losses alone, of {losses['tests'][0]} specimens of each kind:\n\n{_intervals(losses)}\n\n"
         "Share of specimens whose tests exclude a damper, by what made them:\n\n"
-        f"{table(['made by', 'specimens', *(name.removesuffix(' excluded') for name in judged)], excluded)}"
+        f"{table(head, [[maker, *map(percent, row)] for maker, row in share[dampers].iterrows()])}"
     )
 
 
-def _losses() -> str:
-    """How often intervals of e at 0.3 u_ins and of the exponent hold the truth, of losses alone: the stored check."""
-    rows = pd.read_csv(LOSSES)
-    head = ["losses by", "parameter", "within its interval", "deviation of z", "probability of the ranks"]
+def _intervals(rows: pd.DataFrame) -> str:
+    """Return the table of a check's parameters: how often an interval holds the truth, z, and the ranks."""
+    head = ["made by", "parameter", "within its interval", "deviation of z", "probability of the ranks"]
     shown = [
         [
             row["made_by"],
-            {"e": "e at 0.3 u_ins", "g": "exponent"}[row["parameter"]],
+            {"e": "e at 0.3 u_ins"}.get(row["parameter"], row["parameter"]),
             f"{percent(row['share'])} ± {percent(row['standard_error'])}",
             f"{row['deviation_of_z']:.2f}",
             f"{row['rank_probability']:.2g}",
         ]
         for row in rows.to_dict("records")
     ]
-    return f"The losses alone, of {rows['tests'][0]} specimens of each kind:\n\n{table(head, shown)}"
+    return table(head, shown)
 
 
 def slips(_: Data) -> str:

@@ -46,7 +46,9 @@ def names_of(candidate: Candidate) -> tuple[str, ...]:
 
 def fit_of(record: Record, candidate: Candidate) -> RecordFit:
     """Prepare the fit of a candidate to a record of the wall."""
-    return RecordFit.of(record, WALL, candidate, ultimate_displacement_ratio=1.0, softening="steeper", step=STEP)
+    return RecordFit.from_record(
+        record, WALL, candidate, ultimate_displacement_ratio=1.0, softening="steeper", step=STEP
+    )
 
 
 def made(candidate: Candidate, random: np.random.RandomState) -> tuple[Record, Array]:

@@ -149,6 +149,8 @@ def test_at_one_half_a_linear_spring_loses_a_length_as_by_friction():
     curve = TrilinearCurve(0.5, 0.45)  # within its first branch
     run = turns(curve, Damping.cr(0.8, exponent=0.5, at=0.3), 0.45, 5)
     np.testing.assert_allclose(np.diff([0.45, *run]), -0.3 * (1 - 0.8), rtol=1e-10)
+    damper = Damping.of_restitution(0.8, order=4, exponent=0.5 - 1e-9, at=0.3)  # its limit, which itself is refused
+    np.testing.assert_allclose(np.diff([0.45, *turns(curve, damper, 0.45, 5)]), -0.3 * (1 - 0.8), rtol=1e-7)
 
 
 def test_e_at_other_amplitudes_of_the_paper_s_curve():

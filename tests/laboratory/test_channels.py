@@ -36,7 +36,7 @@ def test_raw_channels_become_the_record_that_they_were_made_of(tmp_path):
     given = {"time": "t:s", "table_acceleration": "a:g", "wall": "d1:mm", "table": "d2:mm"}
     made = laboratory_record(
         read_raw(RAW),
-        **{name: Channel.of(text) for name, text in given.items()},
+        **{name: Channel.from_text(text) for name, text in given.items()},
         rest=0.2,
         source="here",
         synthetic=True,
@@ -57,11 +57,15 @@ def test_raw_channels_become_the_record_that_they_were_made_of(tmp_path):
 def test_tables_are_read_with_and_without_names_by_name_or_number(tmp_path, mark):
     text = table(("time", "acc"), ELAPSED, PULSE, mark=mark)
     by_name = laboratory_record(
-        read_raw(written(tmp_path, text)), time=Channel.of("time:s"), table_acceleration=Channel.of("acc:m/s2")
+        read_raw(written(tmp_path, text)),
+        time=Channel.from_text("time:s"),
+        table_acceleration=Channel.from_text("acc:m/s2"),
     )
     bare = text.partition("\n")[2]
     by_number = laboratory_record(
-        read_raw(written(tmp_path, bare)), time=Channel.of("1", "s"), table_acceleration=Channel.of("2:m/s2")
+        read_raw(written(tmp_path, bare)),
+        time=Channel.from_text("1", "s"),
+        table_acceleration=Channel.from_text("2:m/s2"),
     )
     np.testing.assert_array_equal(by_name.ground_acceleration, by_number.ground_acceleration)
     assert by_name.displacement is None
@@ -78,14 +82,14 @@ def test_a_table_of_velocities_is_a_motion_too(tmp_path):
     t = ELAPSED - 2
     velocity = 1000 * np.exp(-((5 * t) ** 2))  # mm/s
     path = written(tmp_path, table((), ELAPSED, velocity))
-    made = laboratory_record(read_raw(path), time=Channel.of("1:s"), table_velocity=Channel.of("2:mm/s"))
+    made = laboratory_record(read_raw(path), time=Channel.from_text("1:s"), table_velocity=Channel.from_text("2:mm/s"))
     np.testing.assert_allclose(made.ground_acceleration, -50 * t * np.exp(-((5 * t) ** 2)), atol=2e-3)
 
 
 def test_a_filter_keeps_what_is_slow_takes_what_is_quick_and_delays_neither(tmp_path):
     quick = 0.5 * np.sin(2 * np.pi * 40 * ELAPSED)
     path = written(tmp_path, table(("t", "a"), ELAPSED, PULSE + quick))
-    channels = {"time": Channel.of("t:s"), "table_acceleration": Channel.of("a:m/s2"), "baseline": "none"}
+    channels = {"time": Channel.from_text("t:s"), "table_acceleration": Channel.from_text("a:m/s2"), "baseline": "none"}
     made = laboratory_record(read_raw(path), lowpass=15.0, **channels)
     inside = slice(110, 380)
     np.testing.assert_allclose(made.ground_acceleration[inside], PULSE[inside], atol=0.02)
@@ -97,7 +101,7 @@ def test_a_filter_keeps_what_is_slow_takes_what_is_quick_and_delays_neither(tmp_
 def test_a_linear_baseline_leaves_no_velocity_at_the_end(tmp_path):
     drifting = PULSE + 0.3 + 0.05 * np.maximum(ELAPSED - 0.5, 0)
     path = written(tmp_path, table(("t", "a"), ELAPSED, drifting))
-    channels = {"time": Channel.of("t:s"), "table_acceleration": Channel.of("a:m/s2")}
+    channels = {"time": Channel.from_text("t:s"), "table_acceleration": Channel.from_text("a:m/s2")}
     made = laboratory_record(read_raw(path), baseline="linear", **channels)
     assert abs(np.trapezoid(made.ground_acceleration, made.elapsed)) < 1e-9
     np.testing.assert_allclose(made.ground_acceleration, PULSE, atol=0.01)
@@ -132,7 +136,9 @@ def test_rows_that_a_tracker_left_out_are_filled_too(tmp_path):
     elapsed, displacement, _ = tracked()
     seen = ~np.isin(np.arange(400), (60, 61, 300))
     path = written(tmp_path, table(("t", "x"), elapsed[seen], 1000 * displacement[seen]))
-    made = laboratory_free_rocking(read_raw(path, gaps=True), time=Channel.of("t:s"), wall=Channel.of("x:mm"))
+    made = laboratory_free_rocking(
+        read_raw(path, gaps=True), time=Channel.from_text("t:s"), wall=Channel.from_text("x:mm")
+    )
     assert made.header["samples_filled"] == "3"
     np.testing.assert_allclose(made.displacement, displacement, atol=1e-3 * 0.0315)
 
@@ -173,7 +179,8 @@ def test_what_cannot_be_done_is_refused_by_its_name(tmp_path, given, message):
     path = written(tmp_path, table(("t", "a", "d"), ELAPSED, PULSE, PULSE))
     options = {"time": "t:s", "table_acceleration": "a:g", **given}
     channels = {
-        name: Channel.of(value) if isinstance(value, str) and ":" in value else value for name, value in options.items()
+        name: Channel.from_text(value) if isinstance(value, str) and ":" in value else value
+        for name, value in options.items()
     }
     with pytest.raises(InputError, match=message):
         laboratory_record(read_raw(path), **channels)
@@ -196,13 +203,18 @@ def test_times_with_a_gap_are_refused_with_their_row(tmp_path):
     late = np.where(np.arange(400) > 200, ELAPSED + 0.05, ELAPSED)
     path = written(tmp_path, table(("t", "a"), late, PULSE))
     with pytest.raises(InputError, match="time is 2.06 s in row 202; it must be 0.01 s after the row before"):
-        laboratory_record(read_raw(path), time=Channel.of("t:s"), table_acceleration=Channel.of("a:g"))
+        laboratory_record(read_raw(path), time=Channel.from_text("t:s"), table_acceleration=Channel.from_text("a:g"))
 
 
 @pytest.mark.parametrize("rows", [3, 15, 16])
 def test_a_filter_has_rows_enough_or_is_refused(tmp_path, rows):
     path = written(tmp_path, table(("t", "a"), ELAPSED[:rows], PULSE[:rows]))
-    run = {"time": Channel.of("t:s"), "table_acceleration": Channel.of("a:g"), "rest": 0.01, "lowpass": 49.9}
+    run = {
+        "time": Channel.from_text("t:s"),
+        "table_acceleration": Channel.from_text("a:g"),
+        "rest": 0.01,
+        "lowpass": 49.9,
+    }
     if rows == 16:
         assert laboratory_record(read_raw(path), **run).elapsed.size == 16
     else:

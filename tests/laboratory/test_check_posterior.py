@@ -10,7 +10,7 @@ from scipy.special import ndtr
 
 from rockdamp.laboratory.candidates import Candidate
 
-PARAMETERS = names_of(Candidate.of("CR"))
+PARAMETERS = names_of(Candidate.from_name("CR"))
 
 
 def rows_of(z, refused=0):
@@ -48,8 +48,8 @@ def test_an_interval_of_ninety_percent_holds_nine_of_ten_evenly_placed_truths_an
 
 
 def test_a_record_is_made_of_parameters_that_rock_and_stand():
-    record, values = made(Candidate.of("CR"), np.random.RandomState([7, 0]))
-    again, same = made(Candidate.of("CR"), np.random.RandomState([7, 0]))
+    record, values = made(Candidate.from_name("CR"), np.random.RandomState([7, 0]))
+    again, same = made(Candidate.from_name("CR"), np.random.RandomState([7, 0]))
     assert record == again and np.array_equal(values, same)
     inside = PRIOR.points(PARAMETERS, values[None])[0]
     assert np.all((0 < inside) & (inside < 1))

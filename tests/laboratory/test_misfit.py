@@ -33,7 +33,9 @@ def coarse(monkeypatch):
 
 def judged(record):
     require_possible(record, WALL)
-    fit = RecordFit.of(record, WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.03)
+    fit = RecordFit.from_record(
+        record, WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.03
+    )
     return require_explained(fit.solution())
 
 
@@ -49,7 +51,9 @@ def test_neither_a_drift_nor_the_first_motion_of_the_wall_is_noise_of_the_sensor
     moving = np.where(np.arange(SHOWN.size) < 0.8 * count, 0.0, 2e-3)  # while the ground's is within noise
     drifting = replace(RIGHT, displacement=SHOWN + 0.01 * RIGHT.elapsed + moving)
     right, shown = (
-        RecordFit.of(record, WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.03)
+        RecordFit.from_record(
+            record, WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.03
+        )
         for record in (RIGHT, drifting)
     )
     assert shown.rest_deviation == pytest.approx(right.rest_deviation, rel=1e-6)

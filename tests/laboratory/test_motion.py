@@ -26,8 +26,8 @@ SENSOR = (1.5e-4, 0.1)
 @pytest.fixture(scope="module")
 def noise():
     record = read_record(ROOT / "data/test_series/cr-nine-tenths.csv")
-    fit = RecordFit.of(
-        record, WALL, Candidate.of("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.00125
+    fit = RecordFit.from_record(
+        record, WALL, Candidate.from_name("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.00125
     )  # fine, so that the solver is smooth
     return MotionNoise.at(fit, MADE, np.zeros(record.elapsed.size), 1e-3 * fit.trend.T, SENSOR)
 
@@ -59,8 +59,13 @@ def test_the_main_directions_hold_all_but_a_negligible_variance():
 def test_what_is_neglected_of_the_noise_adds_at_most_a_twentieth_to_the_scatter_of_the_parameters(number):
     """By the covariance of the generalised least squares under all directions, weighted by the main ones alone."""
     made, prior = drawn(7, number), Prior()
-    fit = RecordFit.of(
-        made.record, made.wall, Candidate.of("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.01
+    fit = RecordFit.from_record(
+        made.record,
+        made.wall,
+        Candidate.from_name("CR"),
+        ultimate_displacement_ratio=1.0,
+        softening="steeper",
+        step=0.01,
     )
     trend = fit.trend.T * [[prior.sensor_zero], [prior.sensor_drift]]
     sensor = (made.sensor_deviation, 0.45)

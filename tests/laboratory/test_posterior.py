@@ -64,10 +64,10 @@ def test_quantiles_of_weighted_values_are_those_of_the_values_repeated():
 
 def problem_of(name, model, step=0.03):
     record = read_record(ROOT / f"data/test_series/{name}.csv")
-    fit = RecordFit.of(
-        record, WALL, Candidate.of(model), ultimate_displacement_ratio=1.0, softening="steeper", step=step
+    fit = RecordFit.from_record(
+        record, WALL, Candidate.from_name(model), ultimate_displacement_ratio=1.0, softening="steeper", step=step
     )
-    return Problem.of(fit, Prior())
+    return Problem.from_fit(fit, Prior())
 
 
 def test_where_the_order_is_free_the_record_tells_that_it_is_no_small_one(monkeypatch):
@@ -93,7 +93,7 @@ def test_a_clean_record_is_answered(number):
     noise = 5e-5 * np.random.RandomState(number).standard_normal(elapsed.size)
     record = Record(elapsed, pulse, shaken["control_displacement"].values + noise)
     settings = {"ultimate_displacement_ratio": 1.0, "softening": "steeper", "step": 0.01}
-    made = Problem.of(RecordFit.of(record, wall, Candidate.of("CR"), **settings), Prior())
+    made = Problem.from_fit(RecordFit.from_record(record, wall, Candidate.from_name("CR"), **settings), Prior())
     found = made.values(made.mode[None])[0]
     np.testing.assert_allclose(found[:3], [a1, b1, e], rtol=5e-3)
     if number == 0:

@@ -18,7 +18,7 @@ def test_points_of_the_unit_cube_lead_back_to_values_and_a_logarithm_is_where_it
 
 def test_a_section_changes_what_it_names_and_nothing_else():
     given = {"strength_ratio": {"distribution": "uniform", "low": 0.6, "high": 0.9}, "sensor_zero": 1e-4}
-    made = Prior.of(given)
+    made = Prior.from_mapping(given)
     assert made.strength_ratio == Distribution("uniform", 0.6, 0.9) and made.sensor_zero == 1e-4
     assert made.restitution == Prior().restitution
 
@@ -35,4 +35,4 @@ def test_a_section_changes_what_it_names_and_nothing_else():
 )
 def test_what_is_no_prior_is_refused_by_its_name(given, message):
     with pytest.raises(InputError, match=message):
-        Prior.of(given)
+        Prior.from_mapping(given)

@@ -29,7 +29,7 @@ def record(name):
 
 
 def solution(name):
-    fit = RecordFit.of(
+    fit = RecordFit.from_record(
         record(name), WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.02
     )
     return fit.solution()

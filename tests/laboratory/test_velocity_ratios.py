@@ -147,7 +147,7 @@ def test_correlation_of_neighbouring_errors_is_found_where_it_is_and_not_where_i
 
 
 def test_an_expansion_gives_the_fits_of_trials_that_are_drawn_again_or_left_out(trials, fitted):
-    expansion = Expansion.of(trials, constant, fitted)
+    expansion = Expansion.about(trials, constant, fitted)
     ones = np.ones(len(trials.ratio))
     np.testing.assert_allclose(expansion.negative(fitted.point, ones)[0], -fitted.log_likelihood, rtol=1e-6)
     slope = expansion.negative(fitted.point, ones)[1]

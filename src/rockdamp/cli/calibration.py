@@ -52,7 +52,7 @@ RELEASE = ("release_elapsed", "release_displacement", "sensor_zero", "sensor_dri
 HALF_CYCLE = ("half_cycle_release", "peak_elapsed", "peak_displacement", "half_period", "half_period_fitted")
 IMPACT = ("impact_release", "impact_elapsed", "impact_amplitude", "impact_rocking", "impact_restitution")
 SCALARS = (
-    *("restitution_scatter", "amplitude_exponent", "restitution_rigid", "restitution_impulsive"),
+    *("restitution_scatter", "loss_exponent", "restitution_rigid", "restitution_impulsive"),
     *("residual_rms", "rest_deviation", "log_likelihood_threshold", "restitution_unlike_releases"),
 )
 SHOWN = 12  # impacts that are printed
@@ -139,7 +139,7 @@ def content(fitted: xr.Dataset) -> dict[str, Any]:
             for of_one in (fitted.sel(parameter=name) for name in fitted["parameter"])
         ],
         **{name: known(fitted[name]) for name in SCALARS},
-        "amplitude_exponent_interval_90": _numbers(fitted["amplitude_exponent_interval"]),
+        "loss_exponent_interval_90": _numbers(fitted["loss_exponent_interval"]),
         "restitution_at": [
             {
                 "amplitude": float(one["amplitude"]),
@@ -185,8 +185,8 @@ def _print(fitted: xr.Dataset, law: str) -> None:
         f"\nthe fit leaves {1000 * told['residual_rms']:.3g} mm (rms), {told['residual_over_peak']:.2g} of the"
         f" largest peak{over}"
         f"\ne of an impact depends on the peak before it: {_at_amplitudes(told)}; `assess` needs that at 0.3 u_ins"
-        f"\nthe loss per impact goes with the energy to the power {told['amplitude_exponent']:.3f}"
-        f" ({_span(told['amplitude_exponent_interval_90'])}); that of each damper on this curve:\n"
+        f"\nthe loss per impact goes with the energy to the power -g, g = {told['loss_exponent']:.3f}"
+        f" ({_span(told['loss_exponent_interval_90'])}); that of each damper on this curve:\n"
     )
     print_table([{**row, "excluded": "yes" if row["excluded"] else "no"} for row in told["damping_models"]])
     click.echo()
@@ -344,7 +344,7 @@ def _posterior_options(options: dict[str, Any]) -> dict[str, Any]:
     if options["priors"] is not None:
         stated = yaml_file.read(options["priors"])
         with concerning(options["priors"]):
-            prior = Prior.of(stated)
+            prior = Prior.from_mapping(stated)
     sizes: dict[str, Any] = {}
     for name, deviation in _deviations(options).items():
         middle, reach = float(options[name]), REACH * deviation

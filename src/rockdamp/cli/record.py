@@ -117,7 +117,7 @@ def record(raw: Path, output: Path, plot: Path | None, as_json: bool, free_rocki
     settings = {name: options[name] for name in (*SHARED, *own)}
     usual = {"time": "s"}
     parsed: dict[str, Any] = {
-        name: Channel.of(text, usual.get(name, "")) for name, text in channels.items() if text is not None
+        name: Channel.from_text(text, usual.get(name, "")) for name, text in channels.items() if text is not None
     }
     table = read_raw(raw, gaps=free_rocking)
     with concerning(raw):

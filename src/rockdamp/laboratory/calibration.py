@@ -53,7 +53,7 @@ class Misfit:
     residual_over_noise: float | None  # None of a record without noise
 
     @classmethod
-    def of(cls, solution: Solution) -> Misfit:
+    def from_solution(cls, solution: Solution) -> Misfit:
         """Return the misfit of a solution."""
         fit = solution.fit
         rms = float(np.sqrt(np.mean(solution.residual**2)))
@@ -77,7 +77,7 @@ class Misfit:
 
     @property
     def doubts(self) -> list[str]:
-        """A warning if the best fit leaves more than the sensor's noise."""
+        """Return a warning if the best fit leaves more than the sensor's noise."""
         return (
             [f"the best fit leaves {self}: errors tell what holds under this model alone"]
             if self.exceeds(SMALL)
@@ -127,7 +127,7 @@ def require_explained(solution: Solution) -> Misfit:
 
     Where the misfit is far above the noise, the record without each possible slip is fitted too.
     """
-    misfit = Misfit.of(solution)
+    misfit = Misfit.from_solution(solution)
     stated = f"the best fit leaves {misfit}"
     clipped = list(_clipped(solution.fit.record)) if misfit.exceeds(SMALL) else []
     if clipped:
@@ -137,7 +137,7 @@ def require_explained(solution: Solution) -> Misfit:
     tried: dict[str, Misfit] = {}
     for words, corrected in slips(solution.fit):
         with suppress(InputError):
-            tried[words] = Misfit.of(corrected.solution())
+            tried[words] = Misfit.from_solution(corrected.solution())
     words, better = min(tried.items(), key=lambda item: item[1].residual_over_peak, default=("", misfit))
     if BETTER * better.residual_over_peak < misfit.residual_over_peak:
         raise InputError(f"{stated}. If {words}, it leaves {better}: is that so?")
@@ -285,7 +285,7 @@ def calibrate(
     instance("wall", wall, Wall, Parapet)
     deviations = size_deviations(wall, uncertain)
     require_possible(record, wall)
-    fit = RecordFit.of(record, wall, candidate, ultimate_displacement_ratio=a3, softening=softening, step=step)
+    fit = RecordFit.from_record(record, wall, candidate, ultimate_displacement_ratio=a3, softening=softening, step=step)
     solution = fit.solution()
     misfit = require_explained(solution)
     warn(misfit.doubts)

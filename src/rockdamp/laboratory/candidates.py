@@ -57,7 +57,7 @@ class Candidate:
     order: float | None = None
 
     @classmethod
-    def of(cls, name: str) -> Candidate:
+    def from_name(cls, name: str) -> Candidate:
         """Return the candidate of a name; where the order is free, the others are searched at one in between."""
         name = one_of("damping_model", name, CANDIDATES)
         return cls(name, SEARCHED_ORDER if name == ANY_ORDER else None)
@@ -134,7 +134,7 @@ class Prior:
     overburden_ratio: Distribution | None = None
 
     @classmethod
-    def of(cls, given: Mapping[str, Any], section_name: str = "prior") -> Prior:
+    def from_mapping(cls, given: Mapping[str, Any], section_name: str = "prior") -> Prior:
         """Return the prior of masonry walls with the changes of a section, which has the fields' names."""
         of_wall = Annotated[Distribution, distribution(KINDS)]
         kinds = {name: float if kind is float else of_wall for name, kind in get_type_hints(cls).items()}

@@ -44,7 +44,7 @@ class Channel:
     unit: str
 
     @classmethod
-    def of(cls, text: str, unit: str = "") -> Channel:
+    def from_text(cls, text: str, unit: str = "") -> Channel:
         """Parse ``COLUMN:UNIT``; the unit may be left out where there is a usual one."""
         column, colon, stated = text.rpartition(":")
         if not colon:

@@ -12,8 +12,8 @@ The loss delta = -ln e of impact k, measured with a known covariance C, is taken
 .. math:: \delta_k = \delta \, m_k + s \, \epsilon_k + \text{error}_k, \qquad \epsilon_k \sim N(0, 1),
           \qquad \text{error} \sim N(0, C)
 
-with m_k = 1 for one coefficient of restitution, m_k proportional to V_k^gamma for a loss that goes with a power of the
-energy V before the impact, or what a viscous damper loses on this curve. The scatter s of a real impact from the next
+with m_k = 1 for one coefficient of restitution, delta m_k the law of loss by the energy V_k before the impact, or m_k
+what a viscous damper loses on this curve. The scatter s of a real impact from the next
 is estimated too: it is what a large specimen's e is uncertain by, once the sensor is good.
 """
 
@@ -214,11 +214,11 @@ class Solution:
 
 LEVEL = 0.90
 SPACING = 0.1
-EXPONENTS = SPACING * np.arange(-30, 31)  # gammas that are looked at
+EXPONENTS = SPACING * np.arange(-30, 31)  # g that are looked at
 LARGEST_SCATTER = 1.0  # of ln e
-LAW_EXPONENTS, LAW_GRIDS = np.linspace(-1.5, 1.0, 26), 3  # by whose likelihood e at an amplitude is weighted; refined
+LAW_EXPONENTS, LAW_GRIDS = np.linspace(-1.0, 1.5, 26), 3  # by whose likelihood e at an amplitude is weighted; refined
 NEGLIGIBLE_WEIGHT = 1e-6
-LAW_ROUNDS, LARGEST_SHAPE, SMALLEST_LOSS = 4, 50.0, 1e-6
+LAW_ROUNDS, CONVERGED, LARGEST_SHAPE, SMALLEST_LOSS, LARGEST_LOSS = 5, 1e-5, 50.0, 1e-6, 10.0
 
 
 @dataclass(frozen=True)
@@ -253,15 +253,15 @@ class Losses:
         """Return Student's quantile of an interval, by the impacts that are left once the mean is known."""
         return float(student.ppf(0.5 + LEVEL / 2, self.decrement.size - 1))
 
-    def line(self, shape: Array, restricted: bool = True) -> Line:
-        """Fit a multiple of a shape, by generalised least squares with the most likely scatter.
+    def line(self, shape: Array, restricted: bool = True, apart: Array | float = 0.0) -> Line:
+        """Fit a multiple of a shape beside losses `apart`, by generalised least squares with the most likely scatter.
 
         The likelihood of the scatter is restricted (REML), which leaves no bias from the mean's estimation, or plain,
         by which shapes are compared. The standard error is Hartung and Knapp's (doi:10.1002/sim.791): it takes the
         residuals as they are, where they are larger than expected.
         """
         values, vectors = self._directions
-        y, m = vectors.T @ self.decrement, vectors.T @ shape
+        y, m = vectors.T @ (self.decrement - apart), vectors.T @ shape
 
         def parts(scatter: float) -> tuple[float, float, float, float]:
             variance = np.maximum(values, 0.0) + scatter**2
@@ -290,18 +290,23 @@ class Losses:
         return 0.5 * self.decrement.size * float(np.log1p(quantile**2 / left))
 
 
-def law_of_loss(log_energy: Array, decrement: float, exponent: float) -> Array:
-    """Return the loss by energies before an impact, ln E less ln of that at which it is `decrement`.
+def law_of_loss(log_energy: Array, decrement: float, g: float) -> Array:
+    """Return the losses by the energies before the impacts, ln E less ln of that at which the loss is `decrement`.
 
-    The energy left to the power g falls by the same at each impact: with g = -`exponent`,
+    The energy left to the power g falls by the same at each impact, docs/theory.md, section 9:
     delta(E) = -ln(1 - (1 - exp(-2 g delta_r)) (E_r/E)^g) / (2 g). A wall that the impact stops loses infinitely much.
     """
-    g = -exponent
+    return _law_and_slope(log_energy, decrement, g)[0]
+
+
+def _law_and_slope(log_energy: Array, decrement: float, g: float) -> tuple[Array, Array]:
+    """Return the losses by the law and their derivative by `decrement`, infinite where the impact stops the wall."""
     if abs(g) < 1e-9:
-        return np.full(log_energy.shape, decrement)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        loss = -np.log1p(np.exp(-g * log_energy) * np.expm1(-2 * g * decrement)) / (2 * g)
-    return np.asarray(np.nan_to_num(loss, nan=np.inf))
+        return np.full(log_energy.shape, decrement), np.ones(log_energy.shape)
+    power = np.exp(-g * log_energy)
+    change = np.maximum(power * np.expm1(-2 * g * decrement), -1.0)  # of E^g, over it
+    with np.errstate(divide="ignore"):
+        return -np.log1p(change) / (2 * g), power * np.exp(-2 * g * decrement) / (1 + change)
 
 
 def restitution_at(losses: Losses, log_energy: Array, at: float) -> tuple[float, tuple[float, float]]:
@@ -311,7 +316,7 @@ def restitution_at(losses: Losses, log_energy: Array, at: float) -> tuple[float,
     """
     away, exponents = log_energy - at, LAW_EXPONENTS
     for _ in range(LAW_GRIDS):
-        found, error, likelihood = np.array([_law_line(losses, away, float(gamma)) for gamma in exponents]).T
+        found, error, likelihood = np.array([_law_line(losses, away, float(g)) for g in exponents]).T
         weight = np.exp(likelihood - likelihood.max())
         near = np.flatnonzero(weight > NEGLIGIBLE_WEIGHT)
         ends = exponents[max(near[0] - 1, 0)], exponents[min(near[-1] + 1, exponents.size - 1)]
@@ -323,37 +328,47 @@ def restitution_at(losses: Losses, log_energy: Array, at: float) -> tuple[float,
     return float(np.exp(-mean)), (float(np.exp(-mean - reach)), min(float(np.exp(-mean + reach)), 1.0))
 
 
-def _law_line(losses: Losses, log_energy: Array, exponent: float) -> tuple[float, float, float]:
-    """Return the loss at the energy of logarithm 0 of a law, its standard error, and ln of the likelihood."""
-    decrement = float(losses.decrement.mean())
-    for _ in range(LAW_ROUNDS):  # the law is all but proportional to its loss
-        shape = np.minimum(law_of_loss(log_energy, decrement, exponent) / decrement, LARGEST_SHAPE)
-        line = losses.line(shape, restricted=False)
-        decrement = max(line.decrement, SMALLEST_LOSS)
+def _law_line(losses: Losses, log_energy: Array, g: float) -> tuple[float, float, float]:
+    """Return the loss at the energy of logarithm 0 of a law, its standard error, and ln of the likelihood.
+
+    Newton's steps start from the law that has the mean loss at the mean energy.
+    """
+    mean = np.array([max(float(losses.decrement.mean()), SMALLEST_LOSS)])
+    decrement = min(float(law_of_loss(-log_energy.mean(keepdims=True), mean[0], g)[0]), LARGEST_LOSS)
+    for _ in range(LAW_ROUNDS):
+        loss, slope = _law_and_slope(log_energy, decrement, g)
+        stops = loss > LARGEST_SHAPE * decrement
+        loss = np.where(stops, LARGEST_SHAPE * decrement, loss)
+        slope = np.where(stops, LARGEST_SHAPE, slope)
+        line = losses.line(slope, restricted=False, apart=loss - slope * decrement)
+        before, decrement = decrement, min(max(line.decrement, SMALLEST_LOSS), LARGEST_LOSS)
+        if abs(decrement - before) < CONVERGED * before:
+            break
     return decrement, line.standard_error, line.log_likelihood
 
 
 def exponent_of(losses: Losses, log_energy: Array) -> tuple[float, tuple[float, float]]:
-    """Return gamma of a loss proportional to V^gamma by maximum likelihood, and its interval by the likelihood.
+    """Return g of the law of loss by maximum likelihood, and its interval by the likelihood.
 
-    An end of the interval is NaN where it is not determined.
+    A loss in proportion to a power of the energy would have another exponent: the law's loss grows faster than E^-g as
+    the motion fades. An end of the interval is NaN where it is not determined.
     """
     centred = log_energy - log_energy.mean()
 
-    def likelihood(gamma: float) -> float:
-        return losses.line(np.exp(gamma * centred), restricted=False).log_likelihood
+    def likelihood(g: float) -> float:
+        return _law_line(losses, centred, g)[2]
 
-    rough = EXPONENTS[int(np.argmax([likelihood(gamma) for gamma in EXPONENTS]))]
+    rough = EXPONENTS[int(np.argmax([likelihood(g) for g in EXPONENTS]))]
     around = np.clip([rough - SPACING, rough + SPACING], EXPONENTS[0], EXPONENTS[-1])
-    found = minimize_scalar(lambda gamma: -likelihood(gamma), bounds=around, method="bounded", options={"xatol": 1e-5})
+    found = minimize_scalar(lambda g: -likelihood(g), bounds=around, method="bounded", options={"xatol": 1e-5})
     best, least = float(found.x), -float(found.fun) - losses.threshold
 
     def end(beyond: list[float]) -> float:
         inside = best
-        for gamma in beyond:
-            if likelihood(gamma) < least:
-                return float(brentq(lambda between: likelihood(between) - least, inside, gamma, xtol=1e-5))
-            inside = gamma
+        for g in beyond:
+            if likelihood(g) < least:
+                return float(brentq(lambda between: likelihood(between) - least, inside, g, xtol=1e-5))
+            inside = g
         return np.nan
 
     below, above = (EXPONENTS[side].tolist() for side in (EXPONENTS < best, EXPONENTS > best))

@@ -357,8 +357,8 @@ def _impacts(axes: Axes, fitted: xr.Dataset) -> None:
     axes.margins(x=0.04)
     axes.set_xlabel(f"peak before the impact, {DISPLACEMENT}")
     axes.set_ylabel("$e$ [-]")
-    gamma = " to ".join(number(bound, 2) for bound in fitted["amplitude_exponent_interval"].values)
-    axes.set_title(f"(c) $e$ = {_with_error(fitted, 'restitution')}, $\\gamma$ = {gamma}")
+    g = " to ".join(number(bound, 2) for bound in fitted["loss_exponent_interval"].values)
+    axes.set_title(f"(c) $e$ = {_with_error(fitted, 'restitution')}, $g$ = {g}")
     axes.legend(loc="best", ncols=2, fontsize=7)
 
 

@@ -46,7 +46,7 @@ def calibrate_free_rocking(
     least_peak: float | None = None,
     uncertain: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
-    r"""Fit a1, b1 and e to free-rocking tests of one specimen, and the exponent of the amplitude in its losses.
+    r"""Fit a1, b1 and e to free-rocking tests of one specimen, and the exponent g of its losses.
 
     Between impacts the wall moves freely, in closed form. Least squares fit this motion to each whole decay, with an
     amplitude for each half cycle, a1, b1, and the sensor's zero and drift. The energies of two peaks give the loss of
@@ -73,7 +73,7 @@ def calibrate_free_rocking(
     -------
     xarray.Dataset
         ``estimate``, ``standard_error`` and ``interval`` (parameter); ``impact_restitution`` with its interval
-        (impact); peaks and half periods (half_cycle); ``amplitude_exponent`` with its interval, and how well each
+        (impact); peaks and half periods (half_cycle); ``loss_exponent`` g with its interval, and how well each
         damper explains the losses (damping_model); the measured and the fitted displacement (sample).
 
     Raises
@@ -264,7 +264,7 @@ def _derived(solution: Solution) -> tuple[Array, Array]:
 
 
 def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float, rocking: Array) -> dict[str, object]:
-    """Return the exponent of the energy in the losses, and what each damper would show on this curve."""
+    """Return g of the law of loss, and what each damper would show on this curve."""
     log_energy = np.log(curve.energy(before))
     middle = curve.amplitude(e * curve.energy(before))  # of a half cycle: a damper's loss there is that of second order
     exponent, interval = exponent_of(losses, log_energy)
@@ -275,12 +275,12 @@ def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float, r
         if model != REFERENCE and not Damping(model, 1.0).amplitude_independent:
             shape = 1 / equivalence_factor(curve, Damping(model, 1.0), middle)
         line = losses.line(shape / shape.mean(), restricted=False)
-        expected.append(float(np.polyfit(log_energy, np.log(shape), 1)[0]))
+        expected.append(-float(np.polyfit(log_energy, np.log(shape), 1)[0]))
         likelihoods.append(line.log_likelihood)
         restitution[index, rocking] = np.exp(-line.decrement * shape / shape.mean())
     return {
-        "amplitude_exponent": exponent,
-        "amplitude_exponent_interval": ("bound", np.array(interval)),
+        "loss_exponent": exponent,
+        "loss_exponent_interval": ("bound", np.array(interval)),
         "expected_exponent": ("damping_model", np.array(expected)),
         "expected_restitution": (("damping_model", "impact"), restitution),
         "relative_log_likelihood": ("damping_model", np.array(likelihoods) - max(likelihoods)),

@@ -57,7 +57,7 @@ class RecordFit:
     trend_degree: int = 1  # of the polynomial that the sensor shows beside the displacement
 
     @classmethod
-    def of(
+    def from_record(
         cls,
         record: Record,
         wall: Wall | Parapet,

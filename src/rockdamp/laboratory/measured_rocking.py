@@ -191,7 +191,7 @@ class _Study:
                 last = fit(trials, predict, start=last)
                 values[row, column] = last.log_likelihood
                 if impacts == s.shown_impacts:
-                    expansions.append(Expansion.of(trials, predict, last))
+                    expansions.append(Expansion.about(trials, predict, last))
             found.append(profile(tried, values[row]))
         random = np.random.RandomState(s.bootstrap.seed)
         replicates = []
@@ -258,7 +258,7 @@ class _Study:
         impacts = self.settings.shown_impacts
         trials = self.shown
         free = fit(trials, by_impact, shape=[(0.0, -2.0, 2.0, 0.1)] * (impacts - 1), start=fits[REFERENCE])
-        deviation = Expansion.of(trials, by_impact, free).covariance
+        deviation = Expansion.about(trials, by_impact, free).covariance
         last = -np.ones(impacts - 1)  # the last impact's logarithm is less the sum of the others
         change = np.vstack([np.eye(impacts - 1), last])
         size = NORMAL_90 * np.sqrt(np.diag(change @ deviation[-(impacts - 1) :, -(impacts - 1) :] @ change.T))
@@ -337,7 +337,7 @@ class _Study:
     def held_out(self, fitted: TrialsFit) -> xr.Dataset:
         """Return how often the interval of the first ratio holds where geometries are held out, over all choices."""
         impacts, trials = self.settings.shown_impacts, self.shown
-        expansion = Expansion.of(trials, _fixed(partial(power_law, exponent=0.0, impacts=impacts)), fitted)
+        expansion = Expansion.about(trials, _fixed(partial(power_law, exponent=0.0, impacts=impacts)), fitted)
         shares = []
         for out in track(list(combinations(range(trials.housner.size), self.settings.held_out)), "held out"):
             left = np.isin(trials.geometry, out)

@@ -117,7 +117,7 @@ def posterior(
     known: Any = {"ultimate_displacement_ratio": a3, "softening": softening, "step": step}
 
     def fits(name: str) -> list[RecordFit]:
-        return [RecordFit.of(one, wall, Candidate.of(name), **known) for one in records]
+        return [RecordFit.from_record(one, wall, Candidate.from_name(name), **known) for one in records]
 
     solutions, misfits = [], []
     for run, fit in enumerate(fits(names[0]), start=1):
@@ -282,7 +282,7 @@ def _evidence(config: LaboratoryConfig, record: Record, model: str) -> Evidence:
     a3, softening = float(test.curve.ultimate_displacement_ratio), test.curve.softening
     known: Any = {"ultimate_displacement_ratio": a3, "softening": softening, "step": section.step}
     try:
-        fit = RecordFit.of(record, test.wall, Candidate.of(model), **known)
+        fit = RecordFit.from_record(record, test.wall, Candidate.from_name(model), **known)
     except InputError:
         return Evidence()
     return evidence_of(fit, Prior(**dict(section.prior)), section.seed)

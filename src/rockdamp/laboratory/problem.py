@@ -70,8 +70,8 @@ class Problem:
         return empty.at(starts[0], nothing, sensor).at_mode(starts).nearest()
 
     @classmethod
-    def of(cls, fit: RecordFit, prior: Prior) -> Problem:
-        """Search the least squares, and do as `about`."""
+    def from_fit(cls, fit: RecordFit, prior: Prior) -> Problem:
+        """Search the least squares, then the mode, and linearise there."""
         return cls.about(fit.solution(), prior)
 
     def _starts(self, solutions: Sequence[Solution]) -> Array:
@@ -109,7 +109,7 @@ class Problem:
 
     @property
     def fit(self) -> RecordFit:
-        """Of the first run, under the measured motion and the noise about which this is."""
+        """Return the first run's fit."""
         return self.runs[0].fit
 
     @property
@@ -128,7 +128,7 @@ class Problem:
         return [0, 1, 2 + run, *range(2 + len(self.runs), count)]
 
     def values(self, points: Array) -> Array:
-        """From points of the unit cube, shape (batch, parameters), to values."""
+        """Return the values of points of the unit cube, shape (batch, parameters)."""
         return self.prior.values(self.names, points)
 
     def response(self, values: Array, run: int = 0) -> tuple[Array, Array]:
@@ -371,7 +371,7 @@ class Problem:
 
 
 def _deviation_and_correlation(residuals: Array) -> tuple[Array, Array]:
-    """Of what a model leaves, shape (batch, samples): the standard deviation, and the correlation of neighbours."""
+    """Return the standard deviation of residuals, shape (batch, samples), and the correlation of neighbours."""
     square = np.einsum("bt,bt->b", residuals, residuals)
     phi = np.clip(np.einsum("bt,bt->b", residuals[:, 1:], residuals[:, :-1]) / square, *CORRELATION)
     return np.sqrt(square / residuals.shape[1]), phi

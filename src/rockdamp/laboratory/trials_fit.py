@@ -167,7 +167,7 @@ class Expansion:
     curvature: Array
 
     @classmethod
-    def of(cls, trials: Trials, predict: Predict, fitted: TrialsFit) -> Expansion:
+    def about(cls, trials: Trials, predict: Predict, fitted: TrialsFit) -> Expansion:
         """Expand about a fit, by central differences at its nodes."""
         search, point = Search(trials, predict, fitted.nodes), fitted.point
         names = (*trials.errors.names, *[""] * fitted.shape.size)

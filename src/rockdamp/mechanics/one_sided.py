@@ -138,8 +138,8 @@ class OneSidedWall(ByValue):
 
     @property
     def load_factor(self) -> Array:
-        """What times the ground acceleration is the dimensionless load, less than 0: u > 0 is away from the stop, and a
-        ground that accelerates towards the stop's side throws the wall off it. [s2 m-1]"""
+        """Factor from the ground acceleration to the dimensionless load, less than 0: u > 0 is away from the stop, and
+        a ground that accelerates towards the stop's side throws the wall off it. [s2 m-1]"""
         return self.mechanism.load_factor
 
     @property

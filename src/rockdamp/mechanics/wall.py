@@ -167,7 +167,7 @@ class _Mechanism(ByValue):
 
     @property
     def load_factor(self) -> Array:
-        """-lambda/(p^2 u_ins): what times the ground acceleration is the dimensionless load. [s2 m-1]"""
+        """-lambda/(p^2 u_ins), the factor from the ground acceleration to the dimensionless load. [s2 m-1]"""
         return -self.excitation_factor / (self.frequency_parameter**2 * self.instability_displacement)
 
     @property
