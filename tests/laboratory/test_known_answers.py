@@ -47,7 +47,7 @@ def test_a_fit_never_sees_the_trials_that_it_is_judged_by(monkeypatch):
         assert values == "its values"
         return np.array([0.04, 0.06, 0.94, 0.96])  # an interval of 90 % reaches from 0.05 to 0.95
 
-    monkeypatch.setattr(stage.Expansion, "of", lambda *_: SimpleNamespace(fit=fitted))
+    monkeypatch.setattr(stage.Expansion, "about", lambda *_: SimpleNamespace(fit=fitted))
     monkeypatch.setattr(stage, "share_below", below)
     monkeypatch.setattr(stage.Trials, "values", lambda *_: "its values")
     study = study_of(np.full((10, 3), 0.9), geometry, np.full(5, 0.05), np.linspace(0.2, 0.5, 5), held_out=2)
