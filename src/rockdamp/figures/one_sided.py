@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
-from rockdamp.figures.mechanism import in_units, length, wall_corners
-from rockdamp.figures.style import GREY, PALE, STOP_COLOUR, new_figure, styled
+from rockdamp.figures.mechanism import wall_corners
+from rockdamp.figures.style import GREY, PALE, STOP_COLOUR, in_units, length, new_figure, styled
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall, height_of_u
 from rockdamp.mechanics.wall import Wall
