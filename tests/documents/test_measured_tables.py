@@ -158,7 +158,7 @@ def test_writing_a_page_again_changes_nothing_but_the_tables(made_up):
         assert measured_tables.written(once, made_up) == once
 
 
-@pytest.mark.parametrize("name", ["random_tests", "mutations"])
+@pytest.mark.parametrize("name", ["random_tests", "mutations", "forms", "free_rocking"])
 def test_tables_of_kept_files_hold_their_numbers(name):
     assert SHOWN[name] == measured_tables.TABLES[name]({})
 

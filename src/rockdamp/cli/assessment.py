@@ -27,6 +27,7 @@ from rockdamp.cli.options import (
     CURVE,
     ONE_SIDED,
     RESTITUTION,
+    RESTITUTION_MEANT,
     WALL,
     all_of,
     column_option,
@@ -59,7 +60,7 @@ from rockdamp.cli.supports import (
     without_ties,
 )
 from rockdamp.units import printed
-from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES, STANDARD_GRAVITY
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -116,8 +117,7 @@ modelling_option = with_default(
 @click.option(
     "--restitution",
     type=RESTITUTION,
-    help=f"Restitution e of releases from {RELEASES}, or a rule for it; one of 0.1 u_ins is unsafe by some"
-    f" {100 * SMALL_RELEASE_OVERSTATES:.0f} %.  [default: measured, 0.90 of Eq. (7)]",
+    help=f"{RESTITUTION_MEANT}, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
 )
 @loss_options
 @walls_option
