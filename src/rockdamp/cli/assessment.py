@@ -183,7 +183,7 @@ def assess_command(
     mechanism = one_sided.mechanism if one_sided else wall
     if loss.get("exponent") and report is not None:
         raise click.UsageError("--report has no page of a loss with an exponent; --plot, --output and --json are there")
-    placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
+    placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet, of_row), wall, run)
     answer, motions = placed.answer, placed.motions
     if one_sided:
         from rockdamp.assessment.collapses import both_ways
