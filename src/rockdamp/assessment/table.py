@@ -44,11 +44,11 @@ SIZES = (
     "overburden_mass",
 )
 DIAPHRAGM = ("diaphragm_period", "diaphragm_damping")
-TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height")
+TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height", "tie_rupture")
 ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "a3", "softening", "preset")
 COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy", *DIAPHRAGM, *ONE_SIDED)
-LENGTHS = ("thickness", "height", "width", "eccentricity", "tie_gap", "tie_height")
+LENGTHS = ("thickness", "height", "width", "eccentricity", *TIE[2:])
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
 REMARK, WORKBOOKS = "#", (".xlsx", ".xls", ".parquet")
 EXAMPLE = "id,thickness,height,overburden_ratio,preset"
@@ -257,8 +257,8 @@ def _one_sided(filled: Mapping[str, str], wall: Wall | Parapet) -> Wall | Parape
         if name not in filled:
             raise InputError(f"{name} is empty; a tie must have a stiffness and a strength")
     stiffness, strength = (_of_ties(name, filled[name], unit) for name, unit in zip(TIE, ("N m-1", "N"), strict=False))
-    gap, height = (_size(name, filled[name]) if name in filled else None for name in TIE[2:])
-    return OneSidedWall(wall, tie_of(wall, stiffness, strength, gap or 0.0, height))
+    lengths = (_size(name, filled[name]) if name in filled else None for name in TIE[2:])
+    return OneSidedWall(wall, tie_of(wall, stiffness, strength, *lengths))
 
 
 def _of_ties(name: str, text: str, unit: str) -> tuple[float, bool]:

@@ -12,6 +12,7 @@ import click
 
 from rockdamp.cli.command import (
     NUMBER,
+    SHARE,
     Command,
     OutputFile,
     command_line,
@@ -52,8 +53,10 @@ from rockdamp.cli.supports import (
     ground_of,
     make_buildings,
     make_diaphragm,
+    needed_ties,
     place,
     print_checks,
+    require_ties,
     show_one_sided,
     top_record_option,
     without_ties,
@@ -112,6 +115,11 @@ modelling_option = with_default(
 )
 @wall_options(required=False)
 @one_sided_options
+@click.option(
+    "--tie-target",
+    type=SHARE,
+    help="Search how strong the ties must be so that the probability of collapse is at most this, as 10%.",
+)
 @curve_options
 @click.option(
     "--restitution",
@@ -167,6 +175,7 @@ def assess_command(
     of_walls, of_records = columns_of_both(options["columns"])
     wall, curve, e, reason, of_row = _wall(walls, identifier, of_walls, options)
     buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
+    require_ties(wall, options["tie_target"], pgv or pga or [])
     from rockdamp.assessment.assess import assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.equivalence.programs import frequencies, stop_damper, typed_in
@@ -189,6 +198,7 @@ def assess_command(
         from rockdamp.assessment.collapses import both_ways
 
         motions = both_ways(motions)
+    needed = needed_ties(one_sided, curve, answer, motions, options["tie_target"]) if one_sided else None
     checked = checks(answer, wall, motions, capacity)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
@@ -234,12 +244,12 @@ def assess_command(
             "joint_offset": placed.joint_offset,
             "checks": [check_values(each) for each in checked],
         }
-        also = {"stop": stop, "without_tie": bare} if one_sided else {}
+        also = {"stop": stop, "without_tie": bare, "needed_tie": needed} if one_sided else {}
         print_json(values(answer, mechanism, typed, constants) | where | also)
     else:
         show(answer, mechanism, units)
         if one_sided:
-            show_one_sided(one_sided, stop, bare, answer, units)
+            show_one_sided(one_sided, stop, bare, needed, answer, units)
         else:
             show_damping(typed, constants, taken, units)
             if loss_law(answer):

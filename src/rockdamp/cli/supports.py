@@ -12,6 +12,7 @@ import click
 from rockdamp import units
 from rockdamp.cli.command import SHARE, Read, Whole, print_table, quantities, quantity
 from rockdamp.cli.options import all_of, refuse_unused, with_default
+from rockdamp.errors import require
 from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -321,10 +322,37 @@ def without_ties(
     }
 
 
+def require_ties(wall: Any, target: float | None, intensities: Sequence[float]) -> None:
+    """Raise `click.UsageError` for a target that there are no ties for, or more than one intensity."""
+    if target is None:
+        return
+    if getattr(wall, "tie", None) is None:
+        raise click.UsageError("--tie-target must be given with --one-sided and ties, whose strength is searched for")
+    require(0 < target < 1, "--tie-target", target, "between 0 and 1, both excluded")
+    if len(intensities) > 1:
+        raise click.UsageError("--tie-target is of one intensity; there must be one, of --pgv or --pga")
+
+
+def needed_ties(
+    wall: OneSidedWall, curve: TrilinearCurve, answer: xr.Dataset, motions: Any, target: float | None
+) -> dict[str, float] | None:
+    """Return how strong the ties must be for a target, what they leave, their stretch [m]; None without a target."""
+    if target is None:
+        return None
+    from rockdamp.assessment.collapses import needed_tie
+
+    measure = answer.attrs["intensity_measure"].lower()
+    options: dict[str, Any] = {measure: float(answer[measure][0]), "tail": float(answer["tail"])}
+    found = needed_tie(wall, curve, motions, target=target, restitution=float(answer["restitution"]), **options)
+    shown = {"tie_strength": found.strength, "collapse_probability": found.probability, "tie_stretch": found.stretch}
+    return {"target": target, **shown}
+
+
 def show_one_sided(
     wall: OneSidedWall,
     values: Mapping[str, float],
     bare: Mapping[str, Any] | None,
+    needed: Mapping[str, float] | None,
     answer: xr.Dataset,
     system: str = "si",
 ) -> None:
@@ -346,6 +374,15 @@ def show_one_sided(
             f"without the ties: {without}"
             + ("" if median is None else f", median {measure} {in_unit(measure, median, system)}")
             + f"; with them as above, of {_with_unit(float(wall.tie.strength) / 1000, 'kN', system)}"
+        )
+    if needed is not None:
+        strength = _with_unit(needed["tie_strength"] / 1000, "kN", system)
+        stretch = _with_unit(1000 * needed["tie_stretch"], "mm", system)
+        leave = f"leave {needed['collapse_probability']:.0%}"
+        ties = f"ties of {strength} in all, stiff in proportion, {leave} and are stretched by up to {stretch}"
+        click.echo(
+            f"for a probability of collapse of at most {100 * needed['target']:g}%: "
+            + (ties if needed["tie_strength"] else f"no ties {leave}")
         )
     click.echo(
         "in a program of your own, at the stop and where u is measured: a spring of "

@@ -206,8 +206,9 @@ def tie_of(
     wall: Wall | Parapet,
     stiffness: tuple[float, bool],
     strength: tuple[float, bool],
-    gap: float = 0.0,
+    gap: float | None = None,
     height: float | None = None,
+    rupture: float | None = None,
 ) -> Tie:
     """Return the tie of one wall, from a stiffness and a strength of which each says whether it is per metre of wall.
 
@@ -216,16 +217,19 @@ def tie_of(
     wall : Wall or Parapet
     stiffness, strength : tuple of float and bool
         [N m-1] or [N m-2] per metre, and [N] or [N m-1] per metre.
-    gap : float
-        [m]
+    gap : float, optional
+        None by default. [m]
     height : float, optional
         Of the tie over the base; by default where u is measured. [m]
+    rupture : float, optional
+        Stretch at which it breaks; by default it does not. [m]
     """
     level = float(height_of_u(wall))
     height = level if height is None else height
     require(0 < height <= level, "tie height", height, f"greater than 0 and at most {level:g} m, where u is measured")
     in_all = [value * (float(wall.width) if by_metre else 1.0) for value, by_metre in (stiffness, strength)]
-    return Tie(stiffness=in_all[0], strength=in_all[1], gap=gap, height_ratio=height / level)
+    breaks = RIGID if rupture is None else rupture
+    return Tie(*in_all, gap=gap or 0.0, rupture=breaks, height_ratio=height / level)
 
 
 def height_of_u(wall: Wall | Parapet) -> Array:
