@@ -12,7 +12,6 @@ import click
 
 from rockdamp.cli.command import (
     NUMBER,
-    SHARE,
     Command,
     OutputFile,
     command_line,
@@ -58,6 +57,7 @@ from rockdamp.cli.supports import (
     print_checks,
     require_ties,
     show_one_sided,
+    tie_target_option,
     top_record_option,
     without_ties,
 )
@@ -115,11 +115,7 @@ modelling_option = with_default(
 )
 @wall_options(required=False)
 @one_sided_options
-@click.option(
-    "--tie-target",
-    type=SHARE,
-    help="Search how strong the ties must be so that the probability of collapse is at most this, as 10%.",
-)
+@tie_target_option
 @curve_options
 @click.option(
     "--restitution",

@@ -12,7 +12,6 @@ import click
 from rockdamp import units
 from rockdamp.cli.command import SHARE, Read, Whole, print_table, quantities, quantity
 from rockdamp.cli.options import all_of, refuse_unused, with_default
-from rockdamp.errors import require
 from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -62,6 +61,11 @@ top_record_option = click.option(
     multiple=True,
     metavar="NAMES",
     help="Records measured at the top of the wall, where those named are of its base; as many, in their order.",
+)
+tie_target_option = click.option(
+    "--tie-target",
+    type=SHARE,
+    help="Search how strong the ties must be so that the probability of collapse is at most this, as 10%.",
 )
 capacity_option = click.option(
     "--capacity", type=SHARE, help="Displacement capacity of the check, over u_ins.  [default: 0.4]"
@@ -328,6 +332,8 @@ def require_ties(wall: Any, target: float | None, intensities: Sequence[float]) 
         return
     if getattr(wall, "tie", None) is None:
         raise click.UsageError("--tie-target must be given with --one-sided and ties, whose strength is searched for")
+    from rockdamp.errors import require
+
     require(0 < target < 1, "--tie-target", target, "between 0 and 1, both excluded")
     if len(intensities) > 1:
         raise click.UsageError("--tie-target is of one intensity; there must be one, of --pgv or --pga")

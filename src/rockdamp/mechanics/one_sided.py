@@ -227,9 +227,8 @@ def tie_of(
     level = float(height_of_u(wall))
     height = level if height is None else height
     require(0 < height <= level, "tie height", height, f"greater than 0 and at most {level:g} m, where u is measured")
-    in_all = [value * (float(wall.width) if by_metre else 1.0) for value, by_metre in (stiffness, strength)]
-    breaks = RIGID if rupture is None else rupture
-    return Tie(*in_all, gap=gap or 0.0, rupture=breaks, height_ratio=height / level)
+    k, force = (value * (float(wall.width) if by_metre else 1.0) for value, by_metre in (stiffness, strength))
+    return Tie(k, force, gap=gap or 0.0, rupture=RIGID if rupture is None else rupture, height_ratio=height / level)
 
 
 def height_of_u(wall: Wall | Parapet) -> Array:
