@@ -25,6 +25,7 @@ LEAST_RESTITUTION = 1e-3  # that a stop with a damper can have
 RIGID = np.inf
 
 
+# ASSUME: all ties of a wall are one, which never slips; without `rupture` it does not break.
 @dataclass(frozen=True, eq=False)
 class Tie(ByValue):
     """A tie that holds a wall back: tension only, elastic-plastic, and the stretch by which it yielded stays.
@@ -81,6 +82,7 @@ class Tie(ByValue):
         return np.asarray(self.strength / self.stiffness)
 
 
+# ASSUME: the stop moves as the base does, and beyond u3 the wall has collapsed whatever a tie would still hold.
 @dataclass(frozen=True, eq=False)
 class OneSidedWall(ByValue):
     """A wall that rocks to one side, away from a stop: a block about its base corner, or one with a hinge.
