@@ -1,5 +1,6 @@
 """Walls that rock to one side at the command line."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -36,6 +37,8 @@ def test_assess_prints_both_ways_and_what_the_ties_change():
     assert "share of 8 histories that collapse the wall" in text and "records that" not in text
     assert "without the ties: probability of collapse" in text
     assert "ECD" not in text
+    assert re.search(r"the ties are stretched by up to \d+ mm; they never break", text)
+    assert "stretched by up to 3 mm and break" in run("assess", *WALL, *TIES, "--tie-rupture", "3mm", *RECORDS).output
 
 
 def test_assess_searches_the_strength_of_the_ties_for_a_target():

@@ -23,6 +23,8 @@ def test_the_front_has_the_probabilities_that_the_page_shows(tree):
     for line in ("without the ties: probability of collapse", "probability of collapse at 0.35 g:"):
         said, found = (float(PER_CENT.search(text[text.index(line) :])[1]) for text in (with_, printed))
         assert found == pytest.approx(said, abs=3)
+    stretch = re.compile(r"stretched by up to (\d+) mm; they never break")
+    assert float(stretch.search(printed)[1]) == pytest.approx(float(stretch.search(with_)[1]), rel=0.15)
     assert (tree.place / "front.png").is_file() and (tree.place / "history.png").is_file()
     page = Page((tree.place / "front.html").read_text(encoding="utf-8"))
     shown = words(page.all("body")[0]["text"].replace("\xa0", " "))

@@ -376,8 +376,8 @@ def needed_tie(
         middle = 0.5 * (low + high)
         low, high = (low, middle) if enough(middle) else (middle, high)
     left, peak = run(high)
-    stretch = float(tie.height_ratio * wall.instability_displacement) * peak - float(tie.gap)
-    return NeededTie(high, left, without, float(np.clip(stretch, 0.0, tie.rupture)), tuple(tried))
+    stretch = float(tie.stretch(peak * wall.instability_displacement))
+    return NeededTie(high, left, without, stretch, tuple(tried))
 
 
 def _stronger(tie: Tie, strength: float) -> Tie:

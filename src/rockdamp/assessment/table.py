@@ -380,7 +380,8 @@ def by_rule(wall: Rocking | OneSidedWall, rule: str = DEFAULT_RULE) -> tuple[Arr
         raise InputError(f"restitution (e) is {rule!r}; it must be a number, or one of {', '.join(RULES)}")
     if isinstance(wall, OneSidedWall):
         if isinstance(wall.mechanism, Wall):
-            raise InputError(f"restitution (e) is {rule!r}; a wall with a hinge has no rule against a stop: a number")
+            allowed = "a number: a wall with a hinge has no rule against a stop"
+            raise InputError(f"restitution (e) is {rule!r}; it must be {allowed}")
         return wall.restitution_rigid, SORRENTINO
     if isinstance(wall, Parapet):
         return wall.restitution_rigid, HOUSNER

@@ -381,6 +381,12 @@ def show_one_sided(
             + ("" if median is None else f", median {measure} {in_unit(measure, median, system)}")
             + f"; with them as above, of {_with_unit(float(wall.tie.strength) / 1000, 'kN', system)}"
         )
+        largest = float(answer["peak"].sel(damping_model=REFERENCE).max()) * float(wall.instability_displacement)
+        if isfinite(largest):
+            reached, rupture = float(wall.tie.stretch(largest)), float(wall.tie.rupture)
+            what = f"are stretched by up to {_with_unit(1000 * reached, 'mm', system)}"
+            end = "; they never break, unless --tie-rupture says so" if not isfinite(rupture) else ""
+            click.echo(f"where the wall survives, the ties {what}{' and break' if reached == rupture else end}")
     if needed is not None:
         strength = _with_unit(needed["tie_strength"] / 1000, "kN", system)
         stretch = _with_unit(1000 * needed["tie_stretch"], "mm", system)

@@ -81,6 +81,16 @@ class Tie(ByValue):
         """Stretch at which the tie yields. [m]"""
         return np.asarray(self.strength / self.stiffness)
 
+    def stretch(self, displacement: ArrayLike) -> Array:
+        """Return the stretch where the wall is displaced by u, at most that at which the tie breaks. [m]
+
+        Parameters
+        ----------
+        displacement : float or ndarray
+            u. [m]
+        """
+        return np.clip(self.height_ratio * np.asarray(displacement) - self.gap, 0.0, self.rupture)
+
 
 # ASSUME: the stop moves as the base does, and beyond u3 the wall has collapsed whatever a tie would still hold.
 @dataclass(frozen=True, eq=False)
