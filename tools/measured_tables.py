@@ -17,7 +17,7 @@ import xarray as xr
 from assumption_tables import assumed
 from identification_tables import coverage, free_rocking, random_tests, slips, support
 from mutate_sample import summary
-from one_sided_tables import one_sided, one_sided_steps, shipped, two_sided
+from one_sided_tables import one_sided, one_sided_collapse, one_sided_steps, shipped, two_sided
 from order_tables import by_band, forms, orders
 from rocking_tables import (
     rocking,
@@ -383,6 +383,7 @@ _LAST = (
     spectrum_method,
     code_checks,
     one_sided,
+    one_sided_collapse,
     one_sided_steps,
     two_sided,
     verdicts,

@@ -44,11 +44,11 @@ SIZES = (
     "overburden_mass",
 )
 DIAPHRAGM = ("diaphragm_period", "diaphragm_damping")
-TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height")
+TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height", "tie_rupture")
 ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "a3", "softening", "preset")
 COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy", *DIAPHRAGM, *ONE_SIDED)
-LENGTHS = ("thickness", "height", "width", "eccentricity", "tie_gap", "tie_height")
+LENGTHS = ("thickness", "height", "width", "eccentricity", *TIE[2:])
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
 REMARK, WORKBOOKS = "#", (".xlsx", ".xls", ".parquet")
 EXAMPLE = "id,thickness,height,overburden_ratio,preset"
@@ -257,8 +257,8 @@ def _one_sided(filled: Mapping[str, str], wall: Wall | Parapet) -> Wall | Parape
         if name not in filled:
             raise InputError(f"{name} is empty; a tie must have a stiffness and a strength")
     stiffness, strength = (_of_ties(name, filled[name], unit) for name, unit in zip(TIE, ("N m-1", "N"), strict=False))
-    gap, height = (_size(name, filled[name]) if name in filled else None for name in TIE[2:])
-    return OneSidedWall(wall, tie_of(wall, stiffness, strength, gap or 0.0, height))
+    lengths = (_size(name, filled[name]) if name in filled else None for name in TIE[2:])
+    return OneSidedWall(wall, tie_of(wall, stiffness, strength, *lengths))
 
 
 def _of_ties(name: str, text: str, unit: str) -> tuple[float, bool]:
@@ -380,7 +380,8 @@ def by_rule(wall: Rocking | OneSidedWall, rule: str = DEFAULT_RULE) -> tuple[Arr
         raise InputError(f"restitution (e) is {rule!r}; it must be a number, or one of {', '.join(RULES)}")
     if isinstance(wall, OneSidedWall):
         if isinstance(wall.mechanism, Wall):
-            raise InputError(f"restitution (e) is {rule!r}; a wall with a hinge has no rule against a stop: a number")
+            allowed = "a number: a wall with a hinge has no rule against a stop"
+            raise InputError(f"restitution (e) is {rule!r}; it must be {allowed}")
         return wall.restitution_rigid, SORRENTINO
     if isinstance(wall, Parapet):
         return wall.restitution_rigid, HOUSNER

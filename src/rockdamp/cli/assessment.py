@@ -53,9 +53,12 @@ from rockdamp.cli.supports import (
     ground_of,
     make_buildings,
     make_diaphragm,
+    needed_ties,
     place,
     print_checks,
+    require_ties,
     show_one_sided,
+    tie_target_option,
     top_record_option,
     without_ties,
 )
@@ -113,6 +116,7 @@ modelling_option = with_default(
 )
 @wall_options(required=False)
 @one_sided_options
+@tie_target_option
 @curve_options
 @click.option(
     "--restitution",
@@ -167,6 +171,7 @@ def assess_command(
     of_walls, of_records = columns_of_both(options["columns"])
     wall, curve, e, reason, of_row = _wall(walls, identifier, of_walls, options)
     buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
+    require_ties(wall, options["tie_target"], pgv or pga or [])
     from rockdamp.assessment.assess import assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.equivalence.programs import frequencies, stop_damper, typed_in
@@ -189,6 +194,7 @@ def assess_command(
         from rockdamp.assessment.collapses import both_ways
 
         motions = both_ways(motions)
+    needed = needed_ties(one_sided, curve, answer, motions, options["tie_target"]) if one_sided else None
     checked = checks(answer, wall, motions, capacity)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
@@ -234,12 +240,12 @@ def assess_command(
             "joint_offset": placed.joint_offset,
             "checks": [check_values(each) for each in checked],
         }
-        also = {"stop": stop, "without_tie": bare} if one_sided else {}
+        also = {"stop": stop, "without_tie": bare, "needed_tie": needed} if one_sided else {}
         print_json(values(answer, mechanism, typed, constants) | where | also)
     else:
         show(answer, mechanism, units)
         if one_sided:
-            show_one_sided(one_sided, stop, bare, answer, units)
+            show_one_sided(one_sided, stop, bare, needed, answer, units)
         else:
             show_damping(typed, constants, taken, units)
             if loss_law(answer):
