@@ -189,7 +189,7 @@ def assess_command(
         from rockdamp.assessment.collapses import both_ways
 
         motions = both_ways(motions)
-    checked = checks(answer, wall, motions, capacity)
+    checked = checks(answer, wall, curve, motions, capacity)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
     if reason:
