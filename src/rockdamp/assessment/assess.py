@@ -388,8 +388,7 @@ def below_onset(answer: xr.Dataset, measure: str, intensity: float) -> list[str]
     still = strongest < onset
     if not still.any():
         return []
-    do = "does" if still.sum() == 1 else "do"
-    several = f"{still.sum()} of {still.size} walls {do} not rock: the easiest of them"
+    several = f"its load stays below the strength of {still.sum()} of {still.size} walls: the easiest of them"
     walls = several if still.size > 1 else "the wall"
     return plausibility.of_level(strongest[still].max(), onset[still].min(), measure, intensity, walls)
 

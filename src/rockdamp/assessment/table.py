@@ -50,7 +50,8 @@ CURVE = ("a1", "b1", "a3", "softening", "preset")
 COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy", *DIAPHRAGM, *ONE_SIDED)
 LENGTHS = ("thickness", "height", "width", "eccentricity", *TIE[2:])
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
-REMARK, WORKBOOKS = "#", (".xlsx", ".xls", ".parquet")
+REMARK = "#"
+WORKBOOKS = {".xlsx": "openpyxl", ".xls": "xlrd", ".parquet": "pyarrow"}  # and the package by which pandas reads each
 EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 
 
@@ -158,8 +159,9 @@ def _text(path: Path) -> str:
     try:
         read = pd.read_parquet if path.suffix.lower() == ".parquet" else pd.read_excel
         return str(read(book).to_csv(index=False))
-    except ImportError as error:
-        raise InputError(f"{path}: {error}; it must be saved as CSV, or what reads it installed") from None
+    except ImportError:
+        package = WORKBOOKS[path.suffix.lower()]
+        raise InputError(f"{path}: needs {package}; it must be saved as CSV, or: pip install {package}") from None
     except (ValueError, KeyError) as error:
         raise InputError(f"{path}: {error}; it must be a table of walls, as a workbook or as CSV") from None
 

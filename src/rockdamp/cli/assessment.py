@@ -195,7 +195,7 @@ def assess_command(
 
         motions = both_ways(motions)
     needed = needed_ties(one_sided, curve, answer, motions, options["tie_target"]) if one_sided else None
-    checked = checks(answer, wall, motions, capacity)
+    checked = checks(answer, wall, curve, motions, capacity)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
     if reason:

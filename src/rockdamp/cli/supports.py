@@ -289,7 +289,7 @@ def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") ->
         if isfinite(check.margin):
             click.echo(f"  margin: the median {measure} of collapse is {check.margin:.3g} times this")
         shaken, onset = (value / STANDARD_GRAVITY for value in (check.support_acceleration, check.rocking_onset))
-        verdict = "it rocks" if check.rocks else "it does not rock"
+        verdict = check.rocking_in_words(int(answer["records"]))
         click.echo(f"  force: supports peak at {shaken:.3g} g (median), rocking starts at {onset:.3g} g: {verdict}")
         for name, peak, met in (
             ("median", check.median_peak, check.median_met),
