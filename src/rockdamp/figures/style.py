@@ -23,7 +23,7 @@ from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 STYLE = Path(__file__).with_name("paper.mplstyle")
 SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
 # The paper's reference case, nearest to which a figure or its caption shows one e, u0/u_ins or a1.
-REFERENCE_RESTITUTION, REFERENCE_AMPLITUDE, REFERENCE_CRACKED_STIFFNESS = 0.85, 0.5, 0.04
+REFERENCE_RESTITUTION, REFERENCE_AMPLITUDE, REFERENCE_A1 = 0.85, 0.5, 0.04
 INCH = 25.4  # [mm]
 Colour = tuple[float, float, float]
 

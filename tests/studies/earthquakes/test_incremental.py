@@ -183,7 +183,7 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     found = intensity_measures(motion.record)
     factor = one["scale_factor"].values[scale : scale + 1]
     lengths = {"strong_end": found.strong_end, "step": settings.step, "tail": settings.tail}
-    case = incremental.Case.of(wall, curve, motion.record, factor, **lengths)
+    case = incremental.Case.from_record(wall, curve, motion.record, factor, **lengths)
     dampers = Damping.cr(np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
     run = case.forcing.newmark(case.substeps)
     cr, damped = (solve(curve, damper, store_every=1, **run).displacement.ravel() for damper in dampers)

@@ -27,7 +27,7 @@ from rockdamp.assessment.assess import REPLICATES
 from rockdamp.assessment.checks import TIE_STRENGTH, Check, Moved, sensitivity
 from rockdamp.assessment.collapses import STRIPES, TURNED, UNITS, side_by_side
 from rockdamp.assessment.table import RULE_WEIGHTS
-from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, stop_damper, stop_errors, typed_in
+from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, program_inputs, stop_damper, stop_errors
 from rockdamp.figures.assessment import fragility_figure
 from rockdamp.figures.mechanism import wall_figure
 from rockdamp.figures.one_sided import history_figure, one_sided_wall_figure
@@ -250,7 +250,7 @@ def _losses(subject: Subject) -> dict[str, Any]:
             "tie": tie,
             "stretch": None if tie is None else lambda peak: max(0.0, float(tie.height_ratio) * peak - float(tie.gap)),
         }
-    typed = {row["damping_model"]: row for row in typed_in(wall, subject.curve, e)}
+    typed = {row["damping_model"]: row for row in program_inputs(wall, subject.curve, e)}
     return {
         "stop": None,
         "tie": None,

@@ -165,7 +165,7 @@ def _once(shape: tuple[int, ...]) -> NDArray[np.bool_]:
 def exact_peak(case: xr.Dataset, motion: catalogue.GroundMotion, named: NamedWall, tail: float) -> tuple[float, bool]:
     """Return the peak of one history and whether it collapses; `tail` is the rest after the record. [s]"""
     model, e, ratio = str(case["damping_model"].values), float(case["restitution"]), float(case["damping_ratio"])
-    forcing = Forcing.of(named.wall, motion.record, float(case["scale_factor"]), rest=tail)
+    forcing = Forcing.from_record(named.wall, motion.record, float(case["scale_factor"]), tail=tail)
     return exact_end(named.curve, Damping.from_values(model, restitution=e, damping_ratio=ratio), forcing)
 
 
@@ -200,7 +200,7 @@ def check_population(config: Config, walls: xr.Dataset, chunks: Sequence[xr.Data
         motion = motions[record].record
         factor = intensity[level] / intensity_measures(motion).pgv
         damping = Damping.from_values(models[model], restitution=float(e[i]), damping_ratio=float(ratio[i, model]))
-        forcing = Forcing.of(wall, motion, factor, rest=section.tail)
+        forcing = Forcing.from_record(wall, motion, factor, tail=section.tail)
         of_wall = replace(forcing, sampling=forcing.sampling[i], load_factor=forcing.load_factor[i])
         return exact_end(curve.map(itemgetter(i)), damping, of_wall)
 

@@ -64,7 +64,7 @@ class Case:
     decay: int
 
     @classmethod
-    def of(
+    def from_record(
         cls,
         wall: Wall | Parapet,
         curve: TrilinearCurve,
@@ -76,7 +76,7 @@ class Case:
         tail: float,
     ) -> Case:
         """Scale the record by each of `factor`; its strong motion ends at `strong_end`, the `step` is the finest's."""
-        forcing = Forcing.of(wall, record, factor, rest=tail)
+        forcing = Forcing.from_record(wall, record, factor, tail=tail)
         coarsest = 2**HALVINGS * step / float(curve.initial_frequency)
         decay = int(np.ceil((strong_end - record.elapsed[0]) / record.step))
         return cls(curve, forcing, forcing.substeps(coarsest), decay)
@@ -275,7 +275,7 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     """
     quakes = config.earthquakes
     ratio = np.full((len(quakes.walls), quakes.restitution.size, len(MODELS), len(SOURCES)), np.nan)
-    ratio[:, :, 1:] = _damping_ratios(config, Polynomials.of(equivalence))
+    ratio[:, :, 1:] = _damping_ratios(config, Polynomials.from_dataset(equivalence))
     made = [(named.wall, named.curve) for named in quakes.walls]
     of_wall: dict[str, Any] = {
         name: ("wall", [float(getattr(wall, name)) for wall, _ in made])
@@ -356,7 +356,7 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
     intensity = intensity_measures(motion.record)
     factors = [quakes.velocity_ratio * float(named.wall.velocity_scale) / intensity.pgv for named in quakes.walls]
     cases = [
-        Case.of(
+        Case.from_record(
             named.wall,
             named.curve,
             motion.record,
