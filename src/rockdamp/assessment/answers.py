@@ -36,7 +36,7 @@ COLUMNS = (
     "median_intensity",
     "dispersion",
     "peak_median",
-    "unsettled",
+    "unconverged",
     "median_uncertainty",
     "dispersion_uncertainty",
     "reason",
@@ -47,7 +47,7 @@ BY_INTENSITY = ("collapses", "collapse_probability", "collapse_probability_inter
 # By the rule measured alone: averaged over e, and by the rule impulsive.
 AVERAGED, IMPULSIVE = "averaged_collapse_probability", "collapse_probability_impulsive"
 BY_RULE = (AVERAGED, "averaging_error", IMPULSIVE)
-HALVING = ("unsettled", "median_uncertainty", "dispersion_uncertainty")
+HALVING = ("unconverged", "median_uncertainty", "dispersion_uncertainty")
 WIDEST = 2.0  # of a modelling dispersion
 
 

@@ -448,7 +448,7 @@ def _halving(rows: list[dict[str, Any]]) -> str:
 
     changed = []
     for row in rows:
-        text = f"{counted(int(row['unsettled']), 'outcome')} at the stripes"
+        text = f"{counted(int(row['unconverged']), 'outcome')} at the stripes"
         if row["median_uncertainty"] is not None:
             text += f", the median by {100 * row['median_uncertainty']:.2g} %"
             text += f" and the dispersion by {row['dispersion_uncertainty']:.2g}"

@@ -123,7 +123,7 @@ def test_every_wall_is_shaken_to_the_same_scales(config, study):
 
 def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
     cr = study.sel(damping_model="CR")
-    for name in ("peak", "collapsed", "settled"):
+    for name in ("peak", "collapsed", "converged"):
         assert (cr[name] == cr[name].isel(damping_ratio_source=0)).all()
     missing = np.isnan(study["damping_ratio"]) & (study["damping_model"] != "CR")
     assert missing.any()
@@ -150,13 +150,13 @@ def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_th
         "near": 12,
         "edge": 12,
         "just collapsed": 12,
-        "unsettled": min(12, counts["unsettled"]),
+        "unconverged": min(12, counts["unconverged"]),
     }
     certain = found.sel(stratum=["far", "near", "edge", "just collapsed"])
     assert (certain["otherwise_share"] == 0).all()
     assert (certain["beyond_bound_share"].dropna("stratum") == 0).all()
     assert (certain["median_difference"].dropna("stratum") < 0.002).all()
-    stands = found.isel(history=((found["settled"] == 1) & (found["collapsed"] == 0)).values)
+    stands = found.isel(history=((found["converged"] == 1) & (found["collapsed"] == 0)).values)
     assert stands.sizes["history"] > 20
     assert (stands["peak_uncertainty"] / stands["peak"]).median() < 0.005
 
