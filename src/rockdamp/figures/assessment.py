@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import ndtr
 
-from rockdamp.figures.mechanism import in_units
-from rockdamp.figures.style import GREY, line_of, new_figure, one_two_five, style_of, styled
+from rockdamp.figures.style import GREY, in_units, line_of, new_figure, one_two_five, style_of, styled
 from rockdamp.vocabulary import REFERENCE
 
 UNITS = {"pgv": "m s-1", "pga": "m s-2"}

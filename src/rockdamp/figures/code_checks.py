@@ -57,6 +57,7 @@ def _demands(axes: Axes, study: xr.Dataset) -> None:
     axes.set_xscale("log")
     axes.set_xticks([0.5, 0.7, 1.0, 1.4, 2.0], ["0.5", "0.7", "1", "1.4", "2"])
     axes.minorticks_off()
+    axes.margins(x=0.05)
     axes.set(xlabel="demand by the check over capacity [-]")
 
 

@@ -9,8 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.mechanism import in_units
-from rockdamp.figures.style import DISPLACEMENT, PALE, TAU, line_of, literal, new_figure, scaling, styled
+from rockdamp.figures.style import DISPLACEMENT, PALE, TAU, in_units, line_of, literal, new_figure, scaling, styled
 from rockdamp.figures.validation import MILLIMETRES
 from rockdamp.vocabulary import REFERENCE
 
