@@ -139,19 +139,3 @@ def connect(path: str | os.PathLike[str], advice: str = ADVICE) -> xr.Dataset:
         return xr.open_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as error:
         raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){advice}") from error
-
-
-def listing(folder: str | os.PathLike[str]) -> list[dict[str, Any]]:
-    """Return the datasets below a folder, in order of their names: ``file``, ``title`` and the sizes of ``dimensions``.
-
-    Without a dataset, or where a file cannot be read, it raises `DatasetError`.
-    """
-    datasets = []
-    for path in sorted(Path(folder).rglob("[!.]*.nc")):
-        with connect(path, advice="") as dataset:  # whose it is, is not known
-            sizes = {str(dim): size for dim, size in dataset.sizes.items()}
-            name = path.relative_to(folder).as_posix()
-            datasets.append({"file": name, "title": str(dataset.attrs.get("title", "")), "dimensions": sizes})
-    if not datasets:
-        raise DatasetError(f"{os.fspath(folder)} has no dataset; it must be a folder with NetCDF files in it")
-    return datasets
