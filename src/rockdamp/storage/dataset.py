@@ -130,12 +130,12 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:
             raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){ADVICE}") from error
 
 
-def connect(path: str | os.PathLike[str], advice: str = ADVICE) -> xr.Dataset:
+def connect(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a result without reading its values: each variable is read when it is first used. Raises as `open`."""
     if not Path(path).is_file():  # to open a named pipe would be to wait for who writes to it
         reason = "it is no regular file" if os.path.lexists(path) else "there is no such file"
-        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({reason}){advice}")
+        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({reason}){ADVICE}")
     try:
         return xr.open_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as error:
-        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){advice}") from error
+        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){ADVICE}") from error
