@@ -69,15 +69,13 @@ def dashpot(wall: Wall | Parapet, curve: TrilinearCurve, damping_model: str, dam
     return float(2 * damping_ratio * wall.effective_mass * frequencies(wall, curve)[0])
 
 
-def program_inputs(
-    wall: Wall | Parapet, curve: TrilinearCurve, restitution: float, release: float | None = None
-) -> list[ProgramInput]:
+def program_inputs(wall: Wall | Parapet, curve: TrilinearCurve, restitution: float) -> list[ProgramInput]:
     """Return each viscous damper that stands for a coefficient of restitution, as a program takes it.
 
-    The wall is released from `release`, by default half of a3.
+    The wall is released from half of a3.
     """
     a3 = float(curve.ultimate_displacement_ratio)
-    x0 = 0.5 * a3 if release is None else release
+    x0 = 0.5 * a3
     a1, b1 = float(curve.yield_displacement_ratio), float(curve.strength_ratio)
     matched: dict[str, tuple[float, float | None]] = {}
     try:

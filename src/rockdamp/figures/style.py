@@ -122,6 +122,12 @@ def by_damper(statistics: xr.Dataset, show: Callable[[xr.Dataset], str]) -> str:
     return by_name({model: show(statistics.sel(damping_model=model)) for model in dampers(statistics)})
 
 
+def with_interval(case: xr.Dataset, name: str) -> str:
+    """Write a statistic with its interval, for a caption: "0.96 (0.93 to 0.98)"."""
+    low, high = map(number, case[f"{name}_interval"].values)
+    return f"{number(case[name])} ({low} to {high})"
+
+
 def literal(text: str) -> str:
     """Return a text from outside as it is drawn: a dollar is no formula, and a control character is an escape."""
     return printable(" ".join(text.split())).replace("$", r"\$")
@@ -189,7 +195,7 @@ def in_units(unit: str, system: str) -> tuple[str, float]:
     return re.sub(r"-\d", r"$^{\g<0>}$", name), size
 
 
-def length(metres: float, system: str, digits: int = 3) -> str:
-    """Write a length: as it was given in metres, in feet with some digits."""
+def length(metres: float, system: str) -> str:
+    """Write a length: as it was given in metres, in feet with three digits."""
     unit, size = in_units("m", system)
-    return f"{metres:g} {unit}" if size == 1 else f"{metres / size:.{digits}g} {unit}"
+    return f"{metres:g} {unit}" if size == 1 else f"{metres / size:.3g} {unit}"
