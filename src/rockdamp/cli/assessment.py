@@ -203,7 +203,7 @@ def assess_command(
         }
         write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.assess", **read)
     if options["plot"] is not None:
-        from rockdamp.figures.assessment import fragility_figure
+        from rockdamp.figures.single import fragility_figure
 
         write_figure(fragility_figure(answer), options["plot"])
     if options["nrml"] is not None:
