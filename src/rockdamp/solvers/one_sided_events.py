@@ -373,7 +373,7 @@ def move(w, s, p, slope, stop, times, displacement, velocity, reached, events):
             note(s, events, 1.0)
         cross(w, s, bound, way)
         if w[KC] == np.inf and bound == 0.0 and way < 0 and s[V] <= STILL and s[BRANCH] == FIRST:
-            update_lane(w, s, p + slope * end, events)
+            settle(w, s, p + slope * end, events)
     elif turns:
         s[V] = 0.0  # to the last bit
         note(s, events, 0.0)
@@ -422,7 +422,7 @@ def leap(w, s, table, p, slope, stop):
 
 
 @register_jitable
-def update_lane(w, s, p, events):
+def settle(w, s, p, events):
     """Bring a wall to rest that bounces off with next to no speed while the load presses on it."""
     if s[TIE] != ELASTIC and p <= w[INITIAL] + LIFTING * (1.0 + w[INITIAL]):
         s[X], s[V], s[RESTING] = 0.0, 0.0, 1.0
