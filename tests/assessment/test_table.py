@@ -93,7 +93,7 @@ NAMED = ["id=Wall", "thickness=Thickness [mm]:mm", "density=Density:kN/m3", "ove
 def test_columns_of_any_name_and_unit_make_the_same_wall(mark, table):
     """A spreadsheet's semicolons and decimal commas, and a column of feet and inches; what is not named is left out."""
     text = OTHER.replace(";Storeys", ";Storeys;Height").replace(";2\n", ";2;9ft 10.5in\n").replace(";1\n", ";1;3\n")
-    columns = dict(Column.of(each, COLUMNS) for each in [*NAMED, "height=Height"])
+    columns = dict(Column.from_text(each, COLUMNS) for each in [*NAMED, "height=Height"])
     with pytest.warns(InputWarning, match="columns that are not read: Storeys"):
         made, bad = read_walls(table("\ufeff" + text.replace(";", mark)), columns)
     height, density = 118.5 * 0.0254, 18000 / 9.80665
@@ -113,7 +113,7 @@ def test_columns_of_any_name_and_unit_make_the_same_wall(mark, table):
 )
 def test_a_column_that_cannot_be_is_refused(text, said, table):
     with pytest.raises(InputError, match=said):
-        read_walls(table(TABLE), dict([Column.of(text, COLUMNS)]))
+        read_walls(table(TABLE), dict([Column.from_text(text, COLUMNS)]))
 
 
 def test_a_load_must_have_its_unit_and_stand_alone(table):

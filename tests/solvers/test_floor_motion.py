@@ -80,7 +80,7 @@ def test_a_stiff_building_and_its_base_move_with_the_ground(record):
 
 def test_a_finer_step_changes_nothing_at_the_samples(record):
     padded = np.concatenate([[0.0], record.ground_acceleration, np.zeros(20)])
-    coarse, fine = (Ramps.of(padded, STEP, finer) for finer in (1, 8))
+    coarse, fine = (Ramps.from_samples(padded, STEP, finer) for finer in (1, 8))
     for name in ("lag", "displacement"):
         values, finer = (getattr(ramps, name)(0.3, XI) for ramps in (coarse, fine))
         assert finer[::8] == pytest.approx(values, abs=1e-11 * np.abs(values).max())

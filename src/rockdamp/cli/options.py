@@ -194,7 +194,7 @@ def named_columns(columns: Iterable[str], contents: Iterable[str]) -> dict[str, 
     """Return the columns of --column by what they hold, which is one of `contents`."""
     from rockdamp.storage.input_file import Column
 
-    pairs = [Column.of(text, list(contents)) for text in columns]
+    pairs = [Column.from_text(text, list(contents)) for text in columns]
     names = [name for name, _ in pairs]
     for name in names:
         if names.count(name) > 1:

@@ -40,7 +40,7 @@ NOISY = 3.0  # times the sensor's noise at rest, which a misfit must exceed besi
 BETTER = 3.0  # times smaller is the misfit of a record without its slip
 TABLE_DEGREE = 3  # of the polynomial that an integrated acceleration is known but for
 CLIPPED = 5  # neighbouring equal samples at an extreme, at least
-EXTRA_DAMPERS = 2.5  # steps of the logger to the samples beside these, at least
+TOP_JUMP = 2.5  # steps of the logger from a cut-off top to the samples beside it, at least
 ROUNDING = 1e-9  # of the largest value: a smaller difference is none
 
 
@@ -204,7 +204,7 @@ def _cut_off(values: Array, extreme: float) -> int:
     beside = [values[at] for at in (start - 1, end) if 0 <= at < values.size]
     differences = np.abs(np.diff(values))
     logger = float(differences[differences > ROUNDING * np.abs(values).max()].min(initial=np.inf))
-    cut = end - start >= CLIPPED and np.mean(np.abs(np.array(beside) - extreme)) > EXTRA_DAMPERS * logger
+    cut = end - start >= CLIPPED and np.mean(np.abs(np.array(beside) - extreme)) > TOP_JUMP * logger
     return int(end - start) if cut else 0
 
 

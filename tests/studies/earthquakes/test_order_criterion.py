@@ -104,7 +104,7 @@ def test_an_order_is_chosen_and_judged_on_halves_that_share_no_station():
     found = compare(histories)
     np.testing.assert_array_equal(found["split_order"], 1.0)
     np.testing.assert_array_equal(found["split_verdict"].sel(order=[0, 1]), [[EXCEEDS, ENOUGH]] * 3)
-    sums = Sums.of(histories, "loss")
+    sums = Sums.from_histories(histories, "loss")
     seen = []
 
     def remembered(part, weights):
@@ -134,7 +134,7 @@ def test_the_half_that_judges_an_order_is_not_the_one_that_chose_it(monkeypatch)
     An order is no better than it is at the worst e.
     """
     histories = made_up(np.array([0.3, 0.05]))
-    sums = Sums.of(histories, "loss")
+    sums = Sums.from_histories(histories, "loss")
     sums = replace(sums, stand=np.arange(40.0)[:, None, None, None] * np.ones_like(sums.stand))
 
     def by_station(part, weights):
