@@ -98,7 +98,7 @@ def test_both_solvers_and_a_general_integrator_take_the_load_of_two_supports(gro
     expected = solved.y[0] * float(wall.instability_displacement)
     found = run["control_displacement"].values[: expected.size]
     np.testing.assert_allclose(found, expected, atol=2e-4 * np.abs(expected).max())
-    event = history(curve, rd.Damping("CDC", xi), [p * end], **Forcing.of(wall, record, scale).event_driven())
+    event = history(curve, rd.Damping("CDC", xi), [p * end], **Forcing.from_record(wall, record, scale).event_driven())
     assert event.displacement[0] * float(wall.instability_displacement) == pytest.approx(expected[-1], rel=2e-3)
 
 

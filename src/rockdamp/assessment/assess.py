@@ -60,7 +60,7 @@ FEWEST_STATIONS = 4
 METHOD = "Wilson score interval, 95 %, of the effective number of records"
 WEAKEST = 1e-6  # intensity that is assessed: beyond it factors vanish [m s-1 or m s-2]
 CHUNK = 256  # walls that are run at once
-MISSING = {"collapses": -1, "unsettled": -1, "stripe_collapses": -1}  # of a row with an error; NaN elsewhere
+MISSING = {"collapses": -1, "unconverged": -1, "stripe_collapses": -1}  # of a row with an error; NaN elsewhere
 DIMS = ("wall", "damping_model", "record", "intensity", "stripe", "bound")
 T = TypeVar("T")
 
@@ -115,7 +115,7 @@ def assess(
         with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
         over the stations, ``stripe_collapses``, and ``peak`` of each record, NaN where the wall collapses. And
         ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. Intervals are NaN
-        for fewer than four stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and
+        for fewer than four stations. ``unconverged`` outcomes at the stripes, ``median_uncertainty`` and
         ``dispersion_uncertainty`` are what the last halving of the step changed. By the rule ``measured`` also
         ``averaged_collapse_probability``, over the spread of e and its rules, with the ``averaging_error`` of this
         integral, and for a wall ``collapse_probability_impulsive``, by rigid mechanics alone. With an exponent also
@@ -388,8 +388,7 @@ def below_onset(answer: xr.Dataset, measure: str, intensity: float) -> list[str]
     still = strongest < onset
     if not still.any():
         return []
-    do = "does" if still.sum() == 1 else "do"
-    several = f"{still.sum()} of {still.size} walls {do} not rock: the easiest of them"
+    several = f"its load stays below the strength of {still.sum()} of {still.size} walls: the easiest of them"
     walls = several if still.size > 1 else "the wall"
     return plausibility.of_level(strongest[still].max(), onset[still].min(), measure, intensity, walls)
 
@@ -420,7 +419,7 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
             "dispersion": (by_model, fine.dispersion),
             "stripe_collapses": counts["collapsed"],
             # What the last halving of the step changed near collapse; NaN where either step defines no fragility.
-            "unsettled": (runs["stripe_coarser"] != runs["stripe_collapsed"]).sum(("record", "stripe")),
+            "unconverged": (runs["stripe_coarser"] != runs["stripe_collapsed"]).sum(("record", "stripe")),
             "median_uncertainty": (by_model, np.abs(np.log(fine.median / coarse.median))),
             "dispersion_uncertainty": (by_model, np.abs(fine.dispersion - coarse.dispersion)),
         }
