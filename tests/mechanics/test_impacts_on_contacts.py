@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from contacts import TwoBodiesOnContacts
 from repository import ROOT
+from scipy.integrate import solve_ivp
 
 from rockdamp.histories.loads import support_factors
 from rockdamp.mechanics.wall import Wall
@@ -90,6 +91,45 @@ def test_supports_that_move_apart_load_the_bodies_on_contacts_as_virtual_work_sa
     loads = [-mode @ bodies.mass @ line(1, 0), -mode @ bodies.mass @ line(0, 1), -(masses @ mode[[0, 3]]) / h]
     found = -2 * np.array(loads) / float(wall.mass)
     np.testing.assert_allclose(found, support_factors(wall), rtol=1e-3)
+
+
+@pytest.mark.parametrize(("r", "psi"), [(0.5, 0.0), (0.6, 1.0), (0.7, 0.0)])
+def test_bodies_on_contacts_move_as_the_load_of_two_moving_supports_says(r, psi):
+    """A released wall that has not come back to u = 0, whose base shakes under a swinging top, against DOP853."""
+    with as_meant():
+        wall = Wall(0.05, 3.0, hinge_ratio=r, overburden_ratio=psi)
+    bodies, p = TwoBodiesOnContacts(wall), float(wall.frequency_parameter)
+    u_ins, onset, w, h = float(wall.instability_displacement), float(wall.rocking_onset()), 12.0, 2e-4
+
+    def base(t):
+        return 0.3 * onset * np.sin(9.0 * t)
+
+    def apart(t):  # begins at rest
+        size = 0.1 * u_ins
+        return size * np.array([1 - np.cos(w * t), w * np.sin(w * t), w * w * np.cos(w * t)])
+
+    mode = bodies.rocking(1)
+    inertia, per_mass = 2 * mode @ bodies.mass @ mode, float(wall.mass)
+
+    ends, start = h * np.arange(1, round(1.2 / p / h)), 0.6 * u_ins
+
+    def motion_under(weights):
+        def rates(t, state):
+            drift, _, swing = apart(t)
+            equal = weights @ np.array([base(t), base(t) + swing, -9.80665 * drift])
+            pull = float(wall.rigid_strength) - float(wall.rigid_stiffness) * state[0]
+            return state[1], -(per_mass * equal + pull) / inertia
+
+        return solve_ivp(rates, (0, ends[-1]), (start, 0.0), "DOP853", t_eval=ends, rtol=1e-9, atol=1e-12).y[0]
+
+    expected = motion_under(support_factors(wall))
+    found = bodies.followed(start, h, base(ends - h / 2), np.stack([apart(ends - h / 2), apart(ends)], axis=1))
+    free = expected > 0.25 * u_ins  # beyond it no joint of this side has closed
+    assert free[:200].all()
+    last = len(free) if free.all() else int(free.argmin())
+    np.testing.assert_allclose(found[:last], expected[:last], atol=1e-3 * start)
+    other = motion_under([0.5, 0.5, 0.0])  # the mean of both supports, without the tilt of their line
+    assert np.abs(other[:last] - expected[:last]).max() > 3e-3 * start
 
 
 @pytest.mark.parametrize("wall", HEAVY, ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_mass}")

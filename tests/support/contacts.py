@@ -59,6 +59,18 @@ class TwoBodiesOnContacts:
                     self.solvers[tuple(active)] = np.linalg.inv(part) if size else part
         self.last = (0, 1, 2)
 
+        # Where the top has moved by one more than the base: both bodies lie along the tilted line of the supports.
+        h = h1 + h2
+        self.tilted = np.zeros(len(self.mass))
+        self.tilted[:6] = h1 / 2 / h, 0, -1 / h, (h1 + h2 / 2) / h, 0, -1 / h
+        self.sideways = np.zeros(len(self.mass))
+        self.sideways[[0, 3]] = m
+        # What weights and overburden gain of potential by the square of each body's own rotation, whatever held it.
+        load, (w1, w2) = float(wall.overburden), 9.80665 * m
+        self.sinking = np.zeros(self.mass.shape)
+        self.sinking[2, 2] = h1 * (w1 / 2 + w2 + load)
+        self.sinking[5, 5] = h2 * (w2 / 2 + load)
+
     def impulses(self, speed, closed):
         """Return P >= 0 of the contacts: w = speed + delassus P >= 0 and w P = 0 where closed, P = 0 elsewhere."""
         small = 1e-9 * np.abs(speed).max() + 1e-300
@@ -111,3 +123,22 @@ class TwoBodiesOnContacts:
                 peaks.append(abs(u))
             before = rate
         return np.array(peaks), apart
+
+    def followed(self, release, h, base, apart):
+        """Release the wall at u while its supports move; return u from their line at the end of each step [m].
+
+        `base` is the acceleration of the base in the middle of each step [m s-2], `apart` the displacement, velocity
+        and acceleration of the top relative to it, at the middles and ends of the steps, shape (3, 2, steps).
+        """
+        q, s = self.free.T @ (release * self.rocking(1)), np.zeros(len(self.inverse))
+        found, lifts = [], self.gaps @ self.tilted
+        for ground, middle, end in zip(base, *apart.transpose(1, 2, 0), strict=True):
+            q_half = q + h / 2 * s
+            full = self.free @ q_half + self.tilted * middle[0]
+            closed = set(np.flatnonzero(self.gaps @ full <= 1e-12).tolist())
+            inertia = self.sideways * ground + self.mass @ self.tilted * middle[2]
+            freely = s + h * (self.inverse @ (self.free.T @ (self.force + self.sinking @ full - inertia)))
+            s = freely + self.inverse @ (self.lift.T @ self.impulses(self.lift @ freely + lifts * end[1], closed))
+            q = q_half + h / 2 * s
+            found.append(self.hinge @ (self.free @ q))
+        return np.array(found)
