@@ -18,8 +18,8 @@ import xarray as xr
 from assumption_tables import assumed
 from identification_tables import coverage, free_rocking, random_tests, slips, support
 from mutate_sample import summary
-from one_sided_tables import one_sided, one_sided_steps, shipped, two_sided
-from order_tables import by_band, orders
+from one_sided_tables import one_sided, one_sided_collapse, one_sided_steps, shipped, two_sided
+from order_tables import by_band, forms, orders
 from rocking_tables import (
     rocking,
     rocking_blocks,
@@ -400,6 +400,7 @@ def mutations(_: Data) -> str:
 _FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_law, checks, orders, dispersion, pulses)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution, rocking_blocks)
 _LAST = (
+    forms,
     local_damping,
     by_program,
     assumed,
@@ -413,6 +414,7 @@ _LAST = (
     spectrum_method,
     code_checks,
     one_sided,
+    one_sided_collapse,
     one_sided_steps,
     two_sided,
     verdicts,

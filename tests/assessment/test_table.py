@@ -164,8 +164,10 @@ def test_an_id_that_is_there_twice_is_not_taken(table):
     assert float(row_of(path, "b").wall.thickness) == 0.3
 
 
-@pytest.mark.parametrize(("suffix", "reader"), [(".xlsx", "read_excel"), (".parquet", "read_parquet")])
-def test_workbooks_are_read_by_pandas_or_must_be_saved(suffix, reader, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("suffix", "reader", "package"), [(".xlsx", "read_excel", "openpyxl"), (".parquet", "read_parquet", "pyarrow")]
+)
+def test_workbooks_are_read_by_pandas_or_must_be_saved(suffix, reader, package, tmp_path, monkeypatch):
     import pandas as pd
 
     path = tmp_path / f"walls{suffix}"
@@ -177,7 +179,7 @@ def test_workbooks_are_read_by_pandas_or_must_be_saved(suffix, reader, tmp_path,
         raise ImportError("Missing optional dependency")
 
     monkeypatch.setattr(pd, reader, missing)
-    with pytest.raises(InputError, match="Missing optional dependency; it must be saved as CSV"):
+    with pytest.raises(InputError, match=f"needs {package}; it must be saved as CSV, or: pip install {package}"):
         read_walls(path)
     frame = pd.DataFrame({"id": ["a"], "thickness": [0.25], "height": [3.0], "a1": [None], "preset": ["new"]})
     monkeypatch.setattr(pd, reader, lambda _: frame)

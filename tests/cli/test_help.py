@@ -19,6 +19,7 @@ from repository import ROOT
 
 from rockdamp.cli import main
 from rockdamp.storage import dataset
+from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES
 
 
 def examples(command):
@@ -62,6 +63,13 @@ def test_every_option_is_described(name):
     for parameter in command.params:
         if isinstance(parameter, click.Option):
             assert parameter.help, parameter.name
+
+
+@pytest.mark.parametrize("name", ["wall", "equivalent", "decay", "respond", "assess", "batch"])
+def test_help_says_at_which_amplitude_e_is_meant(name):
+    told = " ".join(run(name, "--help").stdout.split())
+    unsafe = f"one of 0.1 u_ins is unsafe by some {100 * SMALL_RELEASE_OVERSTATES:.0f} % of the intensity"
+    assert f"of releases from {RELEASES} ({unsafe})" in told
 
 
 def test_commands_and_options_are_completed():

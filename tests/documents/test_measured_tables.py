@@ -159,7 +159,7 @@ def test_writing_a_page_again_changes_nothing_but_the_tables(made_up):
         assert measured_tables.written(once, made_up) == once
 
 
-@pytest.mark.parametrize("name", ["random_tests", "mutations"])
+@pytest.mark.parametrize("name", ["random_tests", "mutations", "forms", "free_rocking"])
 def test_tables_of_kept_files_hold_their_numbers(name):
     assert SHOWN[name] == measured_tables.TABLES[name]({})
 
@@ -243,6 +243,20 @@ def test_the_shipped_errors_at_the_stop_are_those_of_the_page_at_the_nearest_e(m
     np.testing.assert_allclose(
         least, study["median_ratio"].min("band").transpose("restitution", "alternative").values.ravel(), atol=6e-4
     )
+
+
+def test_the_two_sided_wall_errs_where_the_pages_say():
+    header, _, *lines = SHOWN["two_sided"].splitlines()
+    e = [float(value) for value in re.findall(r"e = ([\d.]+)", header)]
+    ratio = {
+        line.split(" | ")[0].strip("| "): dict(zip(e, numbers(line.split(" | ", 1)[1])[::3], strict=True))
+        for line in lines
+    }
+    assert e[-2:] == [0.95, 0.99] and all(row[each] < 1 for row in ratio.values() for each in e[-2:])
+    assert all(row[0.99] < 0.75 for row in ratio.values())  # a quarter of the intensity or more
+    assert [each for each in e if ratio["church front, 12 m"][each] > 1] == [0.8, 0.85, 0.9]
+    assert sum(row[0.8] >= 1 for row in ratio.values()) == 4
+    assert all(ratio[house][0.8] > 1 for house in ("house, 3 m", "house, 4.5 m"))
 
 
 def test_the_shipped_shares_are_of_every_damper_at_the_nearest_e():

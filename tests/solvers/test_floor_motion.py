@@ -97,3 +97,5 @@ def test_the_shortest_period_has_its_points_whatever_the_longest_is():
     record = Record(0.02 * np.arange(50), np.sin(np.arange(50.0)))
     response = floor_response(record, np.array([1.0, 0.06]), np.ones((2, 2)), XI)
     assert POINTS <= 0.06 / response.step < 2 * POINTS
+    after = response.step * response.acceleration.shape[1] - 0.02 * 50
+    assert np.exp(-XI * 2 * np.pi / 1.0 * after) <= LEFT  # and the longest is followed until it has died down

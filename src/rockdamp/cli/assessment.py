@@ -27,6 +27,7 @@ from rockdamp.cli.options import (
     CURVE,
     ONE_SIDED,
     RESTITUTION,
+    RESTITUTION_MEANT,
     WALL,
     all_of,
     column_option,
@@ -52,14 +53,17 @@ from rockdamp.cli.supports import (
     ground_of,
     make_buildings,
     make_diaphragm,
+    needed_ties,
     place,
     print_checks,
+    require_ties,
     show_one_sided,
+    tie_target_option,
     top_record_option,
     without_ties,
 )
 from rockdamp.units import printed
-from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES, STANDARD_GRAVITY
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,12 +116,12 @@ modelling_option = with_default(
 )
 @wall_options(required=False)
 @one_sided_options
+@tie_target_option
 @curve_options
 @click.option(
     "--restitution",
     type=RESTITUTION,
-    help=f"Restitution e of releases from {RELEASES}, or a rule for it; one of 0.1 u_ins is unsafe by some"
-    f" {100 * SMALL_RELEASE_OVERSTATES:.0f} %.  [default: measured, 0.90 of Eq. (7)]",
+    help=f"{RESTITUTION_MEANT}, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
 )
 @loss_options
 @walls_option
@@ -167,6 +171,7 @@ def assess_command(
     of_walls, of_records = columns_of_both(options["columns"])
     wall, curve, e, reason, of_row = _wall(walls, identifier, of_walls, options)
     buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
+    require_ties(wall, options["tie_target"], pgv or pga or [])
     from rockdamp.assessment.assess import assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.equivalence.programs import frequencies, program_inputs, stop_damper
@@ -183,13 +188,14 @@ def assess_command(
     mechanism = one_sided.mechanism if one_sided else wall
     if loss.get("exponent") and report is not None:
         raise click.UsageError("--report has no page of a loss with an exponent; --plot, --output and --json are there")
-    placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
+    placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet, of_row), wall, run)
     answer, motions = placed.answer, placed.motions
     if one_sided:
         from rockdamp.assessment.collapses import both_ways
 
         motions = both_ways(motions)
-    checked = checks(answer, wall, motions, capacity)
+    needed = needed_ties(one_sided, curve, answer, motions, options["tie_target"]) if one_sided else None
+    checked = checks(answer, wall, curve, motions, capacity)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
     if reason:
@@ -234,12 +240,12 @@ def assess_command(
             "joint_offset": placed.joint_offset,
             "checks": [check_values(each) for each in checked],
         }
-        also = {"stop": stop, "without_tie": bare} if one_sided else {}
+        also = {"stop": stop, "without_tie": bare, "needed_tie": needed} if one_sided else {}
         print_json(values(answer, mechanism, typed, constants) | where | also)
     else:
         show(answer, mechanism, units)
         if one_sided:
-            show_one_sided(one_sided, stop, bare, answer, units)
+            show_one_sided(one_sided, stop, bare, needed, answer, units)
         else:
             show_damping(typed, constants, taken, units)
             if loss_law(answer):

@@ -37,7 +37,7 @@ Decorator = Callable[[Any], Any]
 SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity")
 OF_TWO_BODIES = ("hinge_ratio", "overburden_mass")  # which a parapet has not
 WALL = (*SIZES, "overburden", *OF_TWO_BODIES, "parapet")
-TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height")
+TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height", "tie_rupture")
 ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "preset", "a3", "softening")
 
@@ -74,6 +74,10 @@ STRENGTH = Read(lambda text: units.of_ties(text, "N"), "[N|N m-1]", "one, as 3kN
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
 RESTITUTION = Read(word_or_number(*RULES), f"NUMBER|{'|'.join(RULES)}", f"one, or one of {', '.join(RULES)}")
+RESTITUTION_MEANT = (
+    f"Restitution e of releases from {RELEASES} (one of 0.1 u_ins is unsafe by some"
+    f" {100 * SMALL_RELEASE_OVERSTATES:.0f} % of the intensity)"
+)
 
 
 class Model(click.Choice):
@@ -143,6 +147,7 @@ one_sided_options = all_of(
     click.option("--tie-strength", type=STRENGTH, help="Force at which the ties yield, of all of them."),
     click.option("--tie-gap", type=quantity("m"), help="Slack of the ties: how far they move before they pull."),
     click.option("--tie-height", type=quantity("m"), help="Height of the ties.  [default: where u is measured]"),
+    click.option("--tie-rupture", type=quantity("m"), help="Stretch at which the ties break.  [default: they do not]"),
 )
 
 loss_options = all_of(
@@ -159,8 +164,7 @@ damping_options = all_of(
     click.option(
         "--restitution",
         type=RESTITUTION,
-        help=f"Restitution e of releases from {RELEASES}, or a rule for it, for CR, ECD of any order, LOCAL, and"
-        f" --compare; one of 0.1 u_ins is unsafe by some {100 * SMALL_RELEASE_OVERSTATES:.0f} %.",
+        help=f"{RESTITUTION_MEANT}, or a rule for it, for CR, ECD of any order, LOCAL, and --compare.",
     ),
     loss_options,
     click.option("--order", type=NUMBER, help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
@@ -287,8 +291,7 @@ def tie(options: Mapping[str, Any], wall: Wall | Parapet) -> Tie:
     for name in ("tie_stiffness", "tie_strength"):
         if options.get(name) is None:
             raise click.UsageError(f"--{name.replace('_', '-')} is missing; a tie must have a stiffness and a strength")
-    stiffness, strength, gap, height = (options[name] for name in TIE)
-    return tie_of(wall, stiffness, strength, gap or 0.0, height)
+    return tie_of(wall, *(options[name] for name in TIE))
 
 
 def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:

@@ -23,6 +23,7 @@ from rockdamp.cli.command import (
 from rockdamp.cli.options import (
     CURVE,
     RESTITUTION,
+    RESTITUTION_MEANT,
     WALL,
     column_option,
     curve_options,
@@ -42,7 +43,7 @@ from rockdamp.cli.options import (
 )
 from rockdamp.cli.supports import constants as one_sided_constants
 from rockdamp.units import printed
-from rockdamp.vocabulary import RELEASES, STANDARD_GRAVITY
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from rockdamp.equivalence.programs import ProgramInput
@@ -102,7 +103,7 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 @click.option(
     "--restitution",
     type=RESTITUTION,
-    help=f"Restitution e of releases from {RELEASES}, or a rule.  [default: measured]",
+    help=f"{RESTITUTION_MEANT}, or a rule for it.  [default: measured]",
 )
 @units_option
 @json_option
@@ -223,7 +224,7 @@ def _periods(
         "rockdamp equivalent --walls examples/my-walls.csv --output ratios.csv",
     ],
 )
-@click.option("--restitution", type=quantities(), help=f"Restitution e of releases from {RELEASES}.")
+@click.option("--restitution", type=quantities(), help=f"{RESTITUTION_MEANT}.")
 @curve_options
 @with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=NUMBER, help="Length of the matched response in tau = p t.  [default: 8]")

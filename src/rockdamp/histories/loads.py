@@ -88,7 +88,8 @@ class Forcing:
         if isinstance(record, SupportRecord):
             if isinstance(wall, Parapet):
                 raise InputError(
-                    "a parapet stands on one floor; its motions must be those of floor_motions(parapet=True)"
+                    "a parapet stands on one floor, and this is a motion of two supports; it must be one of"
+                    " floor_motions(parapet=True)"
                 )
             motions = np.stack([followed_by_rest(each, record.step, tail) for each in record.motions])
             shares = support_factors(wall)

@@ -103,7 +103,8 @@ def require_possible(record: Record, wall: Wall | Parapet) -> None:
     if peak <= FARTHEST * u_ins:
         return
     stated = f"the largest measured displacement is {peak:.4g} m, {peak / u_ins:.3g} times u_ins = {u_ins:.4g} m"
-    asked = [f"was it in {name}" for name, size in LENGTHS.items() if 0.01 < peak * size / u_ins <= 1]
+    units = [name for name, size in LENGTHS.items() if 0.01 < peak * size / u_ins <= 1]
+    asked = [f"was it in {' or '.join(units)}"] if units else []
     if _moves_with_the_table(record, FARTHEST * u_ins):
         asked = ["was the table's displacement not subtracted from the wall's"]
     if moved <= FARTHEST * u_ins and not of_motion(peak):

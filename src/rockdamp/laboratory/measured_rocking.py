@@ -302,8 +302,9 @@ class _Study:
         seen = trials.centres_seen(*_seen(trials, predict, fitted))
         estimate = (seen * mean).sum(axis=1)
         scatter = np.sqrt((seen * (mean - estimate[:, None]) ** 2).sum(axis=1))
-        new = np.cumsum(np.einsum("gj,gcj->gc", seen, by_centre), axis=1)
-        of_trial = np.array([np.interp([(1 + LEVEL) / 2, (1 - LEVEL) / 2], one, LOSSES) for one in new])
+        new = np.einsum("gj,gcj->gc", seen, by_centre)
+        below = np.cumsum(new, axis=1) - new / 2  # half of a loss's own part lies below it
+        of_trial = np.array([np.interp([(1 + LEVEL) / 2, (1 - LEVEL) / 2], one, LOSSES) for one in below])
         first = np.log(measured.ratio[:, 0]) + trials.housner[measured.geometry]
         means = np.array([first[measured.geometry == g].mean() for g in range(housner.size)])
         bounds = np.exp(housner - estimate[:, None] - np.outer(scatter, [NORMAL, -NORMAL]))

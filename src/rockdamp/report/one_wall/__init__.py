@@ -247,7 +247,7 @@ def _losses(subject: Subject) -> dict[str, Any]:
             "other_e": [stop_errors(e, f"CR, e {sign}") for sign in "-+"],
             "contact": plain(CONTACT_STIFFNESS),
             "tie": tie,
-            "stretch": None if tie is None else lambda peak: max(0.0, float(tie.height_ratio) * peak - float(tie.gap)),
+            "stretch": None if tie is None else tie.stretch,
         }
     typed = {row["damping_model"]: row for row in program_inputs(wall, subject.curve, e)}
     return {
