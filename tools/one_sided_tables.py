@@ -7,6 +7,8 @@ import pandas as pd
 import xarray as xr
 from table_text import interval, percent, table
 
+from rockdamp.mechanics.one_sided import CONTACT_STIFFNESS
+
 LOW = 0.25  # u/u_ins, up to which a peak is low
 
 
@@ -52,16 +54,24 @@ def one_sided_steps(data: dict[str, xr.Dataset]) -> str:
     return table(["step", *(f"e = {e:g}" for e in study["restitution"].values)], rows)
 
 
+def one_sided_collapse(data: dict[str, xr.Dataset]) -> str:
+    """The median of collapse with the damper at the stop that the commands take, over that under restitution."""
+    at = data["one_sided"].sel(alternative=f"stop, {CONTACT_STIFFNESS:g} k1")
+    return _by_facade(at, "restitution", "e =", "median_intensity_ratio")
+
+
 def two_sided(data: dict[str, xr.Dataset]) -> str:
     """The median of collapse of the two-sided wall over that of the one-sided one."""
     study = data["one_sided"]
     at = study.isel(restitution=(study.sizes["restitution"] - 1) // 2)
-    others = study["two_sided_restitution"].values
+    return _by_facade(at, "two_sided_restitution", "two-sided e =", "two_sided_intensity_ratio")
+
+
+def _by_facade(at: xr.Dataset, e: str, head: str, name: str) -> str:
+    """Return a ratio with its interval, by facade and e."""
+    values = at[e].values
     rows = [
-        [
-            str(name),
-            *(interval(at.sel(wall=name, two_sided_restitution=e), "two_sided_intensity_ratio") for e in others),
-        ]
-        for name in study["wall"].values
+        [str(wall), *(interval(at.sel({"wall": wall, e: value}), name) for value in values)]
+        for wall in at["wall"].values
     ]
-    return table(["facade", *(f"two-sided e = {e:g}" for e in others)], rows)
+    return table(["facade", *(f"{head} {value:g}" for value in values)], rows)

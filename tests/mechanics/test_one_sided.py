@@ -40,6 +40,11 @@ def test_a_lower_tie_is_softer_weaker_and_later():
     assert low.tie_strength * (u - low.tie_gap - at_yield / 2) * scale / 2 == pytest.approx(yielded)
 
 
+def test_a_tie_is_stretched_beyond_its_slack_until_it_breaks():
+    tie = rd.Tie(2e6, 30e3, gap=0.01, rupture=0.2, height_ratio=0.5)
+    assert tie.stretch([-0.1, 0.01, 0.1, 0.3, 0.5]).tolist() == pytest.approx([0.0, 0.0, 0.04, 0.14, 0.2])
+
+
 def test_the_energy_is_the_integral_of_the_force():
     force = OneSidedForce(CURVE, initial=0.5)
     slope, initial, b1, ks, *_, a3, _, _, _, _ = force.parameters()

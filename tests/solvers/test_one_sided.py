@@ -96,6 +96,17 @@ def test_the_set_of_a_tie_stays():
     assert first[1] == pytest.approx(first[0], abs=1e-12)
 
 
+@pytest.mark.parametrize("gap", [0.0, 1e-9])
+def test_a_tie_without_slack_that_stays_elastic_leaves_the_impact_its_restitution(gap):
+    force = OneSidedForce(CURVE, 0.2, tie_stiffness=50.0, tie_strength=5.0, tie_gap=gap)
+    history = one_sided_events.history(force, Stop(RIGID, 0.5), [1.5], release_velocity=0.3)
+    impacts, peaks = history.of_kind("impact"), history.of_kind("turn")[:, 1]
+    assert impacts[:, 2] == pytest.approx(-0.3 * 0.5 ** np.arange(len(impacts)), rel=1e-9)
+    energy = force.energy(peaks) + force.tie_stiffness * peaks**2 / 2
+    assert energy[1:] / energy[:-1] == pytest.approx(0.25, rel=1e-6)
+    assert len(peaks) == len(impacts) + 1 == 6
+
+
 @pytest.mark.parametrize("e", [0.5, 0.8])
 def test_in_free_decay_it_is_the_mirrored_two_sided_motion(e):
     times = np.linspace(0, 15, 500)
@@ -146,6 +157,18 @@ def test_both_solvers_agree_on_a_stop_that_gives_way(pulls):
     assert np.nanmax(exact.displacement) > 0.05
     assert errors[0] < 0.02
     assert errors[1] < 1e-4
+
+
+@pytest.mark.parametrize("frequency", [1.95, 2.2])  # times the step of the load
+@pytest.mark.parametrize("stiffness", [2 * K1, 7 * K1])
+def test_a_soft_stop_that_cannot_pull_parts_and_is_met_again_between_two_samples(stiffness, frequency):
+    force, stop, dt, substeps = OneSidedForce(CURVE, 0.8), Stop(stiffness, 0.1), 0.1, 1000
+    load = 2 * np.sin(frequency * np.arange(40))
+    exact = one_sided_events.history(force, stop, dt * np.arange(40), load=load, load_step=dt)
+    run = {"step": dt / substeps, "steps": 39 * substeps, "substeps": substeps, "store_every": substeps}
+    stepped = one_sided_march.solve(force, stop, load_factor=1.0, ground_acceleration=load, **run)
+    assert np.min(exact.displacement) < -0.005
+    assert exact.displacement == pytest.approx(stepped.displacement, abs=2e-5)
 
 
 def test_a_stiff_stop_tends_to_restitution():

@@ -294,13 +294,15 @@ class NeededTie:
     """The strength of a tie that keeps the probability of collapse at or below a target, and the steps to it.
 
     `strength` is that of all ties of the wall together [N]; `probability` what it leaves, `without` that of the wall
-    without ties. `tried` are the strengths [N] and probabilities that were tried, in their order.
+    without ties. `stretch` is the largest of the ties in a history that the wall survives, at most that at which they
+    break [m]. `tried` are the strengths [N] and probabilities that were tried, in their order.
     """
 
     strength: float
     probability: float
     without: float
-    tried: tuple[tuple[float, float], ...]
+    stretch: float = 0.0
+    tried: tuple[tuple[float, float], ...] = ()
 
 
 def needed_tie(
@@ -346,21 +348,23 @@ def needed_tie(
     motions = both_ways(records)
     factors = [float(level) / getattr(intensity_measures(motion.record), measure) for motion in motions]  # type: ignore[arg-type]
 
-    def probability(strength: float) -> float:
+    def run(strength: float) -> tuple[float, float]:
+        """Return the probability of collapse, and the largest peak that the wall survives, over u_ins."""
         tied = replace(wall, tie=_stronger(tie, strength) if strength else None)
-        outcomes = [
-            bool(one_sided.peaks_and_collapses(motion.record, tied, curve, restitution, factor, tail=tail)[1])
+        ended = [
+            one_sided.peaks_and_collapses(motion.record, tied, curve, restitution, factor, tail=tail)
             for motion, factor in zip(motions, factors, strict=True)
         ]
-        return float(np.mean(outcomes))
+        survived = [float(peak) for peak, fell in ended if not fell]
+        return (len(ended) - len(survived)) / len(ended), max(survived, default=0.0)
 
-    without = probability(0.0)
+    without, _ = run(0.0)
     if without <= target:
-        return NeededTie(0.0, without, without, ())
+        return NeededTie(0.0, without, without)
     tried: list[tuple[float, float]] = []
 
     def enough(strength: float) -> bool:
-        tried.append((strength, probability(strength)))
+        tried.append((strength, run(strength)[0]))
         return tried[-1][1] <= target
 
     low, high, most = 0.0, float(tie.strength), STRONGEST * float(wall.mechanism.rigid_strength)
@@ -371,8 +375,9 @@ def needed_tie(
     while high - low > CLOSE * high:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if enough(middle) else (middle, high)
-    left = min(share for strength, share in tried if strength == high)
-    return NeededTie(high, left, without, tuple(tried))
+    left, peak = run(high)
+    stretch = float(tie.stretch(peak * wall.instability_displacement))
+    return NeededTie(high, left, without, stretch, tuple(tried))
 
 
 def _stronger(tie: Tie, strength: float) -> Tie:

@@ -166,7 +166,7 @@ HEADINGS = {
     "Wall": (
         "thickness height width density hinge_ratio overburden_ratio overburden eccentricity overburden_mass parapet"
     ).split(),
-    "Against a stop": "one_sided tie_stiffness tie_strength tie_gap tie_height sign".split(),
+    "Against a stop": "one_sided tie_stiffness tie_strength tie_gap tie_height tie_rupture tie_target sign".split(),
     "Curve": "a1 b1 preset a3 softening".split(),
     "Losses": "restitution exponent at damping_model damping_ratio local_damping order compare".split(),
     "Tables": "walls identifier columns".split(),

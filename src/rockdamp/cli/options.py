@@ -37,7 +37,7 @@ Decorator = Callable[[Any], Any]
 SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity")
 OF_TWO_BODIES = ("hinge_ratio", "overburden_mass")  # which a parapet has not
 WALL = (*SIZES, "overburden", *OF_TWO_BODIES, "parapet")
-TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height")
+TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height", "tie_rupture")
 ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "preset", "a3", "softening")
 
@@ -147,6 +147,7 @@ one_sided_options = all_of(
     click.option("--tie-strength", type=STRENGTH, help="Force at which the ties yield, of all of them."),
     click.option("--tie-gap", type=quantity("m"), help="Slack of the ties: how far they move before they pull."),
     click.option("--tie-height", type=quantity("m"), help="Height of the ties.  [default: where u is measured]"),
+    click.option("--tie-rupture", type=quantity("m"), help="Stretch at which the ties break.  [default: they do not]"),
 )
 
 loss_options = all_of(
@@ -193,7 +194,7 @@ def named_columns(columns: Iterable[str], contents: Iterable[str]) -> dict[str, 
     """Return the columns of --column by what they hold, which is one of `contents`."""
     from rockdamp.storage.input_file import Column
 
-    pairs = [Column.of(text, list(contents)) for text in columns]
+    pairs = [Column.from_text(text, list(contents)) for text in columns]
     names = [name for name, _ in pairs]
     for name in names:
         if names.count(name) > 1:
@@ -290,8 +291,7 @@ def tie(options: Mapping[str, Any], wall: Wall | Parapet) -> Tie:
     for name in ("tie_stiffness", "tie_strength"):
         if options.get(name) is None:
             raise click.UsageError(f"--{name.replace('_', '-')} is missing; a tie must have a stiffness and a strength")
-    stiffness, strength, gap, height = (options[name] for name in TIE)
-    return tie_of(wall, stiffness, strength, gap or 0.0, height)
+    return tie_of(wall, *(options[name] for name in TIE))
 
 
 def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:

@@ -62,6 +62,11 @@ top_record_option = click.option(
     metavar="NAMES",
     help="Records measured at the top of the wall, where those named are of its base; as many, in their order.",
 )
+tie_target_option = click.option(
+    "--tie-target",
+    type=SHARE,
+    help="Search how strong the ties must be so that the probability of collapse is at most this, as 10%.",
+)
 capacity_option = click.option(
     "--capacity", type=SHARE, help="Displacement capacity of the check, over u_ins.  [default: 0.4]"
 )
@@ -93,9 +98,16 @@ def make_diaphragm(options: Mapping[str, Any]) -> Diaphragm | None:
 
 
 def ground_of(
-    records: Sequence[str], options: Mapping[str, Any], columns: Mapping[str, Column], parapet: bool = False
+    records: Sequence[str],
+    options: Mapping[str, Any],
+    columns: Mapping[str, Column],
+    parapet: bool = False,
+    of_row: Diaphragm | None = None,
 ) -> list[GroundMotion]:
-    """Return the ground motions that are named, or with --top-record the motions of both supports."""
+    """Return the ground motions that are named, or with --top-record the motions of both supports.
+
+    `of_row` is a flexible floor that a row of the table has.
+    """
     from rockdamp.histories.supports import two_records
     from rockdamp.motions.catalogue import motions_of
 
@@ -104,6 +116,10 @@ def ground_of(
     for name in ("building_period", "diaphragm_period"):
         if options[name] is not None:
             raise click.UsageError(f"--{name.replace('_', '-')} and --top-record both move the top; there must be one")
+    if of_row is not None:
+        raise click.UsageError(
+            f"diaphragm_period of the table ({of_row.period:g} s) and --top-record both move the top; there must be one"
+        )
     if parapet:
         raise click.UsageError(
             "--top-record moves the top of a wall; --parapet, which has one support, must be without"
@@ -150,7 +166,7 @@ def place(
     """Run a wall in each building, or on the ground where there is none, and return the worst answer."""
     from rockdamp.histories.supports import SMALL, floor_motions, joint_offset
     from rockdamp.mechanics.wall import Parapet
-    from rockdamp.plausibility import warn
+    from rockdamp.plausibility import of_joints, warn
 
     parapet = isinstance(wall, Parapet)
     plain = not buildings and diaphragm is None
@@ -160,13 +176,7 @@ def place(
     worst = max(range(len(answers)), key=lambda index: _severity(answers[index]))
     answer = answers[worst]
     offset = joint_offset(motions[worst], wall, answer["scale_factor"].values[:, -1])
-    if offset > SMALL:
-        warn(
-            [
-                f"the supports are so far apart that the joints of the wall close at displacements that differ by "
-                f"{offset:.2g} u_ins, more than {SMALL:g}; the model has them close together"
-            ]
-        )
+    warn(of_joints(offset, SMALL))
     building = buildings[worst] if buildings else None
     floor = "" if diaphragm is None else f"under a flexible floor of {diaphragm.period:g} s"
     if building is None:
@@ -279,7 +289,7 @@ def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") ->
         if isfinite(check.margin):
             click.echo(f"  margin: the median {measure} of collapse is {check.margin:.3g} times this")
         shaken, onset = (value / STANDARD_GRAVITY for value in (check.support_acceleration, check.rocking_onset))
-        verdict = "it rocks" if check.rocks else "it does not rock"
+        verdict = check.rocking_in_words(int(answer["records"]))
         click.echo(f"  force: supports peak at {shaken:.3g} g (median), rocking starts at {onset:.3g} g: {verdict}")
         for name, peak, met in (
             ("median", check.median_peak, check.median_met),
@@ -321,10 +331,39 @@ def without_ties(
     }
 
 
+def require_ties(wall: Any, target: float | None, intensities: Sequence[float]) -> None:
+    """Raise `click.UsageError` for a target that there are no ties for, or more than one intensity."""
+    if target is None:
+        return
+    if getattr(wall, "tie", None) is None:
+        raise click.UsageError("--tie-target must be given with --one-sided and ties, whose strength is searched for")
+    from rockdamp.errors import require
+
+    require(0 < target < 1, "--tie-target", target, "between 0 and 1, both excluded")
+    if len(intensities) > 1:
+        raise click.UsageError("--tie-target is of one intensity; there must be one, of --pgv or --pga")
+
+
+def needed_ties(
+    wall: OneSidedWall, curve: TrilinearCurve, answer: xr.Dataset, motions: Any, target: float | None
+) -> dict[str, float] | None:
+    """Return how strong the ties must be for a target, what they leave, their stretch [m]; None without a target."""
+    if target is None:
+        return None
+    from rockdamp.assessment.collapses import needed_tie
+
+    measure = answer.attrs["intensity_measure"].lower()
+    options: dict[str, Any] = {measure: float(answer[measure][0]), "tail": float(answer["tail"])}
+    found = needed_tie(wall, curve, motions, target=target, restitution=float(answer["restitution"]), **options)
+    shown = {"tie_strength": found.strength, "collapse_probability": found.probability, "tie_stretch": found.stretch}
+    return {"target": target, **shown}
+
+
 def show_one_sided(
     wall: OneSidedWall,
     values: Mapping[str, float],
     bare: Mapping[str, Any] | None,
+    needed: Mapping[str, float] | None,
     answer: xr.Dataset,
     system: str = "si",
 ) -> None:
@@ -346,6 +385,21 @@ def show_one_sided(
             f"without the ties: {without}"
             + ("" if median is None else f", median {measure} {in_unit(measure, median, system)}")
             + f"; with them as above, of {_with_unit(float(wall.tie.strength) / 1000, 'kN', system)}"
+        )
+        largest = float(answer["peak"].sel(damping_model=REFERENCE).max()) * float(wall.instability_displacement)
+        if isfinite(largest):
+            reached, rupture = float(wall.tie.stretch(largest)), float(wall.tie.rupture)
+            what = f"are stretched by up to {_with_unit(1000 * reached, 'mm', system)}"
+            end = "; they never break, unless --tie-rupture says so" if not isfinite(rupture) else ""
+            click.echo(f"where the wall survives, the ties {what}{' and break' if reached == rupture else end}")
+    if needed is not None:
+        strength = _with_unit(needed["tie_strength"] / 1000, "kN", system)
+        stretch = _with_unit(1000 * needed["tie_stretch"], "mm", system)
+        leave = f"leave {needed['collapse_probability']:.0%}"
+        ties = f"ties of {strength} in all, stiff in proportion, {leave} and are stretched by up to {stretch}"
+        click.echo(
+            f"for a probability of collapse of at most {100 * needed['target']:g}%: "
+            + (ties if needed["tie_strength"] else f"no ties {leave}")
         )
     click.echo(
         "in a program of your own, at the stop and where u is measured: a spring of "

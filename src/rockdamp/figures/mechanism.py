@@ -97,7 +97,7 @@ def _draw_sketch(axes: Axes, wall: Wall | Parapet, system: str) -> None:
     if float(wall.overburden_ratio) > 0:
         arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.0}
         axes.annotate("", (0.0, top), (0.0, top + 0.12 * height), arrowprops=arrow)
-        axes.text(0.25 * thickness, top + 0.1 * height, f"$O$ = {float(wall.overburden_ratio):g} $W$", va="center")
+        axes.text(0.25 * thickness, top + 0.1 * height, f"$O$ = {float(wall.overburden_ratio):.3g} $W$", va="center")
     axes.set(ylim=(-0.12 * height, top + 0.16 * height), aspect="equal", xticks=[], yticks=[])
     axes.set_xlim(-0.75 * height, 0.75 * height)
     axes.spines[:].set_visible(False)

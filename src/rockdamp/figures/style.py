@@ -25,7 +25,7 @@ from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 STYLE = Path(__file__).with_name("paper.mplstyle")
 SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
 # The paper's reference case, nearest to which a figure or its caption shows one e, u0/u_ins or a1.
-REFERENCE_RESTITUTION, REFERENCE_AMPLITUDE, REFERENCE_CRACKED_STIFFNESS = 0.85, 0.5, 0.04
+REFERENCE_RESTITUTION, REFERENCE_AMPLITUDE, REFERENCE_A1 = 0.85, 0.5, 0.04
 INCH = 25.4  # [mm]
 Colour = tuple[float, float, float]
 
@@ -122,6 +122,12 @@ def by_damper(statistics: xr.Dataset, show: Callable[[xr.Dataset], str]) -> str:
     return by_name({model: show(statistics.sel(damping_model=model)) for model in dampers(statistics)})
 
 
+def with_interval(case: xr.Dataset, name: str) -> str:
+    """Write a statistic with its interval, for a caption: "0.96 (0.93 to 0.98)"."""
+    low, high = map(number, case[f"{name}_interval"].values)
+    return f"{number(case[name])} ({low} to {high})"
+
+
 def literal(text: str) -> str:
     """Return a text from outside as it is drawn: a dollar is no formula, and a control character is an escape."""
     return printable(" ".join(text.split())).replace("$", r"\$")
@@ -189,7 +195,7 @@ def in_units(unit: str, system: str) -> tuple[str, float]:
     return re.sub(r"-\d", r"$^{\g<0>}$", name), size
 
 
-def length(metres: float, system: str, digits: int = 3) -> str:
-    """Write a length: as it was given in metres, in feet with some digits."""
+def length(metres: float, system: str) -> str:
+    """Write a length: as it was given in metres, in feet with three digits."""
     unit, size = in_units("m", system)
-    return f"{metres:g} {unit}" if size == 1 else f"{metres / size:.{digits}g} {unit}"
+    return f"{metres:g} {unit}" if size == 1 else f"{metres / size:.3g} {unit}"

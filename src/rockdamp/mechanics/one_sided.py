@@ -25,6 +25,7 @@ LEAST_RESTITUTION = 1e-3  # that a stop with a damper can have
 RIGID = np.inf
 
 
+# ASSUME: all ties of a wall are one, which never slips; without `rupture` it does not break.
 @dataclass(frozen=True, eq=False)
 class Tie(ByValue):
     """A tie that holds a wall back: tension only, elastic-plastic, and the stretch by which it yielded stays.
@@ -80,7 +81,18 @@ class Tie(ByValue):
         """Stretch at which the tie yields. [m]"""
         return np.asarray(self.strength / self.stiffness)
 
+    def stretch(self, displacement: ArrayLike) -> Array:
+        """Return the stretch where the wall is displaced by u, at most that at which the tie breaks. [m]
 
+        Parameters
+        ----------
+        displacement : float or ndarray
+            u. [m]
+        """
+        return np.clip(self.height_ratio * np.asarray(displacement) - self.gap, 0.0, self.rupture)
+
+
+# ASSUME: the stop moves as the base does, and beyond u3 the wall has collapsed whatever a tie would still hold.
 @dataclass(frozen=True, eq=False)
 class OneSidedWall(ByValue):
     """A wall that rocks to one side, away from a stop: a block about its base corner, or one with a hinge.
@@ -206,8 +218,9 @@ def tie_of(
     wall: Wall | Parapet,
     stiffness: tuple[float, bool],
     strength: tuple[float, bool],
-    gap: float = 0.0,
+    gap: float | None = None,
     height: float | None = None,
+    rupture: float | None = None,
 ) -> Tie:
     """Return the tie of one wall, from a stiffness and a strength of which each says whether it is per metre of wall.
 
@@ -216,16 +229,18 @@ def tie_of(
     wall : Wall or Parapet
     stiffness, strength : tuple of float and bool
         [N m-1] or [N m-2] per metre, and [N] or [N m-1] per metre.
-    gap : float
-        [m]
+    gap : float, optional
+        None by default. [m]
     height : float, optional
         Of the tie over the base; by default where u is measured. [m]
+    rupture : float, optional
+        Stretch at which it breaks; by default it does not. [m]
     """
     level = float(height_of_u(wall))
     height = level if height is None else height
     require(0 < height <= level, "tie height", height, f"greater than 0 and at most {level:g} m, where u is measured")
-    in_all = [value * (float(wall.width) if by_metre else 1.0) for value, by_metre in (stiffness, strength)]
-    return Tie(stiffness=in_all[0], strength=in_all[1], gap=gap, height_ratio=height / level)
+    k, force = (value * (float(wall.width) if by_metre else 1.0) for value, by_metre in (stiffness, strength))
+    return Tie(k, force, gap=gap or 0.0, rupture=RIGID if rupture is None else rupture, height_ratio=height / level)
 
 
 def height_of_u(wall: Wall | Parapet) -> Array:

@@ -24,7 +24,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.mechanics.one_sided import OneSidedForce, Stop
 from rockdamp.solvers.compiled import compiled
-from rockdamp.solvers.oscillator import closed_state, closed_turn, responses
+from rockdamp.solvers.oscillator import closed_state, closed_turn, free_zeros, responses
 from rockdamp.vocabulary import OUTCOMES
 
 # A row for each lane: what `OneSidedForce.parameters` says, then the stop, the load and the start.
@@ -107,8 +107,7 @@ def ends(
     lanes, shape = _lanes(force, stop, load_factor, sampling, duration=duration)
     ended, ground = np.empty((len(lanes), 6)), np.array(ground_acceleration, dtype=float)
     times = np.array(np.broadcast_to(duration, shape), dtype=float).reshape(-1, 1)
-    none = np.empty((0, 1))
-    loop = _compiled()
+    loop, none = _compiled(), np.empty((0, 1))
 
     def through(part: slice) -> None:
         loop(lanes[part], ground, times[part], none, none, np.empty((0, 1, 4)), ended[part])
@@ -143,8 +142,7 @@ def history(
     while True:
         displacement, velocity = np.full((2, 1, at.size), np.nan)
         events = np.empty((1, room, 4))
-        loaded = np.array(load, dtype=float)
-        _compiled()(lanes, loaded, at[None], displacement, velocity, events, ended)
+        _compiled()(lanes, np.array(load, dtype=float), at[None], displacement, velocity, events, ended)
         _require_progress(ended)
         count = int(ended[0, 5])
         if count <= room:
@@ -247,15 +245,20 @@ def root(x, v, c, k, q, slope, of_x, of_v, bound, sign_after, after):
 
 
 @register_jitable
-def parting(w, x, v, c, k, q, slope, sign, after):
-    """Return the moment just after the force of a stop that cannot pull has changed its sign, once up to `after`."""
-    before = 0.0
+def pressing(w, x, v, c, k, q, slope, t):
+    """Return the force of spring and dashpot at the stop at t, and its rate."""
+    x_at, v_at = closed_state(x, v, c, k, q, slope, t)
+    return w[KC] * x_at + w[C] * v_at, w[KC] * v_at + w[C] * (q + slope * t - c * v_at - k * x_at)
+
+
+@register_jitable
+def just_after(w, x, v, c, k, q, slope, of, sign, before, after):
+    """Return the moment just after the stop's force (`of` 0) or its rate (1) has got a sign, once in this stretch."""
     for _ in range(HALVINGS):
         middle = 0.5 * (before + after)
         if middle <= before or middle >= after:
             break
-        x_at, v_at = closed_state(x, v, c, k, q, slope, middle)
-        if (w[KC] * x_at + w[C] * v_at) * sign > 0.0:
+        if pressing(w, x, v, c, k, q, slope, middle)[of] * sign > 0.0:
             after = middle
         else:
             before = middle
@@ -263,35 +266,26 @@ def parting(w, x, v, c, k, q, slope, sign, after):
 
 
 @register_jitable
-def cross(w, s, bound, way):
-    """Move on at a bound: to the next branch, or the tie's next state, or through an impact."""
-    s[X] = bound
-    if s[TIE] == LOOSE and way > 0 and bound == s[SLACK]:
-        s[TIE] = ELASTIC
-    elif s[TIE] == ELASTIC and way < 0 and bound == s[SLACK]:
-        s[TIE] = LOOSE
-    elif (s[TIE] == ELASTIC or s[TIE] == YIELDING) and way > 0 and bound == w[GAP] + w[RUPTURE]:
-        s[TIE] = BROKEN
-    elif s[TIE] == ELASTIC and way > 0 and bound == s[SLACK] + w[FT] / w[KT]:
-        s[TIE] = YIELDING
-    elif bound == 0.0 and way < 0:
-        s[IMPACTS] += 1.0
-        if w[KC] == np.inf:
-            s[V] *= -w[E]
-        else:
-            s[BRANCH] = STOP
-    else:
-        s[BRANCH] += way
-        s[PARTED] = 0.0
+def parting(w, x, v, c, k, q, slope, sign, duration):
+    """Return the moment just after the stop's force first has a sign; infinite where it has not by `duration`.
 
-
-@register_jitable
-def write(times, displacement, velocity, reached, tau, origin, x, v, c, k, q, slope):
-    """Store the motion at the times up to tau, and return how many are stored."""
-    while reached < times.size and times[reached] <= tau:
-        displacement[reached], velocity[reached] = closed_state(x, v, c, k, q, slope, times[reached] - origin)
-        reached += 1
-    return reached
+    Its second derivative is a free motion: between two zeros of that the rate is monotone, and between two zeros of the
+    rate the force is.
+    """
+    a = q - c * v - k * x
+    jerk = slope - c * a - k * v
+    zero, spacing = free_zeros(w[KC] * a + w[C] * jerk, w[KC] * jerk - w[C] * (c * jerk + k * a), c, k)
+    start, rate = 0.0, pressing(w, x, v, c, k, q, slope, 0.0)[1]
+    while start < duration:
+        stop = min(zero, duration)
+        rate_stop = pressing(w, x, v, c, k, q, slope, stop)[1]
+        extreme = just_after(w, x, v, c, k, q, slope, 1, rate_stop, start, stop) if rate * rate_stop < 0.0 else stop
+        for end in (extreme, stop):
+            if pressing(w, x, v, c, k, q, slope, end)[0] * sign > 0.0:
+                return just_after(w, x, v, c, k, q, slope, 0, sign, start, end)
+            start = end
+        rate, zero = rate_stop, zero + spacing
+    return np.inf
 
 
 @register_jitable
@@ -301,6 +295,41 @@ def note(s, events, kind):
     if count < events.shape[0]:
         events[count, 0], events[count, 1], events[count, 2], events[count, 3] = s[TAU], s[X], s[V], kind
     s[EVENTS] += 1.0
+
+
+@register_jitable
+def cross(w, s, bound, way, events):
+    """Move on at a bound, to the next branch or tie state or through an impact; return whether it is an impact."""
+    s[X] = bound
+    if s[TIE] == LOOSE and way > 0 and bound == s[SLACK]:
+        s[TIE] = ELASTIC
+    elif s[TIE] == ELASTIC and way < 0 and bound == s[SLACK]:
+        s[TIE] = LOOSE  # at the stop too, where a tie without slack ends: the impact is the next event
+    elif (s[TIE] == ELASTIC or s[TIE] == YIELDING) and way > 0 and bound == w[GAP] + w[RUPTURE]:
+        s[TIE] = BROKEN
+    elif s[TIE] == ELASTIC and way > 0 and bound == s[SLACK] + w[FT] / w[KT]:
+        s[TIE] = YIELDING
+    elif bound == 0.0 and way < 0:
+        s[IMPACTS] += 1.0
+        note(s, events, 1.0)
+        if w[KC] == np.inf:
+            s[V] *= -w[E]
+        else:
+            s[BRANCH] = STOP
+        return True
+    else:
+        s[BRANCH] += way
+        s[PARTED] = 0.0
+    return False
+
+
+@register_jitable
+def write(times, displacement, velocity, reached, tau, origin, x, v, c, k, q, slope):
+    """Store the motion at the times up to tau, and return how many are stored."""
+    while reached < times.size and times[reached] <= tau:
+        displacement[reached], velocity[reached] = closed_state(x, v, c, k, q, slope, times[reached] - origin)
+        reached += 1
+    return reached
 
 
 @register_jitable
@@ -354,13 +383,11 @@ def move(w, s, p, slope, stop, times, displacement, velocity, reached, events):
         x_end, v_end = closed_state(x, v, c, k, q, slope, end)
         turns = False
     if s[BRANCH] == STOP and w[PULLS] == 0.0:
-        held = s[PARTED] == 0.0
-        sign = 1.0 if held else -1.0
-        if sign * (w[KC] * x_end + w[C] * v_end) > 0.0:  # it parts, or meets the stop again, before
-            # Just after the event, so that the next piece does not begin with it.
-            end = parting(w, x, v, c, k, q, slope, sign, end)
+        changed = parting(w, x, v, c, k, q, slope, 1.0 - 2.0 * s[PARTED], end)
+        if changed <= end:  # it parts, or meets the stop again; just after, so that the next piece begins without
+            end = changed
             x_end, v_end = closed_state(x, v, c, k, q, slope, end)
-            s[PARTED] = 1.0 if held else 0.0
+            s[PARTED] = 1.0 - s[PARTED]
             way, turns = 0, False
     tau = stop if end == remaining else origin + end
     reached = write(times, displacement, velocity, reached, tau, origin, x, v, c, k, q, slope)
@@ -369,10 +396,7 @@ def move(w, s, p, slope, stop, times, displacement, velocity, reached, events):
     if s[X] > s[PEAK]:
         s[PEAK], s[PEAK_AT] = s[X], tau
     if way != 0:
-        if bound == 0.0 and way < 0:
-            note(s, events, 1.0)
-        cross(w, s, bound, way)
-        if w[KC] == np.inf and bound == 0.0 and way < 0 and s[V] <= STILL and s[BRANCH] == FIRST:
+        if cross(w, s, bound, way, events) and w[KC] == np.inf and s[V] <= STILL:
             settle(w, s, p + slope * end, events)
     elif turns:
         s[V] = 0.0  # to the last bit

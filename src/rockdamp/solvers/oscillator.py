@@ -93,10 +93,11 @@ def closed_state(x, v, c, k, q, slope, t):
 
 
 @register_jitable
-def acceleration_zeros(x, v, c, k, q, slope):
-    """Return the first zero of the acceleration after the start, and the time between two; infinite where none is."""
-    a = q - c * v - k * x
-    jerk = slope - c * a - k * v
+def free_zeros(a, jerk, c, k):
+    """Return the first zero after the start of a free motion a'' + c a' + k a = 0, and the time between two.
+
+    Both are infinite where none is. It starts at `a` with the derivative `jerk`.
+    """
     half, disc = c / 2.0, c * c / 4.0 - k
     b = jerk + half * a  # exp(-half t) (a cos w t + b/w sin w t), or the same with cosh and sinh
     if a == 0.0 and b == 0.0:
@@ -109,6 +110,13 @@ def acceleration_zeros(x, v, c, k, q, slope):
     if a * b >= 0.0 or d * abs(a) >= abs(b):
         return np.inf, np.inf
     return math.atanh(-d * a / b) / d if d > 0.0 else -a / b, np.inf
+
+
+@register_jitable
+def acceleration_zeros(x, v, c, k, q, slope):
+    """Return the first zero of the acceleration after the start, and the time between two; infinite where none is."""
+    a = q - c * v - k * x
+    return free_zeros(a, slope - c * a - k * v, c, k)
 
 
 @register_jitable
@@ -159,7 +167,7 @@ class Ramps:
     change: Array
 
     @classmethod
-    def of(cls, acceleration: Array, step: float, finer: int) -> Ramps:
+    def from_samples(cls, acceleration: Array, step: float, finer: int) -> Ramps:
         """Split each step of an acceleration into `finer` ones; it must begin at 0, and stays as it ends."""
         slope = np.diff(acceleration, append=acceleration[-1]) / step
         index = np.arange((acceleration.size - 1) * finer + 1)
@@ -240,7 +248,7 @@ def _pseudo_acceleration(record: Record, period: float, damping_ratio: float) ->
     step = record.step
     fine = int(np.ceil(PER_PERIOD * step / period))  # points in place of each sample
     ground = np.concatenate([[0.0], record.ground_acceleration, np.zeros(int(np.ceil(period / step)) + 1)])
-    displacement = Ramps.of(ground, step, fine).displacement(period, damping_ratio)
+    displacement = Ramps.from_samples(ground, step, fine).displacement(period, damping_ratio)
     return (2.0 * np.pi / period) ** 2 * float(np.abs(displacement).max())
 
 
@@ -284,7 +292,7 @@ def floor_response(record: Record, period: Array, contribution: Array, damping_r
     finer = 2 ** max(int(np.ceil(np.log2(step * POINTS / period.min()))), 0)
     rest = np.log(1 / LEFT) / (2 * np.pi * damping_ratio) * period.max()
     ground = np.concatenate([[0.0], record.ground_acceleration, np.zeros(1 + int(np.ceil(rest / step)))])
-    ramps = Ramps.of(ground, step, finer)
+    ramps = Ramps.from_samples(ground, step, finer)
     lag = np.stack([ramps.lag(seconds, damping_ratio) for seconds in period.tolist()])
     moved = np.stack([ramps.displacement(seconds, damping_ratio) for seconds in period.tolist()])
     acceleration = ramps.acceleration - contribution @ lag
