@@ -150,7 +150,9 @@ def _draw_peaks(axes: Axes, one_sided: xr.Dataset) -> None:
         )
     axes.set(xscale="log", xlabel=r"peak under CR, $u/u_\mathrm{ins}$ [-]", ylabel="peak over that under CR [-]")
     axes.set_title(f"(a) $e = {middle_of(one_sided):g}$")
-    axes.set_xticks(one_sided["band_start"].values, [f"{edge:g}" for edge in one_sided["band_start"].values])
+    edges = np.append(one_sided["band_start"].values, one_sided["band_end"].values[-1])
+    axes.set_xticks(edges, [f"{edge:g}" for edge in edges])
+    axes.set_xlim(edges[0], edges[-1])
     axes.minorticks_off()
 
 
@@ -165,6 +167,7 @@ def _draw_two_sided(axes: Axes, one_sided: xr.Dataset) -> None:
         }
         ratio = at["two_sided_intensity_ratio"].sel(wall=name)
         axes.plot(ratio["two_sided_restitution"], ratio, linewidth=0.9, markersize=4, label=name, **style)
+    axes.margins(x=0.05)
     axes.set(xlabel="$e$ of the two-sided wall [-]", ylabel="median of collapse over\nthe one-sided wall's [-]")
     axes.set_title("(b) two-sided in its place")
 
