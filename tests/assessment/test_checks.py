@@ -103,7 +103,7 @@ def test_a_parapet_in_a_building_moves_with_the_floor_below_it_alone_when_an_inp
 
 
 def test_a_level_below_the_onset_is_told_of_the_strongest_motion_and_the_easiest_wall():
-    """By hand: two of three walls are not pushed to their strength; they see 2.5 m s-2 at most, and need 3 m s-2 at least."""
+    """By hand: two of three walls need more than they see: 2.5 m s-2 at most, and 3 m s-2 at least."""
     answer = xr.Dataset({"rocking_onset": ("wall", [3.0, 4.0, 1.0]), "strongest": ("wall", [2.0, 2.5, 9.0])})
     (told,) = below_onset(answer, "PGA", 2.5)
     assert "its load stays below the strength of 2 of 3 walls" in told
