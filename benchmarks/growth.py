@@ -108,7 +108,7 @@ sys.path.insert(0, "benchmarks")
 from growth import population_config
 from rockdamp.studies.earthquakes import population
 config = population_config(int(sys.argv[1]), int(sys.argv[2]), intensities=9)
-population.share("0", config, population.walls(config))
+population.chunk("0", config, population.walls(config))
 """
 
 
@@ -194,18 +194,18 @@ def _records(counts: np.ndarray, walls: int) -> list[float]:
 
 
 def whole_population(quick: bool, whole: bool) -> Section:
-    """Run, or estimate from a share, walls under records at one intensity, with restitution and every damper."""
+    """Run, or estimate from a part, walls under records at one intensity, with restitution and every damper."""
     found = Section("Population")
-    share = 100 if quick else ESTIMATED_FROM
-    count = WALLS if whole and not quick else share
-    config = population_config(RECORDS, count, per_job=share)
+    chunk = 100 if quick else ESTIMATED_FROM
+    count = WALLS if whole and not quick else chunk
+    config = population_config(RECORDS, count, per_job=chunk)
     start = perf_counter()
     sampled = population.walls(config)
     sampling = perf_counter() - start
-    population.share("0", population_config(1, 1), sampled.isel(wall=slice(0, 1)))  # loads the kernel and the records
+    population.chunk("0", population_config(1, 1), sampled.isel(wall=slice(0, 1)))  # loads the kernel and the records
     start, used = perf_counter(), process_time()
-    for number_of_share in range(count // share):
-        population.share(str(number_of_share), config, sampled)
+    for number_of_chunk in range(count // chunk):
+        population.chunk(str(number_of_chunk), config, sampled)
     seconds, used = perf_counter() - start, process_time() - used
     per_wall = RECORDS * len(MODELS)  # histories
     per_history = seconds / (count * per_wall)

@@ -32,7 +32,7 @@ static inline double double_energy(const Block *w, int i, double z)
 }
 
 #ifdef PEAKS_ALONE /* what the march of peaks keeps: a wall whose peak is beyond a3 has collapsed */
-static inline void settle(Block *restrict w, int i, double x, double v, double a, double step)
+static inline void update_lane(Block *restrict w, int i, double x, double v, double a, double step)
 {
     (void)step;
     w->x[i] = x;
@@ -41,7 +41,7 @@ static inline void settle(Block *restrict w, int i, double x, double v, double a
     w->peak[i] = largest(w->peak[i], fabs(x));
 }
 #else
-static inline void settle(Block *restrict w, int i, double x, double v, double a, double step)
+static inline void update_lane(Block *restrict w, int i, double x, double v, double a, double step)
 {
     int alive = w->alive[i] > 0;
     double old = w->x[i], z = alive ? fabs(x) : 0.0;
@@ -79,7 +79,7 @@ static inline void step_CR(Block *restrict w, double p0, double p1, double step)
         double f = force(w, i, fabs(x));
         double half = v + 0.5 * h * a;
         a = stop - (x < 0 ? -f : f);
-        settle(w, i, x, half + 0.5 * h * a, a, step);
+        update_lane(w, i, x, half + 0.5 * h * a, a, step);
     }
 }
 
@@ -108,7 +108,7 @@ static inline double sixteenth_order(double c, double v, double double_v)
             double z = largest(fabs(x), TINY), f = force(w, i, z);                  \
             double c = w->c[i] * (COEFFICIENT);                                     \
             a = (w->g[i] * p1 - (x < 0 ? -f : f) - c * half) / (1 + 0.5 * h * c);   \
-            settle(w, i, x, half + 0.5 * h * a, a, step);                           \
+            update_lane(w, i, x, half + 0.5 * h * a, a, step);                           \
         }                                                                           \
     }
 

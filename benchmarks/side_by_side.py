@@ -68,7 +68,7 @@ def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="small sizes, to see that everything works")
     parser.add_argument("--earthquakes", action="store_true", help="also build the study of earthquakes from nothing")
-    parser.add_argument("--population", action="store_true", help="run all 100,000 walls, not a share")
+    parser.add_argument("--population", action="store_true", help="run all 100,000 walls, not a part of them")
     parser.add_argument(
         "--only",
         nargs="+",
@@ -128,7 +128,7 @@ def _readme(sections: list[Section]) -> str:
         " measured in turn in the same run, and each is the best of several repetitions.",
         f"```\n{COMMAND}\n```",
         "`make peers` sets up what the command needs. Without `--earthquakes` the study of earthquakes is not built"
-        " anew. Without `--population` a share of the walls stands for all. `--quick` tries everything out in small."
+        " anew. Without `--population` a part of the walls stands for all. `--quick` tries everything out in small."
         " `--only` measures a part anew, so parts may be of different runs.",
         f"## Machine\n\n{_machine()}",
         f"## Targets\n\n{met} of {len(targets)} are met.",

@@ -1,7 +1,7 @@
 """See that published uncertainties are bounds: solve damping ratios and histories again exactly, drawn by any seed.
 
 `.venv/bin/python tools/check_bounds.py --seed 7`, after `make`. It takes about a minute. At least 99 % of the damping
-ratios and of the histories that are settled have to lie within what is stated of them; the exit status says whether
+ratios and of the histories that are converged have to lie within what is stated of them; the exit status says whether
 they do.
 """
 
@@ -44,7 +44,7 @@ def ratios(results: Path, config: Config, count: int, seed: int) -> float:
 
 
 def histories(results: Path, config: Config, count: int, seed: int) -> float:
-    """Return the share of the settled ones of `count` histories that end as stated and peak within their bound."""
+    """Return the share of the converged ones of `count` histories that end as stated and peak within their bound."""
     check = config.earthquakes.check.model_copy(update={"histories": count, "seed": seed})
     asked = config.model_copy(update={"earthquakes": config.earthquakes.model_copy(update={"check": check})})
     found = event_driven_check.check_earthquakes(asked, dataset.open(results / "earthquakes.nc"))
@@ -52,7 +52,7 @@ def histories(results: Path, config: Config, count: int, seed: int) -> float:
     rates = ("otherwise_share", "beyond_bound_share", "median_difference", "largest_difference")
     table = found[["study_count", "checked_count", *rates]].to_dataframe()
     print(table.to_string(float_format=lambda share: f"{float(f'{100 * share:.2g}'):g} %", na_rep="-"))
-    return float(held(found.isel(history=(found["settled"] == 1).values)).mean())
+    return float(held(found.isel(history=(found["converged"] == 1).values)).mean())
 
 
 def held(checked: xr.Dataset) -> xr.DataArray:
@@ -75,7 +75,7 @@ def main() -> int:
         ratios(asked.results, config, asked.ratios, asked.seed),
         histories(asked.results, config, asked.histories, asked.seed),
     )
-    print(f"held: {100 * shares[0]:.4g} % of the damping ratios, {100 * shares[1]:.4g} % of the settled histories")
+    print(f"held: {100 * shares[0]:.4g} % of the damping ratios, {100 * shares[1]:.4g} % of the converged histories")
     return 0 if min(shares) >= HELD else 1
 
 

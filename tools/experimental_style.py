@@ -73,7 +73,7 @@ def synthetic_record(
         TrilinearCurve(yield_displacement_ratio, strength_ratio),
         Damping.cr(restitution),
         p * elapsed,
-        **Forcing.of(WALL, Record(fine, motion)).event_driven(),
+        **Forcing.from_record(WALL, Record(fine, motion)).event_driven(),
     )
     stands = history.outcome == "completed"
     require(stands, "pulse_peak", pulse_peak, "small enough that the wall survives [m s-2]")

@@ -1,11 +1,10 @@
 """Hurt the package and its pipeline and see that they survive: `.venv/bin/python tools/hurt.py [--seed 5] [PART ...]`.
 
-Run by hand. Parts: writer, resources, killed, orphans, two-runs, damaged, folders, surroundings, install. Where none is
-named, all but the last, which downloads packages. `--kills 20` says how many kills. `--page` writes the table into
-docs/robustness.md, where a part that was run replaces its rows. From `killed` on the minimal config is built in a copy
-of the tree whose path has a space and a letter beyond ASCII; whatever is done then must end in the same bytes or in a
-clear error. The table says what was done, what had to happen and what did; the exit status is 1 if these differ
-anywhere.
+Run by hand. Parts: killed, orphans, two-runs, damaged, folders, surroundings, install. Where none is named, all but the
+last, which downloads packages. `--kills 20` says how many kills. `--page` writes the table into docs/robustness.md,
+where a part that was run replaces its rows. The minimal config is built in a copy of the tree whose path has a space
+and a letter beyond ASCII; whatever is done then must end in the same bytes or in a clear error. The table says what was
+done, what had to happen and what did; the exit status is 1 if these differ anywhere.
 """
 
 from __future__ import annotations
@@ -25,7 +24,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-import hurt_faults
 import xarray as xr
 from pipeline_tree import RESULTS, Tree, last_lines, line_with
 
@@ -343,12 +341,6 @@ def write_page(lines: list[str]) -> None:
     PAGE.write_text(BLOCK.sub(lambda _: block, text), encoding="utf-8")
 
 
-def done(page: bool) -> None:
-    """Keep what a part found: the next one may take long, or end the program."""
-    if page:
-        write_page(table())
-
-
 def main() -> int:
     """Run the parts that are named, or all but the installation."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -358,10 +350,6 @@ def main() -> int:
     parser.add_argument("--page", action="store_true")
     given = parser.parse_args()
     rng = random.Random(given.seed)
-    without_build: dict[str, Callable[[], None]] = {
-        "writer": lambda: hurt_faults.writer(report),
-        "resources": lambda: hurt_faults.resources(report),
-    }
     parts: dict[str, Callable[[Tree], None]] = {
         "killed": lambda tree: kills(tree, rng, given.kills, whole_group=True),
         "orphans": lambda tree: kills(tree, rng, given.kills, whole_group=False),
@@ -371,22 +359,17 @@ def main() -> int:
         "surroundings": surroundings,
         "install": lambda tree: install(tree, rng),
     }
-    known = [*without_build, *parts]
-    if unknown := [name for name in given.parts if name not in known]:
-        parser.error(f"no part {', '.join(unknown)}; there are {', '.join(known)}")
-    chosen = given.parts or [name for name in known if name != "install"]
-    for name in chosen:
-        if name in without_build:
-            without_build[name]()
-            done(given.page)
-    if of_tree := [name for name in chosen if name in parts]:
-        with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-            tree = Tree(Path(folder, "a träe"))
-            if of_tree != ["install"]:
-                build(tree)
-            for name in of_tree:
-                parts[name](tree)
-                done(given.page)
+    if unknown := [name for name in given.parts if name not in parts]:
+        parser.error(f"no part {', '.join(unknown)}; there are {', '.join(parts)}")
+    chosen = given.parts or [name for name in parts if name != "install"]
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        tree = Tree(Path(folder, "a träe"))
+        if chosen != ["install"]:
+            build(tree)
+        for name in chosen:
+            parts[name](tree)
+            if given.page:  # now, as the next part may take long, or end the program
+                write_page(table())
     print("\n".join(["", *HEAD, *table()]))
     bad = sum(not row.good for row in ROWS)
     print(f"{len(ROWS) - bad} of {len(ROWS)} as expected, seed {given.seed}")

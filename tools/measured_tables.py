@@ -12,13 +12,14 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 from assumption_tables import assumed
 from identification_tables import coverage, free_rocking, random_tests, slips, support
 from mutate_sample import summary
 from one_sided_tables import one_sided, one_sided_collapse, one_sided_steps, shipped, two_sided
-from order_tables import by_band, orders
+from order_tables import by_band, forms, orders
 from rocking_tables import (
     rocking,
     rocking_blocks,
@@ -40,6 +41,7 @@ from rockdamp.report.earthquakes import SOURCES, STRATA, recommended
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.studies.accuracy.stage import HALVES, THOUSANDTH, relative_uncertainty
+from rockdamp.studies.amplitude_dependence import BEST
 from rockdamp.text import number
 from rockdamp.vocabulary import RECOMMENDED_SOURCE, STUDIES
 
@@ -76,6 +78,7 @@ INPUTS += (
     "earthquakes/walls",
     "earthquakes/orders",
     "population/check",
+    "amplitude_dependence",
     "local_damping",
     "loss_law",
     "supports",
@@ -259,6 +262,34 @@ def checks(data: Data) -> str:
     return table(head, rows)
 
 
+def dispersion(data: Data) -> str:
+    """Spreads of the damping ratio over the amplitude, and the closed form's largest differences by e, in %."""
+    study = data["amplitude_dependence"]
+    differences = {
+        f"{ours} less {theirs}": study[f"damping_ratio_{one}"] / study[other] - 1
+        for theirs, other in (("peaks", "damping_ratio_peaks"), ("Err", "damping_ratio"))
+        for ours, one in (("closed form", "energy"), ("middle energy", "middle"))
+    }
+    spreads = {"closed form": "spread_energy", "peaks": "spread_peaks", "Err": "spread_error"}
+    rows = []
+    for model, one in models(study):
+        of_middle = [100 * one[name].isel(restitution=one.sizes["restitution"] // 2) for name in spreads.values()]
+        cells = [f"{float(percents.min()):.1f} to {float(percents.max()):.1f}" for percents in of_middle]
+        for each in differences.values():
+            of_model = 100 * each.sel(damping_model=model)
+            cells.append(
+                " / ".join(_largest(of_model.isel(restitution=at)) for at in range(of_model["restitution"].size))
+            )
+        rows.append(["best n" if model == BEST else model, *cells])
+    return table(["model", *(f"spread, {name}" for name in spreads), *differences], rows)
+
+
+def _largest(percents: xr.DataArray) -> str:
+    """Return the value furthest from zero, as text with its sign; a zero has none."""
+    text = f"{percents.values.ravel()[np.abs(percents).values.argmax()]:+.1f}"
+    return "0.0" if float(text) == 0 else text
+
+
 def pulses(data: Data) -> str:
     """The dampers against restitution under pulses at the middle e, with ξ of the least error, by band of the peak."""
     study = data["pulses"]
@@ -366,9 +397,10 @@ def mutations(_: Data) -> str:
     return summary()
 
 
-_FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_law, checks, orders, pulses)
+_FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_law, checks, orders, dispersion, pulses)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution, rocking_blocks)
 _LAST = (
+    forms,
     local_damping,
     by_program,
     assumed,

@@ -1,16 +1,14 @@
 """Break the science anywhere, at random, and count what the suite notices.
 
     .venv/bin/python tools/mutate_sample.py [--count 200] [--seed 7] [--jobs 2] [--output FILE.csv]
-                                            [--since REVISION] [--near] [PACKAGE ...]
-    .venv/bin/python tools/mutate_sample.py --list
+                                            [--near] [PACKAGE ...]
 
 Run by hand; 200 take an hour or two. Mutations are made from the syntax tree: operators, comparisons, numbers, signs,
-arguments and names of functions. Each place of the packages of science is as likely as any other; with --since, each
-on a line that was committed since REVISION, and did not only move. A mutation is noticed if a test of the module's
-folder, or of the folders that use it, fails; with --near, a test of the files that import the module or are named
-after it. The sample is in a random order: what a run that was stopped has done is a sample too. FILE gets a row for
-each, as it ends, and a second run with the same FILE goes on behind it. Whether a survivor changes any value at all is
-judged by hand, in the column `equivalent` of FILE; `--summary FILE` counts.
+arguments and names of functions. Each place of the packages of science is as likely as any other. A mutation is noticed
+if a test of the module's folder, or of the folders that use it, fails; with --near, a test of the files that import the
+module or are named after it. The sample is in a random order: what a run that was stopped has done is a sample too.
+FILE gets a row for each, as it ends, and a second run with the same FILE goes on behind it. Whether a survivor changes
+any value at all is judged by hand, in the column `equivalent` of FILE.
 """
 
 from __future__ import annotations
@@ -28,7 +26,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, NamedTuple
@@ -95,29 +92,31 @@ class Copy:
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.source = folder, folder / "src"
+        self.passed: set[str] = set()  # tests that pass where nothing is wrong
         shutil.copytree(ROOT / "src", self.source, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
 
     def test(self, mutation: Mutation) -> str:
         """Return the first test that fails, or what to say of a mutation that survives, in bold."""
         path = self.source / "rockdamp" / mutation.file
-        # Numba's cache does not notice every edit of what it compiled.
-        cache = self.folder / ("mutated" if "numba" in mutation.right else "cache")
         path.write_text(mutation.wrong, encoding="utf-8")
         try:
-            failed = self.first_failure(mutation.tests, cache)
+            failed = self.first_failure(mutation.tests)
         finally:
             shutil.copy2(ROOT / "src/rockdamp" / mutation.file, path)
-            shutil.rmtree(self.folder / "mutated", ignore_errors=True)
         if not failed or failed.startswith(STATUS):
             return failed or SURVIVED
         test = failed.partition("[")[0]  # with all of its parameters: some hold what divides the lines of pytest
-        if self.first_failure([test], self.folder / "cache"):
+        if test not in self.passed and self.first_failure([test]):
             return f"**{test} fails without it too**"
+        self.passed.add(test)
         return failed.partition("::")[2] or failed
 
-    def first_failure(self, tests: list[str], cache: Path) -> str:
-        """Return the first test that fails against the copy as it is, below `tests`; empty if none does."""
-        changes = {"PYTHONPATH": str(self.source), "NUMBA_CACHE_DIR": str(cache)}
+    def first_failure(self, tests: list[str]) -> str:
+        """Return the first test that fails against the copy as it is, below `tests`; empty if none does.
+
+        The cache of compiled code notices every edit: `rockdamp.solvers.compiled`.
+        """
+        changes = {"PYTHONPATH": str(self.source), "NUMBA_CACHE_DIR": str(self.folder / "cache")}
         command = [*PYTEST, *(str(ROOT / "tests" / name) for name in tests)]
         environment = {**os.environ, **changes}
         try:
@@ -256,18 +255,6 @@ def near(file: str) -> list[str]:
     return found[:NEAREST] or [first]
 
 
-def changed(since: str) -> Callable[[dict[str, Any]], bool]:
-    """Return whether the line of a mutation changed since a revision; what moved between files did not."""
-
-    @cache
-    def lines(file: str) -> list[bool]:
-        command = ["git", "blame", "-s", "-M", "-C", "-C", f"{since}..", "--", str(PACKAGE / file)]
-        told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-        return [not line.startswith("^") for line in told.splitlines()]
-
-    return lambda entry: lines(entry["file"])[entry["line"] - 1]
-
-
 def as_mutation(entry: dict[str, Any], tests: Callable[[str], list[str]] = tests_of) -> Mutation:
     """Return a mutation: the whole file before and after, and its tests."""
     right = (PACKAGE / entry["file"]).read_text(encoding="utf-8")
@@ -295,29 +282,17 @@ def summary(path: Path = JUDGED) -> str:
 
 
 def main() -> int:
-    """Run a sample, or list all."""
+    """Run a sample."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("packages", nargs="*", metavar="PACKAGE", help=f"of {', '.join(PACKAGES)} (default: all)")
     options.add_argument("--count", type=int, default=200, help="mutations in the sample")
     options.add_argument("--seed", type=int, default=7, help="of the sample")
     options.add_argument("--jobs", type=int, default=2, help="mutations at once")
     options.add_argument("--output", type=Path, default=Path("mutations.csv"), help="table of what came out")
-    options.add_argument("--since", metavar="REVISION", help="mutate only lines that changed since")
     options.add_argument("--near", action="store_true", help="run only the files of tests that import the module")
-    options.add_argument("--list", action="store_true", help="list the sample, and run none")
-    options.add_argument("--summary", type=Path, metavar="FILE", help="count what a table holds, and run none")
     asked = options.parse_args()
-    if asked.summary:
-        print(summary(asked.summary))
-        return 0
     every = list(mutations(asked.packages or list(PACKAGES)))
-    every = list(filter(changed(asked.since), every)) if asked.since else every
     sample = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
-    if asked.list:
-        for entry in sample:
-            print(f"{entry['file']}:{entry['line']}: {entry['right']} -> {entry['wrong']}")
-        print(f"{len(sample)} of {len(every)}")
-        return 0
     done = 0
     if asked.output.exists():
         with asked.output.open(newline="", encoding="utf-8") as table:

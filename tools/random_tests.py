@@ -101,7 +101,7 @@ def drawn(
             motion = wavelet(fine, frequency, cycles, peak)
         elapsed = np.arange(samples + 1) / rate
         times = float(wall.frequency_parameter) * elapsed
-        forced = Forcing.of(wall, Record(fine - fine[0], motion)).event_driven()
+        forced = Forcing.from_record(wall, Record(fine - fine[0], motion)).event_driven()
         displacement = _response(TrilinearCurve(a1, b1), maker, float(e), times, forced, random)
         ratio = float(np.abs(displacement).max())  # NaN of a wall that collapses
         if max(LEAST, least_of_branch * a1) < ratio < MOST:

@@ -69,10 +69,10 @@ def finite(name: str, value: Any) -> Array:
 
 def numbers(name: str, value: Any) -> Array:
     """Return real, finite numbers as a read-only copy; an xarray.DataArray loses the names of its dimensions."""
-    return kept(finite(name, value).copy())
+    return read_only(finite(name, value).copy())
 
 
-def kept(array: Any) -> Any:
+def read_only(array: Any) -> Any:
     """Return the array, from now on read-only."""
     array.setflags(write=False)
     return array
@@ -90,7 +90,7 @@ def whole_numbers(name: str, value: Any) -> NDArray[np.int64]:
     """Return whole numbers as a read-only copy."""
     array = numbers(name, value)
     require((array == np.floor(array)) & (np.abs(array) < 2**53), name, array, "whole")
-    return kept(array.astype(np.int64))
+    return read_only(array.astype(np.int64))
 
 
 def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
@@ -112,7 +112,7 @@ def quantity(name: str, value: Any) -> Quantity:
     array = numbers(name, value)
     if is_named(value):
         copy = value.astype(float)
-        kept(copy.values)
+        read_only(copy.values)
         return copy
     return array if array.ndim else float(array)
 

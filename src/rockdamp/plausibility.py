@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
@@ -276,6 +276,24 @@ def of_supports(acceleration: ArrayLike) -> list[str]:
     if strongest <= STRONGEST * STANDARD_GRAVITY:
         return []
     return [f"the supports peak at {in_g(strongest)} (median): the intensity must be that of the ground, not the floor"]
+
+
+def of_joints(offset: float, small: float, whose: str = "the joints of the wall") -> list[str]:
+    """Return a warning where joints that the model closes together close further apart than `small`, over u_ins."""
+    if offset <= small:
+        return []
+    beyond = f"displacements that differ by {offset:.2g} u_ins, more than {small:g}"
+    return [f"the supports are so far apart that {whose} close at {beyond}; the model has them close together"]
+
+
+def of_joints_of_walls(offsets: Mapping[str, float], small: float) -> list[str]:
+    """Return the same of several walls, by id: of how many, and of which most."""
+    if not offsets:
+        return []
+    furthest, far = max(offsets, key=offsets.__getitem__), sum(offset > small for offset in offsets.values())
+    return of_joints(
+        offsets[furthest], small, f"the joints of {far} of {len(offsets)} walls, most those of {furthest!r},"
+    )
 
 
 def of_asked(pga: float) -> list[str]:

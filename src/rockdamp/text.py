@@ -41,13 +41,13 @@ def percent(value: SupportsFloat, digits: int = 2) -> str:
     return f"less than {percent(LEAST, 1)}" if 0 < fraction < LEAST else f"{number(100 * fraction, digits)}\u00a0%"
 
 
-def at_most(value: SupportsFloat, digits: int = 2) -> str:
+def at_most(value: SupportsFloat) -> str:
     """Write a fraction as `percent` does, but rounded up: a bound that holds."""
     fraction = float(value)
     if not 0 < fraction < math.inf:
-        return percent(fraction, digits)
-    unit = 10.0 ** (math.floor(math.log10(fraction)) - digits + 1)
-    return percent(math.ceil(fraction / unit - 1e-9) * unit, digits)
+        return percent(fraction)
+    unit = 10.0 ** (math.floor(math.log10(fraction)) - 1)
+    return percent(math.ceil(fraction / unit - 1e-9) * unit)
 
 
 def span(values: Any, show: Callable[[Any], str] = lambda value: number(value, 2)) -> str:

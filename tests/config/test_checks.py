@@ -159,7 +159,7 @@ def test_a_study_varies_its_parameter_and_nothing_else(name):
         assert study.frequency_parameter[index] == own_wall.frequency_parameter
 
 
-def test_walls_that_earthquakes_shake_are_strips_or_parapets_with_a_preset_or_their_own_curve():
+def test_walls_that_earthquakes_shake_have_a_hinge_or_are_parapets_with_a_preset_or_their_own_curve():
     made = {named.name: named for named in configured().earthquakes.walls}
     assert list(made) == [entry["name"] for entry in stated()["earthquakes"]["walls"]]
     assert [name for name, named in made.items() if isinstance(named.wall, Parapet)] == ["parapet"]

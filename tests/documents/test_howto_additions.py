@@ -55,6 +55,16 @@ def test_the_new_figure_is_drawn(tree):
         assert (tree.place / RESULTS / f"figures/fig_minima.{suffix}").stat().st_size > 1000
 
 
+def test_a_column_is_in_its_dataset_and_in_the_figure_that_shows_it(tree):
+    with xr.open_dataset(tree.place / RESULTS / "mechanism.nc") as mechanism:
+        assert mechanism["rigid_strength"].attrs == {
+            "units": "N",
+            "long_name": "strength of the rigid wall",
+            "symbol": "F0",
+        }
+    assert (tree.place / RESULTS / "figures/fig1.png").stat().st_size > 1000
+
+
 def test_all_three_stand_in_the_data_dictionary(dictionary):
     assert "`hinge_ratio` (hinge)" in dictionary
     assert "Period of the undamped reference wall. Used by report." in dictionary

@@ -79,6 +79,7 @@ def made_up():
         **earthquakes,
         "earthquakes/orders": orders_as_configured(),
         "equivalence": made_up_studies.equivalence(),
+        "amplitude_dependence": made_up_studies.amplitude_dependence(),
         "pulses": made_up_studies.pulses(),
         "local_damping": report_content.made_up("local_damping")
         .isel(damping_model=[0, 1, 2], bound=[0, 1])
@@ -158,7 +159,7 @@ def test_writing_a_page_again_changes_nothing_but_the_tables(made_up):
         assert measured_tables.written(once, made_up) == once
 
 
-@pytest.mark.parametrize("name", ["random_tests", "mutations"])
+@pytest.mark.parametrize("name", ["random_tests", "mutations", "forms", "free_rocking"])
 def test_tables_of_kept_files_hold_their_numbers(name):
     assert SHOWN[name] == measured_tables.TABLES[name]({})
 
@@ -168,8 +169,9 @@ def test_the_pages_hold_the_numbers_of_the_built_datasets():
     for name, make in measured_tables.TABLES.items():
         shown, written = SHOWN[name], make(data)
         assert NUMBER.sub("x", shown) == NUMBER.sub("x", written)
-        # Another processor's rounding may turn a last digit.
-        np.testing.assert_allclose(numbers(shown), numbers(written), rtol=0.1)
+        # Another processor's rounding may turn a last digit, of which the small percentages of one table have no other.
+        last = 0.11 if name == "dispersion" else 0.0
+        np.testing.assert_allclose(numbers(shown), numbers(written), rtol=0.1, atol=last)
 
 
 def row(name, model, data):

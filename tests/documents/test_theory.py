@@ -217,18 +217,6 @@ def test_trajectories_are_those_of_the_linear_oscillator(curve):
     np.testing.assert_allclose(amplitude, expected, rtol=1e-8)
 
 
-@every_curve
-@pytest.mark.parametrize("e", [0.7, 0.9])
-def test_every_peak_is_exact(curve, e):
-    for share in SHARES:
-        x0 = share * float(curve.ultimate_displacement_ratio)
-        end = 3 * float(curve.period(x0))
-        run = event_driven.history(curve, Damping("ECD", float(exact_ratio(e))), [end], release_amplitude=x0)
-        peaks = np.abs(run.turning_displacement)
-        assert peaks.size >= 4
-        np.testing.assert_allclose(peaks, cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
-
-
 def decrement_of_sides(coefficient_before, coefficient_after):
     """ln of the ratio of the peaks of x'' + C x' + x = 0 in a half cycle, C one value before x = 0 and one after it."""
 

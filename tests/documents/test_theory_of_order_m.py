@@ -2,7 +2,9 @@
 
 import re
 
+import compare_forms
 import numpy as np
+import pandas as pd
 import pytest
 import sympy as sp
 from order_m_motion import Damper, forced_peak, half_cycle, of_restitution
@@ -96,6 +98,26 @@ def test_order_zero_with_the_denominator_is_ecd_but_for_the_second_order():
         with_it = 2 * delta / np.pi / (1 - 2 * delta / np.pi * np.sin(phases) * np.cos(phases))
         away.append(np.abs(with_it - 2 * float(damping_ratio(delta, 0))).max())
     assert away[0] / away[1] == pytest.approx(4, rel=0.05)
+
+
+@pytest.mark.parametrize(("e", "order"), [(0.75, 1.0), (0.85, 16.0)])
+def test_the_form_without_the_denominator_is_exact_with_the_inverse_of_an_integral(e, order):
+    class Undivided(Damper):
+        def coefficient(self, branch, z, v):
+            double_v = branch.double_energy(z) if z else 0.0
+            w = branch.force(z) / np.sqrt(double_v) if z else np.sqrt(branch.stiffness)
+            return self.amplitude * w * (v * v / (v * v + double_v)) ** self.order if v else 0.0
+
+    turn = half_cycle(PAPER, Undivided(compare_forms.size_without(e, order), order), 0.5)
+    assert turn.displacement == pytest.approx(float(PAPER.amplitude(e**2 * PAPER.energy(0.5))), rel=1e-9)
+
+
+def test_the_stored_comparison_of_both_forms_has_the_orders_of_the_study_and_order_16_enough_by_both():
+    stored = pd.read_csv(compare_forms.FILE).set_index(["form", "order", "restitution"])
+    assert len(stored) == 2 * compare_forms.ORDERS.size * compare_forms.RESTITUTIONS.size
+    assert (stored.xs(16.0, level="order")["verdict"] == 1).all()
+    of_form = stored.xs("with")["damping_ratio"].reset_index()
+    np.testing.assert_allclose(of_form["damping_ratio"], -np.log(of_form["restitution"]) / np.pi, rtol=1e-3)
 
 
 def test_the_table_of_orders():

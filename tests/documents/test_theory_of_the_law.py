@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+import sympy as sp
 from repository import ROOT
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -31,6 +32,18 @@ def turns(curve, damping, x0, count):
     """Peaks after the release, `count` of them at most."""
     end = (count + 1) * float(curve.period(x0)) / 2 + 1.0
     return np.abs(event_driven.history(curve, damping, [end], release_amplitude=x0).turning_displacement)[:count]
+
+
+def test_the_law_is_the_flow_over_whole_impacts():
+    """dE/dn = -2 d_r E (E_r/E)^g from E_0: at n = 1 the law of one impact, after n impacts that of n times K."""
+    n, g, e, start, energy_r = sp.symbols("n g e E_0 E_r", positive=True)
+    k = energy_r**g * (1 - e ** (2 * g))
+    energy = (start**g - n * k) ** (1 / g)
+    flow = -2 * (1 - e ** (2 * g)) / (2 * g) * energy * (energy_r / energy) ** g
+    numbers = {n: 3, g: sp.Rational(26, 100), e: sp.Rational(85, 100), start: 2, energy_r: sp.Rational(1, 3)}
+    assert abs((sp.diff(energy, n) - flow).subs(numbers).evalf(30)) < 1e-25
+    factor = sp.sqrt(energy / start).subs({n: 1, start: energy_r})  # of one impact from E_r
+    assert abs(factor.subs(numbers).evalf(30) - numbers[e]) < 1e-25
 
 
 def test_the_peaks_of_a_hundred_random_curves_follow_the_law():
@@ -198,6 +211,34 @@ def test_half_cycles_are_regular_from_a_multiple_of_what_they_lose():
                 return np.max(steepest / (start - part)) - 1
 
             assert brentq(worst, 1.0001, 10) == pytest.approx(multiple, abs=0.006)
+
+
+@pytest.mark.parametrize("order", [0.0, 4.0, 16.0])
+@pytest.mark.parametrize("g", [0.13, 0.26, 0.45])
+def test_the_damping_force_goes_with_the_energy_to_one_half_less_g(g, order):
+    """At one phase of the way in, on the first branch: x and v times a number multiply E by its square."""
+    damping = Damping.of_restitution(0.85, order=order, exponent=g)
+    x, v = -0.02 * np.array([1.0, 0.1, 1e-3]), 0.1 * np.array([1.0, 0.1, 1e-3])
+    q = damping.coefficient(PAPER, x, v) * v
+    kappa_q = damping.coefficient(PAPER, 0.0, v) * v  # at the crossing, where nothing is divided
+    np.testing.assert_allclose(kappa_q / kappa_q[0], np.array([1.0, 0.1, 1e-3]) ** (1 - 2 * g), rtol=1e-9)
+    assert np.all(np.diff(q) < 0) and np.all(q > 0)
+
+
+@pytest.mark.parametrize("order", [0.0, 4.0, 16.0])
+def test_the_coefficient_is_finite_however_little_energy_is_left(order):
+    damping = Damping.of_restitution(0.85, order=order, exponent=0.26)
+    size = np.geomspace(1e-12, 1.0, 25)[:, None, None]
+    x, v = np.linspace(-0.04, 0.04, 10)[:, None], np.linspace(-0.2, 0.2, 10)
+    found = damping.coefficient(PAPER, size * x, size * v)
+    assert np.isfinite(found).all() and (found >= 0).all()
+    double_t, double_v = (size * v) ** 2, 2 * PAPER.energy(np.abs(size * x))
+    kappa = (2 * float(PAPER.energy(0.3)) / (double_t + double_v)) ** 0.26
+    kappa *= 2 * float(damping.damping_ratio) * float(normalisation(order))
+    bound = float(PAPER.initial_frequency) * kappa * (double_t / (double_t + double_v)) ** order / 0.05
+    assert (found <= bound * (1 + 1e-9)).all() and np.isclose(found, bound).any()  # the cap is met
+    at_rest = damping.coefficient(PAPER, [0.0, 0.0, 1e-3], [0.0, 1e-9, 0.0])
+    assert np.isfinite(at_rest).all()
 
 
 BAD = [

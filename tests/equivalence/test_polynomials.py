@@ -30,10 +30,10 @@ def built():
 
 def test_at_a_fit_the_polynomial_is_that_of_its_coefficients(built):
     e = np.array([[0.7, 0.75], [0.8, 0.9]])
-    of = Polynomials.of(built)
+    of = Polynomials.from_dataset(built)
     np.testing.assert_allclose(of("SDR", e, 0.06), 0.0 + 1.0 * e + 2.0 * e**2, rtol=1e-15)
     np.testing.assert_allclose(of("CDR", e, 0.02), 12.0 + 13.0 * e + 14.0 * e**2, rtol=1e-15)
-    np.testing.assert_array_equal(Polynomials.of(built.transpose())("CDR", e, 0.03), of("CDR", e, 0.03))
+    np.testing.assert_array_equal(Polynomials.from_dataset(built.transpose())("CDR", e, 0.03), of("CDR", e, 0.03))
 
 
 def test_polynomials_are_linear_in_the_cracked_stiffness_between_the_fits():
@@ -43,14 +43,14 @@ def test_polynomials_are_linear_in_the_cracked_stiffness_between_the_fits():
 
 
 def test_there_is_nothing_outside_the_range_of_the_fits_nor_for_a_model_without_any(built):
-    of = Polynomials.of(built)
+    of = Polynomials.from_dataset(built)
     assert np.isnan(of("SDR", [0.69, 0.7, 0.9, 0.91], 0.03)).tolist() == [True, False, False, True]
     assert np.isnan(of("SDR", 0.8, 0.019)) and np.isnan(of("SDR", 0.8, 0.061))
     assert np.isnan(of("ECD", [0.7, 0.8], 0.04)).all()
 
 
 def test_a_range_that_must_hold_is_named_with_the_value_outside_it(built):
-    of = Polynomials.of(built)
+    of = Polynomials.from_dataset(built)
     of.require_cover(0.7, [0.02, 0.06], "a1")
     with pytest.raises(InputError, match="restitution is 0.95; it must be within the range of the fits, 0.7 to 0.9"):
         of.require_cover(0.95, 0.04, "a1")

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from scipy.stats import norm
 
-from rockdamp.figures.assessment import fragility_figure
+from rockdamp.figures.single import fragility_figure
 
 
 def made_up(measure="pgv", median=(0.5, np.nan)):

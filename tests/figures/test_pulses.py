@@ -1,4 +1,4 @@
-"""The figure of the pulses: what overturns, with which of both, and shades that are told apart in grey."""
+"""The figure of the pulses: what collapses, with which of both, and shades that are told apart in grey."""
 
 import re
 
@@ -39,13 +39,13 @@ def neighbours(values, at):
     return near if near.size else np.searchsorted(values, at) + np.array([-1, 0])
 
 
-def test_every_map_shows_where_cr_overturns(maps, data, at_e):
+def test_every_map_shows_where_cr_collapses(maps, data, at_e):
     for row, shape in zip(maps, data["pulse"].values, strict=True):
         cr = at_e["reference_collapsed"].sel(pulse=shape)
         assert 0 < cr.mean() < 1
         borders = [axes.collections[1].get_paths()[0].vertices for axes in row]
         assert all(np.array_equal(borders[0], border) for border in borders[1:])
-        for frequency, load in borders[0]:  # between a pulse that overturns the wall and one that does not
+        for frequency, load in borders[0]:  # between a pulse that collapses the wall and one that does not
             around = cr.isel(
                 pulse_frequency=neighbours(cr["pulse_frequency"].values, frequency),
                 load_ratio=neighbours(cr["load_ratio"].values, load),

@@ -47,7 +47,7 @@ def test_one_motion_moves_the_wall_alike_in_every_use_of_a_test():
     fit = RecordFit.from_record(
         record, WALL, Candidate.from_name("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=STEP
     )
-    forcing = Forcing.of(WALL, record)
+    forcing = Forcing.from_record(WALL, record)
     np.testing.assert_allclose(forcing.newmark(forcing.substeps(STEP))["ground_acceleration"], fit.motion, atol=1e-12)
     response = rd.respond(WALL, CURVE, DAMPING, record, step=STEP)
     assert float(response.peak_displacement) == pytest.approx(peak(record) * float(WALL.instability_displacement))
@@ -56,14 +56,14 @@ def test_one_motion_moves_the_wall_alike_in_every_use_of_a_test():
 def test_an_accelerogram_alone_is_linear_between_its_samples():
     record = test_record(64, displacement=False)
     assert float(rd.respond(WALL, CURVE, DAMPING, record).peak_displacement) > 0
-    arguments = Forcing.of(WALL, record).newmark(5)
+    arguments = Forcing.from_record(WALL, record).newmark(5)
     assert arguments["substeps"] == 5
     np.testing.assert_array_equal(arguments["ground_acceleration"], record.ground_acceleration)
 
 
 def test_both_solvers_follow_the_same_smooth_motion():
     record = test_record(64)
-    forcing = Forcing.of(WALL, record, rest=0.5)
+    forcing = Forcing.from_record(WALL, record, tail=0.5)
     end = float(forcing.sampling) * forcing.intervals
     history = event_driven.history(CURVE, DAMPING, [end], **forcing.event_driven())
     assert np.abs(history.turning_displacement).max() == pytest.approx(peak(record), rel=1e-3)

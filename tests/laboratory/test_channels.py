@@ -147,7 +147,7 @@ def test_rows_that_a_tracker_left_out_are_filled_too(tmp_path):
     ("changed", "lost", "message"),
     [
         ({}, range(40, 46), "6 samples are missing after 1.301 s; it must be at most 5 in a row"),
-        ({"scale": None}, (), "wall is in px; a channel in px, and no other, must have the scale of a pixel"),
+        ({"scale": None}, (), "wall is in px; a channel in px, and no other, must have a scale, as 0.35mm/px"),
         ({"wall": Channel("x", "mm")}, (), "wall is in mm; a channel in px, and no other"),
         ({"frame_rate": None}, (), "the time must be given once: as time, a column, or as frame_rate"),
         ({"frame_rate": 0.0}, (), "frame_rate is 0.0; it must be greater than 0"),

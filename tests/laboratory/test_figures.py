@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from made_up_posterior import made_up_posterior
-from made_up_studies import identification
+from made_up_trials import identification
 
 from rockdamp.laboratory.figures import (
     SYMBOLS,

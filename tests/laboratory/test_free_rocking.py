@@ -44,6 +44,8 @@ def test_several_releases_of_one_specimen_are_one_estimate(fitted):
     assert fitted.sizes["release"] == 3
     error = np.abs(fitted["estimate"].values - [0.05, 0.8, E])
     assert (error < 4 * fitted["standard_error"].values).all() and (error < [1e-4, 1e-3, 2e-3]).all()
+    reach = (fitted["interval"].values - fitted["estimate"].values) / fitted["standard_error"].values
+    np.testing.assert_allclose(reach[:, :2], [[-1.645] * 2, [1.645] * 2], rtol=1e-3)  # of a1 and b1, 90 %
     released = fitted["release_displacement"].values / U_INS
     np.testing.assert_allclose(released, [0.5, 0.3, -0.5], rtol=2e-3)
     np.testing.assert_allclose(fitted["release_elapsed"][0], 0.5, atol=2e-3)

@@ -9,7 +9,7 @@ from scipy.stats import truncnorm
 
 from rockdamp.laboratory import measured_rocking as stage
 from rockdamp.laboratory.trials_fit import TrialsFit, drawn, share_below
-from rockdamp.laboratory.velocity_ratios import MOST, UNSCALED, Trials, impacts_to_stop, law_of_loss
+from rockdamp.laboratory.velocity_ratios import CENTRES, MOST, UNSCALED, Trials, impacts_to_stop, law_of_loss
 from rockdamp.mechanics.damping.cr import impact_law
 
 
@@ -111,6 +111,9 @@ def test_e_over_housner_is_that_of_all_impacts_and_not_of_the_first_ratios(sprea
     means = np.array([np.exp(np.log(e[geometry == g]).mean()) for g in (0, 1)]) / housner
     np.testing.assert_allclose(found["restitution_over_housner"], means, atol=0.008)
     assert np.all(found["first_ratio_over_housner"] - means > 0.025)
+    # The mean is that of all blocks there are: the fit has it at Housner's, whatever these two are.
+    assert float(found["restitution_over_housner_mean"]) == pytest.approx(1.0, abs=0.002)
+    assert float(found["first_ratio_mean"]) == pytest.approx(np.sqrt(np.prod(found["first_ratio_over_housner"])))
 
 
 def test_the_spread_within_blocks_is_not_that_between_them(spread):
@@ -138,6 +141,34 @@ def test_blocks_that_lose_little_scatter_less_as_no_impact_gains_energy():
     expected = [truncnorm(-each / 0.03, np.inf, scale=0.03).std() for each in loss]
     np.testing.assert_allclose(found["trial_deviation"], expected, rtol=0.02)
     assert expected[1] < 0.7 * expected[0]
+
+
+def test_intervals_of_a_block_and_of_its_next_trial_are_of_90_per_cent(monkeypatch):
+    """Trials that say nothing of their block: 1.645 of the spread between blocks, or of all of it, to either side."""
+    height, within, between = np.array([0.15]), 0.03, 0.004
+    ratio = np.full((4, 10), 0.85)
+    study = study_of(ratio, np.zeros(4, dtype=int), [0.05], height)
+    values = {"noise": 0.03, "freedom": 1.0, "alternation": 1e-3, "lean": 0.0, "noise_deviation": 0.1, "growth": 0.0}
+    fitted = fit_of(study.trials(10), **values, centre=0.0, within=within, between=between)
+    monkeypatch.setattr(stage.Trials, "centres_seen", lambda *_: np.exp(CENTRES[1])[None])
+    found = study.restitution(fitted)
+    for name, deviation in (("restitution", between), ("trial", np.hypot(within, between))):
+        ends = np.log(found[f"{name}_over_housner_interval"].values[0])
+        np.testing.assert_allclose(ends, [-1.645 * deviation, 1.645 * deviation], rtol=0.02)
+
+
+def test_the_interval_by_bootstrap_leaves_a_twentieth_of_the_replicates_on_either_side(monkeypatch):
+    """Of 101 replicates with the exponents 0, 1 ... 100: from 5 to 95."""
+    found = iter([(0.0, [0.0, 0.0], 0.0), *((float(k), [0.0, 0.0], 0.0) for k in range(101))])
+    one = SimpleNamespace(log_likelihood=0.0, fit=lambda weights: None, negative=lambda point, weights: (0.0, None))
+    monkeypatch.setattr(stage, "profile", lambda *_: next(found))
+    monkeypatch.setattr(stage, "fit", lambda *_, **__: one)
+    monkeypatch.setattr(stage.Expansion, "about", lambda *_: one)
+    bootstrap = SimpleNamespace(replicates=101, seed=1)
+    tried = {"impacts_used": np.array([3.0]), "amplitude_exponent": np.array([-1.0, 0.0, 1.0]), "bootstrap": bootstrap}
+    study = study_of(np.full((4, 3), 0.9), np.zeros(4, dtype=int), [0.05], [0.2], **tried)
+    interval = study.by_amplitude()["amplitude_exponent_bootstrap_interval"]
+    np.testing.assert_allclose(interval, [5.0, 95.0])
 
 
 @pytest.mark.parametrize(("g", "loss"), [(0.26, 0.05), (0.4, 0.1), (0.13, 0.2)])

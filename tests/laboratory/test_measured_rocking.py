@@ -62,13 +62,6 @@ def test_every_choice_of_geometries_is_held_out_and_every_simulated_set_chosen_o
     assert (found["simulated_choices"].sum("chosen") == 1).all()
 
 
-def test_a_profile_s_maximum_and_interval_are_those_of_a_parabola():
-    at = np.array([-0.8, -0.5, -0.2, 0.1, 0.4])
-    best, (low, high), largest = stage.profile(at, 7.0 - 0.5 * ((at + 0.3) / 0.1) ** 2)
-    assert best == pytest.approx(-0.3, abs=1e-3) and largest == pytest.approx(7.0, abs=1e-3)
-    assert (low, high) == (pytest.approx(-0.3 - 0.1645, abs=1e-3), pytest.approx(-0.3 + 0.1645, abs=1e-3))
-
-
 def test_the_spread_that_the_package_ships_is_that_of_the_built_trials():
     try:
         study = dataset.open(ROOT / "results/measured_rocking.nc")

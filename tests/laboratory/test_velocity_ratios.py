@@ -9,7 +9,6 @@ from rockdamp.laboratory.trials_fit import (
     Search,
     TrialsFit,
     at_each_centre,
-    drawn,
     fit,
     share_below,
     simulated,
@@ -165,12 +164,6 @@ def test_an_expansion_gives_the_fits_of_trials_that_are_drawn_again_or_left_out(
     for name in ("noise", "centre", "growth"):
         index = trials.errors.names.index(name)
         assert abs(near[index] - exact.point[index]) < 0.5 * deviation[index], name
-
-
-def test_as_many_trials_of_each_geometry_are_drawn_as_there_are():
-    geometry = np.array([0, 1, 0, 2, 1, 0])
-    weights = drawn(geometry, np.random.RandomState(1))
-    np.testing.assert_array_equal(np.bincount(geometry, weights), np.bincount(geometry))
 
 
 def test_ranks_of_simulated_first_ratios_are_uniform(trials):

@@ -60,6 +60,7 @@ def test_every_cost_stands_beside_that_of_the_change_of_e_which_is_more_only_whe
     for name, own, other in zip(("missed", "added"), cost[3:], ("5.2", "7.1"), strict=True):
         assert f"collapses {name}{percent(own)}{other} %".replace("\u00a0", " ") in page
     assert "root mean square5.1 %9.4 %" in page
+    assert f"1 in 10 exceeds{off(cost[2])}4.1 %".replace("\u00a0", " ") in page
 
 
 def test_the_errors_follow_the_slider_over_the_e_of_the_study(short, data):

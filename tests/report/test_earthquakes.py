@@ -63,7 +63,7 @@ def sample():
             "median_difference": ("stratum", [0.0004, np.nan, 0.002]),
             "largest_difference": ("stratum", [0.011, np.nan, 0.13]),
         },
-        coords={"stratum": ["far", "near", "unsettled"]},
+        coords={"stratum": ["far", "near", "unconverged"]},
     )
 
 
@@ -193,7 +193,7 @@ def test_missed_and_added_collapses_stand_each_in_its_own_column():
 def test_a_study_too_small_for_any_number_has_dashes_and_no_recommendation():
     compared = made_up.comparison()
     statistics = [key for key, values in compared.data_vars.items() if values.dtype.kind == "f"]
-    text = told(compared.assign({key: compared[key] * np.nan for key in statistics} | {"settled_share": 1.0}))
+    text = told(compared.assign({key: compared[key] * np.nan for key in statistics} | {"converged_share": 1.0}))
     assert "there are too few peaks to judge" in text and "Use " not in text
     assert "nan" not in text and "not defined" not in text and "–" in text
 

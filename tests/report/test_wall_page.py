@@ -102,6 +102,9 @@ def test_inputs_stand_with_their_units(html):
     rows = [" ".join(row["text"].split()) for row in Page(html).all("tr")]
     assert {"thickness, t 0.25 m", "overburden over weight, O/W 0.5 -", "strength ratio, b₁ 0.85 -"} <= set(rows)
     assert "kg m⁻³" in html and "rad s⁻¹" in html
+    # 1800 kg m-3 of 0.25 m by 3 m: 13.2 kN on each metre of width, and half of it on top.
+    assert {"weight, W 13.2 kN", "overburden, O 6.62 kN", "overburden per metre of wall 6.61949 kN/m"} <= set(rows)
+    assert "strength of the rigid wall, F₀ 6.57 kN" in rows
 
 
 def test_every_damper_has_its_ratio(html):

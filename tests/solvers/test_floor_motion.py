@@ -80,7 +80,7 @@ def test_a_stiff_building_and_its_base_move_with_the_ground(record):
 
 def test_a_finer_step_changes_nothing_at_the_samples(record):
     padded = np.concatenate([[0.0], record.ground_acceleration, np.zeros(20)])
-    coarse, fine = (Ramps.of(padded, STEP, finer) for finer in (1, 8))
+    coarse, fine = (Ramps.from_samples(padded, STEP, finer) for finer in (1, 8))
     for name in ("lag", "displacement"):
         values, finer = (getattr(ramps, name)(0.3, XI) for ramps in (coarse, fine))
         assert finer[::8] == pytest.approx(values, abs=1e-11 * np.abs(values).max())
@@ -97,3 +97,5 @@ def test_the_shortest_period_has_its_points_whatever_the_longest_is():
     record = Record(0.02 * np.arange(50), np.sin(np.arange(50.0)))
     response = floor_response(record, np.array([1.0, 0.06]), np.ones((2, 2)), XI)
     assert POINTS <= 0.06 / response.step < 2 * POINTS
+    after = response.step * response.acceleration.shape[1] - 0.02 * 50
+    assert np.exp(-XI * 2 * np.pi / 1.0 * after) <= LEFT  # and the longest is followed until it has died down

@@ -40,11 +40,11 @@ def test_the_statistics_are_the_sums_over_pairs_that_stand_and_over_outcomes():
 
 
 def test_typical_size_and_tail_are_those_of_the_sorted_logarithms():
-    """Of 200 pairs two are the hundredth; a ratio and its inverse are equally far off."""
-    logarithm = np.r_[0.01 * np.ones(150), -0.02 * np.ones(48), 0.3, -0.4]
+    """Of 200 pairs two are the hundredth, and eighteen off by more than 0.02; a ratio's inverse is equally far off."""
+    logarithm = np.r_[0.01 * np.ones(150), -0.02 * np.ones(32), 0.05 * np.ones(16), 0.3, -0.4]
     found = tail(np.random.default_rng(2).permutation(logarithm))
     assert (found["log_error_median"], found["log_error_90"]) == (0.01, 0.02)
-    expected = (0.3**2 + 0.4**2) / (150 * 0.01**2 + 48 * 0.02**2 + 0.3**2 + 0.4**2)
+    expected = (0.3**2 + 0.4**2) / (150 * 0.01**2 + 32 * 0.02**2 + 16 * 0.05**2 + 0.3**2 + 0.4**2)
     assert found["tail_share"] == pytest.approx(expected)
     assert tail(np.array([0.5]))["tail_share"] == 1.0
     assert all(np.isnan(value) for value in tail(np.zeros(0)).values())
@@ -82,9 +82,3 @@ def test_a_ratio_of_medians_is_that_of_two_fits_and_its_interval_is_narrower_tha
     one, other = (fit_fragility(intensity, counts[:, i].sum(axis=0), 24).median for i in (0, 1))
     np.testing.assert_allclose(fitted["median_intensity_ratio"], [1.0, other / one])
     assert np.ptp(fitted["median_intensity_ratio_interval"][1]) < 0.3 * np.ptp(fitted["median_interval"][1])
-
-
-def test_one_pair_in_ten_is_off_by_more_than_the_90_per_cent_quantile():
-    """Sizes of 0.00, 0.01 ... 1.00: ten of 101 are larger than 0.90, and fifty than 0.50."""
-    found = tail(0.01 * np.arange(101.0) * np.tile([1, -1], 51)[:101])
-    assert found["log_error_90"] == pytest.approx(0.90) and found["log_error_median"] == pytest.approx(0.50)

@@ -28,6 +28,22 @@ def test_after_a_failure_the_old_file_stands_and_nothing_is_left_over(tmp_path):
     assert os.listdir(tmp_path) == ["result.txt"]
 
 
+@pytest.mark.parametrize("fault", [OSError, MemoryError, KeyboardInterrupt])
+@pytest.mark.parametrize("call", ["open", "close", "lstat", "chmod", "fsync", "replace"])
+def test_whichever_call_fails_the_old_file_stands_whole(tmp_path, monkeypatch, call, fault):
+    def fail(*_, **__):
+        raise fault
+
+    path = tmp_path / "result.txt"
+    path.write_text("old", encoding="utf-8")
+    with monkeypatch.context() as patch, pytest.raises(fault):
+        patch.setattr(os, call, fail)
+        with replacing(path) as temporary:
+            temporary.write_text("new", encoding="utf-8")
+    assert path.read_text(encoding="utf-8") == "old"
+    assert os.listdir(tmp_path) == ["result.txt"]
+
+
 @pytest.mark.parametrize("mode", [0o600, 0o640, 0o755])
 def test_the_permissions_of_a_file_that_is_replaced_stay(tmp_path, mode):
     path = tmp_path / "result.txt"

@@ -162,7 +162,7 @@ def test_under_the_record_the_peak_tends_to_that_of_restitution(found, config):
     away = abs(found["record_peak"] / found["record_reference_peak"] - 1)
     assert (away.diff("order") < 0).all() and float(away[0]) > 0.2 and float(away[-1]) < 0.002
     record = read_record(ROOT / config.validation.record)
-    forcing = Forcing.of(WALL, record)
+    forcing = Forcing.from_record(WALL, record)
     curve, end = TrilinearCurve(0.03, 0.80), float(forcing.sampling) * forcing.intervals
     exact = event_driven.history(curve, Damping.cr(0.835), [end], **forcing.event_driven())
     peak = float(WALL.instability_displacement) * np.abs(exact.turning_displacement).max()

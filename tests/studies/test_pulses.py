@@ -99,7 +99,7 @@ def test_a_lower_restitution_never_gives_a_larger_peak_before_an_impact(found):
 
 
 def made_up():
-    """Four cells of one e: ratios 0.5 and 2 in one band, a false safe and a false collapse."""
+    """Four cells of one e: ratios 0.5 and 2 in one band, one collapse missed and one added."""
     dims = ("pulse", "pulse_frequency", "load_ratio", "restitution")
     peak = np.array([0.2, 0.2, 0.4, 0.6]).reshape(1, 2, 2, 1)
     other = np.array([0.1, 0.4, 0.9, 0.3]).reshape(1, 2, 2, 1)

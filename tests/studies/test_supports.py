@@ -123,3 +123,91 @@ def test_the_comparison_finds_the_factor_that_made_the_collapses(config):
     of_one_wall = of.sel(assumption=supports.KEEPS)
     assert np.isnan(of_one_wall.sel(wall="parapet")) and float(of_one_wall.sel(wall="all")) == pytest.approx(1.0)
     assert found["stations"].sel(assumption=[supports.MASS, supports.VERTICAL]).values.tolist() == [30, 15]
+
+
+# --- without the package ----------------------------------------------------------------------------------------------
+
+GRAVITY = 9.80665
+
+
+def marched(motions, levels, cases, substeps=2):
+    """Which histories of the loaded wall collapse, shape (cases, records, levels), by Runge-Kutta in SI units.
+
+    Constants, curve and impacts are written anew from the equations: nothing of the package is called. `cases` are
+    columns of e, the period of the floor, the factors on inertia and vertical motion, and those on each side's curve.
+    """
+    e, period, heavier, lift, right, left = np.transpose(cases)[:, :, None, None]
+    t, h, r, ratio, a1, b1 = 0.25, 3.0, 0.6, 1.0, 0.06, 0.72
+    mass, weight = 1800 * t * h, 1800 * t * h * GRAVITY
+    strength = 2 * weight * (1 + ratio) * t / (r * h) + ratio * weight * t / ((1 - r) * h)
+    u_ins = strength / (2 * weight * (1 + ratio) / (r * h) + 2 * ratio * weight / ((1 - r) * h))
+    unit = np.sqrt(2 / 3 * mass / strength * u_ins) * strength / mass  # p u_ins/lambda
+    rigid, w, step = period == 0, 2 * np.pi / np.where(period == 0, 1.0, period), motions[0].step
+    assert all(motion.step == step for motion in motions)
+    ground, other = np.zeros((2, len(motions), 1, max(motion.elapsed.size for motion in motions) + round(2 / step)))
+    for row, motion in enumerate(motions):
+        a, beside = motion.ground_acceleration, motions[row ^ 1].ground_acceleration  # of the same station
+        pgv = np.abs(np.cumsum((a[1:] + a[:-1]) / 2) * step).max()
+        ground[row, 0, : a.size], other[row, 0, : beside.size] = a / pgv, beside / pgv
+    scale = (levels * unit)[None, :]
+
+    def rates(state, a, up):
+        u, v, y, rate = state
+        top = np.where(rigid, a, -0.1 * w * rate - w * w * y)  # of a floor with 5 % of damping
+        load = -mass * ((2 - r) / 3 * a + (1 + r) / 3 * top - np.where(rigid, 0.0, GRAVITY * y / h))
+        side = np.where(u > 0, right, left)
+        x = np.abs(u) / (side * u_ins)
+        pull = strength * side * np.sign(u) * np.minimum(np.minimum(b1 * x / a1, b1), np.maximum(1 - x, 0.0))
+        pull = pull * np.maximum(1 + lift * up / GRAVITY, 0.0)
+        return np.stack([v, (load - pull) / (2 / 3 * mass * heavier), rate, top - a])
+
+    state, h_s = np.zeros((4, len(cases), len(motions), levels.size)), step / substeps
+    fell = np.zeros(state.shape[1:], dtype=bool)
+    for index in range(ground.shape[-1] - 1):
+        for part in range(substeps):
+            at = (part + np.array([0.0, 0.5, 1.0]))[:, None, None] / substeps
+            a, up = (scale * (m[..., index] + (m[..., index + 1] - m[..., index]) * at) for m in (ground, other))
+            k1 = rates(state, a[0], up[0])
+            k2 = rates(state + h_s / 2 * k1, a[1], up[1])
+            k3 = rates(state + h_s / 2 * k2, a[1], up[1])
+            moved = state + h_s / 6 * (k1 + 2 * k2 + 2 * k3 + rates(state + h_s * k3, a[2], up[2]))
+            crossed = state[0] * moved[0] < 0
+            until = np.where(crossed, state[0] / (state[0] - moved[0] + ~crossed), 1.0)
+            at_zero = state[1] + until * (moved[1] - state[1])
+            moved[0] = np.where(crossed, (1 - until) * h_s * e * at_zero, moved[0])
+            moved[1] = np.where(crossed, moved[1] - (1 - e) * at_zero, moved[1])
+            fell |= np.abs(moved[0]) >= np.where(moved[0] > 0, right, left) * u_ins
+            state = np.where(fell, 0.0, moved)
+    return fell
+
+
+def test_collapses_are_those_of_an_integration_that_calls_nothing_of_the_package(config):
+    """Each case is nearest to its own equations: of a floor, a mass, another e, vertical shaking and a kept side."""
+    finer = {"velocity_ratio": np.geomspace(0.5, 3.0, 24), "step": 0.025, "diaphragm_period": np.array([0.4, 1.0])}
+    settings = config.supports.model_copy(update=finer)
+    quakes = config.earthquakes.model_copy(update={"walls": config.earthquakes.walls[:1], "tail": 2.0})
+    small = config.model_copy(update={"supports": settings, "earthquakes": quakes})
+    found = supports.histories(small)["collapsed"].sel(wall="loaded")
+    q, r = 1 / 144, 0.6
+    eq_7 = (r * (1 + r) - 3 * q) / (r * (1 + r) + 3 * q)
+    kept, turned = 1 / 3 + q / 12 * (1 / r + 1 / (1 - r)), q / 4 / r + (1 - r) * q * (1 / r + 1 / (2 * (1 - r))) ** 2
+    slab, e = q * (1 / r + 0.5 / (1 - r)) ** 2, 0.9 * eq_7
+    heavier = 1 + slab / (kept + turned)
+    eta = settings.eccentricity * 2 / 0.4 / (4 / 0.6 + 1 / 0.4)  # 2 O ecc/(h2 F0)
+    cases = {
+        supports.ASSUMED: (e, 0.0, 1.0, 0.0, 1.0, 1.0),
+        **{supports.floor_case(period): (e, period, 1.0, 0.0, 1.0, 1.0) for period in (0.4, 1.0)},
+        supports.MASS: (e, 0.0, heavier, 0.0, 1.0, 1.0),
+        supports.ANALYTICAL: (eq_7, 0.0, 1.0, 0.0, 1.0, 1.0),
+        supports.IMPULSIVE: ((kept - turned) / (kept + turned), 0.0, 1.0, 0.0, 1.0, 1.0),
+        supports.STRUCK: ((kept - turned - slab) / (kept + turned + slab), 0.0, heavier, 0.0, 1.0, 1.0),
+        supports.VERTICAL: (e, 0.0, 1.0, settings.vertical, 1.0, 1.0),
+        supports.WORSE: (e, 0.0, 1.0, 0.0, 1 - eta, 1 - eta),
+        supports.KEEPS: (e, 0.0, 1.0, 0.0, 1 + eta, 1 - eta),
+    }
+    motions = [catalogue.read(entry).record for entry in catalogue.listing(config.records)]
+    expected = marched(motions, settings.velocity_ratio, list(cases.values()))
+    studied = found.sel(assumption=list(cases)).transpose("assumption", "record", "velocity_ratio").values
+    differ = np.sum(studied[:, None] != expected[None], axis=(2, 3))
+    assert (differ.argmin(axis=1) == np.arange(len(cases))).all(), differ
+    assert np.diag(differ).max() <= 0.05 * expected[0].size, differ

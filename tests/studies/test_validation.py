@@ -123,7 +123,7 @@ def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
         curve,
         Damping.cr(0.835),
         P * record.elapsed,
-        **Forcing.of(WALL, record).event_driven(),
+        **Forcing.from_record(WALL, record).event_driven(),
     )
     coarse = computed_response(record, WALL, curve, Damping.cr(0.835), 0.01)
     error, coarser = (np.abs(one.displacement - exact.displacement).max() for one in (response, coarse))

@@ -96,7 +96,7 @@ def histories(peak, varied, station, velocity_ratio, collapsed=None, **coords):
             "peak": (dims, peak),
             "peak_uncertainty": (dims, 1e-3 * peak),
             "collapsed": (dims, collapsed),
-            "settled": (dims, np.ones_like(collapsed)),
+            "converged": (dims, np.ones_like(collapsed)),
             "decay_misfit": (dims, np.zeros(peak.shape)),
             "varied_peak": ((*dims[:4], "variation"), varied),
             "varied_collapsed": ((*dims[:4], "variation"), (varied > 1).astype(np.int8)),
@@ -150,7 +150,7 @@ def comparison():
             "pooled": (("wall", "damping_ratio_source"), np.tile([[1], [1], [1], [0], [1]], 3)),
             "records": 100,
             "stations": 50,
-            "settled_share": 0.99,
+            "converged_share": 0.99,
             "relative_uncertainty": ("share", np.array([1e-3, 2e-3, 0.04, 1.0])),
         },
         coords={

@@ -163,3 +163,5 @@ def test_warnings_of_several_values_name_the_one_that_is_furthest_off():
     assert told.startswith("restitution (e) is 0.2,")
     (told,) = plausibility.of_onset([50.0, 40.0])  # the easiest of the walls
     assert "begins to rock at 40 m s-2 (4.08 g)" in told
+    (told,) = plausibility.of_supports([20.0, 40.0])  # the most shaken of the supports
+    assert "the supports peak at 40 m s-2 (4.08 g)" in told

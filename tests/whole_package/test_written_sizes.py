@@ -30,7 +30,7 @@ def test_a_weight_by_volume_is_a_density():
         ("12kN", 12e3, 0),
     ],
 )
-def test_a_load_is_on_the_whole_wall_by_metre_or_on_its_top(text, load, lengths):
+def test_a_load_is_on_the_whole_wall_per_metre_or_on_its_top(text, load, lengths):
     found = overburden(text)
     assert found == (pytest.approx(load, rel=1e-9), lengths)
     whole = load * 2.0 ** min(lengths, 1) * (0.25 if lengths == 2 else 1)  # 2 m wide, 0.25 m thick

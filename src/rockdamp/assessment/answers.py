@@ -36,7 +36,7 @@ COLUMNS = (
     "median_intensity",
     "dispersion",
     "peak_median",
-    "unsettled",
+    "unconverged",
     "median_uncertainty",
     "dispersion_uncertainty",
     "reason",
@@ -47,7 +47,7 @@ BY_INTENSITY = ("collapses", "collapse_probability", "collapse_probability_inter
 # By the rule measured alone: averaged over e, and by the rule impulsive.
 AVERAGED, IMPULSIVE = "averaged_collapse_probability", "collapse_probability_impulsive"
 BY_RULE = (AVERAGED, "averaging_error", IMPULSIVE)
-HALVING = ("unsettled", "median_uncertainty", "dispersion_uncertainty")
+HALVING = ("unconverged", "median_uncertainty", "dispersion_uncertainty")
 WIDEST = 2.0  # of a modelling dispersion
 
 
@@ -161,9 +161,9 @@ def fragilities(answer: xr.Dataset, taxonomies: Iterable[str]) -> Iterator[Colla
         yield from _by_model(wall, taxonomy, f"median_{measure}", f"stripe_{measure}", share)
 
 
-def population_fragilities(population: xr.Dataset, name: str = "population") -> list[Collapse]:
+def population_fragilities(population: xr.Dataset) -> list[Collapse]:
     """Return the fragility under each damping model, by peak ground velocity, of `population.nc`."""
-    return _by_model(population, name, "median_intensity", "intensity", population["collapse_fraction"])
+    return _by_model(population, "population", "median_intensity", "intensity", population["collapse_fraction"])
 
 
 def _by_model(dataset: xr.Dataset, name: str, median: str, level: str, share: xr.DataArray) -> list[Collapse]:

@@ -39,13 +39,15 @@ from rockdamp.assessment.table import (
 )
 from rockdamp.errors import InputError, require
 from rockdamp.histories.labelled import described
-from rockdamp.histories.supports import Records, floor_motions, motions_of
+from rockdamp.histories.loads import SupportRecord
+from rockdamp.histories.supports import SMALL, Records, floor_motions, joint_offset, motions_of
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
+from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import counting
 from rockdamp.statistics.fragility import effective_count, fit_fragility, fit_resampled, interval, resample, wilson
 from rockdamp.storage.dataset import variables
@@ -58,7 +60,7 @@ FEWEST_STATIONS = 4
 METHOD = "Wilson score interval, 95 %, of the effective number of records"
 WEAKEST = 1e-6  # intensity that is assessed: beyond it factors vanish [m s-1 or m s-2]
 CHUNK = 256  # walls that are run at once
-MISSING = {"collapses": -1, "unsettled": -1, "stripe_collapses": -1}  # of a row with an error; NaN elsewhere
+MISSING = {"collapses": -1, "unconverged": -1, "stripe_collapses": -1}  # of a row with an error; NaN elsewhere
 DIMS = ("wall", "damping_model", "record", "intensity", "stripe", "bound")
 T = TypeVar("T")
 
@@ -113,7 +115,7 @@ def assess(
         with its interval, ``median_pgv`` or ``median_pga`` and ``dispersion`` of the fragility with bootstrap intervals
         over the stations, ``stripe_collapses``, and ``peak`` of each record, NaN where the wall collapses. And
         ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. Intervals are NaN
-        for fewer than four stations. ``unsettled`` outcomes at the stripes, ``median_uncertainty`` and
+        for fewer than four stations. ``unconverged`` outcomes at the stripes, ``median_uncertainty`` and
         ``dispersion_uncertainty`` are what the last halving of the step changed. By the rule ``measured`` also
         ``averaged_collapse_probability``, over the spread of e and its rules, with the ``averaging_error`` of this
         integral, and for a wall ``collapse_probability_impulsive``, by rigid mechanics alone. With an exponent also
@@ -210,9 +212,12 @@ def assess_rows(
         motions = both_ways(motions)
     if one_way and (buildings or not all(isinstance(row.wall, OneSidedWall) for row in good)):
         raise InputError("one-sided walls stand on the ground, and in a table of their own")
-    everywhere = []
+    everywhere, apart = [], dict[str, float]()
     for building in buildings or (None,):
-        parts = [part for alike, supports in _on_supports(good, motions, building) for part in run(alike, supports)]
+        parts: list[xr.Dataset] = []
+        for alike, supports in _on_supports(good, motions, building):
+            apart |= _joint_offsets(alike, supports, measure, intensity)
+            parts += run(alike, supports)
         if len(errors) == len(rows):
             raise InputError(f"no row could be computed; {next(iter(errors.values()), 'there is none')}")
         answer = xr.concat(parts, "wall", data_vars="minimal", coords="minimal", compat="override", join="exact")
@@ -221,6 +226,7 @@ def assess_rows(
         everywhere.append(answer)
     answer = everywhere[0] if len(everywhere) == 1 else _worst(everywhere, f"median_{measure.lower()}")
     plausibility.warn(below_onset(answer, measure, intensity))
+    plausibility.warn(plausibility.of_joints_of_walls(apart, SMALL))
     answer = answer.drop_vars("strongest").reindex(wall=[row.line for row in rows], fill_value=MISSING)
     answer = answer.assign(
         records=len(motions), tail=tail, row_error=("wall", [errors.get(row.line, "") for row in rows]), **_stated(loss)
@@ -238,6 +244,16 @@ def _on_supports(
     for (parapet, diaphragm), alike in held.items():
         plain = building is None and diaphragm is None
         yield alike, motions if plain else floor_motions(motions, building, parapet, diaphragm)
+
+
+def _joint_offsets(
+    rows: Sequence[Row], motions: Sequence[GroundMotion], measure: str, intensity: float
+) -> dict[str, float]:
+    """Return how far apart the joints of each wall close, over u_ins, by id; nothing where both supports move alike."""
+    if not any(isinstance(motion.record, SupportRecord) for motion in motions):
+        return {}
+    levels = [getattr(intensity_measures(motion.intensity_record), measure.lower()) for motion in motions]
+    return {row.id: joint_offset(motions, row.wall, intensity / np.array(levels)) for row in rows}
 
 
 def _worst(answers: Sequence[xr.Dataset], median: str) -> xr.Dataset:
@@ -372,8 +388,7 @@ def below_onset(answer: xr.Dataset, measure: str, intensity: float) -> list[str]
     still = strongest < onset
     if not still.any():
         return []
-    do = "does" if still.sum() == 1 else "do"
-    several = f"{still.sum()} of {still.size} walls {do} not rock: the easiest of them"
+    several = f"its load stays below the strength of {still.sum()} of {still.size} walls: the easiest of them"
     walls = several if still.size > 1 else "the wall"
     return plausibility.of_level(strongest[still].max(), onset[still].min(), measure, intensity, walls)
 
@@ -404,7 +419,7 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
             "dispersion": (by_model, fine.dispersion),
             "stripe_collapses": counts["collapsed"],
             # What the last halving of the step changed near collapse; NaN where either step defines no fragility.
-            "unsettled": (runs["stripe_coarser"] != runs["stripe_collapsed"]).sum(("record", "stripe")),
+            "unconverged": (runs["stripe_coarser"] != runs["stripe_collapsed"]).sum(("record", "stripe")),
             "median_uncertainty": (by_model, np.abs(np.log(fine.median / coarse.median))),
             "dispersion_uncertainty": (by_model, np.abs(fine.dispersion - coarse.dispersion)),
         }

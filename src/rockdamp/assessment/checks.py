@@ -44,6 +44,9 @@ class Check(NamedTuple):
         Median over the records of the peak acceleration of the supports. [m s-2]
     rocking_onset : float
         Acceleration whose static load reaches the strength. [m s-2]
+    rocking_share : float
+        Share of the records under which the wall rocks: it goes beyond u1, or collapses. Below the onset too it may, as
+        it vibrates on its first branch. [-]
     capacity, median_peak, upper_peak : float
         Displacement capacity; peaks that half, and 84 %, of the records do not pass: infinite where the wall
         collapses. [m]
@@ -53,14 +56,21 @@ class Check(NamedTuple):
     margin: float
     support_acceleration: float
     rocking_onset: float
+    rocking_share: float
     capacity: float
     median_peak: float
     upper_peak: float
 
     @property
     def rocks(self) -> bool:
-        """True if the supports reach the onset of rocking."""
-        return self.support_acceleration >= self.rocking_onset
+        """True if the wall rocks under any of the records."""
+        return self.rocking_share > 0
+
+    def rocking_in_words(self, runs: int) -> str:
+        """Say whether the wall rocks: under all of its runs, some, or none."""
+        if self.rocking_share in (0.0, 1.0):
+            return "it rocks" if self.rocks else "it does not rock"
+        return f"it rocks under {round(self.rocking_share * runs)} of {runs}"
 
     @property
     def median_met(self) -> bool:
@@ -74,7 +84,11 @@ class Check(NamedTuple):
 
 
 def checks(
-    answer: xr.Dataset, wall: Wall | Parapet | OneSidedWall, motions: Sequence[GroundMotion], capacity: float = CAPACITY
+    answer: xr.Dataset,
+    wall: Wall | Parapet | OneSidedWall,
+    curve: TrilinearCurve,
+    motions: Sequence[GroundMotion],
+    capacity: float = CAPACITY,
 ) -> list[Check]:
     """Return the checks at each intensity of what `assess` returned for a wall under motions.
 
@@ -82,6 +96,7 @@ def checks(
     ----------
     answer : xarray.Dataset
     wall : Wall or Parapet
+    curve : TrilinearCurve
     motions : sequence of GroundMotion
         Those of the answer.
     capacity : float
@@ -108,6 +123,7 @@ def checks(
                 median / intensity,
                 float(np.median(shaken)),
                 float(answer["rocking_onset"]),
+                float(np.mean(peaks > u_ins * float(curve.yield_displacement_ratio))),
                 capacity * u_ins,
                 *(_not_passed(peaks, share) for share in (0.5, UPPER)),
             )

@@ -197,10 +197,10 @@ def between(values: Any, words: Callable[[Any], str] = brief) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def words_by_model(values: xr.DataArray, words: Callable[[Any], str] = brief) -> dict[str, str]:
+def words_by_model(values: xr.DataArray) -> dict[str, str]:
     """Return a value of each model by its name in lower case, for a finding."""
     models = [str(model).lower() for model in values["damping_model"].values]
-    return {model: words(value) for model, value in zip(models, values.values, strict=True)}
+    return {model: brief(value) for model, value in zip(models, values.values, strict=True)}
 
 
 def per_model(values: xr.DataArray, words: Callable[[Any], str] = number) -> str:

@@ -27,6 +27,7 @@ from rockdamp.cli.options import (
     CURVE,
     ONE_SIDED,
     RESTITUTION,
+    RESTITUTION_MEANT,
     WALL,
     all_of,
     column_option,
@@ -62,12 +63,12 @@ from rockdamp.cli.supports import (
     without_ties,
 )
 from rockdamp.units import printed
-from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES, STANDARD_GRAVITY
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rockdamp.equivalence.programs import Typed
+    from rockdamp.equivalence.programs import ProgramInput
     from rockdamp.mechanics.building import Diaphragm
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
@@ -120,8 +121,7 @@ modelling_option = with_default(
 @click.option(
     "--restitution",
     type=RESTITUTION,
-    help=f"Restitution e of releases from {RELEASES}, or a rule for it; one of 0.1 u_ins is unsafe by some"
-    f" {100 * SMALL_RELEASE_OVERSTATES:.0f} %.  [default: measured, 0.90 of Eq. (7)]",
+    help=f"{RESTITUTION_MEANT}, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
 )
 @loss_options
 @walls_option
@@ -174,7 +174,7 @@ def assess_command(
     require_ties(wall, options["tie_target"], pgv or pga or [])
     from rockdamp.assessment.assess import assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
-    from rockdamp.equivalence.programs import frequencies, stop_damper, typed_in
+    from rockdamp.equivalence.programs import frequencies, program_inputs, stop_damper
     from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.plausibility import of_supports, warn
 
@@ -188,14 +188,14 @@ def assess_command(
     mechanism = one_sided.mechanism if one_sided else wall
     if loss.get("exponent") and report is not None:
         raise click.UsageError("--report has no page of a loss with an exponent; --plot, --output and --json are there")
-    placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet), wall, run)
+    placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet, of_row), wall, run)
     answer, motions = placed.answer, placed.motions
     if one_sided:
         from rockdamp.assessment.collapses import both_ways
 
         motions = both_ways(motions)
     needed = needed_ties(one_sided, curve, answer, motions, options["tie_target"]) if one_sided else None
-    checked = checks(answer, wall, motions, capacity)
+    checked = checks(answer, wall, curve, motions, capacity)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
     if reason:
@@ -209,7 +209,7 @@ def assess_command(
         }
         write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.assess", **read)
     if options["plot"] is not None:
-        from rockdamp.figures.assessment import fragility_figure
+        from rockdamp.figures.single import fragility_figure
 
         write_figure(fragility_figure(answer), options["plot"])
     if options["nrml"] is not None:
@@ -218,7 +218,7 @@ def assess_command(
         taxonomy, modelling = options["taxonomy"] or identifier or "wall", options["modelling_dispersion"]
         write_nrml(fragilities(answer, [taxonomy]), answer.attrs["intensity_measure"], options["nrml"], modelling)
     taken = float(answer["restitution"])
-    typed, constants = [] if one_sided else typed_in(wall, curve, taken), frequencies(wall, curve)
+    typed, constants = [] if one_sided else program_inputs(wall, curve, taken), frequencies(wall, curve)
     stop = stop_damper(one_sided, curve, taken) if one_sided else {}
     bare = without_ties(one_sided, curve, answer, motions) if one_sided else None
     if report is not None:
@@ -317,7 +317,7 @@ INTERVAL = "collapse_probability_interval"  # the attribute that names the kind 
 
 
 def values(
-    answer: xr.Dataset, wall: Wall | Parapet, typed: list[Typed], frequencies: tuple[float, float]
+    answer: xr.Dataset, wall: Wall | Parapet, typed: list[ProgramInput], frequencies: tuple[float, float]
 ) -> dict[str, Any]:
     """Return the JSON: numbers for one intensity, lists for several; in SI."""
     from rockdamp.assessment.answers import BY_INTENSITY, BY_RULE, models
@@ -454,7 +454,7 @@ def _halving(rows: list[dict[str, Any]]) -> str:
 
     changed = []
     for row in rows:
-        text = f"{counted(int(row['unsettled']), 'outcome')} at the stripes"
+        text = f"{counted(int(row['unconverged']), 'outcome')} at the stripes"
         if row["median_uncertainty"] is not None:
             text += f", the median by {100 * row['median_uncertainty']:.2g} %"
             text += f" and the dispersion by {row['dispersion_uncertainty']:.2g}"
@@ -462,7 +462,9 @@ def _halving(rows: list[dict[str, Any]]) -> str:
     return f"the last halving of the solver's step changed: {'; '.join(changed)}"
 
 
-def show_damping(typed: list[Typed], frequencies: tuple[float, float], restitution: float, units: str = "si") -> None:
+def show_damping(
+    typed: list[ProgramInput], frequencies: tuple[float, float], restitution: float, units: str = "si"
+) -> None:
     """Print what to type into a program that has viscous damping."""
     from rockdamp.equivalence.programs import advice
 

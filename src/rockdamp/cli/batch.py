@@ -67,11 +67,12 @@ def batch(
     """Collapse of many walls under records.
 
     The table has a row for each wall: id, thickness, height [m], and where wanted width, density, hinge_ratio,
-    overburden_ratio, overburden (a load with its unit, as 12kN/m), eccentricity, parapet, a1, b1, a3, softening,
-    preset, restitution, taxonomy, diaphragm_period, diaphragm_damping, one_sided (yes: of every row or of none),
-    tie_stiffness, tie_strength, tie_gap, tie_height, tie_rupture.
+    overburden_ratio, overburden (a load with its unit, as 12kN/m), eccentricity, overburden_mass, parapet, a1, b1, a3,
+    softening, preset, restitution, taxonomy, diaphragm_period, diaphragm_damping, one_sided (yes: of every row or of
+    none), tie_stiffness, tie_strength, tie_gap, tie_height, tie_rupture.
+    restitution is e of releases from 0.3 to 0.5 u_ins (one of 0.1 u_ins is unsafe by some 10 % of the intensity).
 
-    Commas, semicolons or tabs divide it. A row that describes no wall is reported with its line; the others are
+    Commas, semicolons or tabs divide the table. A row that describes no wall is reported with its line; the others are
     computed, and with --strict the exit status is 3. The output has a row for each wall and damping model: collapses at
     the intensity of --pgv or --pga, median peak, and fragility. In a building, that intensity is of the ground; of
     several periods the worst counts for each wall, and building_period says which.
@@ -94,7 +95,8 @@ def batch(
     rows = table_of_walls(walls, of_walls)
     if diaphragm is not None:
         rows = [row if isinstance(row, BadRow) or row.diaphragm else replace(row, diaphragm=diaphragm) for row in rows]
-    motions = ground_of(records, options, of_records)
+    of_row = next((row.diaphragm for row in rows if not isinstance(row, BadRow) and row.diaphragm), None)
+    motions = ground_of(records, options, of_records, of_row=of_row)
     with concerning(walls):
         answer = assess_rows(rows, motions, measure, intensity, buildings=buildings, tail=tail, **loss)
     bad = [(row, error) for row, error in zip(rows, answer["row_error"].values.tolist(), strict=True) if error]

@@ -172,11 +172,14 @@ def models(fitted: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _print(fitted: xr.Dataset, law: str) -> None:
+    from rockdamp.laboratory.free_rocking import HANDED_ON
+
     told = content(fitted)
     rows = [{**row, "interval_90": _span(row["interval_90"])} for row in told["parameters"]]
     print_table(without_unknown(rows))
     e, analytical = told["parameters"][-1]["estimate"], told["restitution_rigid"]
     rocking, count = int(fitted["impact_rocking"].sum()), fitted.sizes["release"]
+    handed_on = next(row["restitution"] for row in told["restitution_at"] if row["amplitude"] == HANDED_ON)
     over = "" if told["residual_over_rest"] is None else f", {told['residual_over_rest']:.3g} times the noise at rest"
     click.echo(
         f"\ne is {e / analytical:.3f} of the analytical {analytical:.4f} ({law}), by {rocking} impacts of {count}"
@@ -184,7 +187,8 @@ def _print(fitted: xr.Dataset, law: str) -> None:
         f"\nfrom impact to impact e scatters by {told['restitution_scatter']:.2g} (standard deviation of ln e)"
         f"\nthe fit leaves {1000 * told['residual_rms']:.3g} mm (rms), {told['residual_over_peak']:.2g} of the"
         f" largest peak{over}"
-        f"\ne of an impact depends on the peak before it: {_at_amplitudes(told)}; `assess` needs that at 0.3 u_ins"
+        f"\ne of an impact depends on the peak before it: {_at_amplitudes(told)}"
+        f"\nan assessment needs that at {HANDED_ON:g} u_ins: assess --restitution {handed_on:.3f}"
         f"\nthe loss per impact goes with the energy to the power -g, g = {told['loss_exponent']:.3f}"
         f" ({_span(told['loss_exponent_interval_90'])}); that of each damper on this curve:\n"
     )

@@ -223,6 +223,7 @@ def respond_command(
     parapet = options["parapet"]
     ground_motions = _motions(records, options, named_columns(columns, CONTENTS))
     motions = supports_of(ground_motions, buildings, diaphragm, parapet)
+    _question_joints(motions, wall, asked)
     several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
     if several:
         refuse_unused(("output", "plot"), "one record and one scale")
@@ -284,6 +285,22 @@ def _motions(records: Sequence[str], options: Mapping[str, Any], columns: Mappin
 def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     """Leave out the peaks of walls that collapsed: the end of their history is no result."""
     return [row | (dict.fromkeys(PEAKS) if row["outcome"] == "collapsed" else {}) for row in rows]
+
+
+def _question_joints(
+    motions: Sequence[GroundMotion], wall: Wall | Parapet, asked: Mapping[str, Sequence[float]]
+) -> None:
+    """Warn where the supports of the wall move so far apart, under any motion, that its joints close one by one."""
+    from rockdamp.histories.labelled import scales_of
+    from rockdamp.histories.supports import SMALL, joint_offset
+    from rockdamp.plausibility import of_joints, warn
+
+    offsets = [
+        joint_offset([motion], wall, [scale])
+        for motion in motions
+        for scale in scales_of(motion.intensity_record, asked)
+    ]
+    warn(of_joints(max(offsets, default=0.0), SMALL))
 
 
 def _question_rest(rows: list[dict[str, Any]], wall: Wall | Parapet, curve: TrilinearCurve) -> None:

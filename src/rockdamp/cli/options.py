@@ -74,6 +74,10 @@ STRENGTH = Read(lambda text: units.of_ties(text, "N"), "[N|N m-1]", "one, as 3kN
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
 RESTITUTION = Read(word_or_number(*RULES), f"NUMBER|{'|'.join(RULES)}", f"one, or one of {', '.join(RULES)}")
+RESTITUTION_MEANT = (
+    f"Restitution e of releases from {RELEASES} (one of 0.1 u_ins is unsafe by some"
+    f" {100 * SMALL_RELEASE_OVERSTATES:.0f} % of the intensity)"
+)
 
 
 class Model(click.Choice):
@@ -160,8 +164,7 @@ damping_options = all_of(
     click.option(
         "--restitution",
         type=RESTITUTION,
-        help=f"Restitution e of releases from {RELEASES}, or a rule for it, for CR, ECD of any order, LOCAL, and"
-        f" --compare; one of 0.1 u_ins is unsafe by some {100 * SMALL_RELEASE_OVERSTATES:.0f} %.",
+        help=f"{RESTITUTION_MEANT}, or a rule for it, for CR, ECD of any order, LOCAL, and --compare.",
     ),
     loss_options,
     click.option("--order", type=NUMBER, help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
@@ -191,7 +194,7 @@ def named_columns(columns: Iterable[str], contents: Iterable[str]) -> dict[str, 
     """Return the columns of --column by what they hold, which is one of `contents`."""
     from rockdamp.storage.input_file import Column
 
-    pairs = [Column.of(text, list(contents)) for text in columns]
+    pairs = [Column.from_text(text, list(contents)) for text in columns]
     names = [name for name, _ in pairs]
     for name in names:
         if names.count(name) > 1:

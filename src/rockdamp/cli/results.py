@@ -1,4 +1,4 @@
-"""`datasets`, `verify` and `nrml`: list, check and pass on the built results."""
+"""`verify` and `nrml`: check and pass on the built results."""
 
 from __future__ import annotations
 
@@ -9,25 +9,6 @@ import click
 from rockdamp.cli.assessment import modelling_option, write_nrml
 from rockdamp.cli.command import Command, OutputFile, print_json
 from rockdamp.cli.options import json_option
-
-
-@click.command(cls=Command, examples=["rockdamp datasets results"])
-@click.argument("folder", type=click.Path(path_type=Path, exists=True, file_okay=False), default="results")
-@json_option
-def datasets(folder: Path, as_json: bool) -> None:
-    """List the built datasets.
-
-    Print file, title and dimensions of each dataset below FOLDER (by default results).
-    """
-    from rockdamp.storage.dataset import listing
-
-    rows = listing(folder)
-    if as_json:
-        print_json(rows)
-        return
-    for row in rows:
-        sizes = ", ".join(f"{dim} {size}" for dim, size in row["dimensions"].items())
-        click.echo(f"{row['file']}\n    {row['title']}\n    {sizes or 'no dimensions'}")
 
 
 @click.command(

@@ -23,6 +23,7 @@ from rockdamp.cli.command import (
 from rockdamp.cli.options import (
     CURVE,
     RESTITUTION,
+    RESTITUTION_MEANT,
     WALL,
     column_option,
     curve_options,
@@ -42,10 +43,10 @@ from rockdamp.cli.options import (
 )
 from rockdamp.cli.supports import constants as one_sided_constants
 from rockdamp.units import printed
-from rockdamp.vocabulary import RELEASES, STANDARD_GRAVITY
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
-    from rockdamp.equivalence.programs import Typed
+    from rockdamp.equivalence.programs import ProgramInput
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
 
@@ -102,7 +103,7 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 @click.option(
     "--restitution",
     type=RESTITUTION,
-    help=f"Restitution e of releases from {RELEASES}, or a rule.  [default: measured]",
+    help=f"{RESTITUTION_MEANT}, or a rule for it.  [default: measured]",
 )
 @units_option
 @json_option
@@ -132,12 +133,12 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     rows = _periods(built, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
     typed, of_curve, e = None, (0.0, 0.0), 0.0
     if curve is not None:
-        from rockdamp.equivalence.programs import frequencies, typed_in
+        from rockdamp.equivalence.programs import frequencies, program_inputs
 
         e, _ = restitution_and_reason(built, options["restitution"] or DEFAULT_RULE)
         of_curve = frequencies(built, curve)
         values |= dict(zip(("initial_frequency", "initial_period"), of_curve, strict=True))
-        typed = [] if options["one_sided"] else typed_in(built, curve, e)
+        typed = [] if options["one_sided"] else program_inputs(built, curve, e)
     stop = {}
     if options["one_sided"]:
         stated = options["restitution"]
@@ -170,7 +171,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
         show_damping(typed, of_curve, e, units)
 
 
-def _damping(typed: list[Typed], e: float) -> dict[str, Any]:
+def _damping(typed: list[ProgramInput], e: float) -> dict[str, Any]:
     """Return the dampers for the JSON, which is in SI here; C by itself for each that can be a dashpot."""
     constant = {row["damping_model"]: row["damping_coefficient"] for row in typed if row["damping_coefficient"]}
     return {"damping_restitution": e, "damping_coefficient": constant, "damping": typed}
@@ -223,7 +224,7 @@ def _periods(
         "rockdamp equivalent --walls examples/my-walls.csv --output ratios.csv",
     ],
 )
-@click.option("--restitution", type=quantities(), help=f"Restitution e of releases from {RELEASES}.")
+@click.option("--restitution", type=quantities(), help=f"{RESTITUTION_MEANT}.")
 @curve_options
 @with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=NUMBER, help="Length of the matched response in tau = p t.  [default: 8]")
@@ -241,7 +242,7 @@ def equivalent_command(
     Print one row for each coefficient of restitution and viscous model. damping_ratio has the least error (Eq. 17): use
     it. damping_ratio_energy, the closed form, is close to it for all but CDC, where it errs more under earthquakes.
     With --thickness and --height a row has C too, if that is constant. Of a table of walls, in the format of batch, the
-    ratios of least error are searched on all cores, 3 000 walls in some minutes. Where a wall has none, the column
+    ratios of least error are searched on all cores; 3 000 walls take 90 s of one. Where a wall has none, the column
     error says why.
     """
     if walls is not None:

@@ -98,9 +98,16 @@ def make_diaphragm(options: Mapping[str, Any]) -> Diaphragm | None:
 
 
 def ground_of(
-    records: Sequence[str], options: Mapping[str, Any], columns: Mapping[str, Column], parapet: bool = False
+    records: Sequence[str],
+    options: Mapping[str, Any],
+    columns: Mapping[str, Column],
+    parapet: bool = False,
+    of_row: Diaphragm | None = None,
 ) -> list[GroundMotion]:
-    """Return the ground motions that are named, or with --top-record the motions of both supports."""
+    """Return the ground motions that are named, or with --top-record the motions of both supports.
+
+    `of_row` is a flexible floor that a row of the table has.
+    """
     from rockdamp.histories.supports import two_records
     from rockdamp.motions.catalogue import motions_of
 
@@ -109,6 +116,10 @@ def ground_of(
     for name in ("building_period", "diaphragm_period"):
         if options[name] is not None:
             raise click.UsageError(f"--{name.replace('_', '-')} and --top-record both move the top; there must be one")
+    if of_row is not None:
+        raise click.UsageError(
+            f"diaphragm_period of the table ({of_row.period:g} s) and --top-record both move the top; there must be one"
+        )
     if parapet:
         raise click.UsageError(
             "--top-record moves the top of a wall; --parapet, which has one support, must be without"
@@ -155,7 +166,7 @@ def place(
     """Run a wall in each building, or on the ground where there is none, and return the worst answer."""
     from rockdamp.histories.supports import SMALL, floor_motions, joint_offset
     from rockdamp.mechanics.wall import Parapet
-    from rockdamp.plausibility import warn
+    from rockdamp.plausibility import of_joints, warn
 
     parapet = isinstance(wall, Parapet)
     plain = not buildings and diaphragm is None
@@ -165,13 +176,7 @@ def place(
     worst = max(range(len(answers)), key=lambda index: _severity(answers[index]))
     answer = answers[worst]
     offset = joint_offset(motions[worst], wall, answer["scale_factor"].values[:, -1])
-    if offset > SMALL:
-        warn(
-            [
-                f"the supports are so far apart that the joints of the wall close at displacements that differ by "
-                f"{offset:.2g} u_ins, more than {SMALL:g}; the model has them close together"
-            ]
-        )
+    warn(of_joints(offset, SMALL))
     building = buildings[worst] if buildings else None
     floor = "" if diaphragm is None else f"under a flexible floor of {diaphragm.period:g} s"
     if building is None:
@@ -284,7 +289,7 @@ def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") ->
         if isfinite(check.margin):
             click.echo(f"  margin: the median {measure} of collapse is {check.margin:.3g} times this")
         shaken, onset = (value / STANDARD_GRAVITY for value in (check.support_acceleration, check.rocking_onset))
-        verdict = "it rocks" if check.rocks else "it does not rock"
+        verdict = check.rocking_in_words(int(answer["records"]))
         click.echo(f"  force: supports peak at {shaken:.3g} g (median), rocking starts at {onset:.3g} g: {verdict}")
         for name, peak, met in (
             ("median", check.median_peak, check.median_met),

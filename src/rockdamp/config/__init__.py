@@ -38,7 +38,7 @@ from rockdamp.config.sections import (
     ResponseLengths,
     RestitutionGrid,
     Solver,
-    Strip,
+    StatedWall,
     Studies,
     Validation,
     made,
@@ -53,7 +53,7 @@ class Config(Section):
         description="Folder that everything is built in, seen from the folder of the run."
     )
     solver: Solver = Field(description="How free decays and matches are integrated.")
-    wall: Strip = Field(description="The reference wall of Figs 5 to 7, and the one that Fig. 1 draws.")
+    wall: StatedWall = Field(description="The reference wall of Figs 5 to 7, and the one that Fig. 1 draws.")
     curve: Curve = Field(description="The reference wall's force-displacement curve.")
     release_amplitude: Positive = Field(
         description="Displacement that free decays start from, u0/u_ins, less than a3. [-]"

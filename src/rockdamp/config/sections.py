@@ -92,7 +92,7 @@ class CurveSection(Section):
         return TrilinearCurve(**self.model_dump())
 
 
-Strip = Annotated[Wall, made_of(WallSection, WallSection.wall)]
+StatedWall = Annotated[Wall, made_of(WallSection, WallSection.wall)]
 Curve = Annotated[TrilinearCurve, made_of(CurveSection, CurveSection.curve)]
 
 
@@ -210,7 +210,7 @@ class Validation(Section):
         description="Records of the same wall that Fig. 8 compares in place of `record`, sampled alike; those of a"
         " synthetic test series only while `record` is synthetic too. An empty list: `record` alone."
     )
-    wall: Strip = Field(description="The wall of the test.")
+    wall: StatedWall = Field(description="The wall of the test.")
     curve: Curve = Field(description="The curve of the test.")
     restitution: Restitution = Field(description="Coefficient of restitution e of the test. [-]")
     fit_yield_displacement_ratios: Positives = Field(

@@ -73,7 +73,7 @@ def equivalent(
     Parameters
     ----------
     restitution : float or sequence of float
-        e, in (0, 1]. [-]
+        e of releases from 0.3 to 0.5 u_ins, in (0, 1]. [-]
     yield_displacement_ratio, strength_ratio, ultimate_displacement_ratio : float
         a1, b1, a3 of the curve. [-]
     softening : {"steeper", "translated"}

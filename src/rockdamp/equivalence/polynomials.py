@@ -33,7 +33,7 @@ class Polynomials:
     restitution: tuple[float, float]  # the smallest and the largest e of the fits [-]
 
     @classmethod
-    def of(cls, equivalence: xr.Dataset) -> Polynomials:
+    def from_dataset(cls, equivalence: xr.Dataset) -> Polynomials:
         """Take the polynomials of a built dataset: its ``coefficient`` and the range of its ``restitution``."""
         fits = equivalence["coefficient"].sortby("yield_displacement_ratio")
         fits = fits.transpose("damping_model", "yield_displacement_ratio", "degree")

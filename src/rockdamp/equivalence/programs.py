@@ -39,7 +39,7 @@ OFFERS = {
 }
 
 
-class Typed(TypedDict):
+class ProgramInput(TypedDict):
     """One viscous damper as a program takes it.
 
     `damping_ratio` has the least Err, Eq. (17), or is by the closed form where no ratio has; `false_safe_rate` is its
@@ -69,15 +69,13 @@ def dashpot(wall: Wall | Parapet, curve: TrilinearCurve, damping_model: str, dam
     return float(2 * damping_ratio * wall.effective_mass * frequencies(wall, curve)[0])
 
 
-def typed_in(
-    wall: Wall | Parapet, curve: TrilinearCurve, restitution: float, release: float | None = None
-) -> list[Typed]:
+def program_inputs(wall: Wall | Parapet, curve: TrilinearCurve, restitution: float) -> list[ProgramInput]:
     """Return each viscous damper that stands for a coefficient of restitution, as a program takes it.
 
-    The wall is released from `release`, by default half of a3.
+    The wall is released from half of a3.
     """
     a3 = float(curve.ultimate_displacement_ratio)
-    x0 = 0.5 * a3 if release is None else release
+    x0 = 0.5 * a3
     a1, b1 = float(curve.yield_displacement_ratio), float(curve.strength_ratio)
     matched: dict[str, tuple[float, float | None]] = {}
     try:
@@ -85,7 +83,7 @@ def typed_in(
             matched[row["damping_model"]] = (row["damping_ratio"], row["rms_error"])
     except InputError:  # for some curves no damping ratio within reach errs least
         pass
-    rows: list[Typed] = []
+    rows: list[ProgramInput] = []
     for model in VISCOUS_MODELS:
         energy = float(damping_ratio_energy(curve, model, restitution, x0))
         xi, error = matched.get(model, (energy, None))

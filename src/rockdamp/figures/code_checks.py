@@ -7,10 +7,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import GREY, PALE, literal, new_figure, styled
+from rockdamp.figures.style import GREY, PALE, literal, new_figure, styled, with_interval
 from rockdamp.text import number, percent, plain, span
 
 MARKERS, COLOURS = ("o", "s", "^", "D"), ("#0072B2", "#D55E00", "#009E73", GREY)
+RATIO = "median_demand_ratio"
 FIRST, ALONE, MEASURED, ONE = "from the first branch on", "at the secant alone", "measured", "one for all"
 
 
@@ -36,8 +37,8 @@ def _demands(axes: Axes, study: xr.Dataset) -> None:
     for place, factor in enumerate(factors):
         y = row + 0.25 * (place - (len(factors) - 1) / 2)
         at = study.sel(confidence_factor=factor)
-        of_rule = at["median_demand_ratio"].sel(restitution_rule=MEASURED).values
-        ends = at["median_demand_ratio_interval"].sel(restitution_rule=MEASURED).transpose("bound", ...).values
+        of_rule = at[RATIO].sel(restitution_rule=MEASURED).values
+        ends = at[f"{RATIO}_interval"].sel(restitution_rule=MEASURED).transpose("bound", ...).values
         axes.errorbar(
             of_rule,
             y,
@@ -50,13 +51,14 @@ def _demands(axes: Axes, study: xr.Dataset) -> None:
         )
     alike = study.isel(confidence_factor=0).sel(restitution_rule=ONE)
     label = f"FC = {factors[0]:g}, $e = {float(alike['restitution'].max()):g}$"
-    axes.plot(alike["median_demand_ratio"], row, "x", color=COLOURS[0], markersize=4, label=label)
+    axes.plot(alike[RATIO], row, "x", color=COLOURS[0], markersize=4, label=label)
     axes.axvline(1.0, color="black", linewidth=0.6)
     for edge in row[1:]:
         axes.axhline(edge - 0.5, color=PALE, linewidth=0.4)
     axes.set_xscale("log")
     axes.set_xticks([0.5, 0.7, 1.0, 1.4, 2.0], ["0.5", "0.7", "1", "1.4", "2"])
     axes.minorticks_off()
+    axes.margins(x=0.05)
     axes.set(xlabel="demand by the check over capacity [-]")
 
 
@@ -69,16 +71,16 @@ def fig_code_checks_caption(study: xr.Dataset) -> str:
             at.sel(limit_state=state, period_range=FIRST, restitution_rule=MEASURED) for at in (lowest, highest)
         ]
         one, other = (at.isel(wall=0) for at in by_factor)
-        walls = by_factor[0]["median_demand_ratio"].isel(wall=slice(1, None))
+        walls = by_factor[0][RATIO].isel(wall=slice(1, None))
         texts.append(
-            f"{state} {_with_interval(one)} with FC&nbsp;=&nbsp;{plain(one['confidence_factor'])} ({span(walls)} by"
-            f" wall; {percent(one['unsafe_share'])} of walls and records pass and reach the capacity) and"
-            f" {_with_interval(other)} with FC&nbsp;=&nbsp;{plain(other['confidence_factor'])}"
+            f"{state} {with_interval(one, RATIO)} with FC&nbsp;=&nbsp;{plain(one['confidence_factor'])} ({span(walls)}"
+            f" by wall; {percent(one['unsafe_share'])} of walls and records pass and reach the capacity) and"
+            f" {with_interval(other, RATIO)} with FC&nbsp;=&nbsp;{plain(other['confidence_factor'])}"
         )
     e = plain(study["restitution"].sel(restitution_rule=ONE).max())
     shown = lowest.isel(limit_state=0, wall=0)
-    alike = shown.sel(period_range=FIRST, restitution_rule=ONE)["median_demand_ratio"]
-    alone = shown.sel(period_range=ALONE, restitution_rule=MEASURED)["median_demand_ratio"]
+    alike = shown.sel(period_range=FIRST, restitution_rule=ONE)[RATIO]
+    alone = shown.sel(period_range=ALONE, restitution_rule=MEASURED)[RATIO]
     return f"""
     The Italian code's displacement check for local mechanisms, after a transcription that has not been compared with
     the official gazette, at the intensity at which histories under restitution first reach its capacity. A check
@@ -87,8 +89,3 @@ def fig_code_checks_caption(study: xr.Dataset) -> str:
     limit state and the lower FC, one e for all walls, {e} (crosses), gives {number(alike)}, and the spectrum at the
     secant's period alone, in place of its largest value from the first branch's period on, {number(alone)}.
     """
-
-
-def _with_interval(case: xr.Dataset) -> str:
-    low, high = (number(case["median_demand_ratio_interval"].sel(bound=bound)) for bound in ("lower", "upper"))
-    return f"{number(case['median_demand_ratio'])} ({low} to {high})"

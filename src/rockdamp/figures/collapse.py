@@ -256,7 +256,7 @@ def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
         return f"{percent(off.median())} and {percent(off.max())}"
 
     return f"""
-    Where both medians stand, that of the damper differs from that of restitution by (median, and largest)
+    Where both medians survive, that of the damper differs from that of restitution by (median, and largest)
     {by_damper(drawn, median_and_largest)}. A fractile ends at the last velocity ratio at which that wall survives, the
     median with a marker. Fractiles over {int(drawn["records"])} records at {drawn.sizes["velocity_ratio"]}
     velocity ratios, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error.

@@ -18,8 +18,8 @@ from rockdamp.figures.style import (
     DAMPING_RATIO,
     GREY,
     PALE,
+    REFERENCE_A1,
     REFERENCE_AMPLITUDE,
-    REFERENCE_CRACKED_STIFFNESS,
     REFERENCE_RESTITUTION,
     RESTITUTION,
     SINGLE_COLUMN,
@@ -358,9 +358,7 @@ def fig7(equivalence: xr.Dataset) -> Figure:
 def fig7_caption(equivalence: xr.Dataset) -> str:
     """Write the caption of Fig. 7, HTML."""
     fits = paper_models(equivalence)
-    at = fits.sel(
-        yield_displacement_ratio=REFERENCE_CRACKED_STIFFNESS, restitution=REFERENCE_RESTITUTION, method="nearest"
-    )
+    at = fits.sel(yield_displacement_ratio=REFERENCE_A1, restitution=REFERENCE_RESTITUTION, method="nearest")
     return f"""
     Second-order polynomials ξ(e) are off by up to {_by_range(fits["largest_relative_error"])} of ξ where little is
     lost, as they do not vanish where ξ does: R²&nbsp;≥&nbsp;{_rounded_down(fits["r_squared"])}, with residuals up to
@@ -395,7 +393,7 @@ def _shared(dataset: xr.Dataset) -> list[str]:
 def _ranges(axes: Axes, equivalence: xr.Dataset) -> None:
     """Draw all models together: the polynomial at the reference a1, and the band that the other a1 fill."""
     e, values = equivalence["restitution"], equivalence["yield_displacement_ratio"].values.tolist()
-    index = nearest(values, REFERENCE_CRACKED_STIFFNESS)
+    index = nearest(values, REFERENCE_A1)
     fits = equivalence["damping_ratio_fit"]
     for model in dampers(equivalence):
         band = fits.sel(damping_model=model)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Any
 
 import numpy as np
@@ -13,11 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon, Rectangle
 
 from rockdamp.arrays import Array
-from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, SINGLE_COLUMN, new_figure, styled
+from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, SINGLE_COLUMN, in_units, length, new_figure, styled
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.text import number, plain
-from rockdamp.units import IMPERIAL, printed
 from rockdamp.vocabulary import PRESETS
 
 # --- bodies, at displacements of any size -----------------------------------------------------------------------------
@@ -62,21 +60,6 @@ def wall_corners(thickness: float, height: float, hinge_ratio: float, offset: fl
 # --- one wall, in the units of its page -------------------------------------------------------------------------------
 
 
-def in_units(unit: str, system: str) -> tuple[str, float]:
-    """Return the unit in which a value in `unit` is drawn, as a label has it, and its size in that.
-
-    `system` is si or imperial.
-    """
-    name, size = printed(unit, system, {**IMPERIAL, "m": "ft"})
-    return re.sub(r"-\d", r"$^{\g<0>}$", name), size
-
-
-def length(metres: float, system: str, digits: int = 3) -> str:
-    """Write a length: as it was given in metres, in feet with some digits."""
-    unit, size = in_units("m", system)
-    return f"{metres:g} {unit}" if size == 1 else f"{metres / size:.{digits}g} {unit}"
-
-
 DRAWN = 0.6  # of the thickness: the displacement of the sketch
 MASONRY = "#D9C3B0"
 POINTS = 400  # of the curve
@@ -114,7 +97,7 @@ def _draw_sketch(axes: Axes, wall: Wall | Parapet, system: str) -> None:
     if float(wall.overburden_ratio) > 0:
         arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.0}
         axes.annotate("", (0.0, top), (0.0, top + 0.12 * height), arrowprops=arrow)
-        axes.text(0.25 * thickness, top + 0.1 * height, f"$O$ = {float(wall.overburden_ratio):g} $W$", va="center")
+        axes.text(0.25 * thickness, top + 0.1 * height, f"$O$ = {float(wall.overburden_ratio):.3g} $W$", va="center")
     axes.set(ylim=(-0.12 * height, top + 0.16 * height), aspect="equal", xticks=[], yticks=[])
     axes.set_xlim(-0.75 * height, 0.75 * height)
     axes.spines[:].set_visible(False)
@@ -335,14 +318,14 @@ def _draw_displaced(axes: Axes, t: float, h: float, ratio: float, u: float) -> N
     axes.plot([0, 0], [hinge[1] - 0.3 * t, hinge[1] + 0.3 * t], color=GREY, linewidth=THIN)
     _dimension(axes, (0.0, hinge[1]), tuple(hinge), "$u$", (0.0, 0.05 * t), "center", "bottom")
     lower_angle, upper_angle = (np.degrees(rotation(t, part * h, u)) for part in (ratio, 1 - ratio))
-    for pivot, length, facing, symbol in (
+    for pivot, radius, facing, symbol in (
         (base, 0.62 * ratio * h, 90.0, r"$\theta_1$"),
         (top, 0.62 * (1 - ratio) * h, 270.0, r"$\theta_2$"),
     ):
-        end = pivot[1] + (1.25 if facing == 90 else -1.25) * length
+        end = pivot[1] + (1.25 if facing == 90 else -1.25) * radius
         axes.plot([pivot[0]] * 2, [pivot[1], end], color=GREY, linewidth=THIN, linestyle="dashed")
         first, last = (90 - lower_angle, 90.0) if facing == 90 else (270.0, 270 + upper_angle)
-        _angle(axes, pivot, length, first, last, symbol, t, outwards=0.2 * t)
+        _angle(axes, pivot, radius, first, last, symbol, t, outwards=0.2 * t)
     for point, symbol, shift in ((top, "$A'$", 0.27), (hinge, "$B$", -0.1), (base, "$C'$", 0.27)):
         _pivot(axes, point, symbol, (shift * t, 0.0 if shift > 0 else -0.15 * t))
     _weights(axes, lower, upper, t, sides=(-1, -1))

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
-from rockdamp.figures.mechanism import in_units, length, wall_corners
-from rockdamp.figures.style import GREY, PALE, STOP_COLOUR, new_figure, styled
+from rockdamp.figures.mechanism import wall_corners
+from rockdamp.figures.style import GREY, PALE, STOP_COLOUR, in_units, length, new_figure, styled
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall, height_of_u
 from rockdamp.mechanics.wall import Wall
@@ -150,7 +150,9 @@ def _draw_peaks(axes: Axes, one_sided: xr.Dataset) -> None:
         )
     axes.set(xscale="log", xlabel=r"peak under CR, $u/u_\mathrm{ins}$ [-]", ylabel="peak over that under CR [-]")
     axes.set_title(f"(a) $e = {middle_of(one_sided):g}$")
-    axes.set_xticks(one_sided["band_start"].values, [f"{edge:g}" for edge in one_sided["band_start"].values])
+    edges = [*one_sided["band_start"].values, one_sided["band_end"].values[-1]]
+    axes.set_xlim(edges[0], edges[-1])
+    axes.set_xticks(edges, [f"{edge:g}" for edge in edges])
     axes.minorticks_off()
 
 
@@ -166,6 +168,7 @@ def _draw_two_sided(axes: Axes, one_sided: xr.Dataset) -> None:
         ratio = at["two_sided_intensity_ratio"].sel(wall=name)
         axes.plot(ratio["two_sided_restitution"], ratio, linewidth=0.9, markersize=4, label=name, **style)
     axes.set(xlabel="$e$ of the two-sided wall [-]", ylabel="median of collapse over\nthe one-sided wall's [-]")
+    axes.margins(x=0.05)
     axes.set_title("(b) two-sided in its place")
 
 

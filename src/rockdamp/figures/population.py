@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,17 @@ from matplotlib.patches import Patch
 
 from rockdamp.figures.collapse import BAND, SHARES, draw_fragility
 from rockdamp.figures.earthquakes import plain_logarithmic
-from rockdamp.figures.style import GREY, by_damper, dampers, line_of, marks_of, new_figure, style_of, styled
+from rockdamp.figures.style import (
+    GREY,
+    by_damper,
+    dampers,
+    line_of,
+    marks_of,
+    new_figure,
+    style_of,
+    styled,
+    with_interval,
+)
 from rockdamp.text import number
 from rockdamp.vocabulary import REFERENCE
 
@@ -108,13 +119,10 @@ def fig_population_caption(population: xr.Dataset) -> str:
         for i in np.argsort(-np.nan_to_num(index))[:3]
     )
 
-    def with_interval(of_damper: xr.Dataset) -> str:
-        low, high = map(number, of_damper["median_intensity_ratio_interval"].values)
-        return f"{number(of_damper['median_intensity_ratio'])} ({low} to {high})"
-
+    ratio = partial(with_interval, name="median_intensity_ratio")
     return f"""
     The dampers' medians of collapse, over that of restitution and with ξ of the closed form at each wall, are
-    {by_damper(population, with_interval)}. Collapse depends most on these parameters: {most} (first-order index; of a
+    {by_damper(population, ratio)}. Collapse depends most on these parameters: {most} (first-order index; of a
     correlated parameter it includes what it shares with others). With restitution half of the runs collapse at
     {number(cr["median_intensity"])}&nbsp;m/s (dispersion {number(cr["dispersion"], 2)}). {population.sizes["wall"]}
     walls, a Latin hypercube over the distributions of the config, under {int(population["records"])} records at

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
@@ -18,12 +19,13 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from rockdamp.errors import printable
 from rockdamp.mechanics.damping import damper_classes
 from rockdamp.text import by_name, number
+from rockdamp.units import IMPERIAL, printed
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
 SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
 # The paper's reference case, nearest to which a figure or its caption shows one e, u0/u_ins or a1.
-REFERENCE_RESTITUTION, REFERENCE_AMPLITUDE, REFERENCE_CRACKED_STIFFNESS = 0.85, 0.5, 0.04
+REFERENCE_RESTITUTION, REFERENCE_AMPLITUDE, REFERENCE_A1 = 0.85, 0.5, 0.04
 INCH = 25.4  # [mm]
 Colour = tuple[float, float, float]
 
@@ -120,6 +122,12 @@ def by_damper(statistics: xr.Dataset, show: Callable[[xr.Dataset], str]) -> str:
     return by_name({model: show(statistics.sel(damping_model=model)) for model in dampers(statistics)})
 
 
+def with_interval(case: xr.Dataset, name: str) -> str:
+    """Write a statistic with its interval, for a caption: "0.96 (0.93 to 0.98)"."""
+    low, high = map(number, case[f"{name}_interval"].values)
+    return f"{number(case[name])} ({low} to {high})"
+
+
 def literal(text: str) -> str:
     """Return a text from outside as it is drawn: a dollar is no formula, and a control character is an escape."""
     return printable(" ".join(text.split())).replace("$", r"\$")
@@ -176,3 +184,18 @@ def texts(values: Sequence[float]) -> list[str]:
 def scaling(factor: float) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
     """Return what a second axis needs to show `factor` times the first."""
     return (lambda value: value * factor), (lambda value: value / factor)
+
+
+def in_units(unit: str, system: str) -> tuple[str, float]:
+    """Return the unit in which a value in `unit` is drawn, as a label has it, and its size in that.
+
+    `system` is si or imperial.
+    """
+    name, size = printed(unit, system, {**IMPERIAL, "m": "ft"})
+    return re.sub(r"-\d", r"$^{\g<0>}$", name), size
+
+
+def length(metres: float, system: str) -> str:
+    """Write a length: as it was given in metres, in feet with three digits."""
+    unit, size = in_units("m", system)
+    return f"{metres:g} {unit}" if size == 1 else f"{metres / size:.3g} {unit}"

@@ -7,10 +7,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import GREY, PALE, new_figure, styled
+from rockdamp.figures.style import GREY, PALE, new_figure, styled, with_interval
 from rockdamp.text import number, percent, plain
 
-ALL = "all"
+ALL, RATIO = "all", "median_intensity_ratio"
 SHADES = ("#0072B2", "#D0267F", "#E69F00", "#009E73", "#56B4E9", "#8C6D1F", "#9A4C95", GREY)  # of walls
 MARKERS = "o^sDv<>p"
 
@@ -36,12 +36,12 @@ def _floors(axes: Axes, cases: xr.Dataset) -> None:
     period = np.concatenate([[0.0], cases["diaphragm_period"].values])
     axes.axhline(1.0, color=PALE, linewidth=0.8)
     for column, wall in enumerate(_walls(cases)):
-        ratio = np.concatenate([[1.0], cases["median_intensity_ratio"].sel(wall=wall).values])
+        ratio = np.concatenate([[1.0], cases[RATIO].sel(wall=wall).values])
         colour, marker = SHADES[column % 8], MARKERS[column % 8]
         axes.plot(period, ratio, markersize=2.5, linewidth=0.6, label=wall, color=colour, marker=marker)
     whole = cases.isel(wall=0)
-    ratio = whole["median_intensity_ratio"].values
-    errors = np.abs(whole["median_intensity_ratio_interval"].transpose("bound", ...).values - ratio)
+    ratio = whole[RATIO].values
+    errors = np.abs(whole[f"{RATIO}_interval"].transpose("bound", ...).values - ratio)
     axes.errorbar(
         period[1:], ratio, yerr=errors, color="#1A1A1A", linewidth=1.8, capsize=2, marker="o", markersize=3, label=ALL
     )
@@ -55,11 +55,11 @@ def _others(axes: Axes, cases: xr.Dataset) -> None:
     place = np.arange(len(names))[::-1]
     axes.axvline(1.0, color=PALE, linewidth=0.8)
     for column, wall in enumerate(_walls(cases)):
-        ratio = cases["median_intensity_ratio"].sel(wall=wall).values
+        ratio = cases[RATIO].sel(wall=wall).values
         axes.plot(ratio, place, linestyle="none", marker=MARKERS[column % 8], color=SHADES[column % 8], markersize=3)
     whole = cases.isel(wall=0)
-    ratio = whole["median_intensity_ratio"].values
-    errors = np.abs(whole["median_intensity_ratio_interval"].transpose("bound", ...).values - ratio)
+    ratio = whole[RATIO].values
+    errors = np.abs(whole[f"{RATIO}_interval"].transpose("bound", ...).values - ratio)
     axes.errorbar(
         ratio, place - 0.25, xerr=errors, linestyle="none", color="#1A1A1A", marker="o", markersize=4, capsize=2
     )
@@ -78,23 +78,18 @@ def fig_supports_caption(supports: xr.Dataset) -> str:
     """Write the caption, HTML."""
     whole, walls = supports.isel(wall=0), supports.isel(wall=slice(1, None))
     floor = whole.isel(assumption=floors(supports))
-    ratio = floor["median_intensity_ratio"]
+    ratio = floor[RATIO]
     worst = floor.isel(assumption=int(np.argmin(ratio.fillna(np.inf).values)))
-    least = walls["median_intensity_ratio"].isel(assumption=floors(supports)).min()
+    least = walls[RATIO].isel(assumption=floors(supports)).min()
     others = [whole.isel(assumption=index) for index in np.flatnonzero(~floors(whole))]
-    known = [case for case in others if np.isfinite(case["median_intensity_ratio"])]
-    texts = [f"{case['assumption'].item()} {_with_interval(case)}" for case in known]
+    known = [case for case in others if np.isfinite(case[RATIO])]
+    texts = [f"{case['assumption'].item()} {with_interval(case, RATIO)}" for case in known]
     return f"""
     The median intensity of collapse, as a PGV of the ground, over that under the usual assumption, for the walls and
     records of the study of earthquakes with e by the rule measured; all walls together with bootstrap intervals over
     stations, and each wall. (a) A floor with {percent(supports["diaphragm_damping"])} of damping that the wall does not
-    load: over all walls the least is {_with_interval(worst)}, at a period of
+    load: over all walls the least is {with_interval(worst, RATIO)}, at a period of
     {plain(worst["diaphragm_period"])}&nbsp;s, over single walls {number(least)}. (b) {"; ".join(texts)}. Each is
     compared with the walls as assumed, but the mass that counts at the impact with e impulsive, and an overburden that
     keeps its side with the worse of both. Below one the usual assumption is unsafe, above one safe.
     """
-
-
-def _with_interval(case: xr.Dataset) -> str:
-    low, high = (number(case["median_intensity_ratio_interval"].sel(bound=bound)) for bound in ("lower", "upper"))
-    return f"{number(case['median_intensity_ratio'])} ({low} to {high})"

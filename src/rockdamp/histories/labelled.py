@@ -165,7 +165,7 @@ def respond(
     instance("wall", wall, Wall, Parapet)
     instance("record", record, Record)
     batch = _Batch(wall, curve, damping, {"scale_factor": quantity("scale", scale)})
-    forcing = Forcing.of(batch.wall or wall, record, batch.values["scale_factor"], rest=tail)
+    forcing = Forcing.from_record(batch.wall or wall, record, batch.values["scale_factor"], tail=tail)
     motion = forcing.ground_acceleration
     warn_of_motion(motion, batch.values["scale_factor"])
     substeps = batch.steps_within(record.step, step, forcing.intervals)

@@ -80,18 +80,21 @@ class Forcing:
     shares: Array | None = None
 
     @classmethod
-    def of(cls, wall: Wall | Parapet, record: Record, factor: ArrayLike = 1.0, *, rest: float = 0.0) -> Forcing:
-        """Scale a record by a factor, which broadcasts with the wall, and let `rest` seconds without motion follow."""
+    def from_record(
+        cls, wall: Wall | Parapet, record: Record, factor: ArrayLike = 1.0, *, tail: float = 0.0
+    ) -> Forcing:
+        """Scale a record by a factor, which broadcasts with the wall, and let `tail` seconds without motion follow."""
         motions = shares = None
         if isinstance(record, SupportRecord):
             if isinstance(wall, Parapet):
                 raise InputError(
-                    "a parapet stands on one floor; its motions must be those of floor_motions(parapet=True)"
+                    "a parapet stands on one floor, and this is a motion of two supports; it must be one of"
+                    " floor_motions(parapet=True)"
                 )
-            motions = np.stack([followed_by_rest(each, record.step, rest) for each in record.motions])
+            motions = np.stack([followed_by_rest(each, record.step, tail) for each in record.motions])
             shares = support_factors(wall)
         return cls(
-            followed_by_rest(record.ground_acceleration, record.step, rest),
+            followed_by_rest(record.ground_acceleration, record.step, tail),
             wall.frequency_parameter * record.step,
             wall.load_factor * np.asarray(factor),
             # ASSUME: the motion of a test, measured with the wall's response, is smooth between its samples: straight
@@ -257,7 +260,7 @@ def under_records(
         ends = _Ends(len(dampings), len(walls), velocity_ratio.size, *shape)
         for column, (wall, curve) in enumerate(walls.values()):
             factor = (velocity_ratio * wall.velocity_scale / pgv).reshape(-1, *(1 for _ in shape))
-            forcing = Forcing.of(wall, motion.record, factor, rest=tail)
+            forcing = Forcing.from_record(wall, motion.record, factor, tail=tail)
             substeps = forcing.substeps(step / curve.initial_frequency) * 2**halvings
             for row, damping in enumerate(dampings.values()):
                 ends[row, column] = solve(curve, damping, peaks_only=True, **forcing.newmark(substeps))
@@ -305,7 +308,7 @@ def peaks_and_collapses(
     count = np.broadcast_shapes(np.shape(wall.load_factor), curve.shape, *shapes, factor.shape[:1], (1,))
     spread = partial(np.broadcast_to, shape=count)
     curve = curve.map(spread)
-    forcing = Forcing.of(wall, record, factor.T, rest=tail)
+    forcing = Forcing.from_record(wall, record, factor.T, tail=tail)
     sampling, load_factor = spread(forcing.sampling), np.broadcast_to(forcing.load_factor, (factor.shape[1], *count))
     shares = None if forcing.shares is None else np.broadcast_to(forcing.shares.T, (*count, 3)).T
     needed = substeps_of(sampling * curve.initial_frequency, step) * 2**halvings

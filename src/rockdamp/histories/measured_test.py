@@ -46,7 +46,7 @@ def computed_response(
     """
     step = number("step", step)
     require(step > 0, "step", step, "greater than 0")
-    forcing = Forcing.of(wall, record)
+    forcing = Forcing.from_record(wall, record)
     substeps = forcing.substeps(step)
     return solve(curve, damping, store_every=substeps, **forcing.newmark(substeps))
 

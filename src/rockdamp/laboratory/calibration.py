@@ -40,7 +40,7 @@ NOISY = 3.0  # times the sensor's noise at rest, which a misfit must exceed besi
 BETTER = 3.0  # times smaller is the misfit of a record without its slip
 TABLE_DEGREE = 3  # of the polynomial that an integrated acceleration is known but for
 CLIPPED = 5  # neighbouring equal samples at an extreme, at least
-EXTRA_DAMPERS = 2.5  # steps of the logger to the samples beside these, at least
+TOP_JUMP = 2.5  # steps of the logger from a cut-off top to the samples beside it, at least
 ROUNDING = 1e-9  # of the largest value: a smaller difference is none
 
 
@@ -103,7 +103,8 @@ def require_possible(record: Record, wall: Wall | Parapet) -> None:
     if peak <= FARTHEST * u_ins:
         return
     stated = f"the largest measured displacement is {peak:.4g} m, {peak / u_ins:.3g} times u_ins = {u_ins:.4g} m"
-    asked = [f"was it in {name}" for name, size in LENGTHS.items() if 0.01 < peak * size / u_ins <= 1]
+    units = [name for name, size in LENGTHS.items() if 0.01 < peak * size / u_ins <= 1]
+    asked = [f"was it in {' or '.join(units)}"] if units else []
     if _moves_with_the_table(record, FARTHEST * u_ins):
         asked = ["was the table's displacement not subtracted from the wall's"]
     if moved <= FARTHEST * u_ins and not of_motion(peak):
@@ -203,7 +204,7 @@ def _cut_off(values: Array, extreme: float) -> int:
     beside = [values[at] for at in (start - 1, end) if 0 <= at < values.size]
     differences = np.abs(np.diff(values))
     logger = float(differences[differences > ROUNDING * np.abs(values).max()].min(initial=np.inf))
-    cut = end - start >= CLIPPED and np.mean(np.abs(np.array(beside) - extreme)) > EXTRA_DAMPERS * logger
+    cut = end - start >= CLIPPED and np.mean(np.abs(np.array(beside) - extreme)) > TOP_JUMP * logger
     return int(end - start) if cut else 0
 
 

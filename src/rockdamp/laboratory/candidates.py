@@ -134,7 +134,7 @@ class Prior:
     overburden_ratio: Distribution | None = None
 
     @classmethod
-    def from_mapping(cls, given: Mapping[str, Any], section_name: str = "prior") -> Prior:
+    def from_mapping(cls, given: Mapping[str, Any]) -> Prior:
         """Return the prior of masonry walls with the changes of a section, which has the fields' names."""
         of_wall = Annotated[Distribution, distribution(KINDS)]
         kinds = {name: float if kind is float else of_wall for name, kind in get_type_hints(cls).items()}
@@ -144,7 +144,7 @@ class Prior:
             changes = model.model_validate(given)
         except ValidationError as error:
             wrong = problems(error, model.model_json_schema())
-            raise InputError("; ".join(f"{dotted((section_name, *path))} {text}" for path, text in wrong)) from None
+            raise InputError("; ".join(f"{dotted(('prior', *path))} {text}" for path, text in wrong)) from None
         return replace(cls(), **{name: getattr(changes, name) for name in changes.model_fields_set})
 
     def __post_init__(self) -> None:

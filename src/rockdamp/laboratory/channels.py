@@ -195,21 +195,27 @@ def laboratory_record(
 
 
 def _restless(name: str, values: Array, unit: str, factor: float, elapsed: Array, rest: float) -> str:
-    """Return a warning where a channel varies far more in its rest than in its quietest part of the same length."""
-    count = int(np.count_nonzero(elapsed < rest))
-    if not count:
+    """Return a warning where a channel varies far more in its rest than in the quietest part of the record.
+
+    Parts are as long as the rest, or a quarter of the record where the rest is longer: it may hold all of the motion.
+    """
+    resting = int(np.count_nonzero(elapsed < rest))
+    if not resting:
         return ""
-    starts = range(0, values.size - count + 1, max(count // 4, 1))
-    spreads = [float(np.std(values[start : start + count])) for start in starts]
-    quietest = int(np.argmin(spreads))
-    enough = max(RESTLESS * spreads[quietest], RESTLESS_SHARE * float(np.abs(values).max()))
-    if spreads[0] <= enough:
+    count = min(resting, max(values.size // 4, 2))
+    last = resting - count  # where the last part of the rest begins
+    starts = np.union1d(np.arange(0, values.size - count + 1, max(count // 4, 1)), last)
+    spreads = np.array([np.std(values[start : start + count]) for start in starts])
+    quietest, there = int(np.argmin(spreads)), float(spreads[starts <= last].max())
+    least = float(spreads[quietest])
+    if there <= max(RESTLESS * least, RESTLESS_SHARE * float(np.abs(values).max())):
         return ""
-    there, least = factor * spreads[0], factor * spreads[quietest]
+    length = rest if count == resting else count * float(elapsed[1] - elapsed[0])
     return (
-        f"the first {rest:g} s are not at rest: the {name} varies there by {there:.2g} {unit} (standard deviation), and"
-        f" by {least:.2g} {unit} in the quietest {rest:g} s, from {elapsed[starts[quietest]]:.3g} s on; nothing is"
-        " subtracted from it: the rest must end before the motion begins, or the baseline must be none"
+        f"the first {rest:g} s are not at rest: the {name} varies there by {factor * there:.2g} {unit} (standard"
+        f" deviation), and by {factor * least:.2g} {unit} in the quietest {length:.3g} s, from"
+        f" {elapsed[starts[quietest]]:.3g} s on; nothing is subtracted from it: the rest must end before the motion"
+        " begins, or the baseline must be none"
     )
 
 
@@ -249,7 +255,7 @@ def laboratory_free_rocking(
     name, channel, unit = ("wall", wall, "m") if wall is not None else ("rotation", rotation, "rad")
     assert channel is not None
     if (channel.unit == PIXEL) != (scale is not None):
-        raise InputError(f"{name} is in {channel.unit}; a channel in px, and no other, must have the scale of a pixel")
+        raise InputError(f"{name} is in {channel.unit}; a channel in px, and no other, must have a scale, as 0.35mm/px")
     measured = _in(raw, channel, unit, name, header, scale)
     seen = np.isfinite(elapsed) & np.isfinite(measured)
     elapsed, measured = elapsed[seen], measured[seen]
@@ -260,6 +266,7 @@ def laboratory_free_rocking(
         header["samples_filled"] = str(filled)
     moved = CubicSpline(elapsed, measured)(np.minimum(even, elapsed[-1]))
     even, moved, _ = _filtered(even, moved, None, lowpass, rate, header)
+    warn([*of_step(float(even[1] - even[0])), *(of_displacement(moved - moved.mean()) if name == "wall" else [])])
     displacement, turned = (moved, None) if name == "wall" else (None, moved)
     return FreeRocking(even - even[0], displacement, turned, header)
 

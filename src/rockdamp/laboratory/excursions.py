@@ -325,7 +325,7 @@ def restitution_at(losses: Losses, log_energy: Array, at: float) -> tuple[float,
     mean = float(weight @ found)
     deviation = float(np.sqrt(weight @ (error**2 + (found - mean) ** 2)))
     reach = float(student.ppf(0.5 + LEVEL / 2, max(losses.decrement.size - 2, 1))) * deviation
-    return float(np.exp(-mean)), (float(np.exp(-mean - reach)), min(float(np.exp(-mean + reach)), 1.0))
+    return float(np.exp(-mean)), (float(np.exp(-mean - reach)), float(np.exp(min(reach - mean, 0.0))))
 
 
 def _law_line(losses: Losses, log_energy: Array, g: float) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.special import ndtri
 from scipy.stats import chi2
 
 from rockdamp.arguments import instance, number, one_of, several
@@ -16,7 +17,7 @@ from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import record_attributes
 from rockdamp.laboratory.candidates import size_deviations, true_values
-from rockdamp.laboratory.excursions import Excursions, Losses, Solution, exponent_of, restitution_at
+from rockdamp.laboratory.excursions import LEVEL, Excursions, Losses, Solution, exponent_of, restitution_at
 from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -26,12 +27,12 @@ from rockdamp.vocabulary import MODELS, REFERENCE, SOFTENING
 
 PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
 FEWEST_IMPACTS = 3  # from beyond u1
-NORMAL = 1.6449  # of an interval of 90 %
+NORMAL = round(float(ndtri(0.5 + LEVEL / 2)), 4)  # quantile of the normal distribution
 WIDEST = 10.0  # half of an interval of ln e: a peak in the noise leaves none that is narrower
 SYSTEMATIC = 3.0  # of the sensor's noise: residuals beyond it are no noise
 USUAL_RATIO = (0.60, 1.10)  # of e to the analytical one; ASSUME: measured ones lie within
 DIFFERENCE = 1e-5
-MANY = 5.0  # times the displacement at which a wall falls: a peak beyond it is a slip of units
+MANY = 5.0  # times the displacement at which a wall collapses: a peak beyond it is a slip of units
 AMPLITUDES, HANDED_ON = (0.1, 0.3, 0.5), 0.3  # of u_ins, where e is told; where an assessment takes it from
 LEAST_RELEASE = 0.2  # of u_ins: of smaller ones e at 0.3 u_ins is a guess
 MILLI, DEGREE = 1000.0, np.pi / 180

@@ -86,7 +86,7 @@ class RecordFit:
 
     def at_steps(self, motions: Array) -> Array:
         """Return motions, shape (..., samples), at the solver's steps, by a spline: lines would cut a pulse's peak."""
-        index, substeps = np.arange(motions.shape[-1]), Forcing.of(self.wall, self.record).substeps(self.step)
+        index, substeps = np.arange(motions.shape[-1]), Forcing.from_record(self.wall, self.record).substeps(self.step)
         at = np.arange(index[-1] * substeps + 1) / substeps
         return np.ascontiguousarray(CubicSpline(index, motions, axis=-1)(at))
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicSpline
+from scipy.special import chdtri, ndtri
 
 from rockdamp.arrays import Array
 from rockdamp.laboratory.sections import LaboratoryConfig, MeasuredRocking
@@ -43,8 +44,8 @@ from rockdamp.progress import track
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, REFERENCE
 
 LEVEL = 0.90  # of every interval
-HALF_CHI_SQUARE = 1.3528  # half of the 90 % quantile of chi-square with one degree of freedom
-NORMAL_90 = 1.6449  # the 95 % quantile of the normal distribution
+HALF_CHI_SQUARE = round(float(chdtri(1, 1 - LEVEL)) / 2, 4)  # half of its quantile, with one degree of freedom
+NORMAL = round(float(ndtri((1 + LEVEL) / 2)), 4)  # quantile of the normal distribution
 LEAST_EXPONENT = 1e-3  # of the law of loss; at 0 a block never stops
 COMPARED = ("CDC", REFERENCE, "SDR")  # what a simulated set is made by, and between which it chooses
 # What the error of a ratio has, or lacks.
@@ -261,7 +262,7 @@ class _Study:
         deviation = Expansion.about(trials, by_impact, free).covariance
         last = -np.ones(impacts - 1)  # the last impact's logarithm is less the sum of the others
         change = np.vstack([np.eye(impacts - 1), last])
-        size = NORMAL_90 * np.sqrt(np.diag(change @ deviation[-(impacts - 1) :, -(impacts - 1) :] @ change.T))
+        size = NORMAL * np.sqrt(np.diag(change @ deviation[-(impacts - 1) :, -(impacts - 1) :] @ change.T))
         profile = np.append(free.shape, -free.shape.sum())
         predictions = self.predictions(impacts)
         lines = [self._mean_profile(trials, predictions[model], fits[model]) for model in MODELS]
@@ -301,11 +302,12 @@ class _Study:
         seen = trials.centres_seen(*_seen(trials, predict, fitted))
         estimate = (seen * mean).sum(axis=1)
         scatter = np.sqrt((seen * (mean - estimate[:, None]) ** 2).sum(axis=1))
-        new = np.cumsum(np.einsum("gj,gcj->gc", seen, by_centre), axis=1)
-        of_trial = np.array([np.interp([(1 + LEVEL) / 2, (1 - LEVEL) / 2], one, LOSSES) for one in new])
+        new = np.einsum("gj,gcj->gc", seen, by_centre)
+        below = np.cumsum(new, axis=1) - new / 2  # half of a loss's own part lies below it
+        of_trial = np.array([np.interp([(1 + LEVEL) / 2, (1 - LEVEL) / 2], one, LOSSES) for one in below])
         first = np.log(measured.ratio[:, 0]) + trials.housner[measured.geometry]
         means = np.array([first[measured.geometry == g].mean() for g in range(housner.size)])
-        bounds = np.exp(housner - estimate[:, None] - np.outer(scatter, [NORMAL_90, -NORMAL_90]))
+        bounds = np.exp(housner - estimate[:, None] - np.outer(scatter, [NORMAL, -NORMAL]))
         return xr.Dataset(
             {
                 "housner_restitution": ("geometry", np.exp(-trials.housner)),

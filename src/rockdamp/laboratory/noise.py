@@ -276,7 +276,7 @@ class MotionNoise:
         return np.asarray(np.einsum("kt,bt->bk", self.effect, weighted))
 
     def under(self, noise: Array) -> RecordFit:
-        """Return the fit under a noise, shape (directions,), in place of that about which this is."""
+        """Return the fit under a noise, shape (directions,), in place of `about`."""
         return self.fit.with_motion(self.fit.record.ground_acceleration + noise @ self.directions)
 
     def beyond_linear(self, parameters: Array, computed: Array, noise: Array) -> Array:
@@ -303,9 +303,7 @@ def noise_directions(record: Record) -> Array:
 
 
 def main_directions(effect: Array, negligible: float) -> Array:
-    """Return the principal directions of the effect, but for a variance that is negligible.
-
-    Their products sum up to those of the effect's rows.
+    """Return the principal directions of the effect: rows with the same covariance, but for a negligible variance.
 
     By Cholesky's decomposition with pivots, cut short: few rows hold nearly all, and the order of its sums is the same
     on any number of cores.

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arguments import broadcast, kept, numbers, one_of, real, together
+from rockdamp.arguments import broadcast, numbers, one_of, read_only, real, together
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import require
 from rockdamp.mechanics import trilinear
@@ -116,22 +116,22 @@ class TrilinearCurve(ByValue):
     def plateau_end(self) -> Array:
         """a2 = u2/u_ins, where the plateau ends. [-]"""
         start = 1.0 if self.softening == "steeper" else self.ultimate_displacement_ratio
-        return kept(np.asarray(start - self.strength_ratio))
+        return read_only(np.asarray(start - self.strength_ratio))
 
     @cached_property
     def initial_stiffness(self) -> Array:
         """k1 = b1/a1, the first branch's stiffness over K0. [-]"""
-        return kept(np.asarray(self.strength_ratio / self.yield_displacement_ratio))
+        return read_only(np.asarray(self.strength_ratio / self.yield_displacement_ratio))
 
     @cached_property
     def softening_stiffness(self) -> Array:
         """ks = b1/(a3 - a2) > 0, the last branch's stiffness over -K0. [-]"""
-        return kept(np.asarray(self.strength_ratio / (self.ultimate_displacement_ratio - self.plateau_end)))
+        return read_only(np.asarray(self.strength_ratio / (self.ultimate_displacement_ratio - self.plateau_end)))
 
     @cached_property
     def initial_frequency(self) -> Array:
         """w1 = sqrt(k1), the first branch's angular frequency over p. [-]"""
-        return kept(np.asarray(np.sqrt(self.initial_stiffness)))
+        return read_only(np.asarray(np.sqrt(self.initial_stiffness)))
 
     def map(self, function: Callable[[Array], Array]) -> TrilinearCurve:
         """Return the curve with a function applied to each of its parameters.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
@@ -52,6 +51,8 @@ def table_pulse(
     s follows from the `width` of the main lobe between its zeros [s], r from `side_lobe`: the depth of the side lobes
     over the peak, between 0.02 and a Ricker wavelet's 0.446.
     """
+    from scipy.optimize import brentq  # slow to import, and the pulses of a table alone need it
+
     at, amplitude = numbers("time", time), number("amplitude", amplitude)
     width, side_lobe = number("width", width), number("side_lobe", side_lobe)
     require(width > 0, "width", width, "greater than 0 [s]")

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pandas as pd
 
-from rockdamp.arguments import MOST_ELEMENTS, instance, kept, number, real
+from rockdamp.arguments import MOST_ELEMENTS, instance, number, read_only, real
 from rockdamp.arguments import path as file_path
 from rockdamp.arrays import Array, ByValue
 from rockdamp.errors import InputError, require
@@ -39,7 +39,7 @@ class Sampled(ByValue):
         for name, column in columns.items():
             if getattr(self, name) is None and name in optional:
                 continue
-            values = kept(real(column, getattr(self, name)).copy())
+            values = read_only(real(column, getattr(self, name)).copy())
             object.__setattr__(self, name, values)
             samples = self.elapsed.shape[:1]
             if values.shape != samples or not samples:

@@ -63,7 +63,7 @@ def _run_oscillator() -> None:
 
     from rockdamp.solvers.oscillator import Ramps
 
-    Ramps.of(np.array([0.0, 1.0]), 0.01, 1).lag(1.0, 0.05)
+    Ramps.from_samples(np.array([0.0, 1.0]), 0.01, 1).lag(1.0, 0.05)
 
 
 def _run_exactly(damping: Damping) -> None:

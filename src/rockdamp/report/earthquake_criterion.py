@@ -193,31 +193,21 @@ def reservations(orders: xr.Dataset) -> dict[str, str]:
     }
 
 
-def splits(orders: xr.Dataset, change: str = DECISIVE_CHANGE) -> dict[str, str]:
+def splits(orders: xr.Dataset) -> dict[str, str]:
     """Say how often each order is chosen on one half of the stations, and what the other half says of it.
 
-    ``chosen`` lists the orders with their shares, ``recommended`` is the share of the recommended one, ``passes`` that
-    of the splits in which the chosen order is enough on the other half, and ``both`` that of both.
+    ``chosen`` lists the orders with their shares, ``both`` is the share of the splits in which the recommended one is
+    chosen and enough on the other half.
     """
-    one = orders.sel(change=change)
+    one = orders.sel(change=DECISIVE_CHANGE)
     chosen, of_other = one["split_order"].values, one["split_verdict"]
-    verdict = np.array(
-        [
-            int(of_other.isel(split=i).sel(order=order, method="nearest")) if np.isfinite(order) else -1
-            for i, order in enumerate(chosen)
-        ]
-    )
     names = ["none" if np.isnan(order) else plain(order) for order in chosen]
     ranked = sorted(set(names), key=lambda name: (-names.count(name), name))
-    recommended = chosen == RECOMMENDED_ORDER
     of_recommended = of_other.sel(order=RECOMMENDED_ORDER, method="nearest").values
     return {
         "count": str(chosen.size),
         "chosen": listed(f"{name} in {percent(names.count(name) / chosen.size)}" for name in ranked),
-        "recommended": percent(recommended.mean()),
-        "passes": percent((verdict == 1).mean()),
-        "undecided": percent((verdict == 0).mean()),
-        "both": percent((recommended & (verdict == 1)).mean()),
+        "both": percent(((chosen == RECOMMENDED_ORDER) & (of_recommended == 1)).mean()),
         "recommended_passes": percent((of_recommended == 1).mean()),
         "recommended_exceeds": percent((of_recommended == -1).mean()),
     }

@@ -34,7 +34,7 @@ STRATA = {
     "near": "survives, 0.5 to 0.8 u_ins",
     "edge": "survives, 0.8 u_ins and more",
     "just collapsed": "collapses, and not at the next lower intensity",
-    "unsettled": "outcome depends on the step",
+    "unconverged": "outcome depends on the step",
 }
 VARIATIONS = {
     "step": "step four times as long",
@@ -143,7 +143,7 @@ def run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
         "wall_count": walls.sizes["wall"],
         "restitutions": listed(plain(value) for value in compared["restitution"].values),
         "histories": f"{int(compared['records']) * compared.sizes['velocity_ratio'] * each:,}".replace(",", "\u202f"),
-        "settled": f"{100 * float(compared['settled_share']):.2f}",
+        "converged": f"{100 * float(compared['converged_share']):.2f}",
         "uncertainty": [
             (percent(part, 3), percent(value))
             for part, value in zip(uncertainty["share"], uncertainty, strict=True)

@@ -153,7 +153,7 @@ def between_impacts(x, v, a, h, start, end, curve, damper):
     return x, v, a
 
 
-def restitution_printed(x, v, a, h, start, end, curve, damper):
+def restitution_as_published(x, v, a, h, start, end, curve, damper):
     """CR as printed: linear acceleration without iteration, the velocity times e at the end of the step."""
     # ASSUME: the acceleration at the end of the step comes from the balance of forces there, not from the increment.
     dx, dv = linear_acceleration(v, a, h, end - start, tangent_at(np.abs(x), curve), 0.0)
@@ -173,7 +173,7 @@ def viscous_newmark(x, v, a, h, start, end, curve, damper):
     return x, v, a
 
 
-def viscous_printed(x, v, a, h, start, end, curve, damper):
+def viscous_as_published(x, v, a, h, start, end, curve, damper):
     """Viscous damping as printed: C and the tangent frozen at the step's start, balance restored at its end."""
     _, c = damped_at(np.abs(x), odd(x, v), curve, damper)
     dx, dv = linear_acceleration(v, a, h, end - start, tangent_at(np.abs(x), curve), c)
@@ -205,7 +205,7 @@ def local_located(x, v, a, h, start, end, curve, damper):
     return x, after, reduced(g, alpha, after if after != 0.0 else ahead)
 
 
-def local_printed(x, v, a, h, start, end, curve, damper):
+def local_as_published(x, v, a, h, start, end, curve, damper):
     """Local damping by linear acceleration, the tangent and the fraction of the force frozen in a step."""
     alpha, z = damper[0], np.abs(x)
     share = reduced(1.0, alpha, (start - odd(x, force_at(z, curve))) * v)
@@ -218,7 +218,7 @@ def local_printed(x, v, a, h, start, end, curve, damper):
 
 
 @register_jitable
-def settle(w, i, x, v, a, step):
+def update_lane(w, i, x, v, a, step):
     """Take the new state unless the run has ended, and observe it: peak, crossings of x = 0, and collapse beyond a3."""
     alive = w[ALIVE + i] > 0.0
     old = w[X + i]
@@ -251,7 +251,7 @@ def advance(w, width, p0, p1, step):
         h, curve, damper = described(w, i)
         start, end = product(w[G_BEFORE + i], p0), product(w[G + i], p1)
         x, v, a = stepped(w[X + i], w[V + i], w[A + i], h, start, end, curve, damper)
-        settle(w, i, x, v, a, step)
+        update_lane(w, i, x, v, a, step)
 
 
 def advance_by_impact(w, width, p0, p1, step):
@@ -425,21 +425,21 @@ def march(
 
 STEPS = {  # by scheme and by `Damping.step_kind`
     "newmark": {"impact": restitution_located, "viscous": viscous_newmark, "net force": local_located},
-    "paper": {"impact": restitution_printed, "viscous": viscous_printed, "net force": local_printed},
+    "paper": {"impact": restitution_as_published, "viscous": viscous_as_published, "net force": local_as_published},
 }
 
 
 @cache
-def steps_of(scheme, formula, kind, is_constant, observe=settle):
+def steps_of(scheme, formula, kind, is_constant, observe=update_lane):
     """Return a name, the step of one lane and that of a block of lanes, of one scheme and one damper's formula."""
     step = STEPS[scheme][kind]
     name = f"{step.__name__}_{formula.__qualname__}_{observe.__name__}"
     at = constantly_damped_at if is_constant else damped_at
     (force_and_coefficient,) = specialised((at,), name, formula=formula).values()
     (one_step,) = specialised((step,), name, damped_at=force_and_coefficient).values()
-    (all_lanes,) = specialised((advance,), name, stepped=one_step, settle=observe).values()
+    (all_lanes,) = specialised((advance,), name, stepped=one_step, update_lane=observe).values()
     if step is restitution_located:
-        (between,) = specialised((advance,), f"{name}_between", stepped=between_impacts, settle=observe).values()
+        (between,) = specialised((advance,), f"{name}_between", stepped=between_impacts, update_lane=observe).values()
         (all_lanes,) = specialised((advance_by_impact,), name, advance=all_lanes, advance_between=between).values()
     return name, one_step, all_lanes
 

@@ -167,7 +167,7 @@ class Ramps:
     change: Array
 
     @classmethod
-    def of(cls, acceleration: Array, step: float, finer: int) -> Ramps:
+    def from_samples(cls, acceleration: Array, step: float, finer: int) -> Ramps:
         """Split each step of an acceleration into `finer` ones; it must begin at 0, and stays as it ends."""
         slope = np.diff(acceleration, append=acceleration[-1]) / step
         index = np.arange((acceleration.size - 1) * finer + 1)
@@ -248,7 +248,7 @@ def _pseudo_acceleration(record: Record, period: float, damping_ratio: float) ->
     step = record.step
     fine = int(np.ceil(PER_PERIOD * step / period))  # points in place of each sample
     ground = np.concatenate([[0.0], record.ground_acceleration, np.zeros(int(np.ceil(period / step)) + 1)])
-    displacement = Ramps.of(ground, step, fine).displacement(period, damping_ratio)
+    displacement = Ramps.from_samples(ground, step, fine).displacement(period, damping_ratio)
     return (2.0 * np.pi / period) ** 2 * float(np.abs(displacement).max())
 
 
@@ -292,7 +292,7 @@ def floor_response(record: Record, period: Array, contribution: Array, damping_r
     finer = 2 ** max(int(np.ceil(np.log2(step * POINTS / period.min()))), 0)
     rest = np.log(1 / LEFT) / (2 * np.pi * damping_ratio) * period.max()
     ground = np.concatenate([[0.0], record.ground_acceleration, np.zeros(1 + int(np.ceil(rest / step)))])
-    ramps = Ramps.of(ground, step, finer)
+    ramps = Ramps.from_samples(ground, step, finer)
     lag = np.stack([ramps.lag(seconds, damping_ratio) for seconds in period.tolist()])
     moved = np.stack([ramps.displacement(seconds, damping_ratio) for seconds in period.tolist()])
     acceleration = ramps.acceleration - contribution @ lag

@@ -50,7 +50,7 @@ COMPLETED, COLLAPSED, MOVES = 0, 1, -1
 
 @register_jitable
 def keep_peak(w, i, x, v, a, step):
-    """Take the new state and keep the peak, in place of `newmark_kernel.settle`."""
+    """Take the new state and keep the peak, in place of `newmark_kernel.update_lane`."""
     w[X + i], w[V + i], w[A + i] = x, v, a
     # The peak's own size: a value just read would be stored only where it changes, by masks, which take several times
     # as long on some processors.

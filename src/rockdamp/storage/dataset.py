@@ -130,28 +130,12 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:
             raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){ADVICE}") from error
 
 
-def connect(path: str | os.PathLike[str], advice: str = ADVICE) -> xr.Dataset:
+def connect(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a result without reading its values: each variable is read when it is first used. Raises as `open`."""
     if not Path(path).is_file():  # to open a named pipe would be to wait for who writes to it
         reason = "it is no regular file" if os.path.lexists(path) else "there is no such file"
-        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({reason}){advice}")
+        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({reason}){ADVICE}")
     try:
         return xr.open_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as error:
-        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){advice}") from error
-
-
-def listing(folder: str | os.PathLike[str]) -> list[dict[str, Any]]:
-    """Return the datasets below a folder, in order of their names: ``file``, ``title`` and the sizes of ``dimensions``.
-
-    Without a dataset, or where a file cannot be read, it raises `DatasetError`.
-    """
-    datasets = []
-    for path in sorted(Path(folder).rglob("[!.]*.nc")):
-        with connect(path, advice="") as dataset:  # whose it is, is not known
-            sizes = {str(dim): size for dim, size in dataset.sizes.items()}
-            name = path.relative_to(folder).as_posix()
-            datasets.append({"file": name, "title": str(dataset.attrs.get("title", "")), "dimensions": sizes})
-    if not datasets:
-        raise DatasetError(f"{os.fspath(folder)} has no dataset; it must be a folder with NetCDF files in it")
-    return datasets
+        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){ADVICE}") from error

@@ -88,7 +88,7 @@ class Column:
     unit: str = ""
 
     @classmethod
-    def of(cls, text: str, contents: Collection[str]) -> tuple[str, Column]:
+    def from_text(cls, text: str, contents: Collection[str]) -> tuple[str, Column]:
         """Parse ``thickness=Thickness [mm]:mm``; the unit may be left out. Return what the column holds, and it.
 
         What it holds is one of `contents`.

@@ -214,9 +214,9 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         ],
         join="exact",
     )
-    settled = earthquakes["settled"].where(earthquakes["settled"] >= 0)
+    converged = earthquakes["converged"].where(earthquakes["converged"] >= 0)
     return statistics.assign(
-        settled_share=settled.mean(),
+        converged_share=converged.mean(),
         records=earthquakes.sizes["record"],
         stations=np.unique(earthquakes["station"]).size,
         pooled=has_ratio.astype(np.int8),

@@ -130,7 +130,7 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -
 
     The paper averages its fits at two values of a1 around the wall's.
     """
-    polynomials = Polynomials.of(equivalence)
+    polynomials = Polynomials.from_dataset(equivalence)
     polynomials.require_cover(restitution, ratios, "fit_yield_displacement_ratios")
     return {model: float(np.mean([polynomials(model, restitution, a1) for a1 in ratios])) for model in VISCOUS_MODELS}
 

@@ -23,25 +23,25 @@ def study():
     rng = np.random.default_rng(3)
     peak = np.sort(rng.uniform(0, 1.3, (40, 12)), axis=1)
     collapsed = (peak > 1).astype(np.int8)
-    settled = (rng.random(peak.shape) > 0.1).astype(np.int8)
-    collapsed[0], settled[0] = -1, -1  # without a damping ratio
-    collapsed[1], settled[1] = 1, 1
-    return peak, collapsed, settled
+    converged = (rng.random(peak.shape) > 0.1).astype(np.int8)
+    collapsed[0], converged[0] = -1, -1  # without a damping ratio
+    collapsed[1], converged[1] = 1, 1
+    return peak, collapsed, converged
 
 
 def test_each_history_is_of_the_stratum_that_its_peak_and_outcomes_say(study):
-    peak, collapsed, settled = study
-    members = dict(zip(STRATA, strata(peak, collapsed, settled, 1), strict=True))
+    peak, collapsed, converged = study
+    members = dict(zip(STRATA, strata(peak, collapsed, converged, 1), strict=True))
     for i, j in np.ndindex(peak.shape):
         expected = None
-        if collapsed[i, j] >= 0 and settled[i, j] == 0:
-            expected = "unsettled"
+        if collapsed[i, j] >= 0 and converged[i, j] == 0:
+            expected = "unconverged"
         elif collapsed[i, j] == 0:
             expected = "far" if peak[i, j] < 0.5 else "near" if peak[i, j] < 0.8 else "edge"
         elif collapsed[i, j] == 1 and (j == 0 or collapsed[i, j - 1] == 0):
             expected = "just collapsed"
         assert [name for name, member in members.items() if member[i, j]] == ([expected] if expected else [])
-    across = strata(peak.T, collapsed.T, settled.T, 0)
+    across = strata(peak.T, collapsed.T, converged.T, 0)
     for member, turned in zip(members.values(), across, strict=True):
         np.testing.assert_array_equal(turned, member.T)
 

@@ -123,7 +123,7 @@ def test_every_wall_is_shaken_to_the_same_scales(config, study):
 
 def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
     cr = study.sel(damping_model="CR")
-    for name in ("peak", "collapsed", "settled"):
+    for name in ("peak", "collapsed", "converged"):
         assert (cr[name] == cr[name].isel(damping_ratio_source=0)).all()
     missing = np.isnan(study["damping_ratio"]) & (study["damping_model"] != "CR")
     assert missing.any()
@@ -150,13 +150,13 @@ def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_th
         "near": 12,
         "edge": 12,
         "just collapsed": 12,
-        "unsettled": min(12, counts["unsettled"]),
+        "unconverged": min(12, counts["unconverged"]),
     }
     certain = found.sel(stratum=["far", "near", "edge", "just collapsed"])
     assert (certain["otherwise_share"] == 0).all()
     assert (certain["beyond_bound_share"].dropna("stratum") == 0).all()
     assert (certain["median_difference"].dropna("stratum") < 0.002).all()
-    stands = found.isel(history=((found["settled"] == 1) & (found["collapsed"] == 0)).values)
+    stands = found.isel(history=((found["converged"] == 1) & (found["collapsed"] == 0)).values)
     assert stands.sizes["history"] > 20
     assert (stands["peak_uncertainty"] / stands["peak"]).median() < 0.005
 
@@ -183,7 +183,7 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     found = intensity_measures(motion.record)
     factor = one["scale_factor"].values[scale : scale + 1]
     lengths = {"strong_end": found.strong_end, "step": settings.step, "tail": settings.tail}
-    case = incremental.Case.of(wall, curve, motion.record, factor, **lengths)
+    case = incremental.Case.from_record(wall, curve, motion.record, factor, **lengths)
     dampers = Damping.cr(np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
     run = case.forcing.newmark(case.substeps)
     cr, damped = (solve(curve, damper, store_every=1, **run).displacement.ravel() for damper in dampers)

@@ -104,7 +104,7 @@ def test_an_order_is_chosen_and_judged_on_halves_that_share_no_station():
     found = compare(histories)
     np.testing.assert_array_equal(found["split_order"], 1.0)
     np.testing.assert_array_equal(found["split_verdict"].sel(order=[0, 1]), [[EXCEEDS, ENOUGH]] * 3)
-    sums = Sums.of(histories, "loss")
+    sums = Sums.from_histories(histories, "loss")
     seen = []
 
     def remembered(part, weights):
@@ -129,13 +129,17 @@ def test_one_station_alone_has_no_halves():
 
 
 def test_the_half_that_judges_an_order_is_not_the_one_that_chose_it(monkeypatch):
-    """By hand: station 0 finds every order enough, station 1 none; so whichever chooses, the other one disagrees."""
+    """By hand: station 0 finds order 0 enough at either e, station 1 at the first alone: each disagrees with the other.
+
+    An order is no better than it is at the worst e.
+    """
     histories = made_up(np.array([0.3, 0.05]))
-    sums = Sums.of(histories, "loss")
+    sums = Sums.from_histories(histories, "loss")
     sums = replace(sums, stand=np.arange(40.0)[:, None, None, None] * np.ones_like(sums.stand))
 
     def by_station(part, weights):
-        return None, None, np.array([[[ENOUGH if 0 in part.stand else EXCEEDS] * 2]], dtype=np.int8)
+        at_the_second = ENOUGH if 0 in part.stand else EXCEEDS
+        return None, None, np.array([[[ENOUGH] * 2, [at_the_second] * 2]], dtype=np.int8)
 
     monkeypatch.setattr(orders, "judge", by_station)
     found = orders.split(sums, np.arange(2.0), np.repeat([0, 1], 20), 12, 10, 1)

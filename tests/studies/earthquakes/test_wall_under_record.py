@@ -25,7 +25,7 @@ def case_of(name, part):
     pgv = intensity_measures(record).pgv
     p, u_ins = float(named.wall.frequency_parameter), float(named.wall.instability_displacement)
     factor = given.velocity_ratio[part] * p * u_ins / 1.5 / pgv
-    return Case.of(named.wall, named.curve, record, factor, strong_end=20.0, step=given.step, tail=given.tail)
+    return Case.from_record(named.wall, named.curve, record, factor, strong_end=20.0, step=given.step, tail=given.tail)
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_what_comes_near_to_collapse_is_run_at_a_quarter_of_the_step_and_nothing
     for name, runs in (("peak", peak), ("collapsed", collapsed)):
         np.testing.assert_array_equal(outcome[name][:, :, 0, 0], np.where(near, runs[4], runs[2]))
     same = np.where(near, (collapsed == collapsed[4]).all(axis=0), (collapsed[:3] == collapsed[2]).all(axis=0))
-    np.testing.assert_array_equal(outcome["settled"][:, :, 0, 0], same)
+    np.testing.assert_array_equal(outcome["converged"][:, :, 0, 0], same)
 
 
 def test_what_is_run_beside_a_wall_changes_nothing():
@@ -58,7 +58,7 @@ def test_what_is_run_beside_a_wall_changes_nothing():
     ratio = np.linspace(0.02, 0.06, 3)[:, None, None, None] * np.ones((3, E.size, len(MODELS), len(SOURCES)))
     ratio[:, :, 0] = np.nan
     beside = by_damper(walls, E, ratio)
-    near = [(found["settled"] == 0) | (found["collapsed"] == 0) & (found["peak"] >= NEAR) for found in beside]
+    near = [(found["converged"] == 0) | (found["collapsed"] == 0) & (found["peak"] >= NEAR) for found in beside]
     assert sum(of.any() for of in near) > 1
     for wall, own, found in zip(walls, ratio, beside, strict=True):
         (alone,) = by_damper([wall], E, own[None])
@@ -66,7 +66,7 @@ def test_what_is_run_beside_a_wall_changes_nothing():
             np.testing.assert_array_equal(found[name], values)
 
 
-def test_a_history_that_a_finer_step_takes_to_collapse_is_not_settled(case):
+def test_a_history_that_a_finer_step_takes_to_collapse_is_not_converged(case):
     """It stands at three steps with its peak at 0.892 within 0.001, and collapses at finer ones and event by event."""
     scale, xi, at = 7, 0.0207459, (0, 0, MODELS.index("CDC"), 0)
     alone = replace(case, forcing=replace(case.forcing, load_factor=case.forcing.load_factor[[scale]]))
@@ -79,7 +79,7 @@ def test_a_history_that_a_finer_step_takes_to_collapse_is_not_settled(case):
     assert all(run.outcome[0, 0] != COLLAPSED for run in coarser)
     np.testing.assert_allclose([run.peak[0, 0] for run in coarser[1:]], 0.892, atol=1e-3)
     assert exact.outcome == "collapsed" and found["collapsed"] == 1
-    assert found["settled"] == 0 and np.isnan(found["peak_uncertainty"])
+    assert found["converged"] == 0 and np.isnan(found["peak_uncertainty"])
 
 
 def made_up(case, peaks, collapsed=None):
@@ -105,16 +105,16 @@ def test_the_largest_change_by_any_halving_bounds_the_error(case, steps, changed
 
 
 @pytest.mark.parametrize("other", range(5))
-def test_an_outcome_is_settled_if_no_step_has_another_the_coarsest_included(case, other):
+def test_an_outcome_is_converged_if_no_step_has_another_the_coarsest_included(case, other):
     for end in (False, True):
         ends = [end] * 5
-        assert made_up(case, [0.9] * 5, ends)["settled"] == 1
+        assert made_up(case, [0.9] * 5, ends)["converged"] == 1
         ends[other] = not end
         found = made_up(case, [0.9] * 5, ends)
-        assert found["settled"] == 0 and np.isnan(found["peak_uncertainty"])
+        assert found["converged"] == 0 and np.isnan(found["peak_uncertainty"])
         assert found["collapsed"] == ends[-1]
 
 
 def test_a_collapse_has_no_bound_of_its_peak(case):
     found = made_up(case, [1.01] * 3, [True] * 3)
-    assert found["settled"] == 1 and np.isnan(found["peak_uncertainty"])
+    assert found["converged"] == 1 and np.isnan(found["peak_uncertainty"])

@@ -88,11 +88,13 @@ EDITS = {
         [(GLOSSARY, 'long_name: "number of the release"', 'long_name: "the release"')],
         ["dictionary"],
     ),
-    "words of errors and warnings, docstrings and comments": (
+    "a text of the report": ([("src/rockdamp/report/report.html.j2", "How to cite", "Citation")], [*PAGES]),
+    "words of errors and warnings, docstrings and comments, also of the config": (
         [
             ("src/rockdamp/histories/loads.py", "and the history would take", "and it would take"),
             ("src/rockdamp/plausibility.py", "the wall does not rock", "the wall stays at rest"),
             ("src/rockdamp/mechanics/wall.py", '"""', '"""Edited. '),
+            ("config/default.yaml", "\n", "\n# edited\n"),
             ("src/rockdamp/solvers/newmark_kernel.py", "\n\n\n", "\n\n\n# edited\n"),
         ],
         [],

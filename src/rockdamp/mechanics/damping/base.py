@@ -200,7 +200,7 @@ class Damping(ByValue):
         ----------
         restitution : float or ndarray
             e, in [0, 1]; at 0 the wall stops, until the load pushes it on. With an exponent, that of the amplitude
-            `at`, greater than 0. [-]
+            `at`, greater than 0; without one, that of releases from 0.3 to 0.5 u_ins (docs/earthquakes.md). [-]
         exponent : float or ndarray
             g, at least 0. [-]
         at : float or ndarray

@@ -27,11 +27,10 @@ from rockdamp.assessment.assess import REPLICATES
 from rockdamp.assessment.checks import TIE_STRENGTH, Check, Moved, sensitivity
 from rockdamp.assessment.collapses import STRIPES, TURNED, UNITS, side_by_side
 from rockdamp.assessment.table import RULE_WEIGHTS
-from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, stop_damper, stop_errors, typed_in
-from rockdamp.figures.assessment import fragility_figure
+from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, program_inputs, stop_damper, stop_errors
 from rockdamp.figures.mechanism import wall_figure
 from rockdamp.figures.one_sided import history_figure, one_sided_wall_figure
-from rockdamp.figures.single import response_figure
+from rockdamp.figures.single import fragility_figure, response_figure
 from rockdamp.histories import one_sided
 from rockdamp.histories.labelled import responses
 from rockdamp.histories.supports import SMALL
@@ -250,7 +249,7 @@ def _losses(subject: Subject) -> dict[str, Any]:
             "tie": tie,
             "stretch": None if tie is None else tie.stretch,
         }
-    typed = {row["damping_model"]: row for row in typed_in(wall, subject.curve, e)}
+    typed = {row["damping_model"]: row for row in program_inputs(wall, subject.curve, e)}
     return {
         "stop": None,
         "tie": None,

@@ -34,7 +34,7 @@ from rockdamp.studies.earthquakes.population import mechanics
 from rockdamp.vocabulary import MODELS, OUTCOMES, REFERENCE
 
 EDGE = 0.8  # u/u_ins: of the peaks of walls that survive
-STRATA = ("far", "near", "edge", "just collapsed", "unsettled")
+STRATA = ("far", "near", "edge", "just collapsed", "unconverged")
 
 
 Members = list[NDArray[np.bool_]]  # which histories each stratum has
@@ -53,9 +53,9 @@ class Sample:
     study: NDArray[np.int64]
 
 
-def strata(peak: Array, collapsed: Array, settled: Array, intensity: int) -> Members:
+def strata(peak: Array, collapsed: Array, converged: Array, intensity: int) -> Members:
     """Return which histories each of `STRATA` has; `intensity` is the axis of the arrays along which it grows."""
-    stands, fell = (settled == 1) & (collapsed == 0), (settled == 1) & (collapsed == 1)
+    stands, fell = (converged == 1) & (collapsed == 0), (converged == 1) & (collapsed == 1)
     fell, lower = np.moveaxis(fell, intensity, 0), np.moveaxis(collapsed, intensity, 0)
     just = np.moveaxis(np.concatenate([fell[:1], fell[1:] & (lower[:-1] != 1)]), 0, intensity)
     return [
@@ -63,7 +63,7 @@ def strata(peak: Array, collapsed: Array, settled: Array, intensity: int) -> Mem
         stands & (peak >= NEAR) & (peak < EDGE),
         stands & (peak >= EDGE),
         just,
-        (settled == 0) & (collapsed >= 0),
+        (converged == 0) & (collapsed >= 0),
     ]
 
 
@@ -127,10 +127,10 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     stratum the share of histories that end otherwise or lie beyond their bound.
     """
     quakes = config.earthquakes
-    names = ("peak", "collapsed", "settled")
-    peak, collapsed, settled = (earthquakes[name].transpose(*BY_DAMPER).values for name in names)
+    names = ("peak", "collapsed", "converged")
+    peak, collapsed, converged = (earthquakes[name].transpose(*BY_DAMPER).values for name in names)
     collapsed = np.where(_once(collapsed.shape), collapsed, -1)
-    members = strata(peak, collapsed, np.where(collapsed < 0, -1, settled), BY_DAMPER.index("velocity_ratio"))
+    members = strata(peak, collapsed, np.where(collapsed < 0, -1, converged), BY_DAMPER.index("velocity_ratio"))
     sample = draw([lambda: members], quakes.check.histories, quakes.check.seed)
     picked = earthquakes.isel(
         {dim: xr.DataArray(sample.place[:, i], dims="history") for i, dim in enumerate(BY_DAMPER)}
@@ -165,7 +165,7 @@ def _once(shape: tuple[int, ...]) -> NDArray[np.bool_]:
 def exact_peak(case: xr.Dataset, motion: catalogue.GroundMotion, named: NamedWall, tail: float) -> tuple[float, bool]:
     """Return the peak of one history and whether it collapses; `tail` is the rest after the record. [s]"""
     model, e, ratio = str(case["damping_model"].values), float(case["restitution"]), float(case["damping_ratio"])
-    forcing = Forcing.of(named.wall, motion.record, float(case["scale_factor"]), rest=tail)
+    forcing = Forcing.from_record(named.wall, motion.record, float(case["scale_factor"]), tail=tail)
     return exact_end(named.curve, Damping.from_values(model, restitution=e, damping_ratio=ratio), forcing)
 
 
@@ -200,7 +200,7 @@ def check_population(config: Config, walls: xr.Dataset, chunks: Sequence[xr.Data
         motion = motions[record].record
         factor = intensity[level] / intensity_measures(motion).pgv
         damping = Damping.from_values(models[model], restitution=float(e[i]), damping_ratio=float(ratio[i, model]))
-        forcing = Forcing.of(wall, motion, factor, rest=section.tail)
+        forcing = Forcing.from_record(wall, motion, factor, tail=section.tail)
         of_wall = replace(forcing, sampling=forcing.sampling[i], load_factor=forcing.load_factor[i])
         return exact_end(curve.map(itemgetter(i)), damping, of_wall)
 
@@ -221,10 +221,10 @@ def check_population(config: Config, walls: xr.Dataset, chunks: Sequence[xr.Data
 
 
 def _members(chunk: xr.Dataset) -> Members:
-    """Return the strata of one chunk; without finer steps, nothing is known to be unsettled."""
+    """Return the strata of one chunk; without finer steps, nothing is known to be unconverged."""
     peak, collapsed = (chunk[name].transpose(*HISTORY).values for name in ("peak", "collapsed"))
     of_all = strata(peak, collapsed, np.ones_like(collapsed), HISTORY.index("intensity"))
-    return of_all[: STRATA.index("unsettled")]
+    return of_all[: STRATA.index("unconverged")]
 
 
 def _picked(chunks: Sequence[xr.Dataset], name: str, sample: Sample) -> Array:

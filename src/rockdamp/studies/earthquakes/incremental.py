@@ -64,7 +64,7 @@ class Case:
     decay: int
 
     @classmethod
-    def of(
+    def from_record(
         cls,
         wall: Wall | Parapet,
         curve: TrilinearCurve,
@@ -76,7 +76,7 @@ class Case:
         tail: float,
     ) -> Case:
         """Scale the record by each of `factor`; its strong motion ends at `strong_end`, the `step` is the finest's."""
-        forcing = Forcing.of(wall, record, factor, rest=tail)
+        forcing = Forcing.from_record(wall, record, factor, tail=tail)
         coarsest = 2**HALVINGS * step / float(curve.initial_frequency)
         decay = int(np.ceil((strong_end - record.elapsed[0]) / record.step))
         return cls(curve, forcing, forcing.substeps(coarsest), decay)
@@ -113,7 +113,7 @@ class Case:
         shape = (*restitution.near.shape, len(MODELS), len(SOURCES))
         names = ("peak", "peak_uncertainty", "decay_misfit")
         outcome = {name: np.full(shape, np.nan) for name in names}
-        outcome |= {name: np.full(shape, -1, dtype=np.int8) for name in ("collapsed", "settled")}
+        outcome |= {name: np.full(shape, -1, dtype=np.int8) for name in ("collapsed", "converged")}
         of_restitution = self._judged(restitution)
         for name, values in of_restitution.items():
             outcome[name][:, :, 0] = values[..., None]  # the same whatever the source
@@ -144,8 +144,8 @@ class Case:
         collapsed = np.zeros(peak.shape, dtype=bool)
         for halving, response in enumerate(responses):
             peak[halving], collapsed[halving] = response.peak, response.outcome == COLLAPSED
-        settled = self._of_steps(peak[: HALVINGS + 1], collapsed[: HALVINGS + 1])["settled"]
-        near = (settled == 0) | (~collapsed[HALVINGS] & (peak[HALVINGS] >= NEAR))
+        converged = self._of_steps(peak[: HALVINGS + 1], collapsed[: HALVINGS + 1])["converged"]
+        near = (converged == 0) | (~collapsed[HALVINGS] & (peak[HALVINGS] >= NEAR))
         return Runs(damping, peak, collapsed, near)
 
     def _judged(self, runs: Runs) -> dict[str, Array]:
@@ -157,14 +157,14 @@ class Case:
     def _of_steps(self, peak: Array, collapsed: NDArray[np.bool_]) -> dict[str, Array]:
         """Judge runs at halvings 0, 1, ..., the first dimension, by the last and by how it differs from the others."""
         last = len(peak) - 1
-        settled = (collapsed == collapsed[-1]).all(axis=0)
+        converged = (collapsed == collapsed[-1]).all(axis=0)
         changes = np.abs(np.diff(peak, axis=0)).max(axis=0)
-        bound = np.where(settled & ~collapsed[-1], changes + self.roughness(last) * peak[-1], np.nan)
+        bound = np.where(converged & ~collapsed[-1], changes + self.roughness(last) * peak[-1], np.nan)
         return {
             "peak": peak[-1],
             "peak_uncertainty": bound,
             "collapsed": collapsed[-1].astype(np.int8),
-            "settled": settled.astype(np.int8),
+            "converged": converged.astype(np.int8),
         }
 
     def roughness(self, halving: int) -> float:
@@ -275,7 +275,7 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     """
     quakes = config.earthquakes
     ratio = np.full((len(quakes.walls), quakes.restitution.size, len(MODELS), len(SOURCES)), np.nan)
-    ratio[:, :, 1:] = _damping_ratios(config, Polynomials.of(equivalence))
+    ratio[:, :, 1:] = _damping_ratios(config, Polynomials.from_dataset(equivalence))
     made = [(named.wall, named.curve) for named in quakes.walls]
     of_wall: dict[str, Any] = {
         name: ("wall", [float(getattr(wall, name)) for wall, _ in made])
@@ -356,7 +356,7 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
     intensity = intensity_measures(motion.record)
     factors = [quakes.velocity_ratio * float(named.wall.velocity_scale) / intensity.pgv for named in quakes.walls]
     cases = [
-        Case.of(
+        Case.from_record(
             named.wall,
             named.curve,
             motion.record,
@@ -375,7 +375,7 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
     ]
     dims = {
         **dict.fromkeys(
-            ("peak", "peak_uncertainty", "collapsed", "settled", "decay_misfit"),
+            ("peak", "peak_uncertainty", "collapsed", "converged", "decay_misfit"),
             BY_DAMPER[1:],
         ),
         **dict.fromkeys(("varied_peak", "varied_collapsed"), (*HISTORY[1:], "variation")),

@@ -141,7 +141,7 @@ def _compare_set(histories: xr.Dataset, weights: Array, bands: Array) -> xr.Data
 def _judged(histories: xr.Dataset, change: str, weights: Array) -> xr.Dataset:
     """Judge every order beside one change of e, over all walls together and by wall."""
     by = ("restitution", "order")
-    excess, bounds, verdict = judge(Sums.of(histories, change), weights)
+    excess, bounds, verdict = judge(Sums.from_histories(histories, change), weights)
     smallest = smallest_order(histories["order"].values, verdict)
     return xr.Dataset(
         {
@@ -166,7 +166,10 @@ def _drawings(histories: xr.Dataset, config: Config) -> xr.Dataset:
     drawn = np.stack(
         [
             [judge(sums, of_drawing)[2] for of_drawing in weights]
-            for sums in (Sums.of(histories, change) for change in track(list(SIDES), "Orders by seed of the bootstrap"))
+            for sums in (
+                Sums.from_histories(histories, change)
+                for change in track(list(SIDES), "Orders by seed of the bootstrap")
+            )
         ]
     )
     return xr.Dataset(
@@ -179,7 +182,7 @@ def _splits(histories: xr.Dataset, config: Config) -> xr.Dataset:
     order, station, halves = histories["order"].values, histories["station"].values, config.comparison.splits
     parts = [
         split(
-            Sums.of(histories, change),
+            Sums.from_histories(histories, change),
             order,
             station,
             halves.count,
@@ -252,7 +255,7 @@ class Sums:
     cases: Array
 
     @classmethod
-    def of(cls, histories: xr.Dataset, change: str) -> Sums:
+    def from_histories(cls, histories: xr.Dataset, change: str) -> Sums:
         """Sum histories of the dimensions (record, velocity_ratio, wall, restitution, ...)."""
         sides = histories.sel(variation=list(SIDES[change]))
         reference, fell = (histories[f"reference_{name}"].values[..., None] for name in ("peak", "collapsed"))
