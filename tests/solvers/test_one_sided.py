@@ -257,3 +257,5 @@ def test_bad_input_is_refused():
         one_sided_march.solve(FORCE, Stop(1e4, 0.5), step=0.02, steps=10)
     with pytest.raises(rd.InputError, match="release_amplitude is 1.5; it must be less than a3"):
         one_sided_events.history(FORCE, Stop(RIGID, 0.5), [1.0], release_amplitude=1.5)
+    with pytest.raises(rd.InputError, match=r"release_amplitude is -0.1; it must be .* at least 0 at a rigid stop"):
+        one_sided_events.history(FORCE, Stop(RIGID, 0.5), [1.0], release_amplitude=-0.1)
