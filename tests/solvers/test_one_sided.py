@@ -229,6 +229,23 @@ def test_under_noise_the_stepper_finds_the_same_collapses_and_peaks(pulls):
     assert np.median(np.log(stepped.peak / exact.peak)[both]) == pytest.approx(0, abs=0.01)
 
 
+def test_intervals_taken_whole_are_those_taken_in_two():
+    """With an elastic tie up to the plateau: an interval that holds a time asked for is no whole one."""
+    force, dt, noise = (
+        OneSidedForce(CURVE, tie_stiffness=5.0, tie_strength=50.0, tie_gap=0.02),
+        0.02,
+        random_load(1, 500),
+    )
+    run = {"load": 1.5 * np.sin(1.7 * dt * np.arange(500)) + 0.2 * noise, "load_step": dt}
+    end = 499 * dt
+    whole, halved = (
+        one_sided_events.history(force, Stop(RIGID, 0.6), [*inside, end], **run)
+        for inside in ([], dt * (np.arange(499) + 0.5))
+    )
+    assert halved.displacement.max() > 0.15 and len(whole.of_kind("impact")) > 5
+    assert whole.displacement[0] == pytest.approx(halved.displacement[-1], rel=1e-9)
+
+
 def test_a_lane_has_its_bits_whatever_runs_beside_it():
     load = random_load(5, 300)
     run = {"step": 1e-3, "steps": 3000, "substeps": 10, "ground_acceleration": load}
