@@ -1,12 +1,13 @@
 """Break the science anywhere, at random, and count what the suite notices.
 
     .venv/bin/python tools/mutate_sample.py [--count 200] [--seed 7] [--jobs 2] [--output FILE.csv]
-                                            [--near] [PACKAGE ...]
+                                            [--since REVISION] [--near] [PACKAGE ...]
 
 Run by hand; 200 take an hour or two. Mutations are made from the syntax tree: operators, comparisons, numbers, signs,
-arguments and names of functions. Each place of the packages of science is as likely as any other. A mutation is noticed
-if a test of the module's folder, or of the folders that use it, fails; with --near, a test of the files that import the
-module or are named after it. The sample is in a random order: what a run that was stopped has done is a sample too.
+arguments and names of functions. Each place of the packages of science is as likely as any other; with --since, each
+on a line that was committed since REVISION, and did not only move. A mutation is noticed if a test of the module's
+folder, or of the folders that use it, fails; with --near, a test of the files that import the module or are named
+after it. The sample is in a random order: what a run that was stopped has done is a sample too.
 FILE gets a row for each, as it ends, and a second run with the same FILE goes on behind it. Whether a survivor changes
 any value at all is judged by hand, in the column `equivalent` of FILE.
 """
@@ -26,6 +27,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, NamedTuple
@@ -255,6 +257,18 @@ def near(file: str) -> list[str]:
     return found[:NEAREST] or [first]
 
 
+def changed(since: str) -> Callable[[dict[str, Any]], bool]:
+    """Return whether the line of a mutation changed since a revision; what moved between files did not."""
+
+    @cache
+    def lines(file: str) -> list[bool]:
+        command = ["git", "blame", "-s", "-M", "-C", "-C", f"{since}..", "--", str(PACKAGE / file)]
+        told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        return [not line.startswith("^") for line in told.splitlines()]
+
+    return lambda entry: lines(entry["file"])[entry["line"] - 1]
+
+
 def as_mutation(entry: dict[str, Any], tests: Callable[[str], list[str]] = tests_of) -> Mutation:
     """Return a mutation: the whole file before and after, and its tests."""
     right = (PACKAGE / entry["file"]).read_text(encoding="utf-8")
@@ -289,9 +303,11 @@ def main() -> int:
     options.add_argument("--seed", type=int, default=7, help="of the sample")
     options.add_argument("--jobs", type=int, default=2, help="mutations at once")
     options.add_argument("--output", type=Path, default=Path("mutations.csv"), help="table of what came out")
+    options.add_argument("--since", metavar="REVISION", help="mutate only lines that changed since")
     options.add_argument("--near", action="store_true", help="run only the files of tests that import the module")
     asked = options.parse_args()
     every = list(mutations(asked.packages or list(PACKAGES)))
+    every = list(filter(changed(asked.since), every)) if asked.since else every
     sample = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
     done = 0
     if asked.output.exists():
