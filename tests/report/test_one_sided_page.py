@@ -76,7 +76,9 @@ def test_ties_that_break_are_said_to_be_broken(subject):
     brittle = replace(FRONT, tie=replace(FRONT.tie, rupture=0.004))
     answer = rd.assess(brittle, CURVE, subject.motions, pgv=0.3, restitution=0.5)
     text = build(
-        replace(subject, wall=brittle, answer=answer, placement=Placement(checks(answer, brittle, subject.motions)))
+        replace(
+            subject, wall=brittle, answer=answer, placement=Placement(checks(answer, brittle, CURVE, subject.motions))
+        )
     )
     shown = re.sub(r"\s+", " ", Page(text).all("body")[0]["text"].replace("\xa0", " "))
     assert "the ties are broken; they yield at 3 mm and break at 4 mm" in shown
