@@ -91,7 +91,7 @@ def test_the_exponent_that_a_damper_would_show_is_that_of_the_losses_of_its_half
         run = event_driven.history(CURVE, rd.Damping(model, 1e-3), end, release_amplitude=float(x0))
         losses.append(np.log(energy / CURVE.energy(run.turning_displacement[0])))
     expected = -np.polyfit(np.log(energies), np.log(losses), 1)[0]
-    assert float(fitted["expected_exponent"].sel(damping_model=model)) == pytest.approx(expected, abs=0.015)
+    assert float(fitted["expected_exponent"].sel(damping_model=model)) == pytest.approx(expected, rel=0.2)
     assert abs(expected) > 0.05
     assert float(fitted["expected_exponent"].sel(damping_model="ECD16")) == pytest.approx(0, abs=1e-9)
 
