@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 from table_text import interval, number, table
 
-from rockdamp.studies.supports import ANALYTICAL, ELASTIC, IMPULSIVE, KEEPS, MASS, STRUCK, VERTICAL
+from rockdamp.studies.supports import ANALYTICAL, ELASTIC, IMPULSIVE, KEEPS, MASS, STRUCK, VERTICAL, WHOLE
 
-FLOORS = (0.1, 0.3, 0.6)  # periods that are shown [s]
+FLOORS = (0.1, 0.3, 0.6, 1.0)  # periods that are shown [s]
 HEAD = ("assumed", "in place of it", "median intensity of collapse", "single walls", "the assumption is", "computed in")
 RATIO = "median_intensity_ratio"
 MASSLESS, RULE = "the overburden has no mass", "e by `measured`"
@@ -34,6 +34,7 @@ def _of_supports(study: xr.Dataset) -> Iterator[list[str]]:
         (ANALYTICAL, RULE, "e of Eq. (7)"),
         (VERTICAL, "no vertical shaking", f"the other component times {factor:.2g}"),
         (KEEPS, "the worse of both signs of the eccentricity", keeps),
+        (WHOLE, "slender bodies, 2/3 m", "their inertia at u = 0"),
         (ELASTIC, "e at every crossing", "no loss at impacts that stay below a1"),
     ):
         yield _row(what, instead, study.sel(assumption=case), "supports")

@@ -139,7 +139,7 @@ def under_earthquakes(config: Config, both: xr.Dataset) -> xr.Dataset:
         found = bootstrapped(one.drop_dims("variation"), weights, edges)
         whole = found.isel(band=0)[["log_error", "median_ratio", "false_safe_rate", "false_collapse_rate"]]
         by_band = {f"{low:g} to {high:g}": found["log_error"].isel(band=i) for i, (low, high) in enumerate(edges) if i}
-        enough = judge(Sums.of(one, DECISIVE_CHANGE), weights)[2][0]
+        enough = judge(Sums.from_histories(one, DECISIVE_CHANGE), weights)[2][0]
         parts.append(whole.assign(by_band).assign(verdict=(("restitution", "order"), enough)))
     return xr.concat(parts, "form").merge(_difference(both, weights)).assign_coords(form=list(FORMS))
 

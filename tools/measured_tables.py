@@ -40,6 +40,7 @@ from rockdamp.report.earthquake_criterion import by_source
 from rockdamp.report.earthquakes import SOURCES, STRATA, recommended
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
+from rockdamp.studies.accuracy.small_rotations import PULSE
 from rockdamp.studies.accuracy.stage import HALVES, THOUSANDTH, relative_uncertainty
 from rockdamp.studies.amplitude_dependence import BEST
 from rockdamp.text import number
@@ -173,9 +174,10 @@ def _forced(accuracy: xr.Dataset) -> str:
         light, heavy = (100 * at.isel(forced_mass=mass) for mass in (0, 1))
         ends = [f"{float(one.min()):+.2g} to {float(one.max()):+.2g} %" for one in (light, heavy)]
         texts.append(f"at h/t = {float(at['slenderness']):g} by {ends[0]} ({ends[1]})")
+    pulse = f"a half-sine pulse of {PULSE:g} times the strength that brings small rotations to {release:g} u_ins"
     return (
-        f"Under the half-sine pulse that brings small rotations to {release:g} u_ins, the first peak of two rigid\n"
-        f"bodies differs from theirs {texts[0]}, and {texts[1]}:\nwith 2/3 m, and in brackets with the mass at u = 0."
+        f"Under {pulse}, the first\npeak of two rigid bodies differs from theirs {texts[0]}, and {texts[1]}:\n"
+        "with 2/3 m, and in brackets with the mass at u = 0."
     )
 
 

@@ -41,7 +41,7 @@ def by_band(data: Data, chosen: tuple[Choice, list[Choice]] | None) -> str:
     rows = [[band, *(words for pair in cells for words in pair)] for band, cells in sizes(compared, cell)]
     return (
         f"\n\nError of the peaks with {model}, and with CR with e changed: median, 90 % and root mean square of"
-        f" abs(ln r), as percentages.\n\n{table(head, rows)}"
+        f" abs(ln r), each s as exp(s) - 1.\n\n{table(head, rows)}"
     )
 
 

@@ -11,7 +11,7 @@ from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import FEWEST_STATIONS, assess_rows, intervals
 from rockdamp.assessment.collapses import STRIPES
 from rockdamp.assessment.table import OF_WALLS, RULE_WEIGHTS, RULES, Row, deviation_of, nodes, over_spread
-from rockdamp.figures.code_damping import TESTED
+from rockdamp.figures.code_checks import TESTED
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.plausibility import as_meant

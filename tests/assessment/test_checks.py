@@ -41,9 +41,9 @@ def test_below_the_onset_a_wall_may_rock_as_it_vibrates_and_the_histories_decide
     (check,) = checks(answer, wall, curve, motions)
     assert check.support_acceleration < check.rocking_onset
     assert check.rocking_share == pytest.approx(2 / 3) and check.rocks
-    assert check.rocking_in_words(3) == "it rocks under 2 of 3"
+    assert check.rocking_in_words(3) == "it rocks under 2 of 3, as its first branch vibrates"
     assert check._replace(rocking_share=0.0).rocking_in_words(3) == "it does not rock"
-    assert check._replace(rocking_share=1.0).rocking_in_words(3) == "it rocks"
+    assert check._replace(rocking_share=1.0, rocking_onset=0.0).rocking_in_words(3) == "it rocks"
 
 
 def test_a_capacity_of_ones_own_decides(answer, wall, curve, motions):

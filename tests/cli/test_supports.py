@@ -105,6 +105,7 @@ def test_respond_scales_by_the_ground_and_shakes_the_storey(motions):
         (TOP, "--storeys must be given with --building-period"),
         ((*BUILDING, "--building-period", 0.2), "is given 2 times"),
         (("--capacity", 40), "was it in per cent (0.4)?"),
+        (("--diaphragm-period", 0.4, "--diaphragm-damping", 5), "was it in per cent (0.05)?"),
     ],
 )
 def test_a_building_that_cannot_be_is_questioned_before_anything_runs(options, words):

@@ -396,6 +396,16 @@ def test_an_error_names_file_and_line_of_the_value(tmp_path, monkeypatch):
     assert report([DEFAULT, own, MINIMAL]).startswith(f"{own}, line 3: wall.thickness is -0.3;")
 
 
+def test_an_error_of_a_section_names_the_file_that_states_a_part_of_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    high, wide = tmp_path / "high.yaml", tmp_path / "wide.yaml"
+    high.write_text("# mine\nwall: {thickness: 99}\n", encoding="utf-8")
+    wide.write_text("wall: {width: 2}\n", encoding="utf-8")
+    assert report([DEFAULT, high]).startswith(f"{high}, line 2: wall cannot be used: thickness is 99 m and height")
+    assert report([DEFAULT, high, MINIMAL]).startswith(f"{high}, line 2: wall cannot be used")
+    assert report([DEFAULT, wide], wall={"thickness": 99}).startswith("the command line: wall cannot be used")
+
+
 def test_an_error_names_the_line_of_an_item_in_a_list(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     own = tmp_path / "own.yaml"

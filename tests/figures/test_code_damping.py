@@ -10,7 +10,7 @@ from made_up_studies import VISCOUS, made_up
 from matplotlib.colors import to_rgb
 from repository import ROOT
 
-from rockdamp.figures.code_damping import (
+from rockdamp.figures.code_checks import (
     LEVELS,
     ORDERS,
     fig_code_damping_caption,

@@ -4,7 +4,7 @@ import numpy as np
 from figure_reading import drawn
 from made_up_studies import made_up
 
-from rockdamp.figures.spectrum_method import QUANTILES, fig_spectrum_method_caption
+from rockdamp.figures.code_checks import QUANTILES, fig_spectrum_method_caption
 from rockdamp.text import percent
 
 

@@ -1,8 +1,10 @@
 """Free-rocking tests identified: simulated ones give back what made them, and slips are named."""
 
 import check_free_rocking
+import check_losses
 import free_rocking_tests
 import numpy as np
+import pandas as pd
 import pytest
 from repository import ROOT
 from rounded_texts import assert_shipped
@@ -139,6 +141,15 @@ def test_what_the_integrator_simulates_is_inside_the_intervals():
         judged = check_free_rocking.judged(wall, check_free_rocking.fitted(wall, tests))
         inside += [held for held, _ in judged.values()]
     assert np.mean(inside) >= 0.75
+
+
+def test_the_stored_check_holds_for_e_and_g_of_every_maker_that_has_them_and_for_the_curve_of_walls_with_impacts():
+    rows = {(row["made_by"], row["parameter"]): row for row in pd.read_csv(check_free_rocking.FILE).to_dict("records")}
+    impacts = check_free_rocking.KNOWN[:2]
+    judged = [(maker, name) for maker in check_free_rocking.KNOWN for name in check_free_rocking.JUDGED]
+    judged += [(maker, name) for maker in impacts for name in ("a1", "b1")]
+    for row in (rows[key] for key in judged):
+        assert int(row["tests"]) == 200 and check_losses.good(row), row
 
 
 LOSSES = [

@@ -26,6 +26,7 @@ def random_load(seed, samples=1500, size=1.0):
     return size * (load - load.mean())
 
 
+@pytest.mark.nojit
 @pytest.mark.parametrize("initial", [0.0, 0.6])
 @pytest.mark.parametrize("e", [0.3, 0.7, 0.95])
 def test_each_impact_leaves_the_square_of_restitution(initial, e):
@@ -37,6 +38,7 @@ def test_each_impact_leaves_the_square_of_restitution(initial, e):
     assert energy[1:] / energy[:-1] == pytest.approx(e**2, rel=1e-7)
 
 
+@pytest.mark.nojit
 def test_under_a_constant_push_the_bounces_are_a_geometric_series():
     e, v, push = 0.6, 0.05, -1.5
     force = OneSidedForce(CURVE, initial=float(CURVE.strength_ratio))  # the plateau from the stop on
@@ -52,6 +54,7 @@ def test_under_a_constant_push_the_bounces_are_a_geometric_series():
     assert rest.shape == (1, 3)
 
 
+@pytest.mark.nojit
 def test_a_wall_at_rest_lifts_when_the_load_exceeds_what_holds_it():
     force = OneSidedForce(CURVE, initial=0.5)
     history = one_sided_events.history(force, Stop(RIGID, 0.5), [0.0, 0.4, 0.6], load=[0.0, 1.0], load_step=1.0)
@@ -61,6 +64,7 @@ def test_a_wall_at_rest_lifts_when_the_load_exceeds_what_holds_it():
     assert history.displacement[2] == pytest.approx(0.1**3 / 6, rel=0.02)
 
 
+@pytest.mark.nojit
 @pytest.mark.parametrize("load", [0.2, 0.5, 0.7])
 @pytest.mark.parametrize("solver", ["events", "march"])
 def test_a_step_load_from_rest_goes_to_where_its_work_is_stored(load, solver):
@@ -74,6 +78,7 @@ def test_a_step_load_from_rest_goes_to_where_its_work_is_stored(load, solver):
     assert one_sided_march.solve(FORCE, Stop(1e4, 0.5), **options).peak == pytest.approx(peak, rel=2e-5)
 
 
+@pytest.mark.nojit
 @pytest.mark.parametrize(("gap", "rupture"), [(0.0, RIGID), (0.01, RIGID), (0.01, 0.03)])
 def test_a_tie_takes_its_part_of_the_energy(gap, rupture):
     force = OneSidedForce(CURVE, 0.2, tie_stiffness=50.0, tie_strength=0.4, tie_gap=gap, tie_rupture=rupture)
@@ -96,6 +101,7 @@ def test_the_set_of_a_tie_stays():
     assert first[1] == pytest.approx(first[0], abs=1e-12)
 
 
+@pytest.mark.nojit
 @pytest.mark.parametrize("gap", [0.0, 1e-9])
 def test_a_tie_without_slack_that_stays_elastic_leaves_the_impact_its_restitution(gap):
     force = OneSidedForce(CURVE, 0.2, tie_stiffness=50.0, tie_strength=5.0, tie_gap=gap)
@@ -159,6 +165,7 @@ def test_both_solvers_agree_on_a_stop_that_gives_way(pulls):
     assert errors[1] < 1e-4
 
 
+@pytest.mark.nojit
 @pytest.mark.parametrize("frequency", [1.95, 2.2])  # times the step of the load
 @pytest.mark.parametrize("stiffness", [2 * K1, 7 * K1])
 def test_a_soft_stop_that_cannot_pull_parts_and_is_met_again_between_two_samples(stiffness, frequency):
@@ -171,6 +178,7 @@ def test_a_soft_stop_that_cannot_pull_parts_and_is_met_again_between_two_samples
     assert exact.displacement == pytest.approx(stepped.displacement, abs=2e-5)
 
 
+@pytest.mark.nojit
 def test_a_stiff_stop_tends_to_restitution():
     times = np.linspace(0, 4, 200)
     rigid = one_sided_events.history(FORCE, Stop(RIGID, 0.5), times, release_amplitude=0.5).displacement
@@ -251,6 +259,7 @@ def test_a_lane_has_its_bits_whatever_runs_beside_it():
     assert threaded.peak.tolist() == together.peak.tolist()
 
 
+@pytest.mark.nojit
 def test_collapse_ends_a_history():
     history = one_sided_events.history(FORCE, Stop(RIGID, 0.5), np.linspace(0, 10, 50), load=[2.0, 2.0], load_step=20.0)
     assert history.outcome == "collapsed"
@@ -265,3 +274,5 @@ def test_bad_input_is_refused():
         one_sided_march.solve(FORCE, Stop(1e4, 0.5), step=0.02, steps=10)
     with pytest.raises(rd.InputError, match="release_amplitude is 1.5; it must be less than a3"):
         one_sided_events.history(FORCE, Stop(RIGID, 0.5), [1.0], release_amplitude=1.5)
+    with pytest.raises(rd.InputError, match=r"release_amplitude is -0.1; it must be .* at least 0 at a rigid stop"):
+        one_sided_events.history(FORCE, Stop(RIGID, 0.5), [1.0], release_amplitude=-0.1)

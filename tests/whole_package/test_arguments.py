@@ -1,5 +1,7 @@
 """Arguments are converted once or refused by their names; the copies that objects keep cannot be changed later."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -46,6 +48,20 @@ def test_real_numbers_of_any_kind_are_taken(value):
     array = arguments.numbers("x", value)
     assert array.dtype == np.float64 and (array == np.asarray(value, dtype=float)).all()
     assert not array.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("ecd16", "Damping has no 'ecd16'; Damping.of_restitution(e, 'ECD16') or Damping('ECD16', damping_ratio)"),
+        ("cdr", "Damping has no 'cdr'; Damping('CDR', damping_ratio) makes one"),
+        ("local", "or Damping('LOCAL', local_damping) makes one"),
+        ("formulas", "type object 'Damping' has no attribute 'formulas'"),
+    ],
+)
+def test_a_model_asked_for_as_an_attribute_says_how_it_is_made(name, said):
+    with pytest.raises(AttributeError, match=re.escape(said)):
+        getattr(rd.Damping, name)
 
 
 def test_names_are_taken_in_capitals_and_small_letters():

@@ -68,9 +68,11 @@ class Check(NamedTuple):
 
     def rocking_in_words(self, runs: int) -> str:
         """Say whether the wall rocks: under all of its runs, some, or none."""
-        if self.rocking_share in (0.0, 1.0):
-            return "it rocks" if self.rocks else "it does not rock"
-        return f"it rocks under {round(self.rocking_share * runs)} of {runs}"
+        if not self.rocks:
+            return "it does not rock"
+        below = self.support_acceleration < self.rocking_onset
+        share = "" if self.rocking_share == 1 else f" under {round(self.rocking_share * runs)} of {runs}"
+        return f"it rocks{share}{', as its first branch vibrates' if below else ''}"
 
     @property
     def median_met(self) -> bool:

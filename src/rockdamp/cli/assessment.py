@@ -40,6 +40,7 @@ from rockdamp.cli.options import (
     make_wall,
     one_sided_options,
     refuse_unused,
+    tell_overburden,
     units_option,
     wall_options,
     walls_option,
@@ -381,10 +382,7 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
     if heights := hinge(wall):
         taken, weakest = heights.values()
         click.echo(f"hinge at {taken:.3g} of the height; between 0.5 and 0.7 the wall is weakest at {weakest:.3g}")
-    if (ratio := float(getattr(wall, "overburden_ratio", 0.0))) > 0:
-        unit_of_load, size_of_load = printed("kN/m", units)
-        load = float(wall.overburden / wall.width) / 1000 / size_of_load
-        click.echo(f"overburden {ratio:.3g} W = {load:.3g} {unit_of_load}")
+    tell_overburden(wall, units)
     click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
     if law := loss_law(answer):
         g, at = law.values()

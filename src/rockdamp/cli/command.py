@@ -412,4 +412,4 @@ def cell(value: Any) -> str:
     """Return the text of a value in a table."""
     if value is None:
         return "-"
-    return value if isinstance(value, str) else f"{value:.5g}"
+    return value if isinstance(value, str) else f"{value + 0:.5g}"  # no "-0"

@@ -312,6 +312,13 @@ def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:
     return ratio
 
 
+def tell_overburden(wall: Wall | Parapet, system: str = "si") -> None:
+    """Print what a ratio of overburden to weight amounts to, if there is one; `system` of units."""
+    if (ratio := float(wall.overburden_ratio)) > 0:
+        unit, size = units.printed("kN/m", system)
+        click.echo(f"overburden {ratio:.3g} W = {float(wall.overburden / wall.width) / 1000 / size:.3g} {unit}")
+
+
 def make_optional_wall(options: Mapping[str, Any]) -> Wall | Parapet | None:
     """Return the wall that the options describe, or None where they state neither thickness nor height."""
     stated = [options[name] is not None for name in ("thickness", "height")]

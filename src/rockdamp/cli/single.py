@@ -36,6 +36,7 @@ from rockdamp.cli.options import (
     refuse_unused,
     strict_option,
     table_of_walls,
+    tell_overburden,
     units_option,
     wall_options,
     walls_option,
@@ -156,6 +157,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
         return
     constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
     print_values(constants, shown | {"rocking_onset": f"{shown['rocking_onset']}, which is {in_g:.4g} g"})
+    tell_overburden(built, units)
     click.echo()
     for row in restitutions:
         recommended = " (recommended)" if row["recommended"] else ""

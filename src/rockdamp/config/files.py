@@ -107,15 +107,17 @@ def _is_number(read: Callable[[str], float], text: str) -> bool:
 def origin(path: KeyPath, config: Mapping[str, Any], files: Sequence[str | Path]) -> str:
     """Return the file and line of the value at `path` of the merged `config`, or of its section without such a key.
 
-    The last of the `files` that has the key gives its value; a value that none of them gives is of the command line.
+    The last of the `files` that has the key gives its value, or the last part of its section; a value that the files
+    together do not give is of the command line.
     """
-    there = _at(config, path) is not None
-    for depth in [len(path)] if there else range(len(path) - 1, 0, -1):
+    stated = _at(config, path)
+    if stated is not None and _at(merged(files, {}), path) != stated:
+        return COMMAND_LINE
+    for depth in [len(path)] if stated is not None else range(len(path) - 1, 0, -1):
         for file in reversed(files):
             line = yaml_file.line_of(file, path[:depth])
             if line is not None:
-                same = not there or _at(yaml_file.read(file), path) == _at(config, path)
-                return f"{file}, line {line}" if same else COMMAND_LINE
+                return f"{file}, line {line}"
     return COMMAND_LINE
 
 

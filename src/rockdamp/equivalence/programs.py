@@ -19,6 +19,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import damper_classes
 from rockdamp.mechanics.one_sided import AT_THE_DISPLACEMENT, CONTACT_STEP, CONTACT_STIFFNESS, OneSidedWall, Stop
 from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.plausibility import as_meant
 from rockdamp.vocabulary import RECOMMENDED, VISCOUS_MODELS
 
 BRANCHES = 3  # of the curve
@@ -79,8 +80,9 @@ def program_inputs(wall: Wall | Parapet, curve: TrilinearCurve, restitution: flo
     a1, b1 = float(curve.yield_displacement_ratio), float(curve.strength_ratio)
     matched: dict[str, tuple[float, float | None]] = {}
     try:
-        for row in equivalent(restitution, a1, b1, a3, curve.softening, release_amplitude=x0):
-            matched[row["damping_model"]] = (row["damping_ratio"], row["rms_error"])
+        with as_meant():  # what is unlikely of e and the curve was said where they were stated
+            matched_rows = equivalent(restitution, a1, b1, a3, curve.softening, release_amplitude=x0)
+        matched = {row["damping_model"]: (row["damping_ratio"], row["rms_error"]) for row in matched_rows}
     except InputError:  # for some curves no damping ratio within reach errs least
         pass
     rows: list[ProgramInput] = []

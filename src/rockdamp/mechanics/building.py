@@ -94,8 +94,7 @@ class Building:
             number("damping_ratio of the building", self.damping_ratio),
         )
         require(period > 0, "period of the building", period, f"greater than 0 [s]{_slip_of_period(period)}")
-        allowed = "greater than 0 and less than 1" + (f"; was it in per cent ({xi / 100:g})?" if xi >= 1 else "")
-        require(0 < xi < 1, "damping_ratio of the building", xi, allowed)
+        _require_damping("damping_ratio of the building", xi)
         storeys = whole("storeys", self.storeys, 1, MOST_STOREYS)
         storey = whole("storey", self.storey, 1)
         require(storey <= storeys, "storey", storey, f"at most {storeys}, the storeys of the building")
@@ -139,6 +138,11 @@ class Building:
             slip = f"; was it in per cent ({xi / 100:g})?" if xi > MOST_DAMPED else ""
             doubts.append(f"the building damping is {xi:g}; usual is {LEAST_DAMPED:g} to {MOST_DAMPED:g}{slip}")
         return doubts
+
+
+def _require_damping(name: str, xi: float) -> None:
+    slip = f"; was it in per cent ({xi / 100:g})?" if xi >= 1 else ""
+    require(0 < xi < 1, name, xi, f"greater than 0 and less than 1{slip}")
 
 
 def _slip_of_period(period: float) -> str:
@@ -186,7 +190,7 @@ class Diaphragm:
         period = number("period of the diaphragm", self.period)
         xi = number("damping_ratio of the diaphragm", self.damping_ratio)
         require(period > 0, "period of the diaphragm", period, f"greater than 0 [s]{_slip_of_period(period)}")
-        require(0 < xi < 1, "damping_ratio of the diaphragm", xi, "greater than 0 and less than 1")
+        _require_damping("damping_ratio of the diaphragm", xi)
         object.__setattr__(self, "period", period)
         object.__setattr__(self, "damping_ratio", xi)
         if period > LONGEST:

@@ -230,7 +230,7 @@ def tie_of(
     stiffness, strength : tuple of float and bool
         [N m-1] or [N m-2] per metre, and [N] or [N m-1] per metre.
     gap : float, optional
-        None by default. [m]
+        Slack; without it none. [m]
     height : float, optional
         Of the tie over the base; by default where u is measured. [m]
     rupture : float, optional

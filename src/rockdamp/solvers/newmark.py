@@ -19,7 +19,7 @@ from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.damping.base import NET_FORCE
+from rockdamp.mechanics.damping.base import IMPACT, NET_FORCE
 from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers import peaks_kernel
 from rockdamp.solvers.response import (
@@ -236,7 +236,9 @@ def solve(
         raise InputError(
             f"store_every is {every} with peaks_only; it must be left out, as peaks come without histories"
         )
-    batch = Batch(broadcast(curve=curve, damping=damping, **arrays, load_factor=factors[0], **cases))
+    # Two or three walls under restitution are faster one by one: a block computes each impact for all of its lanes.
+    shape = broadcast(curve=curve, damping=damping, **arrays, load_factor=factors[0], **cases)
+    batch = Batch(shape, apart=damping.step_kind == IMPACT and not peaks_only)
     stored = steps // every + 1 if store_every is not None else 0
     batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
     parts = (*arrays.values(), curve.initial_frequency, *curve.parameters(), *damping.formula_parameters(curve))

@@ -29,8 +29,9 @@ from rockdamp.mechanics.trilinear import TINY
 from rockdamp.solvers.compiled import compiled, specialised
 
 LANES = 64  # of a block at most, and the distance of its rows
+VECTOR = 8  # lanes that are computed at once
 # Of a block: up to three lanes are computed one after the other, more of them in vectors, which are filled up.
-WIDTHS = (1, 2, 3, *range(8, LANES + 1, 8))
+WIDTHS = (1, 2, 3, *range(VECTOR, LANES + 1, VECTOR))
 
 # A block of lanes is one flat array, so that the compiler sees that its rows cannot overlap: row r of lane i is
 # block[r + i]. First the state, then what is observed, then the parameters.
@@ -400,8 +401,8 @@ def march(
         p1 = ground_at(ground, 0, first - 1, substeps) if forced else 0.0
         if store and first == 1:
             keep(w, width, 0, displacement[b], velocity[b])
-        if width == 1 and motions == 1 and not compare:  # as the only block
-            march_alone(w, ground, substeps, first, last, every, displacement, velocity)
+        if width == 1 and motions == 1 and not compare:
+            march_alone(w, ground, substeps, first, last, every, displacement[b : b + 1], velocity[b : b + 1])
             continue
         for step in range(first, last + 1):
             p0 = p1

@@ -132,11 +132,12 @@ def history(
     """Solve one lane from tau = 0, and return it at ascending `times`, of which the last is its end.
 
     The dimensionless load is linear between samples that are `load_step` apart, and zero after the last. It raises
-    `ArithmeticError` if the motion makes no progress, and `InputError` for a release beyond a3.
+    `ArithmeticError` if the motion makes no progress, and `InputError` for a release beyond a3 or a rigid stop.
     """
     at = np.atleast_1d(np.array(times, dtype=float))
-    a3 = float(force.curve.ultimate_displacement_ratio)
-    require(release_amplitude < a3, "release_amplitude", release_amplitude, f"less than a3, {a3:g}")
+    a3, least = float(force.curve.ultimate_displacement_ratio), 0.0 if np.isinf(stop.stiffness) else -np.inf
+    allowed = f"less than a3, {a3:g}, and at least 0 at a rigid stop"
+    require(least <= release_amplitude < a3, "release_amplitude", release_amplitude, allowed)
     lanes, _ = _lanes(force, stop, 1.0, load_step, release_amplitude, release_velocity)
     room, ended = ROOM, np.empty((1, 6))
     while True:

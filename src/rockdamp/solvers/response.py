@@ -239,14 +239,17 @@ NO_COMPARISON = (np.empty((0, 0)), np.empty((0, 0), dtype=np.int64), np.zeros(1,
 class Batch:
     """A batch of lanes of some shape, in the kernel's blocks; copies of the last lane fill up the last block.
 
-    The blocks are as narrow as they can be with so many of them, as an idle lane costs as much as a busy one.
+    The blocks are as narrow as they can be with so many of them, as an idle lane costs as much as a busy one. Few lanes
+    stand in a block each if they are `apart`.
     """
 
-    def __init__(self, shape: tuple[int, ...]) -> None:
+    def __init__(self, shape: tuple[int, ...], apart: bool = False) -> None:
         self.shape = shape
         self.lanes = math.prod(shape)
         least = max(-(-self.lanes // kernel.LANES), 1)
         self.width = kernel.WIDTHS[bisect_left(kernel.WIDTHS, -(-self.lanes // least))]
+        if apart and self.width < kernel.VECTOR:
+            self.width = 1
         self.blocks = -(-self.lanes // self.width)
 
     def require_room(self, stored: int, checkpoints: int) -> None:

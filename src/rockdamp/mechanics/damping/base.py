@@ -73,7 +73,20 @@ def damper_classes() -> dict[str, type[Damping]]:
     return classes
 
 
-class Damping(ByValue):
+class _Named(type):
+    """Class whose missing attributes, where they are names of models, say how the model is made."""
+
+    def __getattr__(cls, name: str) -> Any:
+        model = name.upper()
+        if model not in DAMPERS:
+            raise AttributeError(f"type object {cls.__name__!r} has no attribute {name!r}")
+        made = f"Damping({model!r}, {', '.join(damper_classes()[model].names)})"
+        if model in (*Damping.exact_models(), LOCAL):
+            made = f"Damping.of_restitution(e, {model!r}) or {made}"
+        raise AttributeError(f"Damping has no {name!r}; {made} makes one")
+
+
+class Damping(ByValue, metaclass=_Named):
     """One damping model with its parameters, numbers or arrays that broadcast against the walls they are given to.
 
     Make one with `Damping("CDR", 0.05)`, `Damping.cr(0.85)`, `Damping.power(1.3, 0.05)` or, as the damper that loses in
