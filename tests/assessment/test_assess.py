@@ -2,19 +2,21 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from repository import ROOT
 from scipy.special import ndtr
 
 import rockdamp as rd
 from rockdamp.assessment.answers import reasons
-from rockdamp.assessment.assess import FEWEST_STATIONS, assess_rows
+from rockdamp.assessment.assess import FEWEST_STATIONS, assess_rows, intervals
+from rockdamp.assessment.collapses import STRIPES
 from rockdamp.assessment.table import OF_WALLS, RULE_WEIGHTS, RULES, Row, deviation_of, nodes, over_spread
 from rockdamp.figures.code_checks import TESTED
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.plausibility import as_meant
 from rockdamp.solvers.event_driven import history
-from rockdamp.statistics.fragility import fit_fragility
+from rockdamp.statistics.fragility import fit_fragility, wilson
 from rockdamp.storage import dataset
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE, WALL_RESTITUTION_DEVIATION
 
@@ -157,6 +159,23 @@ def test_among_several_intensities_the_strongest_must_rock_the_wall(wall, curve,
         rd.assess(wall, curve, motions[0], pga=0.980665, restitution=0.85)
     assert "(0.1 g)" in str(caught[0].message) and "was it" not in str(caught[0].message)
     rd.assess(wall, curve, motions[0], pga=[0.1 * onset, 1.01 * onset], restitution=0.85)  # warnings are errors
+
+
+def test_of_stations_that_all_say_the_same_the_fragility_has_no_width():
+    """Five of two records each, of which one collapses from the fifth stripe on and one from the eighth."""
+    stripes = np.arange(STRIPES.size) >= np.tile([5, 8], 5)[:, None]
+    runs = xr.Dataset(
+        {
+            "collapsed": (("record", "damping_model", "intensity"), stripes[:, None, 6:7]),
+            "stripe_collapsed": (("record", "damping_model", "stripe"), stripes[:, None]),
+            "stripe_intensity": ("stripe", 2 * STRIPES),
+        }
+    )
+    found = intervals(runs, [f"s{i // 2}" for i in range(10)], "PGV").isel(damping_model=0)
+    fitted = fit_fragility(STRIPES, stripes.sum(axis=0), 10)
+    np.testing.assert_allclose(found["median_pgv_interval"], 2 * fitted.median)
+    np.testing.assert_allclose(found["dispersion_interval"], fitted.dispersion)
+    np.testing.assert_allclose(found["collapse_probability_interval"][0], wilson(0.5, found["effective_records"][0]))
 
 
 @pytest.mark.parametrize(("stations", "known"), [(1, False), (3, False), (4, True)])

@@ -82,6 +82,22 @@ def test_the_exponent_and_the_dampers_are_judged_on_this_curve(fitted):
     assert excluded.sel(damping_model=["CDC", "SDR"]).all()
 
 
+@pytest.mark.parametrize("model", ["CDC", "CDR", "SDR"])
+def test_the_exponent_that_a_damper_would_show_is_that_of_the_losses_of_its_half_cycles(fitted, model):
+    """By the solver, with a small ratio, from the amplitudes before those impacts at which the wall rocks."""
+    rocking = fitted["expected_restitution"].sel(damping_model=model).notnull().values
+    amplitudes = fitted["impact_amplitude"].values[rocking]
+    energies, losses = CURVE.energy(amplitudes), []
+    for energy, x0 in zip(energies, amplitudes, strict=True):
+        end = [1.5 * float(CURVE.period(x0))]
+        run = event_driven.history(CURVE, rd.Damping(model, 1e-3), end, release_amplitude=float(x0))
+        losses.append(np.log(energy / CURVE.energy(run.turning_displacement[0])))
+    expected = -np.polyfit(np.log(energies), np.log(losses), 1)[0]
+    assert float(fitted["expected_exponent"].sel(damping_model=model)) == pytest.approx(expected, rel=0.2)
+    assert abs(expected) > 0.05
+    assert float(fitted["expected_exponent"].sel(damping_model="ECD16")) == pytest.approx(0, abs=1e-9)
+
+
 @pytest.mark.parametrize(("model", "ratio"), [("CDC", 0.03), ("SDR", 0.05)])
 def test_a_damper_that_made_a_test_is_told(model, ratio):
     history = free_decay(CURVE, rd.Damping(model, ratio), wall=WALL, release_amplitude=0.6, length=6.0, points=3001)
