@@ -9,7 +9,7 @@ deviation of z lies outside of 0.9 to 1.1, or the ranks are not uniform.
 
 `.venv/bin/python tools/check_posterior.py --tests 200 --seed 7` makes random tests by the event-driven solver
 (tools/random_tests.py) and identifies each as `calibrate --posterior` does. What it finds is kept in
-results/random-tests-SEED.csv, a row a test, so that it goes on where it was stopped; `--first` starts elsewhere.
+tools/random-tests.csv, a row a test, so that it goes on where it was stopped; `--first` starts elsewhere.
 It ends with status 1 where a test ended in a traceback or took over two minutes, where the standard deviation of z of
 one parameter lies outside of 0.9 to 1.1 or its ranks are not uniform, or where 15 % or more were refused. Intervals of
 90 % alone would tell little: a deviation of z of 1.2 still holds 83 %.
@@ -31,8 +31,7 @@ from rockdamp.laboratory.candidates import Candidate
 from rockdamp.progress import track, without_bars
 from rockdamp.vocabulary import CANDIDATES, REFERENCE
 
-RESULTS = Path(__file__).resolve().parents[1] / "results"
-RECORDS = Path(__file__).with_name("posterior-check.csv")
+RECORDS, TESTS = (Path(__file__).with_name(name) for name in ("posterior-check.csv", "random-tests.csv"))
 MOST = 3.0  # standard errors of a share
 Z, LEAST_P = (0.9, 1.1), 0.01  # of the standard deviation of z, and of the test that ranks are uniform
 # Of random tests; these were written before the first was identified.
@@ -72,18 +71,22 @@ def records(first: int, count: int, seed: int, model: str) -> int:
 
 def random_tests(first: int, count: int, seed: int) -> int:
     """Identify the tests that are not kept yet; report on all that are."""
-    kept = RESULTS / f"random-tests-{seed}.csv"
-    kept.parent.mkdir(exist_ok=True)
-    before = set(pd.read_csv(kept)["number"]) if kept.exists() else set()
+    before = set(of_seed(seed)["number"]) if TESTS.exists() else set()
     for number in track([number for number in range(first, first + count) if number not in before], "tests"):
         row = pd.DataFrame([judged(seed, number)])
-        row.to_csv(kept, mode="a", header=not kept.exists(), index=False)
-    rows = pd.read_csv(kept)
+        row.to_csv(TESTS, mode="a", header=not TESTS.exists(), index=False)
+    rows = of_seed(seed)
     found = summary(rows)
     print("\n".join(f"{name}: {value:.3g}" for name, value in found.items()))
     holds = [found["failed"] == 0, found["longest"] <= LONGEST, found["refused_share"] < MOST_REFUSED]
     holds += [Z[0] <= found[f"deviation_of_z_{name}"] <= Z[1] and found[f"p_{name}"] >= LEAST_P for name in NAMES]
     return 0 if all(holds) else 1
+
+
+def of_seed(seed: int) -> pd.DataFrame:
+    """Return the kept random tests of a seed."""
+    rows = pd.read_csv(TESTS)
+    return rows[rows["seed"] == seed]
 
 
 def summary(rows: pd.DataFrame) -> dict[str, float]:

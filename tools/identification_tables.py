@@ -5,18 +5,20 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
+from check_posterior import Z
+from check_posterior import summary as summary_of_tests
 from posterior_records import LEVELS, summary
+from random_tests import NAMES
 from table_text import percent, table
 
 from rockdamp.laboratory.figures import compared
-from rockdamp.text import listed, number
+from rockdamp.text import number
 
 Data = dict[str, xr.Dataset]
 
 IDENTIFICATION = "identification"
 RECORDS = Path(__file__).with_name("posterior-check.csv")  # of check_posterior.py --records
-RANDOM_TESTS = Path(__file__).with_name("random-tests.csv")  # columns of what check_posterior.py --tests keeps
-JUDGED, BEFORE = 8, 7  # seeds: of the tests that judge the code, and of those before less of the noise was neglected
+RANDOM_TESTS = Path(__file__).with_name("random-tests.csv")  # of check_posterior.py --tests
 FREE_ROCKING = Path(__file__).with_name("free-rocking-check.csv")
 LOSSES = Path(__file__).with_name("losses-check.csv")
 SLIPS = Path(__file__).with_name("slips-check.csv")
@@ -74,22 +76,27 @@ def support(data: Data) -> str:
 
 def random_tests(_: Data) -> str:
     """What the posterior says of random tests that the event-driven solver made, by how far the wall rocks."""
-    every = pd.read_csv(RANDOM_TESTS, keep_default_na=False)
-    rows, before = (every[every["seed"] == seed] for seed in (JUDGED, BEFORE))
-    bands = {"all": rows, "below half": rows[rows["peak"] < 0.5], "beyond": rows[rows["peak"] >= 0.5]}
-    head = ["", *(f"{name} of u_ins" if name == "below half" else name for name in bands)]
-    table_rows = [["tests", *(str(len(some)) for some in bands.values())]]
+    rows = pd.read_csv(RANDOM_TESTS)
+    bands = {"all": rows, "below half of u_ins": rows[rows["peak"] < 0.5], "beyond": rows[rows["peak"] >= 0.5]}
+    found = [summary_of_tests(some) for some in bands.values()]
+    lines = [["tests", *(f"{one['tests']:.0f}" for one in found)]]
     for ended, words in (("answered", "answered"), ("refused", "refused"), ("failed", "ended in a traceback")):
-        table_rows.append([words, *(str(int((some["ended"] == ended).sum())) for some in bands.values())])
-    names = ("yield_displacement_ratio", "strength_ratio", "restitution")
-    for name in names:
-        shares = [some.loc[some["ended"] == "answered", f"held_{name}"] for some in bands.values()]
-        shown = [
-            f"{percent(held.mean())} ± {percent(np.sqrt(0.09 / len(held)))}" if len(held) else "–" for held in shares
+        lines.append([words, *(f"{one[ended]:.0f}" for one in found)])
+    for name in NAMES:
+        of, answered = PARAMETERS[name], [one["answered"] for one in found]
+        z = [
+            f"{one[f'deviation_of_z_{name}']:.2f} ± {np.sqrt(0.5 / n):.2f}"
+            for one, n in zip(found, answered, strict=True)
         ]
-        table_rows.append([f"90 % intervals that hold {PARAMETERS[name]}", *shown])
-    seconds = [(some["seconds"].median(), some["seconds"].max()) for some in bands.values()]
-    table_rows.append(["time of a processor, median and longest", *(f"{a:.0f} s, {b:.0f} s" for a, b in seconds)])
+        held = [
+            f"{percent(one[f'held_{name}'])} ± {percent(np.sqrt(0.09 / n))}"
+            for one, n in zip(found, answered, strict=True)
+        ]
+        lines.append([f"deviation of z of {of}", *z])
+        lines.append([f"uniform ranks of {of}, p", *(number(one[f"p_{name}"], 2) for one in found)])
+        lines.append([f"90 % intervals that hold {of}", *held])
+    seconds = [f"{some['seconds'].median():.0f} s, {some['seconds'].max():.0f} s" for some in bands.values()]
+    lines.append(["time of a processor, median and longest", *seconds])
     refused = rows.loc[rows["ended"] == "refused", "reason"]
     causes = {
         "the response to the accelerometer's noise decides": refused.str.contains("accelerometer's noise").sum(),
@@ -97,12 +104,10 @@ def random_tests(_: Data) -> str:
     }
     causes["another reason"] = len(refused) - sum(causes.values())
     why = "; ".join(f"{words}: {int(count)}" for words, count in causes.items())
-    answered = before[before["ended"] == "answered"]
-    earlier = listed(f"{percent(answered[f'held_{name}'].mean())} ({PARAMETERS[name]})" for name in names)
-    return (
-        f"{table(head, table_rows)}\n\nWhy tests were refused: {why}.\n\n"
-        f"Before, {len(answered)} answers to {len(before)} other tests held the truth in {earlier}."
-    )
+    deviations = {PARAMETERS[name]: found[0][f"deviation_of_z_{name}"] for name in NAMES}
+    outside = [f"{name}, {z:.3f}" for name, z in deviations.items() if not Z[0] <= z <= Z[1]]
+    judged = f"Of all tests the deviation of z lies outside of {Z[0]} to {Z[1]} for: {'; '.join(outside) or 'none'}."
+    return f"{table(['', *bands], lines)}\n\n{judged}\n\nWhy tests were refused: {why}."
 
 
 def free_rocking(_: Data) -> str:
