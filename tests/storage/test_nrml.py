@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import lognorm
 
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, InputWarning
 from rockdamp.storage.nrml import NAMESPACE, UNITS, Collapse, text, write
 
 WALLS = [
@@ -15,6 +15,8 @@ WALLS = [
     Collapse("undefined", math.nan, math.nan, [0.1, 0.3], [0.0, 0.0]),
 ]
 IN = f"{{{NAMESPACE}}}"
+
+pytestmark = pytest.mark.filterwarnings("ignore:white space in taxonomies")
 
 
 def functions(content):
@@ -51,11 +53,14 @@ def test_a_taxonomy_that_is_an_identifier_keeps_it_whatever_others_become():
         assert float(kept[0]) == 0.2 and "A_B-CR_" in found
 
 
-def test_a_taxonomy_stays_as_it_was_typed_beside_its_id():
-    typed = ["MUR+CLBRS/LWAL/H:2", "A B", "A_B", "5 < 7 & 8"]
-    found = functions(text([Collapse(name, 0.45, 0.4, [0.1, 0.9], [0.1, 1.0]) for name in typed], "PGV", "m", "Walls."))
+def test_a_taxonomy_stays_as_it_was_typed_beside_its_id_but_for_white_space():
+    typed = ["MUR+CLBRS/LWAL/H:2", "A B", "A_B", "5<7&8"]
+    walls = [Collapse(name, 0.45, 0.4, [0.1, 0.9], [0.1, 1.0]) for name in typed]
+    with pytest.warns(InputWarning, match="as in 'A B', is written as _"):
+        found = functions(text(walls, "PGV", "m", "Walls."))
     assert len(found) == 2 * len(typed)
-    assert [function.get("taxonomy") for function in found.values()] == [name for name in typed for _ in range(2)]
+    written = ["MUR+CLBRS/LWAL/H:2", "A_B", "A_B", "5<7&8"]
+    assert [function.get("taxonomy") for function in found.values()] == [name for name in written for _ in range(2)]
 
 
 def test_a_file_is_whole_and_names_the_measure_with_its_unit(tmp_path):

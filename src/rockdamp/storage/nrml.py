@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -12,6 +13,7 @@ import numpy as np
 from jinja2 import Environment, StrictUndefined
 
 from rockdamp.errors import InputError, printable, require
+from rockdamp.plausibility import warn
 from rockdamp.storage.atomic import replacing
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -26,7 +28,8 @@ RISING = "finite, at least 0 and rising"
 class Collapse:
     """The fragility of one wall, or of a population: a lognormal function, and the share of collapses at each stripe.
 
-    The name is the functions' taxonomy, as it was typed; their ids have an underscore for what NRML's ids do not take.
+    The name is the functions' taxonomy, as typed but for white space, which OpenQuake's reader refuses. Their ids have
+    an underscore for what NRML's ids do not take.
     Median and intensity are in m s-1 or m s-2; median and dispersion are NaN where the function is not defined.
     """
 
@@ -40,9 +43,9 @@ class Collapse:
 def text(collapses: Iterable[Collapse], measure: str, name: str, description: str) -> str:
     """Return a fragility model: of each collapse a continuous function and, with ``-discrete``, its stripes.
 
-    A collapse without a lognormal function has the stripes alone. `measure` is one of `UNITS`. What is no fragility
-    raises `InputError`: no function at all, shares outside of 0 to 1, intensities below 0 or that do not rise, a
-    median or a dispersion that is not greater than 0.
+    A collapse without a lognormal function has the stripes alone. White space in a taxonomy becomes an underscore,
+    with a warning. `measure` is one of `UNITS`. What is no fragility raises `InputError`: no function at all, shares
+    outside of 0 to 1, intensities below 0 or that do not rise, a median or a dispersion that is not greater than 0.
     """
     unit, factor = UNITS[measure]
     collapses = list(collapses)
@@ -61,16 +64,13 @@ def text(collapses: Iterable[Collapse], measure: str, name: str, description: st
         mean = factor * collapse.median * math.exp(collapse.dispersion**2 / 2)
         deviation = mean * math.sqrt(math.expm1(collapse.dispersion**2))
         levels = [factor * float(level) for level in collapse.intensity]
+        taxonomy = re.sub(r"\s", "_", printable(collapse.name))
         functions.append(
-            (
-                identifier,
-                printable(collapse.name),
-                levels,
-                list(map(float, collapse.share)),
-                float(mean),
-                float(deviation),
-            )
+            (identifier, taxonomy, levels, list(map(float, collapse.share)), float(mean), float(deviation))
         )
+    spaced = [collapse.name for collapse in collapses if re.search(r"\s", collapse.name)]
+    if spaced:
+        warn([f"white space in taxonomies, as in {spaced[0]!r}, is written as _: OpenQuake does not read it"])
     template = files("rockdamp.storage").joinpath("nrml.xml.j2").read_text(encoding="utf-8")
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True

@@ -96,8 +96,8 @@ def test_the_first_screen_follows_its_slider_with_the_ratio_and_the_errors_of_it
             told = float(browser.find_element(By.ID, f"answer-{model}").text)
             assert told == pytest.approx(float(answer.shown_ratio(least, model, e)), abs=0.0101)
         card = browser.find_element(By.ID, "certain").text.replace("\u00a0", " ")
-        error = advice["log_error_median"].sel(damping_model=RECOMMENDED, restitution=nearest)
-        assert f"at e = {nearest:g}" in card and f"{off(error)} median peak error".replace("\u00a0", " ") in card
+        error = off(advice["log_error"].sel(damping_model=RECOMMENDED, restitution=nearest)).replace("\u00a0", " ")
+        assert f"at e = {nearest:g}" in card and f"{error} peak error (root mean square)" in card
 
 
 POINTS = """
