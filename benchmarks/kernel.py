@@ -326,10 +326,10 @@ def _few(found: Section, repetitions: int) -> str:
     return (
         f"A call takes {of_calls['ours']} by damper, load and number of histories, and one of the plain loop, which"
         f" checks nothing, {of_calls['plain']}: rockdamp checks each argument, finds the shape that they broadcast to,"
-        " and makes the arrays of the answer, each of which costs Python a fraction of a microsecond to some of them. Steps"
-        f" alone are so many times as fast as the plain loop's, by the number of histories ({of_steps}). A history alone has"
-        " a loop of its own, with its state in registers and the same bits as in a block of many; two and three are"
-        " computed one after the other in their block."
+        " and makes the arrays of the answer, each of which costs Python a fraction of a microsecond to some of them."
+        f" Steps alone are so many times as fast as the plain loop's, by the number of histories ({of_steps}). A"
+        " history alone has a loop of its own, with its state in registers and the same bits as in a block of many; two"
+        " and three are computed one after the other in their block."
     )
 
 
