@@ -321,15 +321,15 @@ def _few(found: Section, repetitions: int) -> str:
                 row += [f"{step[name] * 1e9:.1f}" for name in calls]
                 table.rows.append([*row, f"{ratios[lanes][-1]:.2f}"])
     found.tables.append(table)
-    of_calls = {name: float(np.median(values)) * 1e6 for name, values in calls.items()}
+    of_calls = {name: f"{min(own) * 1e6:.0f} to {max(own) * 1e6:.0f} us" for name, own in calls.items()}
     of_steps = "; ".join(f"{lanes}: {min(own):.2f} to {max(own):.2f}" for lanes, own in ratios.items())
     return (
-        f"A call takes {of_calls['ours']:.0f} us, and one of the plain loop, which checks nothing,"
-        f" {of_calls['plain']:.0f} us: rockdamp checks each argument, finds the shape that they broadcast to, and makes"
-        " the arrays of the answer, each of which costs Python a fraction of a microsecond to some of them. Steps alone"
-        f" are so many times as fast as the plain loop's, by the number of histories ({of_steps}). A history alone has"
-        " a loop of its own, with its state in registers and the same bits as in a block of many; two and three are"
-        " computed one after the other in their block."
+        f"A call takes {of_calls['ours']} by damper, load and number of histories, and one of the plain loop, which"
+        f" checks nothing, {of_calls['plain']}: rockdamp checks each argument, finds the shape that they broadcast to,"
+        " and makes the arrays of the answer, each of which costs Python a fraction of a microsecond to some of them."
+        f" Steps alone are so many times as fast as the plain loop's, by the number of histories ({of_steps}). A"
+        " history alone has a loop of its own, with its state in registers and the same bits as in a block of many; two"
+        " and three are computed one after the other in their block."
     )
 
 

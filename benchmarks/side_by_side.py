@@ -129,7 +129,7 @@ def _readme(sections: list[Section]) -> str:
         f"```\n{COMMAND}\n```",
         "`make peers` sets up what the command needs. Without `--earthquakes` the study of earthquakes is not built"
         " anew. Without `--population` a part of the walls stands for all. `--quick` tries everything out in small."
-        " `--only` measures a part anew, so parts may be of different runs.",
+        " `--only` measures a part anew, so parts may be of different runs. A part that was not measured is left out.",
         f"## Machine\n\n{_machine()}",
         f"## Targets\n\n{met} of {len(targets)} are met.",
         "\n".join(["| part | what | target | measured | |", "| --- | --- | --- | ---: | --- |", *rows]),

@@ -246,7 +246,8 @@ def sources(data: Data) -> str:
                 f"The price: {why['model']} misses {why['missed']} of the collapses with the least error,\n"
                 f"and {why['missed_closed']} with the closed form. "
             )
-        said += f"For {why['exact']} the closed form is exact on any wall; both ξ differ by at\nmost {why['apart']}."
+        said += f"For {why['exact']} the closed form is exact on any wall; both ξ differ by at\nmost {why['apart']} "
+        said += "on these walls."
     return said
 
 

@@ -1,4 +1,4 @@
-"""Build a small population by a real Slurm: `sudo .venv/bin/python tools/try_slurm.py`, two minutes.
+"""Build a small population by a real Slurm: `sudo .venv/bin/python tools/try_slurm.py`, some ten minutes.
 
 Run by hand on Debian or Ubuntu (`apt-get install slurm-wlm munge`). Slurm runs on this machine as one node. The
 population is built without Slurm, by Slurm, and by Slurm while a computing job is cancelled. Each must give the same

@@ -97,7 +97,7 @@ modelling_option = with_default(
     "--modelling-dispersion",
     type=NUMBER,
     default=0.0,
-    help="Dispersion of the model, for --nrml: added to that of the records.",
+    help="Dispersion of the model in NRML, beside that of the records: the root of the sum of squares.",
 )
 
 

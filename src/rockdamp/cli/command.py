@@ -161,7 +161,7 @@ class OutputFile(click.ParamType):
 
 BAD_INPUT = 2
 SOME_FAILED = 3  # of a table's rows, with --strict
-FEW = 20  # options that a help shows without headings
+FEW = 21  # options that a help shows without headings
 HEADINGS = {
     "Wall": (
         "thickness height width density hinge_ratio overburden_ratio overburden eccentricity overburden_mass parapet"
@@ -174,7 +174,7 @@ HEADINGS = {
     "What holds the wall": (
         "building_period storeys storey building_damping shape diaphragm_period diaphragm_damping top_records".split()
     ),
-    "Files to write": "output plot nrml taxonomy modelling_dispersion report name project date paper table".split(),
+    "Files to write": "output plot nrml taxonomy modelling_dispersion report name project date paper csv".split(),
 }
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 

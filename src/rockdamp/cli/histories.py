@@ -186,13 +186,13 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @top_record_option
 @output_option
 @plot_option
-@click.option("--csv", "table", type=OutputFile(".csv"), help="Write a row for each record, scale and model.")
+@click.option("--csv", type=OutputFile(".csv"), help="Write a row for each record, scale and model.")
 @json_option
 def respond_command(
     records: tuple[str, ...],
     columns: tuple[str, ...],
     tail: float,
-    table: Path | None,
+    csv: Path | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -210,7 +210,7 @@ def respond_command(
         from rockdamp.motions.record_files import CONTENTS as HEADINGS
 
         motions = _motions(records, options, named_columns(columns, HEADINGS))
-        _respond_one_sided(wall, curve, motions, _scales(options), {**options, "table": table}, tail, as_json)
+        _respond_one_sided(wall, curve, motions, _scales(options), {**options, "csv": csv}, tail, as_json)
         return
     refuse_unused(("sign",), "--one-sided")
     dampings = make_dampings(options, curve, wall)
@@ -227,11 +227,11 @@ def respond_command(
     several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
     if several:
         refuse_unused(("output", "plot"), "one record and one scale")
-    if several or table is not None:
+    if several or csv is not None:
         through = track(motions, "Records") if several else motions
         answers = list(rows(through, wall, curve, dampings, asked, tail))
-        if table is not None:
-            write_table(_standing(answers), table)
+        if csv is not None:
+            write_table(_standing(answers), csv)
         if several:
             _question_rest(answers, wall, curve)
             print_json(answers) if as_json else _print_rows(_standing(answers), UNITS)
@@ -418,8 +418,8 @@ def _respond_one_sided(
         from rockdamp.figures.one_sided import history_figure
 
         write_figure(history_figure(history), options["plot"])
-    if options["table"] is not None:
-        write_table(rows, options["table"])
+    if options["csv"] is not None:
+        write_table(rows, options["csv"])
     if as_json:
         print_json(rows)
     else:

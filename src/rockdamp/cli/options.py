@@ -185,8 +185,8 @@ column_option = click.option(
     "columns",
     multiple=True,
     metavar="NAME=COLUMN[:UNIT]",
-    help="Column that holds NAME: of the table of walls, as 'thickness=Thickness [mm]:mm', or of records, as"
-    " 'ground_acceleration=acc:g'; repeatable.",
+    help="Column that holds NAME, as 'thickness=Thickness [mm]:mm' in a table of walls, 'ground_acceleration=acc:g' in"
+    " a record; repeatable.",
 )
 
 

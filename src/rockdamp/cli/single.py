@@ -242,10 +242,10 @@ def equivalent_command(
     """Damping ratios equivalent to a restitution.
 
     Print one row for each coefficient of restitution and viscous model. damping_ratio has the least error (Eq. 17): use
-    it. damping_ratio_energy, the closed form, is close to it for all but CDC, where it errs more under earthquakes.
+    it. damping_ratio_energy is the closed form: it differs most for CDC, where it errs more under earthquakes.
     With --thickness and --height a row has C too, if that is constant. Of a table of walls, in the format of batch, the
-    ratios of least error are searched on all cores; 3 000 walls take 90 s of one. Where a wall has none, the column
-    error says why.
+    ratios of least error are searched on all cores; 3 000 walls take less than a minute of one. Where a wall
+    has none, the column error says why.
     """
     if walls is not None:
         refuse_unused(("restitution", *CURVE, *WALL, "response_length"), "one wall, without --walls")

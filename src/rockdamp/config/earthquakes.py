@@ -309,7 +309,7 @@ class Population(Section):
     step: float = Field(
         ge=1e-4,
         lt=2,
-        description="Longest step, times the angular frequency of the first branch; a record's step is halved until it"
+        description="Longest step, times the angular frequency of the first branch; a record's step is divided until it"
         " is no longer. [-]",
     )
     tail: Duration = Field(description="Rest after the record. [s]")

@@ -7,7 +7,7 @@ to first order in the loss, the work of C along the undamped motion. Equating th
     g  = V(x0) / integral_0^x0 c_hat(x) sqrt(2 (V(x0) - V(x))) dx.
 
 For the energy-consistent damper g = 1/pi at any amplitude and of any curve, and the result is exact beyond first
-order: xi = delta/sqrt(pi^2 + delta^2).
+order: xi = delta/sqrt(pi^2 + delta^2), and of order 16 xi = delta/pi.
 """
 
 from __future__ import annotations
@@ -119,11 +119,12 @@ def damping_ratio_energy(
     release_amplitude: ArrayLike,
     exponent: ArrayLike = 0.0,
 ) -> Array:
-    r"""Return the damping ratio by the closed form; for ECD the exact one, which reproduces every peak. [-]
+    r"""Return the damping ratio by the closed form; for ECD and ECD16 the exact one: every peak of a decay. [-]
 
     .. math::
         \xi = g(x_0; a_1, b_1, a_3) \, \delta, \qquad \delta = -\ln e; \qquad
-        \text{ECD:} \quad \xi = \frac{\delta}{\sqrt{\pi^2 + \delta^2}}
+        \text{ECD:} \quad \xi = \frac{\delta}{\sqrt{\pi^2 + \delta^2}}, \quad
+        \text{ECD16:} \quad \xi = \frac{\delta}{\pi}
 
     Derived in docs/theory.md, sections 2 and 4; g is `equivalence_factor`.
 

@@ -39,7 +39,7 @@ class Equivalent(TypedDict):
     rms_error : float
         sqrt(Err/k), in u/u_ins. [-]
     damping_ratio_energy : float
-        Closed form; for ECD exact. [-]
+        Closed form; for ECD and ECD16 exact. [-]
     damping_ratio_fit : float or None
         By the shipped polynomials; None outside their range of e and a1. [-]
 
@@ -87,7 +87,7 @@ def equivalent(
     -------
     list of Equivalent
         A dict for each e and model: ``restitution``, ``damping_model``, ``damping_ratio`` (global minimum of Eq. 17),
-        ``rms_error`` (sqrt(Err/k), in u/u_ins), ``damping_ratio_energy`` (closed form; for ECD exact) and
+        ``rms_error`` (sqrt(Err/k), in u/u_ins), ``damping_ratio_energy`` (closed form; for ECD and ECD16 exact) and
         ``damping_ratio_fit`` (the shipped polynomials of the reference curve, b1 = 0.85 and u0 = 0.5 u_ins, linear in
         a1 between them; None outside their range of e and a1).
 

@@ -273,9 +273,9 @@ def fig_fragility_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
     return f"""
     For all walls together, the dampers need {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times
     the velocity ratio under restitution for half of the records to collapse them. Under restitution it takes ratios of
-    {span(cr["wall_median_velocity_ratio"])}, with a dispersion of {span(cr["wall_dispersion"])}. Lognormal fragility
-    curves at e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error. The grey band holds all curves whose
-    median and dispersion are both within their intervals, and with them at least nine in ten replicates.
+    {span(cr["wall_median_velocity_ratio"])} by wall, with a dispersion of {span(cr["wall_dispersion"])}. Lognormal
+    fragility curves at e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error. The grey band holds all
+    curves whose median and dispersion are both within their intervals, and with them at least nine in ten replicates.
     """
 
 

@@ -269,7 +269,7 @@ def fig_earthquakes_caption(earthquakes: xr.Dataset, comparison: xr.Dataset) -> 
     )
     return f"""
     Where neither collapses, the peak over that under restitution is {medians} (median, ± standard deviation of its
-    logarithm). Of the collapses under restitution the dampers miss
+    logarithm) for {_compared_peaks(drawn)}. Of the collapses under restitution the dampers miss
     {by_damper(drawn, lambda at: percent(at["false_safe_rate"]))}; of the survivals they turn
     {by_damper(drawn, lambda at: percent(at["false_collapse_rate"]))} into collapses. At the margins are the histories
     that only one of the two survives. {int(drawn["records"])} records on {int((drawn["pooled"] == 1).sum())} walls at
@@ -278,13 +278,19 @@ def fig_earthquakes_caption(earthquakes: xr.Dataset, comparison: xr.Dataset) -> 
     """
 
 
+def _compared_peaks(drawn: xr.Dataset) -> str:
+    """Say over which peaks a statistic of all bands is."""
+    edges = drawn["band_start"].min(), drawn["band_end"].max()
+    return f"peaks of {' to '.join(map(plain, edges))}&nbsp;u<sub>ins</sub> under restitution"
+
+
 def fig_earthquakes_ratio_caption(comparison: xr.Dataset) -> str:
     """Write the caption, HTML."""
     drawn = at_source(comparison).isel(band=0)
     stand = standing(drawn).sortby("velocity_ratio")
     return f"""
-    Over all peaks the error is {by_damper(drawn, lambda at: number(at["log_error"], 2))} (root mean square of the
-    logarithm of the peak over that under restitution). Small changes of CR itself cause
+    For {_compared_peaks(drawn)} the error is {by_damper(drawn, lambda at: number(at["log_error"], 2))} (root mean
+    square of the logarithm of the peak over that under restitution). Small changes of CR itself cause
     {span(drawn["varied_log_error"])}. The bands are of the peak under restitution, at
     e&nbsp;=&nbsp;{plain(drawn["restitution"])}, with ξ of the least error at each wall; the section on earthquakes has
     the other sources of ξ. Two dampers can differ although their intervals overlap, since they share the records: that

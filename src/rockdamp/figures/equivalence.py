@@ -360,21 +360,22 @@ def fig7_caption(equivalence: xr.Dataset) -> str:
     fits = paper_models(equivalence)
     at = fits.sel(yield_displacement_ratio=REFERENCE_A1, restitution=REFERENCE_RESTITUTION, method="nearest")
     return f"""
-    Second-order polynomials ξ(e) are off by up to {_by_range(fits["largest_relative_error"])} of ξ where little is
+    Second-order polynomials ξ(e) are off by up to {_by_range(fits, "largest_relative_error")} of ξ where little is
     lost, as they do not vanish where ξ does: R²&nbsp;≥&nbsp;{_rounded_down(fits["r_squared"])}, with residuals up to
     {number(fits["largest_residual"].max(), 2)}, hides it. ξ/δ of second order in δ&nbsp;=&nbsp;−ln&nbsp;e is off by up
-    to {_by_range(fits["delta_largest_relative_error"])}. For b<sub>1</sub>&nbsp;=&nbsp;{plain(fits["strength_ratio"])};
+    to {_by_range(fits, "delta_largest_relative_error")}. For b<sub>1</sub>&nbsp;=&nbsp;{plain(fits["strength_ratio"])};
     at e&nbsp;=&nbsp;{plain(at["restitution"])} and a<sub>1</sub>&nbsp;=&nbsp;{plain(at["yield_displacement_ratio"])}
     they give ξ&nbsp;=&nbsp;{by_model(at["damping_ratio_fit"])}, and Eq.&nbsp;(15) gives
     {number(at["giannini_masiani"])}.
     """
 
 
-def _by_range(errors: xr.DataArray) -> str:
+def _by_range(fits: xr.Dataset, errors: str) -> str:
     """Write the largest error of all models and a1 in each range of e that holds values: "4 % (e up to 0.9)"."""
-    largest = errors.max(("damping_model", "yield_displacement_ratio")).dropna("restitution_range")
+    most = float(fits["restitution"].max())
+    largest = fits[errors].max(("damping_model", "yield_displacement_ratio")).dropna("restitution_range")
     return listed(
-        f"{percent(error)} (e up to {plain(end)})"
+        f"{percent(error)} (e up to {plain(min(end, most))})"
         for end, error in zip(largest["restitution_range"].values, largest.values, strict=True)
     )
 

@@ -197,7 +197,8 @@ def fig_pulses_caption(pulses: xr.Dataset) -> str:
         by_model(at_e[name], lambda count: str(int(count))) for name in ("false_safe", "false_collapse")
     )
     return f"""
-    Under pulses the peak over that under restitution is {medians} (median, ± standard deviation of its logarithm), and
+    Under pulses the peak over that under restitution is {medians} (median, ± standard deviation of its logarithm, for
+    peaks from {plain(at_e["band_start"][0])}&nbsp;u<sub>ins</sub> on under restitution), and
     {by_model(otherwise, percent)} of the outcomes differ. Of {collapses} collapses under restitution the dampers miss
     {false_safe}; of {survivals} survivals they turn {false_collapse} into collapses. Under restitution the wall
     collapses from {number(at_e["load_ratio"].where(fell.any(each)).min())} times the plateau on. The maps show the peak
@@ -261,7 +262,7 @@ def fig_local_damping_caption(local_damping: xr.Dataset) -> str:
     Three dampers that all lose in a half cycle of free decay what an impact with
     e&nbsp;=&nbsp;{plain(at["restitution"])} takes: ECD, ECD of the recommended order, and local damping (LOCAL), which
     programs of discrete elements apply, with α&nbsp;=&nbsp;{number(at["local_damping"])}. Marks are medians by band of
-    the peak under restitution, bars one standard deviation of the logarithm. Under earthquakes the root mean square of
-    the logarithm of the ratio is {by_model(at["record_log_error"])}; of the collapses under restitution,
+    the peak under restitution, bars one standard deviation of the logarithm. Over all bands the root mean square of the
+    logarithm of the ratio is under earthquakes {by_model(at["record_log_error"])}; of the collapses under restitution,
     {by_model(at["record_false_safe_rate"], percent)} do not happen with the damper.
     """

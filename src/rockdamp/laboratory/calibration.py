@@ -230,15 +230,15 @@ def calibrate(
     """Fit a1, b1 and e to a record by least squares, with their covariance.
 
     The response to the measured motion under CR, plus an offset and a linear drift of the displacement sensor, is
-    fitted to the measured displacement. A scan of the whole range gives the starts, so that the smallest of the local
-    minima is solution. The covariance has two parts. That of the residuals, which follow each other and are no white
-    noise, is Newey and West's (doi:10.2307/1913610), its bandwidth Andrews' (doi:10.2307/2938229). That of the
-    accelerometer's noise, which the wall responds to, is propagated; near its strength the wall amplifies it, and it
-    is then the larger. A third part is that of sizes of the wall that are uncertain, by fits with other sizes. Gains of
-    the sensors are taken as exact: b1 takes up their errors.
+    fitted to the measured displacement. A scan of the whole range gives the starts, so that the smallest of the
+    local minima is the solution. The covariance has three parts. That of the residuals, which follow each other and
+    are no white noise, is Newey and West's (doi:10.2307/1913610), its bandwidth Andrews' (doi:10.2307/2938229).
+    That of the accelerometer's noise, which the wall responds to, is propagated; near its strength the wall
+    amplifies it, and it is then the larger. A third part is that of sizes of the wall that are uncertain, by fits
+    with other sizes. Gains of the sensors are taken as exact: b1 takes up their errors.
 
     Before all that a displacement is refused that no wall comes back from, and after the fit a misfit that is far above
-    the noise; slips that explain it are tried (`misfit.py`).
+    the noise; slips that explain it are tried.
 
     Parameters
     ----------

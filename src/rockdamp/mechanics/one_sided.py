@@ -161,7 +161,7 @@ class OneSidedWall(ByValue):
 
     @property
     def restitution_rigid(self) -> Array:
-        r"""Restitution of a block that hits a return wall, e between 0.4 and 0.55 for most facades. [-]
+        r"""Restitution of a block that hits a return wall, e from 0.41 at h/t = 5 to 0.525 of a slender one. [-]
 
         .. math:: e = 1.05 \, (1 - \tfrac{3}{2} \sin^2 \alpha)^2 \, |1 - \tfrac{3}{2} \cos^2 \alpha|,
             \qquad \tan \alpha = \frac{t}{h}

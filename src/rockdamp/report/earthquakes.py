@@ -189,6 +189,7 @@ def _sensitivity(compared: xr.Dataset, advice: xr.Dataset, change: str) -> dict[
         "sensitivity_all": span(advice["sensitivity"].isel(band=0)),
         "sensitivity_last": span(advice["sensitivity"].isel(band=-1)),
         "last_band": _band(compared, -1),
+        "every_band": _band(compared, 0),
     }
 
 

@@ -190,7 +190,8 @@ def solve(
     store_every : int, optional
         Store the histories at every this many steps; by default none are stored.
     peaks_only : bool
-        Return outcomes and peaks alone, and with `reference` the sums: 1.5 to 3 times as fast. Not with `store_every`.
+        Return outcomes and peaks alone, and with `reference` the sums: faster, as a history may end once its peak is
+        sure. Not with `store_every`.
     scheme : {"newmark", "paper"}
         Explicit Newmark with located impacts, second order for every damper; or the paper's linear acceleration
         without iteration, with impacts at the end of the step.
