@@ -31,7 +31,7 @@ def one_sided(data: dict[str, xr.Dataset]) -> str:
 
 def shipped(study: xr.Dataset) -> str:
     """Return the errors by e and alternative as the package ships them, for `rockdamp.equivalence.programs`."""
-    one = study[["false_safe_rate", "false_collapse_rate"]].round(4)
+    one = study[["false_safe_rate", "false_collapse_rate"]].round(6)
     for name, of, over in (("peak", "median_ratio", "band"), ("median", "median_intensity_ratio", "wall")):
         one[f"least_{name}"], one[f"largest_{name}"] = study[of].min(over).round(3), study[of].max(over).round(3)
     rows: pd.DataFrame = one.to_dataframe(dim_order=["restitution", "alternative"]).reset_index()
