@@ -27,6 +27,8 @@ SLENDEREST = 40.0  # h/t; tests went to 28
 LARGEST_YIELD = 0.5  # a1; the most degraded joints of the presets have 0.2
 LOWEST_HINGE, HIGHEST_HINGE = 0.4, 0.9  # of h; tests found 0.5 to 0.7
 WIDEST = 100.0  # [m]
+HIGHEST_STOREY = 6.0  # [m]
+WEAKEST_TIE, MOST_SLACK = 1e-3, 0.5  # strength over weight; [m]
 LEAST_ELASTIC = 0.5  # e; the losses of a factor of two in velocity, beyond every test that is quoted here
 MOST_DAMPED = 0.5  # damping ratio [-]
 FASTEST = 4.0  # PGV; the largest recorded are near 3 [m s-1]
@@ -197,6 +199,26 @@ def of_curve(yield_displacement_ratio: float) -> list[str]:
     return [f"yield_displacement_ratio (a1) is {a1:g}, more than {LARGEST_YIELD:g}; were a1 and b1 swapped?"]
 
 
+def of_storey(height: float, storeys: int | None) -> list[str]:
+    """Return a warning where the height of a wall in a building [m] is likelier that of the building."""
+    if storeys is None or storeys < 2 or not HIGHEST_STOREY < height <= HIGHEST_STOREY * storeys:
+        return []
+    each = f"{storeys} storeys of {height / storeys:.3g} m"
+    return [f"the height is {height:g} m, more than a storey has; was it that of the building ({each})?"]
+
+
+def of_tie(strength: ArrayLike, weight: ArrayLike, gap: ArrayLike, rupture: ArrayLike) -> list[str]:
+    """Return warnings where ties hold next to nothing of a wall's weight [N], or have lengths of another unit [m]."""
+    doubts, held = [], _least(np.asarray(strength) / weight)
+    if held < WEAKEST_TIE:
+        slip = "; was it in kN?" if 1000 * held >= WEAKEST_TIE else ""
+        doubts.append(f"the strength of the ties is {_least(strength):g} N, {held:.1g} of the wall's weight{slip}")
+    for name, value, most in (("slack", _largest(gap), MOST_SLACK), ("stretch at rupture", _least(rupture), THICKEST)):
+        if most < value < np.inf:
+            doubts.append(f"the {name} of the ties is {value:g} m, more than {most:g}; was it in millimetres?")
+    return doubts
+
+
 def of_width(width: ArrayLike) -> list[str]:
     """Return a warning where a wall is wider than buildings [m]; of an array the largest counts."""
     widest = _largest(width)
@@ -334,7 +356,8 @@ def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float 
     beyond = f"over {strongest:g} g" if scaled > strongest * STANDARD_GRAVITY else f"under {WEAKEST:g} g"
     if scale != 1:
         return [f"PGA is {scaled:.3g} m s-2, {beyond}: {pga:.3g} m s-2 times the scale of {scale:g}"]
-    elsewhere = {name: pga * factor / taken for name, factor in ACCELERATIONS.items()}
+    per_cent = {"per cent of g": STANDARD_GRAVITY / 100} if pga / taken >= LEAST_PER_CENT else {}
+    elsewhere = {name: pga * factor / taken for name, factor in (ACCELERATIONS | per_cent).items()}
     likely = [f"{name} ({value:.3g} m s-2)" for name, value in elsewhere.items() if _shakes(value) and name != unit]
     cause = f"it would not be if its numbers were in {' or '.join(likely)}" if likely else "no usual unit explains it"
     return [f"PGA is {pga:.3g} m s-2, {beyond}, with its numbers taken as {unit}; {cause}"]

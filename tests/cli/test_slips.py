@@ -242,3 +242,10 @@ def test_per_cent_and_decimal_commas_are_taken_or_named():
     for given in (("assess", *WALL, "--records", "x.csv", "--pgv", 1), ("equivalent", "--preset", "new")):
         refused = run(*given, "--restitution", "85%")
         assert refused.exit_code == 2 and "per cent is a fraction here, 5% is 0.05" in refused.stderr
+
+
+def test_a_column_in_gal_is_read():
+    from rockdamp.cli.options import named_columns
+
+    (column,) = named_columns(["ground_acceleration=acc:Gal"], ["ground_acceleration"]).values()
+    assert (column.name, column.unit) == ("acc", "cm/s2")

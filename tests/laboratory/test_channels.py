@@ -7,7 +7,7 @@ from experimental_style import synthetic_record
 from repository import ROOT
 from rounded_texts import assert_shipped
 
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, InputWarning
 from rockdamp.laboratory.channels import Channel, laboratory_free_rocking, laboratory_record, read_raw
 from rockdamp.motions.records import read_record, write_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -220,3 +220,16 @@ def test_a_filter_has_rows_enough_or_is_refused(tmp_path, rows):
     else:
         with pytest.raises(InputError, match=f"the number of rows is {rows}; it must be at least 16 to filter"):
             laboratory_record(read_raw(path), **run)
+
+
+def test_the_motion_of_the_table_in_the_walls_column_is_questioned(tmp_path):
+    """A pulse at whose end the table is where it was; its own displacement is closed form."""
+    away = ELAPSED - 2.0
+    shape = np.exp(-((away / 0.3) ** 2))
+    moved, motion = 0.1 * shape, 0.1 * shape * (4 * away**2 / 0.3**4 - 2 / 0.3**2)
+    text = table(("t", "a", "d", "u"), ELAPSED, motion, 1000 * moved, -200 * moved)
+    raw = read_raw(written(tmp_path, text))
+    given = {"time": Channel("t", "s"), "table_acceleration": Channel("a", "m s-2")}
+    with pytest.warns(InputWarning, match="is that of the table"):
+        laboratory_record(raw, **given, wall=Channel("d", "mm"))
+    laboratory_record(raw, **given, wall=Channel("u", "mm"))

@@ -169,3 +169,19 @@ def test_warnings_of_several_values_name_the_one_that_is_furthest_off():
     assert "begins to rock at 40 m s-2 (4.08 g)" in told
     (told,) = plausibility.of_supports([20.0, 40.0])  # the most shaken of the supports
     assert "the supports peak at 40 m s-2 (4.08 g)" in told
+
+
+def test_ties_in_kilonewtons_and_millimetres_and_the_height_of_a_building_are_questioned():
+    told = plausibility.of_tie(strength=60.0, weight=1.5e6, gap=5.0, rupture=50.0)
+    assert [text.rpartition("; ")[2] for text in told] == [
+        f"was it in {unit}?" for unit in ("kN", *2 * ["millimetres"])
+    ]
+    assert plausibility.of_tie(strength=60e3, weight=1.5e6, gap=0.005, rupture=np.inf) == []
+    (told,) = plausibility.of_storey(9.6, 3)
+    assert "that of the building (3 storeys of 3.2 m)" in told
+    assert plausibility.of_storey(3.2, 3) == plausibility.of_storey(9.6, None) == []
+
+
+def test_per_cent_of_g_in_a_column_of_g_is_recognised():
+    (told,) = plausibility.of_motion(30 * 9.80665, "g", 9.80665)
+    assert "per cent of g (2.94 m s-2)" in told

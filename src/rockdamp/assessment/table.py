@@ -260,7 +260,9 @@ def _one_sided(filled: Mapping[str, str], wall: Wall | Parapet) -> Wall | Parape
             raise InputError(f"{name} is empty; a tie must have a stiffness and a strength")
     stiffness, strength = (_of_ties(name, filled[name], unit) for name, unit in zip(TIE, ("N m-1", "N"), strict=False))
     lengths = (_size(name, filled[name]) if name in filled else None for name in TIE[2:])
-    return OneSidedWall(wall, tie_of(wall, stiffness, strength, *lengths))
+    tie = tie_of(wall, stiffness, strength, *lengths)
+    plausibility.warn(plausibility.of_tie(tie.strength, wall.weight, tie.gap, tie.rupture))
+    return OneSidedWall(wall, tie)
 
 
 def _of_ties(name: str, text: str, unit: str) -> tuple[float, bool]:

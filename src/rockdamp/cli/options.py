@@ -194,7 +194,7 @@ def named_columns(columns: Iterable[str], contents: Iterable[str]) -> dict[str, 
     """Return the columns of --column by what they hold, which is one of `contents`."""
     from rockdamp.storage.input_file import Column
 
-    pairs = [Column.from_text(text, list(contents)) for text in columns]
+    pairs = [Column.from_text(re.sub(r":\s*gals?\s*$", ":cm/s2", text, flags=re.I), list(contents)) for text in columns]
     names = [name for name, _ in pairs]
     for name in names:
         if names.count(name) > 1:
@@ -247,7 +247,7 @@ def refuse_unused(names: Iterable[str], needed: str) -> None:
 def make_wall(options: Mapping[str, Any]) -> Any:
     """Return the wall that `WALL` among the options describe."""
     from rockdamp.mechanics.wall import Parapet, Wall
-    from rockdamp.plausibility import as_meant, of_stated, warn
+    from rockdamp.plausibility import as_meant, of_stated, of_storey, warn
 
     sizes = {name: options[name] for name in SIZES}
     if options["parapet"] and was_given("hinge_ratio"):
@@ -264,7 +264,7 @@ def make_wall(options: Mapping[str, Any]) -> Any:
             unloaded = kind(**sizes)
         sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], unloaded)
     wall = kind(**sizes)
-    warn(of_stated(wall))
+    warn(of_stated(wall) + ([] if options["parapet"] else of_storey(options["height"], options.get("storeys"))))
     return one_sided_wall(options, wall)
 
 
@@ -287,11 +287,14 @@ def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Any:
 def tie(options: Mapping[str, Any], wall: Wall | Parapet) -> Tie:
     """Return the tie that the options describe."""
     from rockdamp.mechanics.one_sided import tie_of
+    from rockdamp.plausibility import of_tie, warn
 
     for name in ("tie_stiffness", "tie_strength"):
         if options.get(name) is None:
             raise click.UsageError(f"--{name.replace('_', '-')} is missing; a tie must have a stiffness and a strength")
-    return tie_of(wall, *(options[name] for name in TIE))
+    made = tie_of(wall, *(options[name] for name in TIE))
+    warn(of_tie(made.strength, wall.weight, made.gap, made.rupture))
+    return made
 
 
 def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:

@@ -19,7 +19,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.laboratory.releases import FreeRocking
 from rockdamp.motions.records import Record
-from rockdamp.plausibility import of_displacement, of_step, warn
+from rockdamp.plausibility import of_displacement, of_motion, of_step, warn
 from rockdamp.storage import input_file
 
 FILTER_ORDER = 4  # of Butterworth's filter, which runs forwards and backwards: no delay, twice the order
@@ -34,6 +34,8 @@ BASELINES = ("constant", "linear", "none")
 ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "°": math.pi / 180}  # [rad]
 # ASSUME: where the rest varies so many times more than the quietest part, and by so much of the peak, it is none.
 RESTLESS, RESTLESS_SHARE = 3.0, 0.005
+# ASSUME: a band above the drift of what is integrated twice [Hz]; the correlation, and the factor, of what is alike.
+COMPARED, ALIKE, UNLIKE = (0.3, 10.0), 0.9, 1.5
 
 
 @dataclass(frozen=True)
@@ -169,12 +171,14 @@ def laboratory_record(
         header["acceleration"] = "derivative of the velocity's cubic spline"
     if table_acceleration is not None:
         motion = CubicSpline(elapsed, _in(raw, table_acceleration, "m s-2", "table_acceleration", header))(even)
+    warn(of_motion(float(np.abs(motion).max())))
     displacement = None
     if wall is not None:
         moved = _in(raw, wall, "m", "wall", header)
         moved = moved - _in(raw, table, "m", "table", header) if table is not None else moved
         header["displacement"] = "wall less table" if table is not None else "wall, taken as relative to the table"
         displacement = CubicSpline(elapsed, moved)(even)
+        warn(_of_table(even, motion, displacement))
     even, motion, displacement = _filtered(even, motion, displacement, lowpass, rate, header)
     even = even - even[0]
     resting = even < rest
@@ -192,6 +196,22 @@ def laboratory_record(
     if resting.any() and not doubts["acceleration"]:
         motion = _without_baseline(even, motion, resting, baseline, header)
     return Record(even, motion, displacement, header)
+
+
+def _of_table(even: Array, motion: Array, wall: Array) -> list[str]:
+    """Return a warning where the wall's displacement is that of the table: its acceleration integrated twice.
+
+    Both are compared in the band of `COMPARED`. A wall in resonance is a quarter of a cycle behind, and not alike.
+    """
+    frequency = np.fft.rfftfreq(even.size, even[1] - even[0])
+    band = (frequency > COMPARED[0]) & (frequency < COMPARED[1])
+    table = -np.fft.rfft(motion)[band] / (2 * np.pi * frequency[band]) ** 2
+    there = np.fft.rfft(wall)[band]
+    along, sizes = float(np.vdot(table, there).real), (float(np.linalg.norm(table)), float(np.linalg.norm(there)))
+    if along <= ALIKE * sizes[0] * sizes[1] or not 1 / UNLIKE < along / sizes[0] ** 2 < UNLIKE:
+        return []
+    said = "the wall's displacement is that of the table, as its acceleration gives it"
+    return [f"{said}; was it measured from the ground? Then table must name the table's displacement"]
 
 
 def _restless(name: str, values: Array, unit: str, factor: float, elapsed: Array, rest: float) -> str:

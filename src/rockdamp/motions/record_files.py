@@ -217,7 +217,10 @@ def _check_columns(names: Sequence[str], line: int) -> None:
     for name in names:
         if name not in (*COLUMNS, *ACCELERATIONS):
             hint = "; the name of a PEER AT2 file must end in .AT2" if "PEER" in name.upper() else ""
-            raise InputError(f"column {name!r} on line {line} is unknown; {allowed}{hint}")
+            raise InputError(
+                f"column {name!r} on line {line} is unknown; {allowed}{hint}; files of ESM, K-NET or CESMD must be"
+                " converted, as docs/howto/your-records.md shows"
+            )
         if names.count(name) > 1:
             raise InputError(f"column {name!r} on line {line} stands there more than once; {allowed}")
     accelerations = [name for name in names if name in ACCELERATIONS]
@@ -325,7 +328,10 @@ def check_time(elapsed: Array, place: Place) -> None:
     back = np.flatnonzero(intervals <= 0)
     if back.size:
         late = int(back[0]) + 1
-        raise InputError(f"elapsed_s is {elapsed[late]} {place(late)}; it must be greater than {elapsed[late - 1]}")
+        raise InputError(
+            f"elapsed_s is {elapsed[late]} {place(late)}; it must be greater than {elapsed[late - 1]}, as times are:"
+            " is this the column of the times?"
+        )
     # The straight line of least squares, moved to the middle, lies within UNIFORM of a step of all times.
     # Sums, as the product of long vectors by BLAS starts threads, which take longer than it does.
     index = np.arange(len(elapsed)) - (len(elapsed) - 1) / 2
