@@ -107,6 +107,11 @@ def random_tests(_: Data) -> str:
     deviations = {PARAMETERS[name]: found[0][f"deviation_of_z_{name}"] for name in NAMES}
     outside = [f"{name}, {z:.3f}" for name, z in deviations.items() if not Z[0] <= z <= Z[1]]
     judged = f"Of all tests the deviation of z lies outside of {Z[0]} to {Z[1]} for: {'; '.join(outside) or 'none'}."
+    by_seed = [
+        f"seed {seed} " + ", ".join(f"{PARAMETERS[name]} {of[f'deviation_of_z_{name}']:.3f}" for name in NAMES)
+        for seed, of in ((seed, summary_of_tests(some)) for seed, some in rows.groupby("seed"))
+    ]
+    judged += f" By seed it is: {'; '.join(by_seed)}."
     return f"{table(['', *bands], lines)}\n\n{judged}\n\nWhy tests were refused: {why}."
 
 
