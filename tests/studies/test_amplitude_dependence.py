@@ -81,7 +81,7 @@ def test_the_best_exponent_is_the_least_of_a_scan():
 
 @pytest.mark.no_cover
 def test_the_best_exponent_lies_between_cdr_and_sdr(found):
-    """And the page's numbers: 1.37 for the paper's curve, rising with a1, with a tenth of the spread left."""
+    """And the page's numbers: 1.37 for the paper's curve, rising with a1, with less than a tenth of the spread left."""
     best = found["map_best_exponent"]
     assert float(best.min()) > 1 and float(best.max()) < 2
     assert (best.diff("map_yield_displacement_ratio").fillna(1) > 0).all()
@@ -90,7 +90,7 @@ def test_the_best_exponent_lies_between_cdr_and_sdr(found):
     spreads = found["map_spread"].sel(damping_model="POWER")
     assert float(spreads.max()) < 0.0125
     for model in ("CDR", "SDR"):
-        assert float((spreads / found["map_spread"].sel(damping_model=model)).median()) < 0.15
+        assert float((spreads / found["map_spread"].sel(damping_model=model)).median()) < 0.1
 
 
 def test_spread_is_zero_for_ecd_and_largest_for_cdc(found):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from configs import configured
+from configs import changed, configured
 
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
@@ -87,3 +87,8 @@ def test_false_outcomes_are_counted_over_restitution_s(histories):
     rates, _ = local_damping._of_pulses(pulses)
     np.testing.assert_allclose(rates["pulse_false_safe_rate"], 1 / 2)
     np.testing.assert_allclose(rates["pulse_false_collapse_rate"], 1 / (fell.size - 2))
+
+
+def test_the_seed_of_the_bootstrap_is_no_number_of_drawings(config, runs):
+    seeded = changed(config, {"comparison.bootstrap.replicates": 20, "comparison.bootstrap.seed": 0})
+    assert np.isfinite(local_damping.compare(seeded, runs)["record_log_error_interval"]).all()

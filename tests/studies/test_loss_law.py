@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from configs import configured
+import xarray as xr
+from configs import changed, configured
 
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
@@ -63,3 +64,25 @@ def test_e_at_a_small_amplitude_collapses_earlier_and_the_statistics_are_those_o
             assert float(whole["median_ratio"][column, 0]) == pytest.approx(
                 np.median(peak[band] / reference[band]), rel=0.02
             )
+
+
+def test_a_law_under_which_each_wall_collapses_a_step_earlier_has_the_ratio_of_that_step(config, histories):
+    """Of two walls one collapses from the second intensity on and the other from the third, or both one step later.
+
+    All stations say the same, so that each of the bootstrap's drawings does; its seed, 0, is no number of drawings.
+    """
+    seeded = changed(config, {"comparison.bootstrap.replicates": 20, "comparison.bootstrap.seed": 0})
+    walls = histories.isel(wall=[0, 1])
+    steps, later = np.arange(5)[:, None], np.array([0, 2])
+    fell = {"collapsed": steps >= 1 + later, "reference_collapsed": steps >= 2 + later}
+    made = walls.assign(
+        {
+            name: xr.zeros_like(walls[name]) + xr.DataArray(values.astype(np.int8), dims=("velocity_ratio", "wall"))
+            for name, values in fell.items()
+        }
+    )
+    found = loss_law.compare(seeded, made).sel(wall="all")
+    step = config.earthquakes.velocity_ratio[1] / config.earthquakes.velocity_ratio[2]
+    assert found["median_intensity_ratio"].values == pytest.approx(step, rel=0.05)
+    interval = found["median_intensity_ratio_interval"].values
+    assert interval == pytest.approx(np.broadcast_to(found["median_intensity_ratio"].values[..., None], interval.shape))
