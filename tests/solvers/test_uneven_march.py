@@ -61,3 +61,16 @@ def test_a_wall_without_weight_flies_off():
     step = np.sqrt(2 * a3 / 0.05) / 40
     fell = collapses(CURVE, 0.85, step=step, substeps=1, load=load, ground=ground, lift=-2.0, vertical=np.ones(41))
     assert fell.tolist() == [False, True]
+
+
+@pytest.mark.nojit
+def test_both_motions_are_linear_between_their_samples():
+    """Without weight a load that grows from 0 over one long interval T moves the wall by load T^2/6.
+
+    The vertical motion, which takes all weight from 0.5 on, grows tenfold meanwhile. Before, the wall stands without a load.
+    """
+    duration, steps = 5.0, 400
+    load = 6 * float(CURVE.ultimate_displacement_ratio) / duration**2 * np.array([0.99, 1.01])
+    motions = {"ground": np.array([0.0, 0.0, 1.0]), "vertical": np.array([0.0, 1.0, 10.0])}
+    fell = collapses(CURVE, 0.85, step=duration / steps, substeps=steps, load=load, lift=-2.0, **motions)
+    assert fell.tolist() == [False, True]
