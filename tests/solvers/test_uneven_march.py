@@ -67,7 +67,7 @@ def test_a_wall_without_weight_flies_off():
 def test_both_motions_are_linear_between_their_samples():
     """Without weight a load that grows from 0 over one long interval T moves the wall by load T^2/6.
 
-    The vertical motion, which takes all weight from 0.5 on, grows tenfold meanwhile. Before, the wall stands without a load.
+    The vertical motion, which takes all weight from 0.5 on, grows tenfold meanwhile. Before, nothing loads the wall.
     """
     duration, steps = 5.0, 400
     load = 6 * float(CURVE.ultimate_displacement_ratio) / duration**2 * np.array([0.99, 1.01])
