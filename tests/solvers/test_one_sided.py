@@ -268,6 +268,24 @@ def test_collapse_ends_a_history():
     assert np.nanmax(history.displacement) <= 1.0
 
 
+@pytest.mark.nojit
+def test_the_stepper_starts_with_what_the_forces_say_and_stores_nothing_of_a_collapsed_lane():
+    """A tie that yields at the start pulls with its strength; beside the lane that moves on another one collapses."""
+    force = OneSidedForce(CURVE, tie_stiffness=50.0, tie_strength=0.2)
+    run = {
+        "step": 0.01,
+        "steps": 300,
+        "release_amplitude": [0.3, 0.9],
+        "release_velocity": [0.0, 2.0],
+        "store_every": 1,
+    }
+    stepped = one_sided_march.solve(force, Stop(1e4, 0.5), **run)
+    assert stepped.displacement[0, 1] == pytest.approx(0.3 - 0.01**2 / 2 * (float(CURVE.force(0.3)) + 0.2), rel=1e-12)
+    assert stepped.outcome.tolist() == [0, 1]
+    last = round(float(stepped.outcome_tau[1]) / 0.01)
+    assert np.isfinite(stepped.displacement[0]).all() and np.isnan(stepped.displacement[1, last + 1 :]).all()
+
+
 def test_bad_input_is_refused():
     with pytest.raises(rd.InputError, match="the stepper has no rigid stop"):
         one_sided_march.solve(FORCE, Stop(RIGID, 0.5), step=1e-3, steps=10)
