@@ -83,6 +83,20 @@ def test_a_table_without_a_wall_says_why(rows, motions):
         assess_rows(rows[1:2], motions, "PGV", 0.5)
 
 
+def test_a_row_without_a_fragility_says_why_by_its_own_counts(found):
+    """Of two walls and two models one pair has collapses that become fewer; those of the others are separated."""
+    made = found.sel(wall=["a", "b"]).copy(deep=True)
+    made["median_pgv"][:] = np.nan
+    stripes = made.sizes["stripe"]
+    made["stripe_collapses"][:] = np.where(np.arange(stripes) < 1, 0, 14)
+    made["stripe_collapses"].loc[{"wall": "a", "damping_model": MODELS[1]}] = np.where(np.arange(stripes) < 1, 14, 0)
+    fewer = [(row["id"], row["damping_model"]) for row in lines(made) if "fewer" in row["reason"]]
+    assert fewer == [("a", MODELS[1])]
+    assert all(
+        "none below it" in row["reason"] for row in lines(made) if (row["id"], row["damping_model"]) not in fewer
+    )
+
+
 def test_the_table_has_a_row_for_each_damping_model_and_one_for_a_bad_row(found):
     table = list(lines(found))
     assert all(list(row) == list(COLUMNS) for row in table)
