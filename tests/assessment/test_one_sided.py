@@ -123,6 +123,9 @@ def test_a_table_of_one_sided_walls(tmp_path, motions):
         "half,0.8,12,2,yes,0.04,0.85,0.5,yes,2e6,,,\n"
         "two,0.8,12,2,yes,0.04,0.85,0.5,,2e6,3000,,\n"
     )
+    floor = tmp_path / "floor.csv"
+    floor.write_text("id,thickness,height,a1,b1,one_sided,diaphragm_period\na,0.8,12,0.04,0.85,yes,0.3\n")
+    assert "one_sided has no diaphragm" in read_walls(floor)[0].error
     rows = read_walls(table)
     assert rows[1].wall.tie == rd.Tie(4e6, 6e3, height_ratio=0.5, rupture=0.008)
     assert rows[2].error == "line 4: tie_strength is empty; a tie must have a stiffness and a strength"

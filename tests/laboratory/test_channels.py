@@ -191,6 +191,8 @@ def test_what_cannot_be_done_is_refused_by_its_name(tmp_path, given, message):
     [
         ("t,a\n0,1\n", "has no table of numbers"),
         ("t,a\n0,1\n0.1,x\n0.2,1\n", "line 3 must have 2 finite numbers"),
+        ("t,a\n0,1\n0.1,1,1\n0.2,1\n", "line 3 must have 2 finite numbers"),
+        ("t,a\n0,1\n0.1,inf\n0.2,1\n", "line 3 must have 2 finite numbers"),
         (f"t,a\n0,1\n0.1,{131073 * '1'}\n", "field larger than field limit .131072.; it must be a table of raw"),
     ],
 )

@@ -124,6 +124,9 @@ def test_the_comparison_finds_the_factor_that_made_the_collapses(config):
     of_one_wall = of.sel(assumption=supports.KEEPS)
     assert np.isnan(of_one_wall.sel(wall="parapet")) and float(of_one_wall.sel(wall="all")) == pytest.approx(1.0)
     assert found["stations"].sel(assumption=[supports.MASS, supports.VERTICAL]).values.tolist() == [30, 15]
+    floors = found["diaphragm_period"].dropna("assumption")
+    assert floors["assumption"].values.tolist() == ["floor of 0.02 s", "floor of 0.4 s"]
+    assert floors.values.tolist() == [0.02, 0.4]
 
 
 # --- without the package ----------------------------------------------------------------------------------------------
