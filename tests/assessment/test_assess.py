@@ -269,6 +269,13 @@ def test_the_spread_of_e_is_that_of_both_rules_as_they_are_weighted(wall):
     assert np.all(np.diff(e) > 0) and e[-1] <= 1
 
 
+def test_nothing_of_the_spread_of_e_is_left_out_where_the_rules_are_far_apart():
+    squat = rd.Wall(0.25, 1.5)
+    assert squat.restitution_measured - squat.restitution_impulsive > 3 * WALL_RESTITUTION_DEVIATION
+    e, probability = nodes(squat)
+    assert 0 < probability[0] < 5e-4 and 1 - 5e-4 < probability[-1] < 1 and e[-1] < 1
+
+
 def test_the_integral_over_e_is_within_its_stated_error_of_the_exact_one(wall):
     """Records that collapse the wall below an e of their own: their exact mean is the mean probability of that e."""
     e, probability = nodes(wall)

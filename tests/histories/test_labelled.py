@@ -95,6 +95,15 @@ def test_a_record_that_starts_later_moves_every_time_and_no_size():
     assert at_peak == pytest.approx(float(late["peak_displacement"].sel(scale_factor=1.0)), rel=1e-2)
 
 
+def test_a_motion_in_g_that_rocks_no_wall_is_questioned_and_one_that_rocks_it_is_not():
+    elapsed = 0.01 * np.arange(300)
+    strong = 1.5 * float(WALL.rocking_onset(0.85)) * np.sin(2 * np.pi * elapsed / 0.6) * (elapsed < 0.6)
+    record, in_g = (rd.Record(elapsed, strong / unit) for unit in (1.0, 9.80665))
+    with pytest.warns(rd.InputWarning, match=r"the wall does not rock.*was it in g"):
+        rd.respond(WALL, CURVE, rd.Damping.cr(0.9), in_g)
+    rd.respond(WALL, CURVE, rd.Damping.cr(0.9), record)
+
+
 def test_a_scale_that_brings_the_wall_down_says_so_and_leaves_no_number_behind():
     response = rd.respond(WALL, CURVE, rd.Damping.cr(0.85), pulse(), scale=[0.5, 20.0], tail=2.0)
     assert response.outcome.values.tolist() == ["completed", "collapsed"]
