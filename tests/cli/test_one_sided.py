@@ -3,12 +3,14 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import xarray as xr
 from command_line import printed, refused, run
 
 import rockdamp as rd
 from rockdamp.assessment.collapses import needed_tie
+from rockdamp.mechanics.one_sided import CONTACT_STEP
 
 WALL = ("--thickness", 0.8, "--height", 12, "--width", 2, "--parapet", "--one-sided", "--a1", 0.04, "--b1", 0.85)
 TIES = ("--tie-stiffness", "2e6N/m/m", "--tie-strength", "3kN/m", "--tie-gap", "5mm", "--tie-height", "6m")
@@ -28,7 +30,11 @@ def test_assess_says_the_answer_with_the_ties_and_without():
     assert [model["damping_model"] for model in values["models"]] == ["CR", "STOP"]
     # The spring at the stop, at u, in units: 2500 times the first branch, of which half acts at u.
     k1 = 0.85 / 0.04 * float(FRONT.mechanism.rigid_stiffness) / 2
-    assert values["stop"]["stop_stiffness"] == pytest.approx(2500 * k1)
+    stop = values["stop"]
+    assert stop["stop_stiffness"] == pytest.approx(2500 * k1)
+    # The step is a tenth of 1/w of the spring and the mass, which c = 2 xi sqrt(k m) tells.
+    mass = (stop["stop_damping_coefficient"] / (2 * stop["stop_damping_ratio"])) ** 2 / stop["stop_stiffness"]
+    assert stop["stop_step"] == pytest.approx(CONTACT_STEP * np.sqrt(mass / stop["stop_stiffness"]))
 
 
 def test_assess_prints_both_ways_and_what_the_ties_change():
