@@ -2,7 +2,7 @@
 
 The paper's own calibration is "not reported".
 
-A record that the best fit does not explain is refused, with the slip in it that does.
+A record that the best fit does not explain is refused, and a slip in it that does is named.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class Misfit:
 
 
 def require_possible(record: Record, wall: Wall | Parapet) -> None:
-    """Raise `InputError` for a displacement that no wall comes back from, with the slip that it looks like."""
+    """Raise `InputError` for a displacement that no wall comes back from; it names a slip that is found."""
     if record.displacement is None:
         return  # the fit refuses it
     u_ins = float(np.max(wall.instability_displacement))
@@ -124,7 +124,7 @@ def _moves_with_the_table(record: Record, farthest: float) -> bool:
 
 
 def require_explained(solution: Solution) -> Misfit:
-    """Return the misfit of the best fit, or raise `InputError` with the slip that the record looks like.
+    """Return the misfit of the best fit, or raise `InputError`; it names a slip that is found.
 
     Where the misfit is far above the noise, the record without each possible slip is fitted too.
     """
