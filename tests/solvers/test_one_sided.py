@@ -247,6 +247,22 @@ def test_intervals_taken_whole_are_those_taken_in_two():
     assert whole.displacement[0] == pytest.approx(halved.displacement[-1], rel=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_intervals_taken_whole_after_an_impact_are_those_of_dense_times(seed):
+    """What is left of an interval after an event is none: a time asked for in each interval has them all in parts."""
+    random, dt, samples = np.random.default_rng(seed), 0.03, 300
+    sine = random.uniform(0.5, 1.5) * np.sin(random.uniform(0.5, 4) * dt * np.arange(samples))
+    run = {"load": sine + 0.3 * random.normal(size=samples), "load_step": dt}
+    stop, end = Stop(1e3, random.uniform(0.3, 0.9)), (samples - 1) * dt
+    force = OneSidedForce(CURVE, tie_stiffness=5.0, tie_strength=random.uniform(0.2, 2), tie_gap=0.02)
+    few, dense = (
+        one_sided_events.history(force, stop, [*inside, end], **run)
+        for inside in ([], dt * (np.arange(samples - 1) + 0.5))
+    )
+    assert len(few.of_kind("impact")) == len(dense.of_kind("impact")) > 0
+    np.testing.assert_allclose(few.of_kind("turn")[:, 1], dense.of_kind("turn")[:, 1], atol=1e-9)
+
+
 def test_a_lane_has_its_bits_whatever_runs_beside_it():
     load = random_load(5, 300)
     run = {"step": 1e-3, "steps": 3000, "substeps": 10, "ground_acceleration": load}
