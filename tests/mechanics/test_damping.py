@@ -123,6 +123,10 @@ BAD = [
         lambda: Damping("CDR", 0.1, exponent=1.0),
         r"CDR takes damping_ratio and nothing else; it was given damping_ratio, exponent",
     ),
+    (
+        lambda: damping_ratio_energy(CURVE, "LOCAL", 0.85, 0.5),
+        r"LOCAL takes local_damping .* no value; Damping\.of_restitution\(e, 'LOCAL'\) makes it of e",
+    ),
 ]
 
 

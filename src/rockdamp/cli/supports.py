@@ -286,7 +286,9 @@ def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") ->
             click.echo(f"\n{count} of {counted_runs(answer)} {verb} the wall {at}: too few stations for a probability")
         else:
             click.echo(f"\nprobability of collapse {at}: {share:.0%}")
-        if isfinite(check.margin):
+        if int(answer["records"]) == 1:  # of which a median says nothing: it exists only where the outcome alternates
+            _print_weakest(answer, check.intensity)
+        elif isfinite(check.margin):
             click.echo(f"  margin: the median {measure} of collapse is {check.margin:.3g} times this")
         shaken, onset = (value / STANDARD_GRAVITY for value in (check.support_acceleration, check.rocking_onset))
         verdict = check.rocking_in_words(int(answer["records"]))
@@ -303,6 +305,21 @@ def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") ->
     if placed.joint_offset:
         click.echo(
             f"  joints: they close at displacements that differ by {placed.joint_offset:.2g} u_ins, taken as one"
+        )
+
+
+def _print_weakest(answer: xr.Dataset, intensity: float) -> None:
+    """Print how weak the only record still collapses the wall, of the intensities that were tried."""
+    measure = answer.attrs["intensity_measure"]
+    collapsed = answer["stripe_collapses"].sel(damping_model=REFERENCE).values > 0
+    tried = answer[f"stripe_{measure.lower()}"].values
+    if collapsed.any():
+        weakest = tried[collapsed].min()
+        survived = int((~collapsed & (tried > weakest)).sum())
+        click.echo(
+            f"  margin: the weakest {measure} of {tried.size} tried that collapses it is"
+            f" {weakest / intensity:.3g} times this; it survives {survived or 'none'} of the stronger ones;"
+            f" respond --to-{measure.lower()} tries others"
         )
 
 

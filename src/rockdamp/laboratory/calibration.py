@@ -25,7 +25,7 @@ from rockdamp.laboratory.candidates import SEARCHED, Candidate, size_deviations,
 from rockdamp.laboratory.least_squares import RecordFit, Solution
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
-from rockdamp.plausibility import ACCELERATIONS, LENGTHS, of_motion, warn
+from rockdamp.plausibility import ACCELERATIONS, LENGTHS, PER_CENT_OF_G, of_motion, warn
 from rockdamp.text import listed
 from rockdamp.vocabulary import REFERENCE
 
@@ -159,7 +159,7 @@ def slips(fit: RecordFit) -> Iterator[tuple[str, RecordFit]]:
             replace(_of(fit, displacement=relative), trend_degree=TABLE_DEGREE),
         )
     peak = float(np.abs(record.ground_acceleration).max())
-    for unit, size in ACCELERATIONS.items():
+    for unit, size in (ACCELERATIONS | PER_CENT_OF_G).items():
         if size != 1 and not of_motion(size * peak):
             scaled = size * record.ground_acceleration
             yield f"the acceleration is in {unit}", _of(fit, ground_acceleration=scaled)

@@ -100,7 +100,12 @@ def calibrate_free_rocking(
     array([0.05, 0.8 , 0.88])
     """
     instance("wall", wall, Wall, Parapet)
-    require(np.ndim(wall.load_factor) == 0, "the number of walls", np.size(wall.load_factor), "1")
+    require(
+        np.ndim(wall.load_factor) == 0,
+        "the number of dimensions of wall",
+        np.ndim(wall.load_factor),
+        "0: one wall, of plain numbers",
+    )
     a3 = number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio)
     require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
     softening = one_of("softening", softening, SOFTENING)

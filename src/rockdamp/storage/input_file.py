@@ -63,7 +63,11 @@ def text(read: bytes, path: str | os.PathLike[str]) -> str:
     except UnicodeDecodeError as error:
         line = read.count(b"\n", 0, error.start) + 1
         shown = f"{os.fspath(path)}: byte 0x{read[error.start]:02x} on line {line}"
-        raise InputError(f"{shown} is not text; it must be UTF-8") from None
+        raise InputError(
+            f"{os.fspath(path)}: is a workbook or a packed file; it must be text: save the sheet as CSV"
+            if read.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0"))
+            else f"{shown} is not text; it must be UTF-8"
+        ) from None
     decoded = decoded.replace("\r\n", "\n").replace("\r", "\n")
     odd = _CONTROL.search(decoded)
     if odd is not None:

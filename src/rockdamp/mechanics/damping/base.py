@@ -181,6 +181,7 @@ class Damping(ByValue, metaclass=_Named):
             raise InputError(
                 f"{self.model} takes {', '.join(self.names)} and nothing else;"
                 f" it was given {', '.join([*given, *others]) or 'no value'}"
+                + (f"; Damping.of_restitution(e, {self.model!r}) makes it of e" if self.amplitude_independent else "")
             )
         arrays = together(**{RANGES[name][0]: given[name] for name in self.names})
         for name, array in zip(self.names, arrays, strict=True):
