@@ -376,6 +376,15 @@ def of_response(peak: ArrayLike, yield_displacement_ratio: float, pga: float, on
     return [f"the wall does not rock: it stays below u1, a1 = {yield_displacement_ratio:g} of u_ins; {stated}"]
 
 
+def of_end(stored: Callable[[ArrayLike], Any], peak: Any, displacement: ArrayLike, velocity: Any) -> list[str]:
+    """Return a warning where a wall ends its history with more energy than at its peak; NaN after a collapse. [-]"""
+    further = np.ravel(stored(np.nan_to_num(displacement)) + velocity**2 / 2 > stored(peak))
+    if not further.any():
+        return []
+    beyond = f"beyond its peak, {np.ravel(peak)[further].max():.3g} of u_ins, or collapse"
+    return [f"at the end of the run the wall is so fast that it may rock {beyond}; let it rest, by a tail of 5 s"]
+
+
 def of_level(strongest: float, onset: float, measure: str, asked: float, walls: str = "the wall") -> list[str]:
     """Return a warning where the intensity asked for, in PGA [m s-2] or PGV [m s-1], does not make the wall rock.
 

@@ -71,6 +71,20 @@ def test_a_motion_that_does_not_rock_the_wall_is_told(record):
     assert run("respond", "--record", record, *WALL, "--restitution", 0.85, "--scale", 1).stderr == ""
 
 
+def test_a_run_that_ends_before_the_wall_has_reached_its_peak_is_told(tmp_path):
+    elapsed = 0.005 * np.arange(101)
+    pulse = rd.Record(elapsed, 5 * np.sin(4 * np.pi * elapsed), header={"synthetic": "yes"})
+    rd.write_record(tmp_path / "cut.csv", pulse)
+    wall = ("--thickness", 0.25, "--height", 3, "--preset", "new", "--restitution", 0.85)
+    given = ("respond", "--record", tmp_path / "cut.csv", *wall)
+    cut, whole = run(*given), run(*given, "--tail", 5)
+    assert "completed" in cut.stdout and "or collapse; let it rest, by a tail" in cut.stderr
+    assert "collapsed" in whole.stdout and "tail" not in whole.stderr
+    new = rd.TrilinearCurve.preset("new")
+    with pytest.warns(rd.InputWarning, match="at the end of the run the wall is so fast"):
+        rd.respond(rd.Wall(0.25, 3.0), new, rd.Damping.cr([0.85, 0.9]), pulse)
+
+
 def test_a_wall_states_its_onset_of_rocking_each_e_with_its_reason_and_its_units():
     values, wall = printed("wall", *WALL), rd.Wall(0.3, 4.5)
     assert values["rocking_onset"] == pytest.approx(0.72 * float(wall.rigid_strength / wall.mass))
@@ -197,6 +211,7 @@ def test_a_record_whose_columns_have_other_names_is_read_by_them(record, tmp_pat
     for wrong, said in (
         (("--column", "elapsed=Time [ms]:ms"), "no column is named for ground_acceleration"),
         ((*named[:3], "ground_acceleration=acc:g"), "has 0 columns 'acc'"),
+        ((*named[:3], "ground_acceleration=acc:%g"), "it must have one; what follows the colon is no unit, as m s-2"),
         ((*named[:3], "ground_acceleration=a [g]:mm"), "has the unit 'mm', which is none of m s-2"),
         (("--column", "time=t"), "NAME is elapsed, ground_acceleration, displacement"),
     ):

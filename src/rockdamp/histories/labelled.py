@@ -172,6 +172,9 @@ def respond(
     every = substeps if histories else None
     response = solve(batch.curve, batch.damping, store_every=every, **forcing.newmark(substeps))
     _question_rest(batch, response, motion)
+    if isinstance(response, Histories):
+        end = response.displacement[..., -1], response.velocity[..., -1]
+        plausibility.warn(plausibility.of_end(batch.curve.energy, response.peak, *end))
     history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
     if not histories:
         return history.pipe(described)
@@ -377,15 +380,14 @@ def responses(
     histories = _side_by_side(runs, dampings, RESPONSE, curve)
     a1, onset = float(curve.yield_displacement_ratio), float(wall.rocking_onset(curve.strength_ratio))
     plausibility.warn(plausibility.of_response(histories["peak"].values, a1, abs(scale) * pga, onset))
-    shape: dict[str, Any] = {name: float(getattr(wall, name)) for name in ("thickness", "height")}
-    if isinstance(wall, Wall):
-        shape["hinge_ratio"] = float(wall.hinge_ratio)
+    sizes = ["thickness", "height", "frequency_parameter", "instability_displacement"]
+    sizes += ["hinge_ratio"] if isinstance(wall, Wall) else []
+    shape: dict[str, Any] = {name: float(getattr(wall, name)) for name in sizes}
+    u_ins, p = shape["instability_displacement"], shape["frequency_parameter"]
+    end, speed = (histories[f"control_{name}"].values[..., -1] / u_ins for name in ("displacement", "velocity"))
+    plausibility.warn(plausibility.of_end(curve.energy, histories["peak"].values, end, speed / p))
     return histories.assign(
-        ground_acceleration=("elapsed", runs[0]["ground_acceleration"].values),
-        frequency_parameter=float(wall.frequency_parameter),
-        instability_displacement=float(wall.instability_displacement),
-        scale_factor=float(scale),
-        **shape,
+        ground_acceleration=("elapsed", runs[0]["ground_acceleration"].values), scale_factor=float(scale), **shape
     ).assign_attrs(record_attributes(record))
 
 

@@ -113,7 +113,9 @@ def _renamed(
     values = {}
     for content, column in columns.items():
         if names.count(column.name) != 1:
-            raise InputError(f"line {first} has {names.count(column.name)} columns {column.name!r}; it must have one")
+            unit = f"; what follows the colon is no unit, as {CONTENTS[content]}" if ":" in column.name else ""
+            wrong = f"line {first} has {names.count(column.name)} columns {column.name!r}"
+            raise InputError(f"{wrong}; it must have one{unit}")
         size = units.size(column.unit, CONTENTS[content]) if column.unit else 1.0
         if size is None:
             raise InputError(f"{content} has the unit {column.unit!r}, which is none of {CONTENTS[content]}")

@@ -62,6 +62,8 @@ def text(read: bytes, path: str | os.PathLike[str]) -> str:
         decoded = read.decode("utf-8-sig")  # spreadsheets put a byte order mark first
     except UnicodeDecodeError as error:
         line = read.count(b"\n", 0, error.start) + 1
+        if read.startswith((b"PK", b"\xd0\xcf\x11\xe0")):
+            raise InputError(f"{os.fspath(path)}: is a workbook or an archive; save its table as CSV") from None
         shown = f"{os.fspath(path)}: byte 0x{read[error.start]:02x} on line {line}"
         raise InputError(
             f"{os.fspath(path)}: is a workbook or a packed file; it must be text: save the sheet as CSV"
