@@ -58,6 +58,8 @@ def content(path: str | os.PathLike[str], what: str) -> bytes:
 
 def text(read: bytes, path: str | os.PathLike[str]) -> str:
     """Decode UTF-8 as text with one kind of line end; other bytes and control characters raise `InputError`."""
+    if read.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
+        raise InputError(f"{os.fspath(path)}: is a workbook or an archive; it must be text: save it as CSV")
     try:
         decoded = read.decode("utf-8-sig")  # spreadsheets put a byte order mark first
     except UnicodeDecodeError as error:
