@@ -14,4 +14,13 @@ def __getattr__(name: str) -> object:
         from importlib.metadata import version
 
         return version("rockdamp")
-    return _imported(name)
+    try:
+        return _imported(name)
+    except AttributeError:
+        if name in __all__:  # its own module is at fault
+            raise
+        from difflib import get_close_matches
+
+        near = " or ".join(get_close_matches(name, __all__, 3))
+        slip = f": did you mean {near}?" if near else "; dir(rockdamp) lists its names"
+        raise AttributeError(f"rockdamp has no {name!r}{slip}") from None

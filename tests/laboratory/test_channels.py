@@ -208,6 +208,12 @@ def test_times_with_a_gap_are_refused_with_their_row(tmp_path):
         laboratory_record(read_raw(path), time=Channel.from_text("t:s"), table_acceleration=Channel.from_text("a:g"))
 
 
+def test_a_column_that_falls_is_questioned_as_times(tmp_path):
+    path = written(tmp_path, table(("t", "a"), -ELAPSED, PULSE))
+    with pytest.raises(InputError, match=r"in row 2; it must be later than the row before: is this the column"):
+        laboratory_record(read_raw(path), time=Channel.from_text("t:s"), table_acceleration=Channel.from_text("a:g"))
+
+
 @pytest.mark.parametrize("rows", [3, 15, 16])
 def test_a_filter_has_rows_enough_or_is_refused(tmp_path, rows):
     path = written(tmp_path, table(("t", "a"), ELAPSED[:rows], PULSE[:rows]))

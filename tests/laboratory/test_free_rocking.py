@@ -238,3 +238,8 @@ def test_an_uncertain_size_widens_the_answer_by_what_another_size_changes():
     np.testing.assert_allclose(np.sqrt(added), np.abs(change[0] - change[1]) / 2, rtol=1e-6)
     low, high = uncertain["interval"].sel(parameter="strength_ratio").values
     assert high - low > 5 * float(np.diff(exact["interval"].sel(parameter="strength_ratio").values)[0])
+
+
+def test_plain_arrays_are_told_how_to_become_a_test():
+    with pytest.raises(rd.InputError, match=r"tests must be FreeRocking\(elapsed, displacement\), or what"):
+        rd.calibrate_free_rocking(np.zeros((3, 2)), WALL)

@@ -130,3 +130,12 @@ def test_a_wrong_argument_is_refused_by_its_name(name, tmp_path, monkeypatch):
 
 def test_every_public_function_is_attacked():
     assert {name.partition(".")[0] for name in CALLS} == set(rd.__all__) - RETURNED
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("fit_free_rocking", "did you mean .*calibrate_free_rocking"), ("simulate", r"dir\(rockdamp\) lists its names")],
+)
+def test_a_name_that_is_none_is_told_those_near_it(name, said):
+    with pytest.raises(AttributeError, match=said):
+        getattr(rd, name)

@@ -328,9 +328,9 @@ def _check_time(elapsed: Array, most_missing: int = 0) -> float:
     uneven = np.flatnonzero(~(np.abs(apart) <= MOST_UNEVEN * usual) | (intervals <= 0))
     if uneven.size:
         row = int(uneven[0]) + 2
-        raise InputError(
-            f"time is {elapsed[row - 1]:.9g} s in row {row}; it must be {usual:.4g} s after the row before"
-        )
+        due = f"{usual:.4g} s after" if usual > 0 else "later than"
+        slip = "" if usual > 0 else ": is this the column of the times?"
+        raise InputError(f"time is {elapsed[row - 1]:.9g} s in row {row}; it must be {due} the row before{slip}")
     return usual
 
 

@@ -110,7 +110,8 @@ def calibrate_free_rocking(
     require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
     softening = one_of("softening", softening, SOFTENING)
     given = [tests] if isinstance(tests, FreeRocking) else several("tests", tests, "free-rocking tests")
-    given = [instance("tests", test, FreeRocking) for test in given]
+    if not all(isinstance(test, FreeRocking) for test in given):
+        raise InputError("tests must be FreeRocking(elapsed, displacement), or what read_free_rocking reads")
     require(np.asarray(len(given) > 0), "the number of tests", len(given), "at least 1")
     if least_peak is not None:
         least_peak = number("least_peak", least_peak)

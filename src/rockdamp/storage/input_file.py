@@ -58,18 +58,14 @@ def content(path: str | os.PathLike[str], what: str) -> bytes:
 
 def text(read: bytes, path: str | os.PathLike[str]) -> str:
     """Decode UTF-8 as text with one kind of line end; other bytes and control characters raise `InputError`."""
+    if read.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
+        raise InputError(f"{os.fspath(path)}: is a workbook or an archive; it must be text: save it as CSV")
     try:
         decoded = read.decode("utf-8-sig")  # spreadsheets put a byte order mark first
     except UnicodeDecodeError as error:
         line = read.count(b"\n", 0, error.start) + 1
-        if read.startswith((b"PK", b"\xd0\xcf\x11\xe0")):
-            raise InputError(f"{os.fspath(path)}: is a workbook or an archive; save its table as CSV") from None
         shown = f"{os.fspath(path)}: byte 0x{read[error.start]:02x} on line {line}"
-        raise InputError(
-            f"{os.fspath(path)}: is a workbook or a packed file; it must be text: save the sheet as CSV"
-            if read.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0"))
-            else f"{shown} is not text; it must be UTF-8"
-        ) from None
+        raise InputError(f"{shown} is not text; it must be UTF-8") from None
     decoded = decoded.replace("\r\n", "\n").replace("\r", "\n")
     odd = _CONTROL.search(decoded)
     if odd is not None:
