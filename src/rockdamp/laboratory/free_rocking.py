@@ -101,10 +101,7 @@ def calibrate_free_rocking(
     """
     instance("wall", wall, Wall, Parapet)
     require(
-        np.ndim(wall.load_factor) == 0,
-        "the number of dimensions of wall",
-        np.ndim(wall.load_factor),
-        "0: one wall, of plain numbers",
+        np.ndim(wall.load_factor) == 0, "the number of dimensions of wall", np.ndim(wall.load_factor), "0: one wall"
     )
     a3 = number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio)
     require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")

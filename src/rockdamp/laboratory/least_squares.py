@@ -69,10 +69,7 @@ class RecordFit:
     ) -> RecordFit:
         """Prepare the fit of a candidate to a record, with steps of the solver of at most `step` in tau."""
         require(
-            np.ndim(wall.load_factor) == 0,
-            "the number of dimensions of wall",
-            np.ndim(wall.load_factor),
-            "0: one wall, of plain numbers",
+            np.ndim(wall.load_factor) == 0, "the number of dimensions of wall", np.ndim(wall.load_factor), "0: one wall"
         )
         require(number("step", step) > 0, "step", step, "greater than 0")
         a3 = number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio)
