@@ -438,7 +438,7 @@ def written(page: str, data: Data) -> str:
 def false_safe(compared: xr.Dataset) -> str:
     """Return the shares of collapses that each damper misses, as the package ships them: ratios of least error."""
     rates = compared["false_safe_rate"].sel(damping_ratio_source=RECOMMENDED_SOURCE).drop_sel(damping_model="CR")
-    rows = rates.transpose("restitution", "damping_model").to_series().round(4).reset_index()
+    rows = rates.transpose("restitution", "damping_model").to_series().round(6).reset_index()
     return str(rows.to_csv(index=False, lineterminator="\n"))
 
 

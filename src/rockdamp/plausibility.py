@@ -27,7 +27,7 @@ SLENDEREST = 40.0  # h/t; tests went to 28
 LARGEST_YIELD = 0.5  # a1; the most degraded joints of the presets have 0.2
 LOWEST_HINGE, HIGHEST_HINGE = 0.4, 0.9  # of h; tests found 0.5 to 0.7
 WIDEST = 100.0  # [m]
-HIGHEST_STOREY = 6.0  # [m]
+LOWEST_STOREY, HIGHEST_STOREY = 1.8, 6.0  # [m]
 WEAKEST_TIE, MOST_SLACK = 1e-3, 0.5  # strength over weight; [m]
 LEAST_ELASTIC = 0.5  # e; the losses of a factor of two in velocity, beyond every test that is quoted here
 MOST_DAMPED = 0.5  # damping ratio [-]
@@ -201,7 +201,10 @@ def of_curve(yield_displacement_ratio: float) -> list[str]:
 
 
 def of_storey(height: float, storeys: int | None) -> list[str]:
-    """Return a warning where the height of a wall in a building [m] is likelier that of the building."""
+    """Return a warning where the height of a wall in a building [m] is likelier that of the building, or half of it."""
+    if height < LOWEST_STOREY:
+        whole = f"was it half of it ({2 * height:g} m), or is the wall a parapet?"
+        return [f"the height is {height:g} m, less than a storey has; {whole}"]
     if storeys is None or storeys < 2 or not HIGHEST_STOREY < height <= HIGHEST_STOREY * storeys:
         return []
     each = f"{storeys} storeys of {height / storeys:.3g} m"

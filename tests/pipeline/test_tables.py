@@ -10,8 +10,9 @@ from operator import attrgetter
 import pytest
 from configs import configured
 
-from rockdamp.pipeline.tables import FIGURES, STAGES, built, drawn, each_study, reported, writes
-from rockdamp.storage import glossary, provenance
+from rockdamp.errors import InputError
+from rockdamp.pipeline.tables import FIGURES, STAGES, all_stages, built, drawings, drawn, each_study, reported, writes
+from rockdamp.storage import glossary, provenance, yaml_file
 from rockdamp.storage.provenance import CONFIG
 from rockdamp.vocabulary import STUDIES
 
@@ -29,10 +30,36 @@ def test_each_dataset_of_the_glossary_is_a_stage_or_written_by_the_command_line(
     assert set(COMPUTED) <= set(datasets)
 
 
-@pytest.mark.parametrize("name", [*STAGES, *FIGURES])
-def test_what_a_stage_or_a_figure_is_given_is_written_by_a_stage(name):
-    for given in STAGES[name].datasets if name in STAGES else FIGURES[name].inputs:
-        assert [stage.name for stage in STAGES.values() if stage.dataset and writes(stage, given)], given
+ENTRY = {"module": "figures.new", "inputs": ["match/amplitude"], "title": "New", "alternative": "Points."}
+
+
+@pytest.mark.parametrize(
+    ("entry", "error"),
+    [
+        (ENTRY | {"inputs": ["amplitude"]}, "no stage writes; did you mean decay/amplitude or match/amplitude?"),
+        (ENTRY | {"inputs": ["earthquake"]}, "no stage writes; did you mean earthquakes?"),
+        (ENTRY | {"datasets": []}, "has datasets; its fields are module, inputs, title, alternative"),
+        ({"module": "figures.new", "data": []}, "lacks inputs, title, alternative and has data; its fields"),
+    ],
+)
+def test_an_error_names_what_is_wrong_with_a_figure_s_entry(monkeypatch, entry, error):
+    monkeypatch.setattr(yaml_file, "load", lambda text: {"fig_new": entry})
+    with pytest.raises(InputError, match=re.escape(error)):
+        drawings()
+
+
+@pytest.mark.parametrize(
+    ("entry", "error"),
+    [
+        ({"inputs": ["mechanisms"]}, "stages.yaml: new has the input 'mechanisms', which no stage writes"),
+        ({"function": "rockdamp.new", "entry": 1}, "stages.yaml: new has entry; its fields are title, file"),
+    ],
+)
+def test_an_error_names_what_is_wrong_with_a_stage_s_entry(monkeypatch, entry, error):
+    monkeypatch.setattr(glossary, "read", lambda: {"datasets": {"new": {"title": "New"}}})
+    monkeypatch.setattr(yaml_file, "load", lambda text: {"new": {"file": "new.nc"} | entry})
+    with pytest.raises(InputError, match=re.escape(error)):
+        all_stages()
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -179,6 +179,8 @@ def test_ties_in_kilonewtons_and_millimetres_and_the_height_of_a_building_are_qu
     assert plausibility.of_tie(strength=60e3, weight=1.5e6, gap=0.005, rupture=np.inf) == []
     (told,) = plausibility.of_storey(9.6, 3)
     assert "that of the building (3 storeys of 3.2 m)" in told
+    (told,) = plausibility.of_storey(1.5, None)
+    assert "less than a storey has; was it half of it (3 m), or is the wall a parapet?" in told
     assert plausibility.of_storey(3.2, 3) == plausibility.of_storey(9.6, None) == []
 
 

@@ -210,9 +210,10 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Ro
         wall = _one_sided(filled, mechanism)
         if isinstance(wall, OneSidedWall):
             wall.force(curve)
-        plausibility.warn(
-            [*plausibility.of_stated(mechanism), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
-        )
+        unlikely = [*plausibility.of_stated(mechanism), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
+        if isinstance(mechanism, Wall):
+            unlikely += plausibility.of_storey(float(mechanism.height), None)
+        plausibility.warn(unlikely)
         e, reason = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
         diaphragm = _diaphragm(filled)
     doubts = tuple(dict.fromkeys(f"line {line}: {each.message}" for each in caught))

@@ -92,7 +92,7 @@ def batch(
     intensity, buildings = float(levels[0]), make_buildings(options)
     diaphragm, loss = make_diaphragm(options), loss_of(options)
     of_walls, of_records = columns_of_both(columns)
-    rows = table_of_walls(walls, of_walls)
+    rows = table_of_walls(walls, of_walls, options["storeys"])
     if diaphragm is not None:
         rows = [row if isinstance(row, BadRow) or row.diaphragm else replace(row, diaphragm=diaphragm) for row in rows]
     of_row = next((row.diaphragm for row in rows if not isinstance(row, BadRow) and row.diaphragm), None)

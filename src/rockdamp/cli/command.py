@@ -65,12 +65,18 @@ def word_or_number(*words: str) -> Callable[[str], str | float]:
     return lambda text: text if text in words else units.number(text)
 
 
+def _share(text: str) -> float:
+    """Return a number, or one in per cent; ask where that is next to nothing, as 0.05 written with the sign is."""
+    if not text.strip().endswith("%"):
+        return units.number(text)
+    share = units.number(text.strip().removesuffix("%"))
+    if 0 < share < 1:
+        click.echo(f"warning: {text.strip()} is {share / 100:g}; was it {share:g} ({100 * share:g}%)?", err=True)
+    return share / 100
+
+
 NUMBER = Read(units.number, "FLOAT", "one with a decimal point, as 0.85")  # click's own also takes 1_0
-SHARE = Read(
-    lambda text: units.number(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1),
-    "NUMBER|PER CENT",
-    "one, as 0.05, or in per cent, as 5%",
-)
+SHARE = Read(_share, "NUMBER|PER CENT", "one, as 0.05, or in per cent, as 5%")
 HINGE_RATIO = Read(word_or_number("weakest"), "FLOAT|weakest", "one, or weakest")
 
 

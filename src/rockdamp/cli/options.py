@@ -194,7 +194,7 @@ def named_columns(columns: Iterable[str], contents: Iterable[str]) -> dict[str, 
     """Return the columns of --column by what they hold, which is one of `contents`."""
     from rockdamp.storage.input_file import Column
 
-    pairs = [Column.from_text(re.sub(r":\s*gals?\s*$", ":cm/s2", text, flags=re.I), list(contents)) for text in columns]
+    pairs = [Column.from_text(text, list(contents)) for text in columns]
     names = [name for name, _ in pairs]
     for name in names:
         if names.count(name) > 1:
@@ -212,17 +212,22 @@ def columns_of_both(columns: Iterable[str]) -> tuple[dict[str, Column], dict[str
     return {name: column for name, column in named.items() if name not in CONTENTS}, of_records
 
 
-def table_of_walls(path: Path, columns: Mapping[str, Column]) -> list[Row | BadRow]:
-    """Read a table of walls, which must have rows, and print its warnings."""
+def table_of_walls(path: Path, columns: Mapping[str, Column], storeys: int | None = None) -> list[Row | BadRow]:
+    """Read a table of walls, which must have rows, of a building of some storeys, and print its warnings."""
     from rockdamp.assessment.table import BadRow, read_walls
     from rockdamp.errors import InputError
+    from rockdamp.mechanics.wall import Wall
+    from rockdamp.plausibility import of_storey
 
     rows = read_walls(path, columns)
     if not rows:
         raise InputError(f"{path}: has no rows; a wall must stand in each")
     same: dict[str, list[str]] = {}  # warnings that differ in their numbers alone
     for row in rows:
-        for doubt in [] if isinstance(row, BadRow) else row.doubts:
+        if isinstance(row, BadRow):
+            continue
+        of_height = of_storey(float(row.wall.height), storeys) if storeys and isinstance(row.wall, Wall) else []
+        for doubt in (*row.doubts, *(f"line {row.line}: {doubt}" for doubt in of_height)):
             same.setdefault(re.sub(r"[-+.\d]+", "", doubt), []).append(doubt)
     for doubts in same.values():
         more = "" if len(doubts) == 1 else f"; and {len(doubts) - 1} more rows alike"
@@ -264,7 +269,8 @@ def make_wall(options: Mapping[str, Any]) -> Any:
             unloaded = kind(**sizes)
         sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], unloaded)
     wall = kind(**sizes)
-    warn(of_stated(wall) + ([] if options["parapet"] else of_storey(options["height"], options.get("storeys"))))
+    in_building = "storeys" in options and not options["parapet"]
+    warn(of_stated(wall) + (of_storey(options["height"], options["storeys"]) if in_building else []))
     return one_sided_wall(options, wall)
 
 

@@ -248,6 +248,8 @@ def problems(error: ValidationError, schema: Mapping[str, Any]) -> list[Problem]
             near = difflib.get_close_matches(str(path[-1]), known, n=1)
             meant |= {(*path[:-1], name) for name in near}
             hint = f"did you mean {near[0]!r}?" if near else f"it must be one of {', '.join(known)}"
+            if path[-1] == "overburden_mass":
+                hint = "walls of a config bear a force; the commands take a mass, by --overburden-mass"
             if str(path[-1]).isdecimal():
                 hint += "; if it is the rest of a number, its decimal sign must be a point"
             found.append(Problem(path, f"is not a key; {hint}"))

@@ -5,13 +5,15 @@ The Snakefile reads them at every start, so this imports nothing that takes long
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from importlib.resources import files
 from operator import attrgetter
 from typing import Any
 
 from rockdamp.config import Config
+from rockdamp.errors import InputError
 from rockdamp.storage import glossary, yaml_file
 from rockdamp.storage.provenance import NUMBERS_IN_WORDS, Sources
 from rockdamp.vocabulary import STUDIES
@@ -69,7 +71,29 @@ class Stage:
         return range(-(-total // attrgetter(self.per_chunk)(config)))
 
 
-def _read() -> dict[str, Stage]:
+def _checked(place: str, kind: type[Any], entry: Mapping[str, Any]) -> Any:
+    """Return an entry of a table; an error names the fields that it lacks, or that there are not."""
+    known = {each.name: each.default is each.default_factory is MISSING for each in fields(kind)}
+    lacks = [name for name, needed in known.items() if needed and name not in entry]
+    other = [name for name in entry if name not in known]
+    if lacks or other:
+        wrong = " and ".join([f"lacks {', '.join(lacks)}"] * bool(lacks) + [f"has {', '.join(other)}"] * bool(other))
+        raise InputError(f"{place} {wrong}; its fields are {', '.join(name for name in known if name != 'name')}")
+    return kind(**entry)
+
+
+def _require_datasets(place: str, inputs: Iterable[str], known: Collection[str]) -> None:
+    """Refuse an input that no stage writes."""
+    for name in inputs:
+        if name not in known:
+            inside = [each for each in known if each.endswith(f"/{name}")]
+            near = inside or difflib.get_close_matches(name, known, n=1)
+            meant = f"; did you mean {' or '.join(near)}?" if near else ""
+            raise InputError(f"{place} has the input {name!r}, which no stage writes{meant}")
+
+
+def all_stages() -> dict[str, Stage]:
+    """Read the table of stages. Raise `InputError` where an entry has other fields, or inputs that no stage writes."""
     table = yaml_file.load(files("rockdamp").joinpath("pipeline/stages.yaml").read_text(encoding="utf-8"))
     datasets = glossary.read()["datasets"]
 
@@ -77,12 +101,14 @@ def _read() -> dict[str, Stage]:
         title = datasets[name]["title"] if entry["file"].endswith(".nc") else entry["title"]
         given = entry.get("inputs", {})
         inputs = given if isinstance(given, dict) else {dataset: dataset for dataset in given}
-        return Stage(**{"rule": name, "title": title, **entry, "name": name, "inputs": inputs})
+        whole = {"rule": name, "title": title, **entry, "name": name, "inputs": inputs}
+        return _checked(f"stages.yaml: {name}", Stage, whole)
 
-    return {name: stage(name, entry) for name, entry in table.items()}
-
-
-STAGES = _read()
+    stages = {name: stage(name, entry) for name, entry in table.items()}
+    known = {name for each in stages.values() for name in (each.dataset, *each_study(each.dataset))}
+    for name, each in stages.items():
+        _require_datasets(f"stages.yaml: {name}", each.datasets, known)
+    return stages
 
 
 def built(config: Config) -> dict[str, Stage]:
@@ -114,6 +140,9 @@ def values_of(config: Config, stages: Iterable[Stage], field: str) -> list[Any]:
 def each_study(dataset: str) -> list[str]:
     """Return the names that ``match/{study}`` stands for; any other name stands for itself."""
     return [dataset.replace("{study}", study) for study in STUDIES] if "{study}" in dataset else [dataset]
+
+
+STAGES = all_stages()
 
 
 def writes(stage: Stage, dataset: str) -> bool:
@@ -156,12 +185,19 @@ class Drawing:
         return self.title.rpartition(": ")[0] if "Fig. " in self.title else ""
 
 
-FIGURES = {
-    name: Drawing(name=name, **entry)
-    for name, entry in yaml_file.load(
-        files("rockdamp").joinpath("pipeline/figures.yaml").read_text(encoding="utf-8")
-    ).items()
-}
+def drawings() -> dict[str, Drawing]:
+    """Read the table of figures. Raise `InputError` where an entry has other fields, or inputs that no stage writes."""
+    table = yaml_file.load(files("rockdamp").joinpath("pipeline/figures.yaml").read_text(encoding="utf-8"))
+    known = [name for stage in STAGES.values() for name in each_study(stage.dataset)]
+    figures = {
+        name: _checked(f"figures.yaml: {name}", Drawing, {**entry, "name": name}) for name, entry in table.items()
+    }
+    for name, figure in figures.items():
+        _require_datasets(f"figures.yaml: {name}", figure.inputs, known)
+    return figures
+
+
+FIGURES = drawings()
 
 # What the report is made by: the captions stand in the modules of the figures.
 REPORT = Sources(

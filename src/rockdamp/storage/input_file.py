@@ -99,7 +99,8 @@ class Column:
         if not equals or holds not in contents or not column:
             raise InputError(f"column {text!r} must be NAME=COLUMN or NAME=COLUMN:UNIT; NAME is {', '.join(contents)}")
         name, colon, unit = column.rpartition(":")
-        return (holds, cls(name.strip(), unit.strip())) if colon and units.parse(unit) else (holds, cls(column))
+        known = units.parse(unit) or unit.strip().lower() in units.GRAVITY
+        return (holds, cls(name.strip(), unit.strip())) if colon and known else (holds, cls(column))
 
 
 def divider(line: str) -> str | None:

@@ -344,7 +344,9 @@ class Damping(ByValue, metaclass=_Named):
         curve : TrilinearCurve
             C is in proportion to its first branch's frequency w1.
         """
-        raise NotImplementedError
+        raise NotImplementedError(
+            f"{type(self).__name__} has no `formula_parameters`; {__name__} lists what it must have"
+        )
 
     def law_parameters(self, curve: TrilinearCurve) -> tuple[float, ...]:
         """Return what `law` reads besides the state, of a damper of plain numbers.
@@ -354,7 +356,7 @@ class Damping(ByValue, metaclass=_Named):
         curve : TrilinearCurve
             Of one wall.
         """
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no `law_parameters`; {__name__} lists what it must have")
 
     @property
     def loss_depends_on_amplitude(self) -> bool:
@@ -407,4 +409,4 @@ class Damping(ByValue, metaclass=_Named):
 def _known(model: str) -> str:
     """Return the name of a model that there is; the general exponent is one, and none of those that are compared."""
     named = model if isinstance(model, str) and model.upper() in DAMPERS else None
-    return named.upper() if named is not None else one_of("damping_model", model, MODELS)
+    return named.upper() if named is not None else one_of("damping_model", model, (*MODELS, LOCAL))
