@@ -317,6 +317,14 @@ def of_supports(acceleration: ArrayLike) -> list[str]:
     return [f"the supports peak at {in_g(strongest)} (median): the intensity must be that of the ground, not the floor"]
 
 
+def of_stations(stations: int, fewest: int) -> list[str]:
+    """Return a warning where the records are of fewer stations than a probability of collapse takes."""
+    if stations >= fewest:
+        return []
+    these = "1 station: shares" if stations == 1 else f"{stations} stations: shares"
+    return [f"the records are of {these} and medians are of these records alone; a probability takes at least {fewest}"]
+
+
 def of_joints(offset: float, small: float, whose: str = "the joints of the wall") -> list[str]:
     """Return a warning where joints that the model closes together close further apart than `small`, over u_ins."""
     if offset <= small:

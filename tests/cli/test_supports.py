@@ -197,3 +197,12 @@ def test_two_measured_records_move_the_base_and_the_top(tmp_path):
     for command in (("assess", "--walls", table, "--id", "b"), ("batch", table, "--output", out)):
         assert "diaphragm_period of the table (0.4 s) and --top-record both move" in refused(*command, *shaken)
     assert not out.exists() and run("assess", "--walls", table, "--id", "a", *shaken).exit_code == 0
+
+
+def test_records_of_few_stations_have_a_warning_in_every_form(tmp_path):
+    few, table = ("--records", "fema-p695:far-field/1/*", "--pga", "0.3g"), tmp_path / "walls.csv"
+    table.write_text("id,thickness,height,preset\na,0.3,3,new\n", encoding="utf-8")
+    wall = ("assess", "--thickness", 0.3, "--height", 3, "--preset", "new")
+    for given in ((*wall, *few, "--json"), ("batch", table, *few, "--output", tmp_path / "out.csv")):
+        assert "the records are of 1 station: shares and medians are of these records alone" in run(*given).stderr
+    assert "stations" not in run(*wall, "--records", "fema-p695:far-field/[1-4]/a", "--pga", "0.3g").stderr

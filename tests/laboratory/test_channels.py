@@ -241,3 +241,15 @@ def test_the_motion_of_the_table_in_the_walls_column_is_questioned(tmp_path):
     with pytest.warns(InputWarning, match="is that of the table"):
         laboratory_record(raw, **given, wall=Channel("d", "mm"))
     laboratory_record(raw, **given, wall=Channel("u", "mm"))
+
+
+def test_swapped_channels_of_wall_and_table_are_questioned(tmp_path):
+    """The wall goes with the table and rocks a tenth of its motion besides, at another frequency."""
+    moved = 0.1 * np.sin(2 * np.pi * ELAPSED) * np.hanning(ELAPSED.size)
+    motion = np.gradient(np.gradient(moved, ELAPSED), ELAPSED)
+    rocked = moved + 0.01 * np.sin(4 * np.pi * ELAPSED) * np.hanning(ELAPSED.size)
+    raw = read_raw(written(tmp_path, table(("t", "a", "w", "d"), ELAPSED, motion, 100 * rocked, 100 * moved)))
+    given = {"time": Channel("t", "s"), "table_acceleration": Channel("a", "m s-2"), "baseline": "none"}
+    with pytest.warns(InputWarning, match="were they swapped"):
+        laboratory_record(raw, **given, wall=Channel("d", "cm"), table=Channel("w", "cm"))
+    laboratory_record(raw, **given, wall=Channel("w", "cm"), table=Channel("d", "cm"))

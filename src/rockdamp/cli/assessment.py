@@ -173,11 +173,11 @@ def assess_command(
     wall, curve, e, reason, of_row = _wall(walls, identifier, of_walls, options)
     buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
     require_ties(wall, options["tie_target"], pgv or pga or [])
-    from rockdamp.assessment.assess import assess
+    from rockdamp.assessment.assess import FEWEST_STATIONS, assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
     from rockdamp.equivalence.programs import frequencies, program_inputs, stop_damper
     from rockdamp.mechanics.one_sided import OneSidedWall
-    from rockdamp.plausibility import of_supports, warn
+    from rockdamp.plausibility import of_stations, of_supports, warn
 
     capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
 
@@ -191,6 +191,7 @@ def assess_command(
         raise click.UsageError("--report has no page of a loss with an exponent; --plot, --output and --json are there")
     placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet, of_row), wall, run)
     answer, motions = placed.answer, placed.motions
+    warn(of_stations(len(set(answer["station"].values.tolist())), FEWEST_STATIONS))
     if one_sided:
         from rockdamp.assessment.collapses import both_ways
 

@@ -79,8 +79,9 @@ def batch(
     """
     from rockdamp.assessment.answers import columns as columns_of
     from rockdamp.assessment.answers import fragilities, lines, require_modelling
-    from rockdamp.assessment.assess import assess_rows, intensities
+    from rockdamp.assessment.assess import FEWEST_STATIONS, assess_rows, intensities
     from rockdamp.assessment.table import BadRow
+    from rockdamp.plausibility import of_stations, warn
 
     require_one(pgv, pga)
     if nrml is None:
@@ -99,6 +100,7 @@ def batch(
     motions = ground_of(records, options, of_records, of_row=of_row)
     with concerning(walls):
         answer = assess_rows(rows, motions, measure, intensity, buildings=buildings, tail=tail, **loss)
+    warn(of_stations(len({motion.group for motion in motions}), FEWEST_STATIONS))
     bad = [(row, error) for row, error in zip(rows, answer["row_error"].values.tolist(), strict=True) if error]
     if output.suffix == ".nc":
         read = {"records": content_of(motions), "walls": repr(rows), "building": repr(buildings)}

@@ -146,12 +146,13 @@ def _of_free_rocking(made: FreeRocking) -> dict[str, float]:
     return filled | {f"lowest_{kind}": float(made.measured.min()), f"highest_{kind}": float(made.measured.max())}
 
 
-def _of_record(made: Record) -> dict[str, float]:
-    values = {"peak_acceleration": float(abs(made.ground_acceleration).max())}
+def _of_record(made: Record) -> dict[str, float | str]:
+    values: dict[str, float | str] = {"peak_acceleration": float(abs(made.ground_acceleration).max())}
     removed = {
         "acceleration_offset_removed": "acceleration_offset_removed_m_s2",
         "displacement_offset_removed": "zero_removed_m",
     }
     if made.displacement is not None:
+        values["displacement"] = made.header["displacement"]
         values["peak_displacement"] = float(abs(made.displacement).max())
     return values | {name: float(made.header[key]) for name, key in removed.items() if key in made.header}

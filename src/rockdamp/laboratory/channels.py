@@ -34,8 +34,9 @@ BASELINES = ("constant", "linear", "none")
 ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "°": math.pi / 180}  # [rad]
 # ASSUME: where the rest varies so many times more than the quietest part, and by so much of the peak, it is none.
 RESTLESS, RESTLESS_SHARE = 3.0, 0.005
-# ASSUME: a band above the drift of what is integrated twice [Hz]; the correlation, and the factor, of what is alike.
-COMPARED, ALIKE, UNLIKE = (0.3, 10.0), 0.9, 1.5
+# ASSUME: a band above the drift of what is integrated twice [Hz]; the correlation, and the factor, of what is alike;
+# how many times as unlike it the channel of the table may be as that of the wall.
+COMPARED, ALIKE, UNLIKE, WORSE = (0.3, 10.0), 0.9, 1.5, 3.0
 
 
 @dataclass(frozen=True)
@@ -174,11 +175,11 @@ def laboratory_record(
     warn(of_motion(float(np.abs(motion).max())))
     displacement = None
     if wall is not None:
-        moved = _in(raw, wall, "m", "wall", header)
-        moved = moved - _in(raw, table, "m", "table", header) if table is not None else moved
+        displacement = CubicSpline(elapsed, _in(raw, wall, "m", "wall", header))(even)
         header["displacement"] = "wall less table" if table is not None else "wall, taken as relative to the table"
-        displacement = CubicSpline(elapsed, moved)(even)
-        warn(_of_table(even, motion, displacement))
+        moved = CubicSpline(elapsed, _in(raw, table, "m", "table", header))(even) if table is not None else None
+        warn(_of_table(even, motion, displacement, moved))
+        displacement = displacement if moved is None else displacement - moved
     even, motion, displacement = _filtered(even, motion, displacement, lowpass, rate, header)
     even = even - even[0]
     resting = even < rest
@@ -198,20 +199,34 @@ def laboratory_record(
     return Record(even, motion, displacement, header)
 
 
-def _of_table(even: Array, motion: Array, wall: Array) -> list[str]:
+def _of_table(even: Array, motion: Array, wall: Array, table: Array | None) -> list[str]:
     """Return a warning where the wall's displacement is that of the table: its acceleration integrated twice.
 
-    Both are compared in the band of `COMPARED`. A wall in resonance is a quarter of a cycle behind, and not alike.
+    A wall in resonance is a quarter of a cycle behind, and not alike.
+    """
+    unlike = _unlike(even, motion, wall)
+    if unlike > 1 - ALIKE or table is not None and _unlike(even, motion, table) <= WORSE * unlike:
+        return []
+    if table is not None:
+        return ["the wall's channel follows the acceleration of the table better than the table's; were they swapped?"]
+    said = "the wall's displacement is that of the table, as its acceleration gives it"
+    return [f"{said}; was it measured from the ground? Then table must name the table's displacement"]
+
+
+def _unlike(even: Array, motion: Array, displacement: Array) -> float:
+    """Return what a displacement lacks of the correlation with that of an acceleration, in the band of `COMPARED`. [-]
+
+    1 where their sizes are not alike.
     """
     frequency = np.fft.rfftfreq(even.size, even[1] - even[0])
     band = (frequency > COMPARED[0]) & (frequency < COMPARED[1])
-    table = -np.fft.rfft(motion)[band] / (2 * np.pi * frequency[band]) ** 2
-    there = np.fft.rfft(wall)[band]
-    along, sizes = float(np.vdot(table, there).real), (float(np.linalg.norm(table)), float(np.linalg.norm(there)))
-    if along <= ALIKE * sizes[0] * sizes[1] or not 1 / UNLIKE < along / sizes[0] ** 2 < UNLIKE:
-        return []
-    said = "the wall's displacement is that of the table, as its acceleration gives it"
-    return [f"{said}; was it measured from the ground? Then table must name the table's displacement"]
+    integrated = -np.fft.rfft(motion)[band] / (2 * np.pi * frequency[band]) ** 2
+    there = np.fft.rfft(displacement)[band]
+    along = float(np.vdot(integrated, there).real)
+    sizes = float(np.linalg.norm(integrated)), float(np.linalg.norm(there))
+    if along <= 0 or not 1 / UNLIKE < along / sizes[0] ** 2 < UNLIKE:
+        return 1.0
+    return 1 - along / (sizes[0] * sizes[1])
 
 
 def _restless(name: str, values: Array, unit: str, factor: float, elapsed: Array, rest: float) -> str:
