@@ -182,7 +182,8 @@ def _by_model(dataset: xr.Dataset, name: str, median: str, level: str, share: xr
 def description(modelling: float) -> str:
     """Return what a fragility model says of its dispersions."""
     also = f", and a modelling dispersion of {modelling:g}" if modelling else " alone"
-    return f"Collapse of rocking walls, by rockdamp. Dispersions are record to record{also}."
+    of_records = "Intensities are those of the records themselves, before a building or a floor changes them."
+    return f"Collapse of rocking walls, by rockdamp. {of_records} Dispersions are record to record{also}."
 
 
 def require_modelling(modelling: float) -> None:
