@@ -32,6 +32,15 @@ def test_the_rule_measured_is_near_the_upper_end_of_the_tests_that_the_paper_quo
     assert "give\n{} ({} to {}) of it".format(*shares) in PAGE and f"take `measured`: {SORRENTINO_RATIO:.2f}" in PAGE
 
 
+def test_the_rule_impulsive_is_larger_than_measured_from_the_stated_slenderness_on():
+    stated = re.findall(r"(\d+\.\d) on with (?:a hinge|one) at (0\.\d)", PAGE)
+    assert len(stated) == 2
+    for slenderness, hinge in stated:
+        about = float(slenderness) + np.array([-0.1, 0.1])
+        wall = rd.Wall(thickness=0.2, height=0.2 * about, hinge_ratio=float(hinge))
+        assert (wall.restitution_impulsive > wall.restitution_measured).tolist() == [False, True]
+
+
 def test_a_gable_rocks_later_than_a_rectangle_and_takes_a_larger_velocity():
     """About the base: a rectangle has its centre at h/2 and I = m h^2/3, a triangle h/3 and m h^2/6."""
 

@@ -360,7 +360,7 @@ RULES: Mapping[str, tuple[Callable[[Rocking], Array], str]] = {
     "impulsive": (lambda wall: wall.restitution_impulsive, "with the impulse of every support"),
 }
 # ASSUME: the paper's factor, section 4.1. The tests that it quotes give 0.86 of Eq. (7), 0.85 to 0.91: 0.90 is on the
-# safe side of their mean, and not of rigid mechanics, `impulsive`, where h/t is some 15 and more.
+# safe side of their mean, and not of rigid mechanics, `impulsive`, for slender walls.
 DEFAULT_RULE = "measured"
 HOUSNER = "Housner: one block that rocks on its base"
 # The range of the rule ``measured``, and its source.

@@ -282,7 +282,9 @@ def equivalent_command(
         click.echo(f"\nw1 = {w1:.4g} rad s-1, T1 = {period:.4g} s; -, damping_coefficient: C is not constant")
         click.echo(advice(restitution[0]))
     if any(row["damping_ratio_fit"] is None for row in rows):
-        click.echo("\n-, damping_ratio_fit: outside the range of the polynomials (a1 or e)", err=True)
+        click.echo(
+            "\n-, damping_ratio_fit: outside the range of the polynomials (a1 or e), or the damper has none", err=True
+        )
     if curve.strength_ratio != SHIPPED_STRENGTH_RATIO:
         stated = f"damping_ratio_fit is that of b1 = {SHIPPED_STRENGTH_RATIO:g}, not of {float(curve.strength_ratio):g}"
         click.echo(f"\n{stated}", err=True)
