@@ -30,6 +30,7 @@ WIDEST = 100.0  # [m]
 LOWEST_STOREY, HIGHEST_STOREY = 1.8, 6.0  # [m]
 WEAKEST_TIE, MOST_SLACK = 1e-3, 0.5  # strength over weight; [m]
 LEAST_ELASTIC = 0.5  # e; the losses of a factor of two in velocity, beyond every test that is quoted here
+MOST_OF_RIGID = 1.1  # e over that of rigid mechanics; tests of walls and blocks gave 0.85 to 1.03
 MOST_DAMPED = 0.5  # damping ratio [-]
 FASTEST = 4.0  # PGV; the largest recorded are near 3 [m s-1]
 WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
@@ -297,6 +298,14 @@ def of_restitution(restitution: ArrayLike) -> list[str]:
     if e >= LEAST_ELASTIC:
         return []
     return [f"restitution (e) is {e:g}, less than {LEAST_ELASTIC:g}; was it a damping ratio (xi)?"]
+
+
+def of_sizes(restitution: float, rigid: float) -> list[str]:
+    """Return a warning where e is far above what rigid mechanics gives for a wall's sizes. [-]"""
+    if restitution <= MOST_OF_RIGID * rigid:
+        return []
+    stated = f"restitution (e) is {restitution:g}, {restitution / rigid:.2g} times that of rigid mechanics, {rigid:.3g}"
+    return [f"{stated}; are thickness and height right?"]
 
 
 def of_velocity(pgv: ArrayLike) -> list[str]:

@@ -78,10 +78,10 @@ def number(text: str) -> float:
     try:
         return float(text if text.isascii() and "_" not in text else "")
     except ValueError:
-        raise ValueError(f"{text!r} is no number{_as_fraction(text)}") from None
+        raise ValueError(f"{text!r} is no number{as_fraction(text)}") from None
 
 
-def _as_fraction(text: str, wanted: str = "") -> str:
+def as_fraction(text: str, wanted: str = "") -> str:
     """Say how a number in per cent is written, to end an error with; nothing of another text."""
     match = _PER_CENT.fullmatch(text.strip())
     if match is None:
@@ -179,7 +179,7 @@ def _decimal(text: str, wanted: str, default: str) -> Decimal:
     if match is None or not isfinite(float(match["number"])) or (match["unit"] and not wanted):
         slip = "; the decimal sign is a point" if _DECIMAL_COMMA.match(text.strip()) else ""
         kind = "quantity" if wanted else "number"
-        raise UnitError(f"{text!r} is no finite {kind}{_as_fraction(text, wanted) or slip}")
+        raise UnitError(f"{text!r} is no finite {kind}{as_fraction(text, wanted) or slip}")
     unit = match["unit"] or default
     factor = _size(unit, wanted) if unit else Decimal(1)
     if factor is None:

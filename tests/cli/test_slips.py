@@ -284,3 +284,12 @@ def test_a_column_in_gal_is_read():
 
     (column,) = named_columns(["ground_acceleration=acc:Gal"], ["ground_acceleration"]).values()
     assert (column.name, units.size(column.unit, "m s-2")) == ("acc", 0.01)
+
+
+def test_an_e_that_no_wall_of_these_sizes_has_asks_about_the_sizes():
+    stated = "restitution (e) is 0.9, 1.6 times that of rigid mechanics, 0.562; are thickness and height right?"
+    record = ("--record", ROOT / "data/sin-03-00-synthetic.csv")
+    for thickness, asked in ((1.0, True), (0.2, False)):
+        sizes = ("--thickness", thickness, "--height", 3, "--preset", "moderate", "--restitution", 0.9)
+        assert (stated in run("respond", *sizes, *record).stderr) == asked
+        assert (stated in run("decay", *sizes).stderr) == asked

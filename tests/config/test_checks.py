@@ -195,6 +195,8 @@ BAD = [
     ("wall.thickness", True, "wall.thickness is True; it must be a number greater than 0"),
     ("earthquakes.walls", [{"parapet": 3}], "earthquakes.walls[0].parapet is 3; it must be true or false"),
     ("wall.thickness", None, "wall.thickness is None; it must be a number greater than 0"),
+    ("wall.thickness", "300mm", "and at most 1000000, in m and without the unit: 0.3"),
+    ("wall.overburden_ratio", "50%", "per cent is a fraction here, 0.5 for 50%"),
     ("solver.step", "1e-3", "solver.step is the text '1e-3'; it must be a number at least 0.0001 and at most 1 (YAML"),
     ("wall", 3, "wall is 3; it must be a mapping of keys to values"),
     ("restitution", [0.7, 0.8], "restitution is [0.7, 0.8]; it must be a mapping of keys to values"),

@@ -409,7 +409,7 @@ def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | st
             [f"restitution (e) is {e:.3g}: {stops}; {RECOMMENDED} is run with {LEAST_OF_DAMPER:.3g}, its least"]
         )
     elif reason == "as given":
-        plausibility.warn(plausibility.of_restitution(e))
+        plausibility.warn([*plausibility.of_restitution(e), *plausibility.of_sizes(e, float(wall.restitution_rigid))])
     return e, reason
 
 

@@ -371,10 +371,13 @@ def make_dampings(
     """Return the one damper that the options describe; with --compare, every model's. A rule for e takes a wall."""
     from rockdamp.equivalence.equivalent import equivalent_dampings
     from rockdamp.mechanics.damping import Damping
+    from rockdamp.plausibility import of_sizes, warn
 
     model, ratio, restitution = options["damping_model"], options["damping_ratio"], options["restitution"]
     if isinstance(restitution, str):
         restitution = _by_rule(restitution, wall)
+    elif restitution is not None and wall is not None:
+        warn(of_sizes(restitution, float(wall.restitution_rigid)))
     order = options["order"]
     if order is not None and model != "ECD":
         raise click.UsageError("--order belongs to --damping-model ECD; it must be given with it, or not at all")

@@ -288,7 +288,8 @@ def _misfit(error: ErrorDetails, schema: Mapping[str, Any]) -> Problem:
     # Pydantic names the options of a union as if they were keys below it.
     ends = [end for end in range(len(path)) if "anyOf" in _schema_of(schema, path[:end])]
     path = path[: ends[0]] if ends else path
-    value, allowed = error["input"], _allowed(_schema_of(schema, path))
+    value, described = error["input"], _schema_of(schema, path)
+    allowed = _allowed(described)
     if isinstance(value, list) and error["type"] in ("too_short", "too_long"):
         return Problem(path, f"has {len(value)} of them; it must be {allowed}")
     if error["type"] == "finite_number":
@@ -297,8 +298,19 @@ def _misfit(error: ErrorDetails, schema: Mapping[str, Any]) -> Problem:
         return Problem(path, f"is the text {value!r}; it must be {allowed} (a number's decimal sign is a point)")
     if isinstance(value, str) and _NUMBER.fullmatch(value):
         return Problem(path, f"is the text {value!r}; it must be {allowed} (YAML's numbers have no quotes)")
+    if isinstance(value, str) and (hint := _without_unit(value, described.get("description", ""))):
+        return Problem(path, f"is the text {value!r}; it must be {allowed}{hint}")
     said = "a mapping of keys to values" if isinstance(value, Mapping) else shown(value)
     return Problem(path, f"is {said}; it must be {allowed}")
+
+
+def _without_unit(text: str, description: str) -> str:
+    """Say which number stands in a config for one with a unit or in per cent; `description` ends in the key's unit."""
+    unit = re.search(r"\[([^\[\]]+)\]$", description)
+    try:
+        return f", in {unit[1]} and without the unit: {units.quantity(text, unit[1]):.6g}" if unit else ""
+    except units.UnitError:
+        return units.as_fraction(text)
 
 
 def _allowed(schema: Mapping[str, Any]) -> str:
