@@ -260,10 +260,8 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
     if c_scalar:
         found.notes.append(
             f"The C loop, compiled for this processor, is {min(c_scalar):.2f} to {max(c_scalar):.2f} times as fast as"
-            f" the plain numba loop ({MOST} histories). This is what the processor's vectors and"
-            " dividers of doubles give; with vectors of four doubles, not eight, it was 2.0 to 7.4 times. To be 8 times"
-            " as fast as the plain loop was a target here and is none any more: no processor measured gives it for"
-            " every damper."
+            f" the plain numba loop ({MOST} histories). That rockdamp be 8 times as fast as the plain loop with every"
+            " damper was a target here and is none any more."
         )
     if available_threads() > 1:
         second = [value for model in MODELS for value in worst[f"{model} two"]]

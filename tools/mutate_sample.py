@@ -3,7 +3,7 @@
     .venv/bin/python tools/mutate_sample.py [--count 200] [--seed 7] [--jobs 2] [--output FILE.csv]
                                             [--since REVISION] [--near] [PACKAGE ...]
 
-Run by hand; 200 take an hour or two. Mutations are made from the syntax tree: operators, comparisons, numbers, signs,
+Run by hand. Mutations are made from the syntax tree: operators, comparisons, numbers, signs,
 arguments and names of functions. Each place of the packages of science is as likely as any other; with --since, each
 on a line that was committed since REVISION, and did not only move. A mutation is noticed if a test of the module's
 folder, or of the folders that use it, fails; with --near, a test of the files that import the module or are named

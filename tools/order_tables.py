@@ -40,8 +40,8 @@ def by_band(data: Data, chosen: tuple[Choice, list[Choice]] | None) -> str:
         head += [f"e = {e:g}", f"e = {e:g}, e ∓ {change}"]
     rows = [[band, *(words for pair in cells for words in pair)] for band, cells in sizes(compared, cell)]
     return (
-        f"\n\nError of the peaks with {model}, and with CR with e changed: median, 90 % and root mean square of"
-        f" abs(ln r), each s as exp(s) - 1.\n\n{table(head, rows)}"
+        f"\n\nError of the peaks with {model}, and with CR with e changed, the smaller one of both sides: median, 90 %"
+        f" and root mean square of abs(ln r), each s as exp(s) - 1.\n\n{table(head, rows)}"
     )
 
 

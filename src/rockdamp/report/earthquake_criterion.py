@@ -187,8 +187,8 @@ def reservations(orders: xr.Dataset) -> dict[str, str]:
     never = orders["wall"].values[of_wall.isnull().all("restitution").values]
     return {
         "change": f"Beside {changes(orders)['e']} it takes {listed(more)}." if more else "",
-        "halves": f"Chosen on one half of the stations, it was enough on the other in {told['both']} of"
-        f" {told['count']} splits; whatever was chosen, in {told['recommended_passes']}.",
+        "halves": f"Order {m} was chosen on one half of the stations and enough on the other in {told['both']} of"
+        f" {told['count']} splits; whatever was chosen, it was enough there in {told['recommended_passes']}.",
         "walls": f"For {listed(map(str, never))} no order is shown to be enough at any e." if never.size else "",
     }
 
