@@ -69,7 +69,7 @@ def test_every_option_is_described(name):
 def test_help_says_at_which_amplitude_e_is_meant(name):
     told = " ".join(run(name, "--help").stdout.split())
     unsafe = f"one of 0.1 u_ins is unsafe by some {100 * SMALL_RELEASE_OVERSTATES:.0f} % of the intensity"
-    assert f"of releases from {RELEASES} ({unsafe})" in told
+    assert f"of releases from {RELEASES} ({unsafe}, going by measured blocks)" in told
 
 
 def test_commands_and_options_are_completed():

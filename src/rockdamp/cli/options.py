@@ -76,7 +76,7 @@ RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equa
 RESTITUTION = Read(word_or_number(*RULES), f"NUMBER|{'|'.join(RULES)}", f"one, or one of {', '.join(RULES)}")
 RESTITUTION_MEANT = (
     f"Restitution e of releases from {RELEASES} (one of 0.1 u_ins is unsafe by some"
-    f" {100 * SMALL_RELEASE_OVERSTATES:.0f} % of the intensity)"
+    f" {100 * SMALL_RELEASE_OVERSTATES:.0f} % of the intensity, going by measured blocks)"
 )
 
 
