@@ -71,6 +71,10 @@ def test_neither_a_drift_nor_the_first_motion_of_the_wall_is_noise_of_the_sensor
             {"ground_acceleration": 100 * MOTION / STANDARD_GRAVITY},
             "If the acceleration is in per cent of g, it leaves 0.14",
         ),
+        (
+            {"ground_acceleration": STANDARD_GRAVITY * MOTION, "unit_of_file": "g"},
+            "If the acceleration is in m s-2, it leaves 0.14",
+        ),
         ({"displacement": np.clip(SHOWN, -TOP, TOP)}, "is the displacement clipped, of which .* samples are all"),
         ({"displacement": 1000 * SHOWN}, "times u_ins = .*, beyond which the wall collapses; was it in millimetres?"),
         (

@@ -17,6 +17,7 @@ import xarray as xr
 from numpy.polynomial import Polynomial
 from scipy.integrate import cumulative_trapezoid
 
+from rockdamp import units
 from rockdamp.arguments import instance
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
@@ -103,8 +104,8 @@ def require_possible(record: Record, wall: Wall | Parapet) -> None:
     if peak <= FARTHEST * u_ins:
         return
     stated = f"the largest measured displacement is {peak:.4g} m, {peak / u_ins:.3g} times u_ins = {u_ins:.4g} m"
-    units = [name for name, size in LENGTHS.items() if 0.01 < peak * size / u_ins <= 1]
-    asked = [f"was it in {' or '.join(units)}"] if units else []
+    lengths = [name for name, size in LENGTHS.items() if 0.01 < peak * size / u_ins <= 1]
+    asked = [f"was it in {' or '.join(lengths)}"] if lengths else []
     if _moves_with_the_table(record, FARTHEST * u_ins):
         asked = ["was the table's displacement not subtracted from the wall's"]
     if moved <= FARTHEST * u_ins and not of_motion(peak):
@@ -158,10 +159,11 @@ def slips(fit: RecordFit) -> Iterator[tuple[str, RecordFit]]:
             f"the table's displacement is {word} the wall's",
             replace(_of(fit, displacement=relative), trend_degree=TABLE_DEGREE),
         )
-    peak = float(np.abs(record.ground_acceleration).max())
+    taken = units.size(record.unit_of_file, "m s-2") or 1.0
+    numbers = record.ground_acceleration / taken  # as they stand in the file
     for unit, size in (ACCELERATIONS | PER_CENT_OF_G).items():
-        if size != 1 and not of_motion(size * peak):
-            scaled = size * record.ground_acceleration
+        if size != taken and not of_motion(size * float(np.abs(numbers).max())):
+            scaled = size * numbers
             yield f"the acceleration is in {unit}", _of(fit, ground_acceleration=scaled)
 
 
