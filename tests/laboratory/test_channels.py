@@ -243,7 +243,7 @@ def test_the_motion_of_the_table_in_the_walls_column_is_questioned(tmp_path):
     laboratory_record(raw, **given, wall=Channel("u", "mm"))
 
 
-def test_swapped_channels_of_wall_and_table_are_questioned(tmp_path):
+def test_channels_of_wall_and_table_that_do_not_go_with_the_motion_are_questioned(tmp_path):
     """The wall goes with the table and rocks a tenth of its motion besides, at another frequency."""
     moved = 0.1 * np.sin(2 * np.pi * ELAPSED) * np.hanning(ELAPSED.size)
     motion = np.gradient(np.gradient(moved, ELAPSED), ELAPSED)
@@ -253,3 +253,9 @@ def test_swapped_channels_of_wall_and_table_are_questioned(tmp_path):
     with pytest.warns(InputWarning, match="were they swapped"):
         laboratory_record(raw, **given, wall=Channel("d", "cm"), table=Channel("w", "cm"))
     laboratory_record(raw, **given, wall=Channel("w", "cm"), table=Channel("d", "cm"))
+    in_feet = given | {"table_acceleration": Channel("a", "ft s-2")}
+    with pytest.warns(InputWarning, match="3.28 times what its acceleration gives; are both units right"):
+        laboratory_record(raw, **in_feet, wall=Channel("w", "cm"), table=Channel("d", "cm"))
+    turned = read_raw(written(tmp_path, table(("t", "a", "w", "d"), ELAPSED, -motion, 100 * rocked, 100 * moved)))
+    with pytest.warns(InputWarning, match="-1 times what its acceleration gives; is the sign of one wrong"):
+        laboratory_record(turned, **given, wall=Channel("w", "cm"), table=Channel("d", "cm"))

@@ -200,23 +200,29 @@ def laboratory_record(
 
 
 def _of_table(even: Array, motion: Array, wall: Array, table: Array | None) -> list[str]:
-    """Return a warning where the wall's displacement is that of the table: its acceleration integrated twice.
+    """Return a warning where the displacements of wall and table do not go with the acceleration of the table.
 
     A wall in resonance is a quarter of a cycle behind, and not alike.
     """
-    unlike = _unlike(even, motion, wall)
-    if unlike > 1 - ALIKE or table is not None and _unlike(even, motion, table) <= WORSE * unlike:
-        return []
-    if table is not None:
+    alike, factor = _likeness(even, motion, wall)
+    is_table = alike > ALIKE and 1 / UNLIKE < factor < UNLIKE
+    if table is None:
+        said = "the wall's displacement is that of the table, as its acceleration gives it"
+        asked = "was it measured from the ground? Then table must name the table's displacement"
+        return [f"{said}; {asked}"] if is_table else []
+    tables, factor = _likeness(even, motion, table)
+    if is_table and 1 - tables > WORSE * (1 - alike):
         return ["the wall's channel follows the acceleration of the table better than the table's; were they swapped?"]
-    said = "the wall's displacement is that of the table, as its acceleration gives it"
-    return [f"{said}; was it measured from the ground? Then table must name the table's displacement"]
+    if abs(tables) > ALIKE and not 1 / UNLIKE < factor < UNLIKE:
+        asked = "is the sign of one wrong?" if tables < 0 else "are both units right?"
+        return [f"the table's displacement is {factor:.3g} times what its acceleration gives; {asked}"]
+    return []
 
 
-def _unlike(even: Array, motion: Array, displacement: Array) -> float:
-    """Return what a displacement lacks of the correlation with that of an acceleration, in the band of `COMPARED`. [-]
+def _likeness(even: Array, motion: Array, displacement: Array) -> tuple[float, float]:
+    """Return the correlation of a displacement with that of an acceleration, in the band of `COMPARED`, and the factor.
 
-    1 where their sizes are not alike.
+    0 and 1 where one of them is constant.
     """
     frequency = np.fft.rfftfreq(even.size, even[1] - even[0])
     band = (frequency > COMPARED[0]) & (frequency < COMPARED[1])
@@ -224,9 +230,9 @@ def _unlike(even: Array, motion: Array, displacement: Array) -> float:
     there = np.fft.rfft(displacement)[band]
     along = float(np.vdot(integrated, there).real)
     sizes = float(np.linalg.norm(integrated)), float(np.linalg.norm(there))
-    if along <= 0 or not 1 / UNLIKE < along / sizes[0] ** 2 < UNLIKE:
-        return 1.0
-    return 1 - along / (sizes[0] * sizes[1])
+    if not along:
+        return 0.0, 1.0
+    return along / (sizes[0] * sizes[1]), along / sizes[0] ** 2
 
 
 def _restless(name: str, values: Array, unit: str, factor: float, elapsed: Array, rest: float) -> str:
