@@ -52,7 +52,7 @@ def test_what_the_equations_do_not_hold_is_no_measured_zero(listed, data):
 
 def test_the_range_of_lengths_is_told_with_what_lies_between_and_what_other_releases_imply(listed, data):
     told = row(listed, data, "err-range")["measured"]
-    assert "at least 3 misfits at any other length studied" in told
+    assert "at least 3 misfits at any other whole tau studied" in told
     assert "between those next to it none at tau 8 to 8.5, at most 2 at tau 7.5 to 9" in told
     assert "6 (u0/u_ins 0.3), 8 (u0/u_ins 0.5), 12 (u0/u_ins 0.9)" in told
 

@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import pandas as pd
 import pytest
 from repository import ROOT
 
@@ -77,6 +78,14 @@ def test_what_small_releases_cost_is_that_of_the_table_of_the_law():
         "docs/earthquakes.md", r"\| 0\.26 \| 0\.3 u_ins \| ([\d.]+) .*? \| 0\.26 \| 0\.5 u_ins \| ([\d.]+) "
     ):
         assert abs(1 / ratio - 1) < 0.5 * SMALL_RELEASE_OVERSTATES and RELEASES == "0.3 to 0.5 u_ins"
+
+
+def test_the_measured_page_counts_the_trials_that_are_used_and_their_impacts():
+    impacts = pd.read_csv(ROOT / "data/measured/limestone-free-rocking.csv", comment="#")
+    used = impacts[impacts["duplicate_of_trial"].isna()]
+    words = r"are (\d+) trials of twelve .*? with (\d+)\s(\d+) measured impacts"
+    trials, thousands, rest = stated("docs/measured.md", words)
+    assert trials == used.groupby(["group", "trial"]).ngroups and 1000 * thousands + rest == len(used)
 
 
 def test_the_noise_in_one_impact_s_scatter_is_that_of_the_table_of_the_trials():

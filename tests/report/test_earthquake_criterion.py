@@ -37,7 +37,7 @@ def test_walls_are_counted_at_each_e_from_the_least_to_the_most_of_the_drawings(
     orders["drawn_wall_count"].loc[at] = 3
     orders["drawn_wall_count"].loc[{**at, "restitution": 0.95}][0] = 1
     told = criterion.counted(orders)
-    assert told[0] == "3 of 3 at e = 0.8" and told[-1] == "1 to 3 of 3 at e = 0.95"
+    assert told[0] == "3 of 3 walls at e = 0.8" and told[-1] == "1 to 3 of 3 walls at e = 0.95"
     short = "1 to 3 of 3 walls, by e and by the drawing of the bootstrap"
     assert criterion.counted_in_short(orders) == short
     orders["wall_verdict"].loc[{"record_set": 0, **at, "restitution": 0.9, "wall": "church"}] = 0

@@ -27,7 +27,8 @@ def _by_impacts(values: xr.DataArray) -> tuple[str, ...]:
 
 
 def _ends(values: xr.DataArray) -> str:
-    return f"{number(values.min())} to {number(values.max())}"
+    low, high = number(values.min()), number(values.max())
+    return low if low == high else f"{low} to {high}"
 
 
 def measured_cdr(limits: Limits, data: Datasets) -> dict[str, Part]:
@@ -54,7 +55,12 @@ def measured_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     likelihood = _likelihood(data)
     behind = likelihood.max("damping_model") - likelihood.sel(damping_model="SDR", drop=True)
     quantity = measured("the largest ln L of the three less SDR's", *_by_impacts(behind))
-    return {"good": judged(behind < limits["odds"], quantity, NOUN, limits["enough"], {"behind": _ends(behind)})}
+    place = (
+        f"{_ends(behind)} below the largest of the three"
+        if (behind > 0).any()
+        else "the largest of the three throughout"
+    )
+    return {"good": judged(behind < limits["odds"], quantity, NOUN, limits["enough"], {"place": place})}
 
 
 def measured_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:

@@ -336,7 +336,7 @@ def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
     in_range = (e >= limits["low"] - ROUNDING) & (e <= limits["high"] + ROUNDING)
     exact = spans(response_lengths["cdr_lowest_in_paper_range"], "tau")
     wrong = response_lengths["misclassified"].drop_sel(response_length=inferred["response_length"])
-    others = measured(f"at least {int(wrong.min())} misfits at any other length studied") if wrong.size else ()
+    others = measured(f"at least {int(wrong.min())} misfits at any other whole tau studied") if wrong.size else ()
     near = response_lengths["near_misclassified"]
     none, few = spans(near == 0, "tau"), spans(near <= 2, "tau")
     others += measured(f"between those next to it none at {none}, at most 2 at {few}")
@@ -356,7 +356,9 @@ def err_range(limits: Limits, data: Datasets) -> dict[str, Part]:
     all_measured = last.measured + measured(f"the range is exactly so for {exact}") + others
     finding = {
         "response_length": number(inferred["response_length"]),
-        "elsewhere": f"At any other it misses at least {int(wrong.min())} e" if wrong.size else "No other was studied",
+        "elsewhere": f"At every other whole τ studied at least {int(wrong.min())} e differ"
+        if wrong.size
+        else "No other was studied",
     }
     return parts | {"outside": replace(last, measured=all_measured, finding={**last.finding, **finding})}
 

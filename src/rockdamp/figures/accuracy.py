@@ -139,7 +139,7 @@ def fig_accuracy_caption(accuracy: xr.Dataset) -> str:
     Against the exact, event-driven solution the solver has order {float(order.min()):.2f} to {float(order.max()):.2f}.
     At its step, {plain(accuracy["solver_step"])} in τ, u/u<sub>ins</sub> is off by
     {number(accuracy["largest_history_error"].max())} at most. The published ξ is certain to a thousandth for {shares}
-    of its values, and to {by_model(largest, percent, "viscous_model")} for all. A sample of {accuracy.sizes["sample"]}
+    of its values, and to {by_model(largest, at_most, "viscous_model")} for all. A sample of {accuracy.sizes["sample"]}
     values of each model, matched again with both solutions exact, differs by
     {at_most(abs(accuracy["sample_difference"]).max())} at most.
     """
@@ -150,13 +150,13 @@ def fig_rigid_caption(accuracy: xr.Dataset) -> str:
     away = abs(accuracy["rocking_difference"]).max(["hinge_ratio", "rocking_release_amplitude"]).sortby("slenderness")
     (squat, slender), differences = (
         [plain(away["slenderness"][end]) for end in (0, -1)],
-        [{str(name): percent(away.sel(rocking_feature=name)[end]) for name in FEATURES} for end in (0, -1)],
+        [{str(name): at_most(away.sel(rocking_feature=name)[end]) for name in FEATURES} for end in (0, -1)],
     )
     return f"""
     Two rigid bodies without approximation against the slender limit with small rotations and two thirds of the mass, at
     e&nbsp;=&nbsp;{plain(accuracy["rocking_restitution"])}. At h/t&nbsp;=&nbsp;{squat} the first impact is off by
     {differences[0]["first impact"]} at most, a peak by {differences[0]["peaks"]} and the frequency parameter by
-    {differences[0]["p"]}. At h/t&nbsp;=&nbsp;{slender} they are off by {differences[1]["first impact"]},
+    {differences[0]["p"]}. At h/t&nbsp;=&nbsp;{slender} they are off by at most {differences[1]["first impact"]},
     {differences[1]["peaks"]} and {differences[1]["p"]}.
     """
 

@@ -26,7 +26,7 @@ from rockdamp.figures.style import (
     texts,
 )
 from rockdamp.mechanics.damping import Damping
-from rockdamp.text import at_most, by_name, percent, plain, span
+from rockdamp.text import at_most, by_name, listed, percent, plain, span
 from rockdamp.vocabulary import PAPER_MODELS
 
 BEST = "POWER"  # as the dataset names the general exponent at its best n
@@ -273,5 +273,6 @@ def fig_closed_form_caption(amplitude_dependence: xr.Dataset) -> str:
     The closed form is off by {largest("damping_ratio_peaks")} at most of the ξ that matches the first peak (above), and
     by {largest("damping_ratio")} at most of the ξ of least error, Eq.&nbsp;(17) (below), at
     e&nbsp;=&nbsp;{plain(at_e["restitution"])} over {at_e.sizes["case"]} curves and all amplitudes. It is of first order
-    in the loss.
+    in the loss, but for {listed(model for model in dampers(at_e) if model in Damping.exact_models())}, whose peaks it
+    has exactly.
     """

@@ -260,7 +260,7 @@ def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
 
     return f"""
     Where both medians survive, that of the damper differs from that of restitution by (median, and largest)
-    {by_damper(drawn, median_and_largest)}. A fractile ends at the last velocity ratio at which that wall survives, the
+    {by_damper(drawn, median_and_largest)}. A fractile ends at the last velocity ratio at which it is no collapse, the
     median with a marker. Fractiles over {int(drawn["records"])} records at {drawn.sizes["velocity_ratio"]}
     velocity ratios, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error.
     """
@@ -272,7 +272,7 @@ def fig_fragility_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
     cr = drawn.sel(damping_model=REFERENCE)
     return f"""
     For all walls together, the dampers need {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times
-    the velocity ratio under restitution for half of the records to collapse them. Under restitution it takes ratios of
+    the velocity ratio under restitution for half of the runs to collapse. Under restitution it takes ratios of
     {span(cr["wall_median_velocity_ratio"])} by wall, with a dispersion of {span(cr["wall_dispersion"])}. Lognormal
     fragility curves at e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error. The grey band holds all
     curves whose median and dispersion are both within their intervals, and with them at least nine in ten replicates.
@@ -376,7 +376,7 @@ def fig_population_caption(population: xr.Dataset) -> str:
     return f"""
     The dampers' medians of collapse, over that of restitution and with ξ of the closed form at each wall, are
     {by_damper(population, ratio)}. Collapse depends most on these parameters: {most} (first-order index; of a
-    correlated parameter it includes what it shares with others). With restitution half of the runs collapse at
+    correlated parameter it includes what it shares with others). With restitution half of the runs collapse at a PGV of
     {number(cr["median_intensity"])}&nbsp;m/s (dispersion {number(cr["dispersion"], 2)}). {population.sizes["wall"]}
     walls, a Latin hypercube over the distributions of the config, under {int(population["records"])} records at
     {population.sizes["intensity"]} intensities each.

@@ -295,6 +295,6 @@ def fig_earthquakes_ratio_caption(comparison: xr.Dataset) -> str:
     e&nbsp;=&nbsp;{plain(drawn["restitution"])}, with ξ of the least error at each wall; the section on earthquakes has
     the other sources of ξ. Two dampers can differ although their intervals overlap, since they share the records: that
     section compares them in pairs. Right: the difference after the strong motion of the histories that survive, and
-    their share under restitution. It falls from {percent(stand[0])} at the lowest velocity ratio to
+    their share under restitution. This share falls from {percent(stand[0])} at the lowest velocity ratio to
     {percent(stand[-1])} at the highest, so the last points are of survivors only.
     """

@@ -286,9 +286,9 @@ def fig6_error_caption(amplitude: xr.Dataset) -> str:
     largest = by_model(study["rms_error"].max("restitution"), lambda error: number(error, 2))
     return f"""
     Of the paper's models that of the lowest error is {named}. It is what remains with the best ξ, for a release from
-    {plain(study["release_amplitude"])}&nbsp;u<sub>ins</sub> over τ&nbsp;=&nbsp;{plain(study["response_length"])}, and
-    at most {largest} (root mean square of the difference of u/u<sub>ins</sub>). The length of the response was inferred
-    from this very comparison, so this confirms nothing by itself.
+    {plain(study["release_amplitude"])}&nbsp;u<sub>ins</sub> over τ&nbsp;=&nbsp;{plain(study["response_length"])}; the
+    largest is {largest} (root mean square of the difference of |u|/u<sub>ins</sub>). The length of the response was
+    inferred from this very comparison, so this confirms nothing by itself.
     """
 
 
@@ -360,13 +360,13 @@ def fig7_caption(equivalence: xr.Dataset) -> str:
     fits = paper_models(equivalence)
     at = fits.sel(yield_displacement_ratio=REFERENCE_A1, restitution=REFERENCE_RESTITUTION, method="nearest")
     return f"""
-    Second-order polynomials ξ(e) are off by up to {_by_range(fits, "largest_relative_error")} of ξ where little is
-    lost, as they do not vanish where ξ does: R²&nbsp;≥&nbsp;{_rounded_down(fits["r_squared"])}, with residuals up to
-    {number(fits["largest_residual"].max(), 2)}, hides it. ξ/δ of second order in δ&nbsp;=&nbsp;−ln&nbsp;e is off by up
-    to {_by_range(fits, "delta_largest_relative_error")}. For b<sub>1</sub>&nbsp;=&nbsp;{plain(fits["strength_ratio"])};
-    at e&nbsp;=&nbsp;{plain(at["restitution"])} and a<sub>1</sub>&nbsp;=&nbsp;{plain(at["yield_displacement_ratio"])}
-    they give ξ&nbsp;=&nbsp;{by_model(at["damping_ratio_fit"])}, and Eq.&nbsp;(15) gives
-    {number(at["giannini_masiani"])}.
+    The largest error of second-order polynomials ξ(e) is {_by_range(fits, "largest_relative_error")} of ξ. It is large
+    where little is lost, as they do not vanish where ξ does: R²&nbsp;≥&nbsp;{_rounded_down(fits["r_squared"])}, with
+    residuals up to {number(fits["largest_residual"].max(), 2)}, hides it. The largest error of ξ/δ of second order in
+    δ&nbsp;=&nbsp;−ln&nbsp;e is {_by_range(fits, "delta_largest_relative_error")}. For
+    b<sub>1</sub>&nbsp;=&nbsp;{plain(fits["strength_ratio"])}; at e&nbsp;=&nbsp;{plain(at["restitution"])} and
+    a<sub>1</sub>&nbsp;=&nbsp;{plain(at["yield_displacement_ratio"])} they give
+    ξ&nbsp;=&nbsp;{by_model(at["damping_ratio_fit"])}, and Eq.&nbsp;(15) gives {number(at["giannini_masiani"])}.
     """
 
 

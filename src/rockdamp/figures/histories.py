@@ -106,11 +106,11 @@ def fig4_caption(decays: xr.Dataset) -> str:
     slender, large = (number(difference.sel(rocking_model=name), 2) for name in ("slender", "large rotation"))
     apart = number((both.diff("damping_model") ** 2).mean() ** 0.5, 2)
     return f"""
-    CDR matched to CR follows it within {apart} of u<sub>ins</sub> (root mean square), and its velocity has no jump:
-    right, at e&nbsp;=&nbsp;{plain(decays["restitution"])} and with
+    CDR matched to CR differs from it by {apart} of u<sub>ins</sub>, and its velocity has no jump: right, at
+    e&nbsp;=&nbsp;{plain(decays["restitution"])} and with
     ξ&nbsp;=&nbsp;{number(decays["damping_ratio"].sel(damping_model="CDR"))}. Left: the nearly rigid tri-linear wall at
     e&nbsp;=&nbsp;{plain(decays["rocking_restitution"])} differs by {slender} of u<sub>ins</sub> from the slender limit,
-    and by {large} from rigid bodies without approximation (root mean square over
+    and by {large} from rigid bodies without approximation (all root mean squares over
     τ&nbsp;=&nbsp;{plain(decays["tau"].max())}).
     """
 

@@ -200,9 +200,9 @@ def fig_pulses_caption(pulses: xr.Dataset) -> str:
     Under pulses the peak over that under restitution is {medians} (median, ± standard deviation of its logarithm, for
     peaks from {plain(at_e["band_start"][0])}&nbsp;u<sub>ins</sub> on under restitution), and
     {by_model(otherwise, percent)} of the outcomes differ. Of {collapses} collapses under restitution the dampers miss
-    {false_safe}; of {survivals} survivals they turn {false_collapse} into collapses. Under restitution the wall
-    collapses from {number(at_e["load_ratio"].where(fell.any(each)).min())} times the plateau on. The maps show the peak
-    under a Ricker pulse and one cycle of a sine over frequency and load, {collapses + survivals} pulses at
+    {false_safe}; of {survivals} survivals they turn {false_collapse} into collapses. The least load that collapses the
+    wall under restitution is {number(at_e["load_ratio"].where(fell.any(each)).min())} times the plateau. The maps show
+    the peak under a Ricker pulse and one cycle of a sine over frequency and load, {collapses + survivals} pulses at
     e&nbsp;=&nbsp;{plain(at_e["restitution"])}, with ξ of the least error for a release from
     {plain(at_e["release_amplitude"])}&nbsp;u<sub>ins</sub>.
     """

@@ -461,8 +461,8 @@ def fig_measured_rocking_caption(measured: xr.Dataset) -> str:
     within, between = percent(measured["deviation_within"]), percent(measured["deviation_between"])
     squat, slender = (percent(measured["trial_deviation"][end]) for end in (0, -1))
     return f"""
-    {kept} measured trials of limestone blocks that rock freely, without overburden; no walls, and no earthquakes.
-    Left, the power γ of the energy left with which the loss goes: {exponents} impacts; the lines are the dampers'
+    {kept} measured trials of limestone blocks that rock freely, without overburden; no walls, and no earthquakes. Left,
+    the power γ of the energy left with which the relative loss goes: {exponents} impacts; the lines are the dampers'
     powers to first order in the loss. A loss that goes so stops a block: by the first {shown} impacts the law allows
     {allowed} in the median trial, and {many} were measured; in {beyond} of the trials more than it allows. Bars hold
     the value nine times in ten, here and in the other panels. Middle, the loss at each of {shown} impacts over the

@@ -61,6 +61,7 @@ def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
         "large": plain(whole["near_collapse_start"]),
         "large_error": over_e(cell["near_collapse_log_error"], off),
         "force": number(whole["crossing_force"]),
+        "decay_e": plain(data["damper_order"]["shown_restitution"]) if "damper_order" in data else None,
         "by_wall": criterion.counted_in_short(data[ORDERS]) if ORDERS in data else None,
         "amplitude": of_amplitude(data["loss_law"]) if "loss_law" in data else None,
         "reservations": list(criterion.reservations(data[ORDERS]).values()) if ORDERS in data else [],

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.mechanics.damping import Damping
-from rockdamp.text import listed, number, percent, plain, span
+from rockdamp.text import at_most, listed, number, percent, plain, span
 from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
 
 NONE = "none"
@@ -95,12 +95,12 @@ def _reason(error: xr.DataArray, missed: xr.DataArray, walls: xr.Dataset) -> dic
         "e": plain(middle["restitution"]),
         "leading": number(leading.sel(at), 2),
         "closed": number(closed.sel(at), 2),
-        "loss": percent(max(0.0, -float(more.min()))),
+        "loss": at_most(max(0.0, -float(more.min()))),
         "missed": percent(rates[0]),
         "missed_closed": percent(rates[1]),
         "missed_more": rates[0] > rates[1],
         "exact": listed(exact),
-        "apart": listed(percent(apart.sel(damping_model=model).max()) for model in exact),
+        "apart": listed(at_most(apart.sel(damping_model=model).max()) for model in exact),
     }
 
 
@@ -150,8 +150,8 @@ def _drawn(orders: xr.Dataset) -> xr.DataArray:
 
 
 def counted(orders: xr.Dataset) -> list[str]:
-    """Say at each e for how many walls the recommended order is enough, by drawing: "2 to 4 of 8 at e = 0.75"."""
-    of = f"of {orders.sizes['wall']} at e ="
+    """Say at each e for how many walls the recommended order is enough, by drawing: "2 to 4 of 8 walls at e = 0.75"."""
+    of = f"of {orders.sizes['wall']} walls at e ="
     drawn = _drawn(orders)
     return [f"{span(drawn.sel(restitution=e), _count)} {of} {plain(e)}" for e in orders["restitution"].values]
 

@@ -232,6 +232,7 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
         "missed": span(cell["false_safe_rate"], percent),
         "sizes": criterion.sizes(compared, cell),
         "crossing_force": number(advice["crossing_force"]) if "crossing_force" in advice else "",
+        "release": plain(advice["release_amplitude"]) if "crossing_force" in advice else "",
         "tail_share": span(cell["tail_share"].isel(band=0), percent),
         "false_answers": list(zip(_each(cell), _each(advice), strict=True)),
         "refused": _refused(compared, advice),

@@ -31,7 +31,7 @@ from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
-from rockdamp.text import DASH, listed, number, percent, plain, span
+from rockdamp.text import DASH, at_most, listed, number, percent, plain, span
 from rockdamp.vocabulary import LOCAL, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
@@ -146,7 +146,7 @@ def _above_exact(datasets: Datasets) -> str:
         return ""
     of_exact = datasets["equivalence"].sel(damping_model=list(interactive.exact_dampers()))
     above = of_exact["damping_ratio"] / of_exact["damping_ratio_energy"] - 1
-    return by_model(above.max(("yield_displacement_ratio", "restitution")), percent)
+    return by_model(above.max(("yield_displacement_ratio", "restitution")), at_most)
 
 
 def measurement(datasets: Datasets) -> dict[str, Any] | None:
@@ -275,12 +275,17 @@ def _rates(at: xr.Dataset, taken: str, changed: list[str]) -> dict[str, str]:
 
 def _two_sided(study: xr.Dataset) -> dict[str, str]:
     """Return on which facades, and at which e, the two-sided wall's median intensity of collapse is the higher one."""
-    ratio = study["two_sided_intensity_ratio"].sel(restitution=middle_of(study))
-    e, higher = ratio["two_sided_restitution"].values, ratio > 1
-    unsafe = {str(wall): e[higher.sel(wall=wall).values] for wall in ratio["wall"].values}
-    safe = e[(ratio < 1).all("wall").values]
+    at = study.sel(restitution=middle_of(study))
+    ratio, lowest = at["two_sided_intensity_ratio"], at["two_sided_intensity_ratio_interval"].sel(bound="lower")
+    e = ratio["two_sided_restitution"].values
+
+    def higher(values: xr.DataArray) -> str:
+        of_wall = {str(wall): e[(values > 1).sel(wall=wall).values] for wall in ratio["wall"].values}
+        return listed(f"{wall} (e = {listed(map(plain, at))})" for wall, at in of_wall.items() if at.size)
+
     return {
         "middle": plain(middle_of(study)),
-        "unsafe": listed(f"{wall} (e = {listed(map(plain, at))})" for wall, at in unsafe.items() if at.size),
-        "safe": listed(map(plain, safe)),
+        "unsafe": higher(ratio),
+        "significantly": higher(lowest),
+        "safe": listed(map(plain, e[(ratio < 1).all("wall").values])),
     }

@@ -214,13 +214,16 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         ],
         join="exact",
     )
-    converged = earthquakes["converged"].where(earthquakes["converged"] >= 0)
+    # Each history once: what CR has for one source it has for all.
+    source = earthquakes["damping_ratio_source"]
+    each = (source == source[0]) | (earthquakes["damping_model"] != REFERENCE)
+    converged = earthquakes["converged"].where(each & (earthquakes["converged"] >= 0))
     return statistics.assign(
         converged_share=converged.mean(),
         records=earthquakes.sizes["record"],
         stations=np.unique(earthquakes["station"]).size,
         pooled=has_ratio.astype(np.int8),
-        relative_uncertainty=("share", _uncertainty(earthquakes)),
+        relative_uncertainty=("share", _uncertainty(earthquakes[["peak", "peak_uncertainty"]].where(each))),
     ).assign_coords(
         {name: earthquakes[name].values for name in (*BY_DAMPER, "variation", "wall", "velocity_ratio")}
         | {
