@@ -264,3 +264,17 @@ def test_a_column_in_gal_is_read():
 
     (column,) = named_columns(["ground_acceleration=acc:Gal"], ["ground_acceleration"]).values()
     assert (column.name, column.unit) == ("acc", "cm/s2")
+
+
+def test_the_weakest_hinge_is_taken_where_a_size_may_have_a_deviation():
+    from rockdamp.cli.command import uncertain
+
+    read = uncertain("", "weakest")
+    assert read.convert("weakest", None, None) == "weakest" and read.convert("0.65±0.02", None, None).deviation == 0.02
+    refused = run("calibrate", "--record", "x.csv", "--thickness", 0.3, "--height", 3, "--hinge-ratio", "weakst")
+    assert refused.exit_code == 2 and "it must be one, as 0.65 or 0.65±0.02, or weakest" in refused.stderr
+
+
+def test_an_exponent_at_which_large_impacts_lose_nothing_is_questioned():
+    decay = ("decay", "--preset", "new", "--restitution", 0.85, "--damping-model", "CR", "--exponent")
+    assert "exponent (g) is 5, more than 1" in run(*decay, 5).stderr and "warning" not in run(*decay, 0.26).stderr

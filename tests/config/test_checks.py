@@ -196,6 +196,7 @@ BAD = [
     ("earthquakes.walls", [{"parapet": 3}], "earthquakes.walls[0].parapet is 3; it must be true or false"),
     ("wall.thickness", None, "wall.thickness is None; it must be a number greater than 0"),
     ("solver.step", "1e-3", "solver.step is the text '1e-3'; it must be a number at least 0.0001 and at most 1 (YAML"),
+    ("wall.thickness", "102 mm", "at most 1000000, in m, without a unit"),
     ("wall", 3, "wall is 3; it must be a mapping of keys to values"),
     ("restitution", [0.7, 0.8], "restitution is [0.7, 0.8]; it must be a mapping of keys to values"),
     ("studies.slenderness.slenderness", {"a": 1}, "is a mapping of keys to values; it must be a list of at least 1"),
@@ -439,6 +440,11 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
         ("wall.density", 18, "wall makes an unlikely wall: density is 18 kg m-3, less than 300; was it in kN m-3"),
         ("earthquakes.walls[4].overburden_ratio", 20, "walls[4] makes an unlikely wall: overburden_ratio is 20"),
         ("population.parameters.thickness.high", 2.4, "population.parameters.thickness.high makes an"),
+        (
+            "population.intensity.start",
+            4.5,
+            "population.intensity is beyond what is recorded: PGV is 4.5 m s-1, more than 4",
+        ),
     ],
 )
 def test_a_wall_larger_than_any_is_warned_of_where_it_stands(config, key, value, expected):

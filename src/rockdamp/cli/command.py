@@ -90,9 +90,13 @@ def quantities(unit: str = "") -> Read:
     return in_unit(unit, units.quantities, f"{f'[{unit}]' if unit else 'NUMBER'}|A:B:STEP|A,B,...")
 
 
-def uncertain(unit: str) -> Read:
-    """Return the type of a quantity, exact or with its standard deviation: `110mm±2mm`, `0.11+-0.002`."""
-    return in_unit(unit, _measured, f"{f'[{unit}]' if unit else 'NUMBER'}[±DEVIATION]")
+def uncertain(unit: str, *words: str) -> Read:
+    """Return the type of a quantity, exact or with its standard deviation, `110mm±2mm`, `0.11+-0.002`; or a word."""
+    metavar = "|".join([f"{f'[{unit}]' if unit else 'NUMBER'}[±DEVIATION]", *words])
+    if unit:
+        return in_unit(unit, _measured, metavar)
+    allowed = ", or ".join(["one, as 0.65 or 0.65±0.02", *words])
+    return Read(lambda text: text if text in words else _measured(text, unit), metavar, allowed)
 
 
 class Whole(click.IntRange):

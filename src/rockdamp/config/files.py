@@ -295,6 +295,11 @@ def _misfit(error: ErrorDetails, schema: Mapping[str, Any]) -> Problem:
         return Problem(path, f"is the text {value!r}; it must be {allowed} (a number's decimal sign is a point)")
     if isinstance(value, str) and _NUMBER.fullmatch(value):
         return Problem(path, f"is the text {value!r}; it must be {allowed} (YAML's numbers have no quotes)")
+    part = _schema_of(schema, path)
+    unit = re.search(r"\[(.+)\]$", part.get("description", ""))
+    if isinstance(value, str) and part.get("type") == "number" and re.match(r"[-+]?[0-9.]+ *[A-Za-z%]", value):
+        stated = f", in {unit[1]}" if unit and unit[1] != "-" else ""
+        return Problem(path, f"is the text {value!r}; it must be {allowed}{stated}, without a unit")
     said = "a mapping of keys to values" if isinstance(value, Mapping) else shown(value)
     return Problem(path, f"is {said}; it must be {allowed}")
 
