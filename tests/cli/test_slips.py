@@ -278,3 +278,12 @@ def test_the_weakest_hinge_is_taken_where_a_size_may_have_a_deviation():
 def test_an_exponent_at_which_large_impacts_lose_nothing_is_questioned():
     decay = ("decay", "--preset", "new", "--restitution", 0.85, "--damping-model", "CR", "--exponent")
     assert "exponent (g) is 5, more than 1" in run(*decay, 5).stderr and "warning" not in run(*decay, 0.26).stderr
+
+
+@pytest.mark.parametrize(
+    ("command", "given", "meant"),
+    [("decay", "--xi", "--damping-ratio"), ("respond", "--motion", "--record"), ("equivalent", "--e", "--restitution")],
+)
+def test_an_option_by_another_name_is_told_its_own(command, given, meant):
+    refused = run(command, given, 0.05)
+    assert refused.exit_code == 2 and f"No such option '{given}'. Did you mean '{meant}'?" in refused.stderr

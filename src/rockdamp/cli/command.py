@@ -183,6 +183,18 @@ HEADINGS = {
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
 
+ALSO_CALLED = {  # an option, and what others call it where its spelling is no help
+    "--restitution": ("--e", "--r", "--cor", "--coefficient-of-restitution"),
+    "--damping-ratio": ("--xi", "--zeta", "--damping"),
+    "--damping-model": ("--model", "--damper", "--damping"),
+    "--thickness": ("--t",),
+    "--height": ("--h", "--slenderness"),
+    "--record": ("--motion", "--ground-motion", "--accelerogram", "--acceleration"),
+    "--records": ("--motions", "--motion", "--ground-motion", "--ground-motions", "--accelerograms"),
+    "--preset": ("--condition", "--degradation"),
+}
+
+
 class Command(click.Command):
     """A command that reports bad input in one line on standard error, with exit status 2; `examples` end its help."""
 
@@ -194,7 +206,14 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.meta[ARGUMENTS] = list(args)
         if not ctx.resilient_parsing:
-            _refuse_repeated(self.make_parser(ctx).parse_args(list(args))[2])
+            try:
+                order = self.make_parser(ctx).parse_args(list(args))[2]
+            except click.NoSuchOption as error:
+                known = {option for param in self.params for option in param.opts}
+                meant = [name for name, others in ALSO_CALLED.items() if error.option_name in others and name in known]
+                error.possibilities = meant or error.possibilities
+                raise
+            _refuse_repeated(order)
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
