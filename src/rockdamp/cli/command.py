@@ -211,8 +211,9 @@ class Command(click.Command):
             except click.NoSuchOption as error:
                 known = {option for param in self.params for option in param.opts}
                 meant = [name for name, others in ALSO_CALLED.items() if error.option_name in others and name in known]
-                error.possibilities = meant or error.possibilities
-                raise
+                if not meant:
+                    raise
+                raise click.NoSuchOption(error.option_name, possibilities=meant, ctx=error.ctx) from None
             _refuse_repeated(order)
         return super().parse_args(ctx, args)
 
