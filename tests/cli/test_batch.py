@@ -99,6 +99,15 @@ def test_the_built_population_is_exported_with_its_measure(tmp_path):
     assert {f"population-{model}-discrete" for model in population["damping_model"].values} <= names
 
 
+def test_a_population_without_a_fragility_is_told(tmp_path):
+    population = of_name("population")
+    population["median_intensity"] = population["median_intensity"] * float("nan")
+    population["dispersion"] = population["dispersion"] * float("nan")
+    dataset.write(population, tmp_path / "population.nc", "population", config={}, code_version="test")
+    told = run("nrml", tmp_path / "population.nc", tmp_path / "population.xml").stderr
+    assert "population-CR" in told and "no continuous function, as the shares that collapse define none" in told
+
+
 def test_what_is_no_population_is_not_exported(tmp_path, table):
     run("batch", table, *RECORDS, "--pgv", 0.5, "--output", tmp_path / "out.nc")
     result = run("nrml", tmp_path / "out.nc", tmp_path / "f.xml")

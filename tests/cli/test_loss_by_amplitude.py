@@ -82,9 +82,3 @@ def test_assess_and_batch_compute_and_state_the_law(tmp_path):
 )
 def test_bad_input_ends_in_one_line(arguments, said):
     assert said in refused(*arguments)
-
-
-def test_an_exponent_beyond_all_tests_is_warned_of():
-    given = ("decay", *CURVE, "--restitution", 0.85, "--exponent")
-    assert "exponent (g) is 5, more than 1.5" in run(*given, 5).stderr
-    assert "exponent" not in run(*given, 1.5).stderr

@@ -293,3 +293,26 @@ def test_an_e_that_no_wall_of_these_sizes_has_asks_about_the_sizes():
         sizes = ("--thickness", thickness, "--height", 3, "--preset", "moderate", "--restitution", 0.9)
         assert (stated in run("respond", *sizes, *record).stderr) == asked
         assert (stated in run("decay", *sizes).stderr) == asked
+
+
+def test_the_weakest_hinge_is_taken_where_a_size_may_have_a_deviation():
+    from rockdamp.cli.command import uncertain
+
+    read = uncertain("", "weakest")
+    assert read.convert("weakest", None, None) == "weakest" and read.convert("0.65±0.02", None, None).deviation == 0.02
+    refused = run("calibrate", "--record", "x.csv", "--thickness", 0.3, "--height", 3, "--hinge-ratio", "weakst")
+    assert refused.exit_code == 2 and "it must be one, as 0.65 or 0.65±0.02, or weakest" in refused.stderr
+
+
+def test_an_exponent_at_which_large_impacts_lose_nothing_is_questioned():
+    decay = ("decay", "--preset", "new", "--restitution", 0.85, "--damping-model", "CR", "--exponent")
+    assert "exponent (g) is 5, more than 1" in run(*decay, 5).stderr and "warning" not in run(*decay, 0.26).stderr
+
+
+@pytest.mark.parametrize(
+    ("command", "given", "meant"),
+    [("decay", "--xi", "--damping-ratio"), ("respond", "--motion", "--record"), ("equivalent", "--e", "--restitution")],
+)
+def test_an_option_by_another_name_is_told_its_own(command, given, meant):
+    refused = run(command, given, 0.05)
+    assert refused.exit_code == 2 and f"No such option '{given}'. Did you mean '{meant}'?" in refused.stderr

@@ -441,6 +441,11 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
         ("wall.density", 18, "wall makes an unlikely wall: density is 18 kg m-3, less than 300; was it in kN m-3"),
         ("earthquakes.walls[4].overburden_ratio", 20, "walls[4] makes an unlikely wall: overburden_ratio is 20"),
         ("population.parameters.thickness.high", 2.4, "population.parameters.thickness.high makes an"),
+        (
+            "population.intensity.start",
+            4.5,
+            "population.intensity is beyond what is recorded: PGV is 4.5 m s-1, more than 4",
+        ),
     ],
 )
 def test_a_wall_larger_than_any_is_warned_of_where_it_stands(config, key, value, expected):

@@ -136,6 +136,10 @@ def test_the_command_line_says_each_doubt_once_in_one_line():
             plausibility.of_local_damping([0.1, 0.8]),
             "e = 0.33, less than 0.5; is it that of a search for a static state?",
         ),
+        (
+            plausibility.of_exponent([0.3, 5.0]),
+            "exponent (g) is 5, more than 1: an impact of a large amplitude then loses hardly anything",
+        ),
         (plausibility.of_step(3.90625e-6), "were the times in seconds (0.00391 s)?"),
         (plausibility.of_displacement([0.0, -41.0]), "was it in millimetres (41 mm)?"),
     ],

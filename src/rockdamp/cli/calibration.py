@@ -235,7 +235,7 @@ def _with_uncertain_sizes(command: click.Command) -> click.Command:
     """Let sizes of the wall have a standard deviation."""
     for option in command.params:
         if option.name in UNCERTAIN:
-            option.type = uncertain(UNCERTAIN[option.name])
+            option.type = uncertain(UNCERTAIN[option.name], *(["weakest"] if option.name == "hinge_ratio" else []))
     return command
 
 

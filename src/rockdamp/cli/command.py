@@ -96,9 +96,13 @@ def quantities(unit: str = "") -> Read:
     return in_unit(unit, units.quantities, f"{f'[{unit}]' if unit else 'NUMBER'}|A:B:STEP|A,B,...")
 
 
-def uncertain(unit: str) -> Read:
-    """Return the type of a quantity, exact or with its standard deviation: `110mm±2mm`, `0.11+-0.002`."""
-    return in_unit(unit, _measured, f"{f'[{unit}]' if unit else 'NUMBER'}[±DEVIATION]")
+def uncertain(unit: str, *words: str) -> Read:
+    """Return the type of a quantity, exact or with its standard deviation, `110mm±2mm`, `0.11+-0.002`; or a word."""
+    metavar = "|".join([f"{f'[{unit}]' if unit else 'NUMBER'}[±DEVIATION]", *words])
+    if unit:
+        return in_unit(unit, _measured, metavar)
+    allowed = ", or ".join(["one, as 0.65 or 0.65±0.02", *words])
+    return Read(lambda text: text if text in words else _measured(text, unit), metavar, allowed)
 
 
 class Whole(click.IntRange):
@@ -185,6 +189,18 @@ HEADINGS = {
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
 
+ALSO_CALLED = {  # an option, and what others call it where its spelling is no help
+    "--restitution": ("--e", "--r", "--cor", "--coefficient-of-restitution"),
+    "--damping-ratio": ("--xi", "--zeta", "--damping"),
+    "--damping-model": ("--model", "--damper", "--damping"),
+    "--thickness": ("--t",),
+    "--height": ("--h", "--slenderness"),
+    "--record": ("--motion", "--ground-motion", "--accelerogram", "--acceleration"),
+    "--records": ("--motions", "--motion", "--ground-motion", "--ground-motions", "--accelerograms"),
+    "--preset": ("--condition", "--degradation"),
+}
+
+
 class Command(click.Command):
     """A command that reports bad input in one line on standard error, with exit status 2; `examples` end its help."""
 
@@ -196,7 +212,15 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.meta[ARGUMENTS] = list(args)
         if not ctx.resilient_parsing:
-            _refuse_repeated(self.make_parser(ctx).parse_args(list(args))[2])
+            try:
+                order = self.make_parser(ctx).parse_args(list(args))[2]
+            except click.NoSuchOption as error:
+                known = {option for param in self.params for option in param.opts}
+                meant = [name for name, others in ALSO_CALLED.items() if error.option_name in others and name in known]
+                if not meant:
+                    raise
+                raise click.NoSuchOption(error.option_name, possibilities=meant, ctx=error.ctx) from None
+            _refuse_repeated(order)
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import click
@@ -67,6 +68,7 @@ def nrml(dataset: Path, output: Path, modelling_dispersion: float) -> None:
     """
     from rockdamp.assessment.answers import population_fragilities
     from rockdamp.errors import InputError
+    from rockdamp.plausibility import warn
     from rockdamp.storage import dataset as storage
 
     population = storage.open(dataset)
@@ -74,4 +76,8 @@ def nrml(dataset: Path, output: Path, modelling_dispersion: float) -> None:
         storage.check(population, "population")
     except storage.DatasetError as error:
         raise InputError(f"{dataset}: is no dataset of the population, as results/population.nc is ({error})") from None
-    write_nrml(population_fragilities(population), "PGV", output, modelling_dispersion)
+    fragilities = population_fragilities(population)
+    bare = [one.name for one in fragilities if math.isnan(one.median)]
+    if bare:
+        warn([f"{', '.join(bare)}: no continuous function, as the shares that collapse define none"])
+    write_nrml(fragilities, "PGV", output, modelling_dispersion)

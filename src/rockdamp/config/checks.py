@@ -317,6 +317,8 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     if config.population:
         thickness, slenderness = config.population.parameters.thickness, config.population.parameters.slenderness
         sizes["population.parameters.thickness.high"] = (thickness.high, thickness.high * slenderness.high)
+        for doubt in plausibility.of_velocity(np.min(config.population.intensity)):  # the weakest of them
+            yield "population.intensity", f"is beyond what is recorded: {doubt}"
     for key, wall in walls.items():
         loads = plausibility.of_overburden(wall.overburden_ratio, np.divide(wall.weight, wall.width))
         for doubt in [*plausibility.of_density(wall.density), *loads]:
