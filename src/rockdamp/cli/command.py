@@ -219,7 +219,8 @@ class Command(click.Command):
                 meant = [name for name, others in ALSO_CALLED.items() if error.option_name in others and name in known]
                 if not meant:
                     raise
-                raise click.NoSuchOption(error.option_name, possibilities=meant, ctx=error.ctx) from None
+                question = f"Did you mean {' or '.join(map(repr, meant))}?"
+                raise click.UsageError(f"No such option {error.option_name!r}. {question}", error.ctx) from None
             _refuse_repeated(order)
         return super().parse_args(ctx, args)
 
