@@ -1,6 +1,8 @@
 """What is counted of the histories: a handful of them, whose rates and bands can be counted by hand."""
 
 import numpy as np
+import pytest
+import xarray as xr
 from configs import configured
 from made_up_earthquakes import histories
 
@@ -68,3 +70,12 @@ def test_a_damper_that_collapses_with_restitution_has_a_median_of_ratio_one_with
     for wall in ("", "wall_"):
         assert np.ptp(found[f"{wall}median_velocity_ratio_interval"].values) > 0.1
         np.testing.assert_allclose(found[f"{wall}median_intensity_ratio_interval"], ONE)
+
+
+def test_a_history_of_cr_counts_once_however_many_sources_of_a_ratio_there_are():
+    """CR, which no step settles, and CDR with two ratios: two of three histories are converged."""
+    one = study(np.full((4, 1, 2), 0.15))
+    other = one.assign_coords(damping_ratio_source=["closed form"])
+    made = xr.concat([one, other], "damping_ratio_source", data_vars="minimal", coords="minimal", compat="override")
+    made["converged"] = xr.ones_like(made["collapsed"]).where(made["damping_model"] != "CR", 0)
+    assert float(recommendation.compare_dampers(CONFIG, made)["converged_share"]) == pytest.approx(2 / 3)
