@@ -316,3 +316,8 @@ def test_an_exponent_at_which_large_impacts_lose_nothing_is_questioned():
 def test_an_option_by_another_name_is_told_its_own(command, given, meant):
     refused = run(command, given, 0.05)
     assert refused.exit_code == 2 and f"No such option '{given}'. Did you mean '{meant}'?" in refused.stderr
+
+
+def test_a_damping_ratio_where_e_is_asked_for_is_told_where_e_stands():
+    refused = run("equivalent", "--damping-ratio", 0.05)
+    assert refused.exit_code == 2 and "It takes --restitution; which e a damping ratio stands for" in refused.stderr

@@ -188,10 +188,10 @@ HEADINGS = {
 }
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
-
+OF_A_RATIO = "which e a damping ratio stands for is in docs/howto/order-m-damper-elsewhere.md"
 ALSO_CALLED = {  # an option, and what others call it where its spelling is no help
     "--restitution": ("--e", "--r", "--cor", "--coefficient-of-restitution"),
-    "--damping-ratio": ("--xi", "--zeta", "--damping"),
+    "--damping-ratio": ("--xi", "--zeta", "--damping", "--damping-ratio"),
     "--damping-model": ("--model", "--damper", "--damping"),
     "--thickness": ("--t",),
     "--height": ("--h", "--slenderness"),
@@ -217,9 +217,11 @@ class Command(click.Command):
             except click.NoSuchOption as error:
                 known = {option for param in self.params for option in param.opts}
                 meant = [name for name, others in ALSO_CALLED.items() if error.option_name in others and name in known]
-                if not meant:
-                    raise
                 question = f"Did you mean {' or '.join(map(repr, meant))}?"
+                if error.option_name in ALSO_CALLED["--damping-ratio"] and "--damping-ratio" not in known:
+                    meant, question = ["--restitution"], f"It takes --restitution; {OF_A_RATIO}."
+                if not meant or meant[0] not in known:
+                    raise
                 raise click.UsageError(f"No such option {error.option_name!r}. {question}", error.ctx) from None
             _refuse_repeated(order)
         return super().parse_args(ctx, args)

@@ -400,7 +400,7 @@ def make_dampings(
     if model is None:
         raise click.UsageError(
             f"--damping-model is missing; it must be {REFERENCE} with --restitution, one of {', '.join(VISCOUS_MODELS)}"
-            " with --damping-ratio, or --compare with --restitution in place of both"
+            f" with --damping-ratio, {LOCAL} with --local-damping, or --compare with --restitution in place of both"
         )
     if model == LOCAL:
         if ratio is not None or (alpha is None) == (restitution is None):
