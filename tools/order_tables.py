@@ -73,7 +73,7 @@ def orders(data: Data) -> str:
         f"{table(head_by_set, by_set)}\n\n"
         f"The same by wall, and whether order {m} is enough by itself (✓ enough, ✗ exceeds, – undecided):\n\n"
         f"{table(['wall', *head_by_set[1:]], walls)}\n\n"
-        f"Of the walls, order {m} is enough for {listed(counted(compared))}, over {compared.sizes['drawing']} other"
+        f"Wall by wall, order {m} is enough for {listed(counted(compared))}, over {compared.sizes['drawing']} other"
         f" drawings of the bootstrap.\n\n{_typical(everywhere, named)}\n\n"
         f"Of {told['count']} halves of the stations each chose an order: {told['chosen']}.\nOn the other half order {m}"
         f" exceeded the limit in {told['recommended_exceeds']}."
