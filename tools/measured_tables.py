@@ -155,7 +155,7 @@ def rotations(data: Data) -> str:
     for feature, release, name in wanted:
         one = least.sel(rocking_feature=feature, rocking_release_amplitude=release)
         values = [float(one.sel({"hinge_ratio": hinge, "tolerance": bound})) for hinge, bound in columns]
-        rows.append([name, *(f"{value:.1f}" if value > smallest else f"below {smallest:g}" for value in values)])
+        rows.append([name, *(f"{value:.1f}" if value > smallest else f"at most {smallest:g}" for value in values)])
     slender, large = accuracy["fig4_difference"].sel(rocking_feature="first impact")
     return (
         f"{table(head, rows)}\n\nThe first impact of the tri-linear wall of Fig. 4a differs in time by "
@@ -174,10 +174,10 @@ def _forced(accuracy: xr.Dataset) -> str:
         light, heavy = (100 * at.isel(forced_mass=mass) for mass in (0, 1))
         ends = [f"{float(one.min()):+.2g} to {float(one.max()):+.2g} %" for one in (light, heavy)]
         texts.append(f"at h/t = {float(at['slenderness']):g} by {ends[0]} ({ends[1]})")
-    pulse = f"a half-sine pulse of {PULSE:g} times the strength that brings small rotations to {release:g} u_ins"
+    pulse = f"a half sine with a peak of {PULSE:g} times F0, as long as brings small rotations to {release:g} u_ins"
     return (
-        f"Under {pulse}, the first\npeak of two rigid bodies differs from theirs {texts[0]}, and {texts[1]}:\n"
-        "with 2/3 m, and in brackets with the mass at u = 0."
+        f"Under {pulse},\nthe first peak of two rigid bodies differs from theirs {texts[0]}, and {texts[1]}:\n"
+        "with 2/3 m, and in brackets with the mass at u = 0, over both h1/h."
     )
 
 
@@ -195,7 +195,7 @@ def energy(data: Data) -> str:
         for model, one in models(reference)
     ]
     return (
-        f"{table(head, rows)}\n\nIn the stored decays of the studies the residual is at most "
+        f"{table(head, rows)}\n\nIn the stored decays of the studies the largest residual is "
         f"{power(at['decay_energy_residual'].max())}. The reference wall has "
         f"{float(reference['release_energy']):.0f} J at the\nrelease. It loses what the table says at "
         f"e = {float(reference['audited_restitution']):g} under CR, and under each damper with ξ of the least error."

@@ -84,6 +84,8 @@ def test_the_factor_of_sdr_falls_with_a1():
     curve = TrilinearCurve(np.array([0.02, 0.04, 0.10]), 0.85)
     factor = np.pi * equivalence_factor(curve, Damping("SDR", 1.0), 0.5)
     np.testing.assert_allclose(factor, [1.46, 1.26, 1.09], atol=0.005)
+    others = [np.pi * float(equivalence_factor(CURVES["paper"], Damping(model, 1.0), 0.5)) for model in ("CDC", "CDR")]
+    np.testing.assert_allclose(others, [0.44, 0.82], atol=0.005)
 
 
 def elementary(curve, model, x0, m=mpmath):
