@@ -51,7 +51,8 @@ def build(ground, dt, storey_period=0.3, restitution=E):
             ops.mass(node, *(part * share * MASS,) * 2, 0.0)
         ops.element("elasticBeamColumn", tag, below, tag, *bodies)
         ops.element("elasticBeamColumn", tag + 1, tag, above, *bodies)
-    # Stiff springs for pins: `equalDOF` gave another motion under UniformExcitation, OpenSees 3.7.1.
+    # Stiff springs for pins: under UniformExcitation `equalDOF` was right with Plain constraints and wrong with
+    # Transformation; the mass of elements was loaded twice (OpenSees 3.7.1).
     ops.uniaxialMaterial("Elastic", 1, 1e10)
     for tag, ends in ((21, (2, FOOT)), (22, (LOWER, UPPER)), (23, (HEAD, 3))):  # pins
         ops.element("zeroLength", tag, *ends, "-mat", 1, 1, "-dir", 1, 2)

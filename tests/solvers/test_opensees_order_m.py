@@ -198,3 +198,36 @@ def test_what_the_floors_motion_or_a_scheme_without_damping_does_to_the_joint(in
     absolute = np.abs(frame.run(GROUND, DT, STEPS)[0]).max()
     assert "the peak was half of the right one" in PAGE and "moved the peak by 8 %" in PAGE
     assert noisy / right == pytest.approx(0.5, abs=0.05) and absolute / right == pytest.approx(1.08, abs=0.01)
+
+
+def test_equal_dof_is_right_with_plain_constraints_and_not_by_transformation(in_the_frame, monkeypatch):
+    right, element, constraints = in_the_frame[0], ops.element, ops.constraints
+    ends = {21: (2, frame.FOOT), 23: (3, frame.HEAD)}
+
+    def tied(kind, tag, *of):
+        ops.equalDOF(*ends[tag], 1, 2) if tag in ends else element(kind, tag, *of)
+
+    monkeypatch.setattr(ops, "element", tied)
+    for handler, same in (("Plain", True), ("Transformation", False)):
+        monkeypatch.setattr(ops, "constraints", lambda _, name=handler: constraints(name))
+        away = np.abs(frame.run(GROUND, DT, STEPS)[0] - right).max() / np.abs(right).max()
+        assert (away < 1e-3) == same and (away > 0.5) != same
+
+
+def test_uniform_excitation_loads_the_mass_of_an_element_twice():
+    def moved(at_nodes):
+        ops.wipe()
+        ops.model("basic", "-ndm", 2, "-ndf", 3)
+        ops.node(1, 0.0, 0.0)
+        ops.node(2, 0.0, 3.0)
+        ops.fix(1, 1, 1, 1)
+        ops.mass(2, *(at_nodes, at_nodes, 0.0))
+        ops.geomTransf("Linear", 1)
+        per_length = () if at_nodes else ("-mass", 450.0)  # half of 3 m of it at each end
+        ops.element("elasticBeamColumn", 1, 1, 2, 0.25, 3e10, 1.3e-3, 1, *per_length)
+        ops.timeSeries("Path", 1, "-dt", DT, "-values", *GROUND, 0.0)
+        ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
+        ready(1e-11)
+        return [ops.nodeDisp(2, 1) for _ in range(400) if ops.analyze(1, DT) == 0]
+
+    np.testing.assert_allclose(moved(0.0), 2 * np.array(moved(675.0)), rtol=1e-6, atol=1e-12)
