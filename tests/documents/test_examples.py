@@ -10,6 +10,7 @@ from importlib import import_module
 from pkgutil import walk_packages
 
 import nbformat
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from configs import configured
@@ -115,3 +116,29 @@ def test_the_notebook_runs_on_the_datasets(small_results, monkeypatch):
         output for cell in notebook.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})
     ]
     assert len(drawn) == 2
+
+
+ESM = "STATION_CODE: X\nSAMPLING_INTERVAL_S: 0.010000\nUNITS: cm/s^2\n0.0\n-150.0\n25.0\n"
+KNET = (
+    "Origin Time       2011/03/11 14:46:00\nSampling Freq(Hz) 100Hz\nScale Factor      2000(gal)/8000000\nMemo.\n"
+    "    1000     4000\n   -2000\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected", "written"),
+    [
+        ("a.ASC", ESM, [0.0, -1.5, 0.25], "a.csv"),
+        ("a.EW", KNET, [0.0, 0.0075, -0.0075], "a.EW.csv"),  # a mean of 1000 counts, each 2.5e-6 m s-2
+    ],
+)
+def test_records_of_networks_are_converted(tmp_path, name, text, expected, written):
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    command = [sys.executable, str(ROOT / "examples/convert_records.py"), str(tmp_path / name)]
+    assert subprocess.run(command, capture_output=True, check=False).returncode == 0
+    record = rd.read_record(tmp_path / written)
+    np.testing.assert_allclose(record.ground_acceleration, expected, atol=1e-15)
+    assert record.step == pytest.approx(0.01)
+    (tmp_path / name).write_text(text.replace("UNITS", "UNIT").replace("Scale", "Scales"), encoding="utf-8")
+    refused = subprocess.run(command, capture_output=True, check=False, text=True)
+    assert refused.returncode == 1 and "this is no record of ESM or K-NET" in refused.stderr
