@@ -198,6 +198,16 @@ ALSO_CALLED = {  # an option, and what others call it where its spelling is no h
     "--record": ("--motion", "--ground-motion", "--accelerogram", "--acceleration"),
     "--records": ("--motions", "--motion", "--ground-motion", "--ground-motions", "--accelerograms"),
     "--preset": ("--condition", "--degradation"),
+    "--a1": ("--yield", "--yield-displacement-ratio"),
+    "--b1": ("--strength", "--strength-ratio"),
+    "--exponent": ("--g", "--power"),
+    "--release": ("--amplitude", "--release-amplitude", "--u0"),
+    "--building-period": ("--period", "--t1"),
+    "--storey": ("--floor", "--level", "--story"),
+    "--storeys": ("--floors", "--stories"),
+    "--posterior": ("--bayes", "--bayesian", "--mcmc", "--samples", "--draws"),
+    "--output": ("--csv", "--out", "--save", "--netcdf"),
+    "--nrml": ("--openquake", "--xml", "--fragility"),
 }
 
 
