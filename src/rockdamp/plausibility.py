@@ -313,11 +313,12 @@ def of_restitution(restitution: ArrayLike) -> list[str]:
     return [f"restitution (e) is {e:g}, less than {LEAST_ELASTIC:g}; was it a damping ratio (xi)?"]
 
 
-def of_sizes(restitution: float, rigid: float) -> list[str]:
-    """Return a warning where e is far above what rigid mechanics gives for a wall's sizes. [-]"""
-    if restitution <= MOST_OF_RIGID * rigid:
+def of_sizes(restitution: ArrayLike, rigid: ArrayLike) -> list[str]:
+    """Return a warning where e is far above what rigid mechanics gives for a wall's sizes; of arrays, for all. [-]"""
+    e, most = float(np.min(restitution)), float(np.max(rigid))
+    if e <= MOST_OF_RIGID * most:
         return []
-    stated = f"restitution (e) is {restitution:g}, {restitution / rigid:.2g} times that of rigid mechanics, {rigid:.3g}"
+    stated = f"restitution (e) is {e:g}, {e / most:.2g} times that of rigid mechanics, {most:.3g}"
     return [f"{stated}; are thickness and height right?"]
 
 

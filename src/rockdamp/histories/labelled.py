@@ -217,6 +217,8 @@ class _Batch:
         instance("curve", curve, TrilinearCurve)
         instance("damping", damping, Damping)
         plausibility.warn(plausibility.of_dampings([damping]))
+        if wall is not None and "restitution" in damping.parameters:
+            plausibility.warn(plausibility.of_sizes(damping.restitution, wall.restitution_rigid))
         others = {name: quantity(name, value) for name, value in others.items()}
         self.parameters = _names(_parameters(wall)) | _names(_parameters(curve))
         self.parameters |= _names(damping.parameters)
