@@ -438,6 +438,11 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
     [
         ("wall.thickness", 3.0, "wall makes an unlikely wall: thickness is 3 m and height 45 m"),
         ("validation.wall.thickness", 10.2, "; were they in centimetres"),
+        (
+            "wall.thickness",
+            0.1,
+            "wall makes an unlikely wall: the height is 1.5 m, less than a storey has; was it half",
+        ),
         ("wall.density", 18, "wall makes an unlikely wall: density is 18 kg m-3, less than 300; was it in kN m-3"),
         ("earthquakes.walls[4].overburden_ratio", 20, "walls[4] makes an unlikely wall: overburden_ratio is 20"),
         ("population.parameters.thickness.high", 2.4, "population.parameters.thickness.high makes an"),

@@ -321,7 +321,8 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
             yield "population.intensity", f"is beyond what is recorded: {doubt}"
     for key, wall in walls.items():
         loads = plausibility.of_overburden(wall.overburden_ratio, np.divide(wall.weight, wall.width))
-        for doubt in [*plausibility.of_density(wall.density), *loads]:
+        low = plausibility.of_storey(float(wall.height), None) if isinstance(wall, Wall) else []
+        for doubt in [*plausibility.of_density(wall.density), *loads, *low]:
             yield key, f"makes an unlikely wall: {doubt}"
     for key, (thick, height) in sizes.items():
         for doubt in plausibility.of_wall(thick, height):
