@@ -194,9 +194,9 @@ def of_stated(wall: Any) -> list[str]:
     return doubts
 
 
-def of_curve(yield_displacement_ratio: float) -> list[str]:
-    """Return a warning where the first branch of a curve is longer than that of any wall."""
-    a1 = float(yield_displacement_ratio)
+def of_curve(yield_displacement_ratio: ArrayLike) -> list[str]:
+    """Return a warning where the first branch of a curve is longer than that of any wall; of an array, of all."""
+    a1 = float(np.min(yield_displacement_ratio))
     if a1 <= LARGEST_YIELD:
         return []
     return [f"yield_displacement_ratio (a1) is {a1:g}, more than {LARGEST_YIELD:g}; were a1 and b1 swapped?"]

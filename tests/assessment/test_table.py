@@ -185,3 +185,10 @@ def test_workbooks_are_read_by_pandas_or_must_be_saved(suffix, reader, package, 
     monkeypatch.setattr(pd, reader, lambda _: frame)
     (row,) = read_walls(path)
     assert (row.id, float(row.wall.thickness), row.line) == ("a", 0.25, 2)
+
+
+def test_an_empty_load_is_told_where_others_are_stated(tmp_path):
+    path = tmp_path / "walls.csv"
+    for first, told in (("2", ["line 3: the overburden is empty, and taken as 0"]), ("", [])):
+        path.write_text(f"id,thickness,height,preset,overburden_ratio\na,0.3,3,new,{first}\nb,0.3,3,new,\n")
+        assert [doubt for row in read_walls(path) for doubt in row.doubts] == told

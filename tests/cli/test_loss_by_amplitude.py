@@ -82,3 +82,10 @@ def test_assess_and_batch_compute_and_state_the_law(tmp_path):
 )
 def test_bad_input_ends_in_one_line(arguments, said):
     assert said in refused(*arguments)
+
+
+def test_decay_and_respond_say_which_law_they_take():
+    told = run("decay", *CURVE, "--restitution", 0.85, *LAW).stderr
+    assert "e = 0.85 at 0.1 u_ins; the loss has g = 0.26" in told
+    refused_order = run("decay", *CURVE, "--restitution", 0.85, "--damping-model", "ECD", "--order", "1e9")
+    assert refused_order.exit_code == 2 and "it must be at least 0 and at most 10000" in refused_order.stderr

@@ -260,3 +260,16 @@ def test_channels_of_wall_and_table_that_do_not_go_with_the_motion_are_questione
     turned = read_raw(written(tmp_path, table(("t", "a", "w", "d"), ELAPSED, -motion, 100 * rocked, 100 * moved)))
     with pytest.warns(InputWarning, match="-1 times what its acceleration gives; is the sign of one wrong"):
         laboratory_record(turned, **given, wall=Channel("w", "cm"), table=Channel("d", "cm"))
+
+
+def test_a_line_of_units_a_transposed_table_and_a_record_of_peer_are_known(tmp_path):
+    raw = read_raw(written(tmp_path, "t,a,d\ns,m/s2,mm\n0,0,1\n0.1,0,2\n0.2,0,3\n"))
+    assert list(raw.names) == ["t", "a", "d"]
+    with pytest.raises(
+        InputError, match="has 2 rows and 40 columns; a row must hold one time: is the table transposed"
+    ):
+        read_raw(written(tmp_path, "\n".join(",".join(["1.0"] * 40) for _ in range(2))))
+    peer = tmp_path / "a.AT2"
+    peer.write_text("1 2 3\n4 5 6\n", encoding="utf-8")
+    with pytest.raises(InputError, match="is a record of PEER, which respond, assess and batch read as it is"):
+        read_raw(peer)

@@ -256,3 +256,10 @@ def test_a_name_that_no_result_could_hold_is_refused(folder):
     path.write_text(CSV, encoding="utf-8")
     with pytest.raises(InputError, match=r"caf\\udce9.csv: has a name that is not UTF-8, which no result could hold"):
         load_records("near")
+
+
+def test_records_of_other_forms_in_a_folder_are_named(tmp_path):
+    for name in ("a.csv", "b.xlsx", "c.ASC", "notes.md"):
+        (tmp_path / name).write_text("", encoding="utf-8")
+    with pytest.warns(RecordWarning, match="left out, as records are read from .AT2 and .csv: b.xlsx, c.ASC$"):
+        catalogue.warn_of_left_out([str(tmp_path)])

@@ -8,7 +8,7 @@ import io
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -47,6 +47,7 @@ DIAPHRAGM = ("diaphragm_period", "diaphragm_damping")
 TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height", "tie_rupture")
 ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "a3", "softening", "preset")
+LOADS, EMPTY_LOAD = {"overburden", "overburden_ratio"}, "the overburden is empty, and taken as 0"
 COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy", *DIAPHRAGM, *ONE_SIDED)
 LENGTHS = ("thickness", "height", "width", "eccentricity", *TIE[2:])
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
@@ -106,7 +107,7 @@ def read_walls(path: str | os.PathLike[str], columns: Mapping[str, Column] | Non
         if others:
             plausibility.warn([f"{path}: columns that are not read: {', '.join(others)}"])
         named = {name: column.unit for name, column in columns.items() if column.unit}
-        return list(_rows(reader, names, mark, named))
+        return _of_loads(list(_rows(reader, names, mark, named)))
     except csv.Error as error:
         raise InputError(f"{path}, line {reader.line_num}: {error}; it must be a CSV") from None
 
@@ -200,6 +201,21 @@ def _rows(
         lines.setdefault(identifier, line)
 
 
+def _of_loads(rows: list[Row | BadRow]) -> list[Row | BadRow]:
+    """Return the rows without the doubt about an empty cell of a load, where no row states a load."""
+    walls = [
+        row.wall.mechanism if isinstance(row.wall, OneSidedWall) else row.wall for row in rows if isinstance(row, Row)
+    ]
+    if any(wall.overburden_ratio for wall in walls):
+        return rows
+    return [
+        replace(row, doubts=tuple(doubt for doubt in row.doubts if not doubt.endswith(EMPTY_LOAD)))
+        if isinstance(row, Row)
+        else row
+        for row in rows
+    ]
+
+
 def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Row:
     filled = {name: f"{text}{units_of.get(name, '')}" for name, text in cells.items() if name and text}
     if "id" not in filled:
@@ -213,6 +229,8 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Ro
         unlikely = [*plausibility.of_stated(mechanism), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
         if isinstance(mechanism, Wall):
             unlikely += plausibility.of_storey(float(mechanism.height), None)
+        if LOADS & cells.keys() and not LOADS & filled.keys():
+            unlikely.append(EMPTY_LOAD)
         plausibility.warn(unlikely)
         e, reason = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
         diaphragm = _diaphragm(filled)

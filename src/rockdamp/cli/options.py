@@ -119,7 +119,7 @@ def wall_options(required: bool = True) -> Decorator:
         with_default("--eccentricity", type=LENGTH, default=0.0, help="Overburden's distance from mid-thickness."),
         with_default(
             "--overburden-mass",
-            type=NUMBER,
+            type=Read(units.number, "FLOAT", "a part of the overburden, from 0 to 1"),
             default=0.0,
             help="Part of the overburden, 0 to 1, that moves up and down with the wall as a mass.",
         ),
@@ -370,7 +370,7 @@ def make_dampings(
 ) -> list[Damping]:
     """Return the one damper that the options describe; with --compare, every model's. A rule for e takes a wall."""
     from rockdamp.equivalence.equivalent import equivalent_dampings
-    from rockdamp.mechanics.damping import Damping
+    from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
     from rockdamp.plausibility import of_sizes, warn
 
     model, ratio, restitution = options["damping_model"], options["damping_ratio"], options["restitution"]
@@ -391,6 +391,9 @@ def make_dampings(
         raise click.UsageError(
             f"--exponent belongs to --restitution with {', '.join(Damping.exact_models())}; it must be given with them"
         )
+    if loss.get("exponent"):
+        at = loss.get("at", REFERENCE_AMPLITUDE)
+        click.echo(f"e = {restitution:g} at {at:g} u_ins; the loss has g = {loss['exponent']:g}", err=True)
     if options["compare"]:
         if model is not None or ratio is not None:
             raise click.UsageError("--compare finds every model's damping ratio; it must be given --restitution alone")

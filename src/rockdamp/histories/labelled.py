@@ -217,6 +217,7 @@ class _Batch:
         instance("curve", curve, TrilinearCurve)
         instance("damping", damping, Damping)
         plausibility.warn(plausibility.of_dampings([damping]))
+        plausibility.warn(plausibility.of_curve(curve.yield_displacement_ratio))
         if wall is not None and "restitution" in damping.parameters:
             plausibility.warn(plausibility.of_sizes(damping.restitution, wall.restitution_rigid))
         others = {name: quantity(name, value) for name, value in others.items()}

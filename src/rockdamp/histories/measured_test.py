@@ -81,7 +81,10 @@ def rest_samples(record: Record) -> int:
 def measured_displacement(record: Record) -> tuple[Array, float]:
     """Return the measured displacement from the level at rest, and that level as the sensor showed it. [m]"""
     if record.displacement is None:
-        raise InputError("the record has no column displacement_m; it must hold the measured response")
+        raise InputError(
+            "the record has no column displacement_m, the measured response; `rockdamp record` makes a test of a table"
+            " that has it beside the motion"
+        )
     zero = float(np.mean(record.displacement[: rest_samples(record)]))
     return record.displacement - zero, zero
 

@@ -29,6 +29,7 @@ MOST_SAMPLES = 10**7  # of a record: some seconds of work
 KEPT = 0.4  # of the sampling rate: where a coarser rate is asked for, what is above is filtered out
 MOST_FILLED = 5  # neighbouring samples that a spline replaces, as of a marker that the camera lost
 PIXEL = "px"
+MOST_CHANNELS = 10  # times the rows: of a table that has more columns the rows are the channels
 MOST_UNEVEN = 0.5  # of the median interval: how far an interval may be from it
 BASELINES = ("constant", "linear", "none")
 ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "°": math.pi / 180}  # [rad]
@@ -82,6 +83,11 @@ def read_raw(path: str | os.PathLike[str], gaps: bool = False) -> Raw:
     Lines before the first of two or more numbers are remarks, of which the last one with as many cells names the
     columns; otherwise the columns are numbered. A comma is a decimal sign where semicolons or tabs divide.
     """
+    if os.fspath(path).lower().endswith(".at2"):
+        raise InputError(
+            f"{os.fspath(path)}: is a record of PEER, which respond, assess and batch read as it is; raw channels must"
+            " be a table with a column of the times"
+        )
     read = input_file.content(path, "a table of raw channels")
     lines = [line.strip() for line in input_file.text(read, path).split("\n")]
     divider = _divider(lines)
@@ -97,11 +103,23 @@ def read_raw(path: str | os.PathLike[str], gaps: bool = False) -> Raw:
     for line, cells in rows[first:]:
         found = _row(cells, gaps)
         if found is None or len(found) != width or not gaps and not np.isfinite(found).all():
-            raise InputError(f"{os.fspath(path)}: line {line} must have {width} finite numbers")
+            raise InputError(
+                f"{os.fspath(path)}: line {line} must have {width} finite numbers, as line {rows[first][0]} has"
+            )
         values.append(found)
+    if width > MOST_CHANNELS * len(values):
+        shape = f"{len(values)} rows and {width} columns"
+        raise InputError(f"{os.fspath(path)}: has {shape}; a row must hold one time: is the table transposed?")
     named = [cells for _, cells in rows[:first] if len(cells) == width]
+    if len(named) > 1 and all(_is_unit(cell) for cell in named[-1]):  # below the names
+        named.pop()
     names = [cell.strip(' "#') for cell in named[-1]] if named else [str(index + 1) for index in range(width)]
     return Raw(names, np.array(values), hashlib.sha256(read).hexdigest())
+
+
+def _is_unit(cell: str) -> bool:
+    unit = cell.strip(' "#()[]')
+    return unit in ("-", "", "%") or units.parse(unit) is not None or unit.lower() in (*units.GRAVITY, *ANGLES)
 
 
 def _divider(lines: Sequence[str]) -> str | None:

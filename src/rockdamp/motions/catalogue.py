@@ -38,6 +38,7 @@ SETS = {  # of FEMA P695 (2009), Appendix A, and the file of the package that ea
 COMPONENTS = ("a", "b")
 OWN = "own"  # the set of files of one's own
 MOST_NAMED = 5  # files in a warning
+OTHER_FORMS = (".asc", ".dat", ".ew", ".ns", ".txt", ".v2", ".xls", ".xlsx")  # of records too, and not read
 SUFFIXES = (".at2", ".csv")  # of the records in a folder, in small letters
 STATION = re.compile(r"(RSN\d+)_")  # PEER begins the names of all components of one station's record with it
 _UP = "UP|DOWN|DWN|DN|UD|VERT|VER"
@@ -135,7 +136,13 @@ def left_out(entries: Iterable[str]) -> list[Path]:
 
 
 def warn_of_left_out(entries: Iterable[str]) -> None:
-    """Name the files that `listing` leaves out, in one `RecordWarning`."""
+    """Name the files that `listing` leaves out, in a `RecordWarning` for each reason."""
+    entries = list(entries)
+    of_folders = [Path(entry, name) for entry in entries if os.path.isdir(entry) for name in sorted(os.listdir(entry))]
+    other = [path.name for path in of_folders if path.suffix.lower() in OTHER_FORMS]
+    if other:
+        named = ", ".join(other[:MOST_NAMED]) + (", ..." if len(other) > MOST_NAMED else "")
+        _warn([f"records: left out, as records are read from .AT2 and .csv: {named}"])
     files = left_out(entries)
     if files:
         named = ", ".join(path.name for path in files[:MOST_NAMED]) + (", ..." if len(files) > MOST_NAMED else "")

@@ -46,6 +46,7 @@ from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.vocabulary import DAMPERS, LOCAL, MODELS
 
+LARGEST_ORDER = 10_000  # of ECD; steps of the solver would pass over its band about u = 0
 VISCOUS, IMPACT, NET_FORCE = "viscous", "impact", "net force"  # kinds of steps
 
 # A parameter's name in messages, its range, and the range in words.
@@ -53,7 +54,7 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
     "restitution": ("restitution (e)", lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1"),
     "damping_ratio": ("damping_ratio (xi)", lambda xi: xi >= 0, "at least 0"),
     "exponent": ("exponent", lambda exponent: exponent >= 0, "at least 0"),
-    "order": ("order (m)", lambda m: m >= 0, "at least 0"),
+    "order": ("order (m)", lambda m: (m >= 0) & (m <= LARGEST_ORDER), f"at least 0 and at most {LARGEST_ORDER:g}"),
     "at": ("at (u/u_ins)", lambda at: at > 0, "greater than 0"),
     "local_damping": ("local_damping (alpha)", lambda alpha: (alpha >= 0) & (alpha < 1), "at least 0 and less than 1"),
 }
