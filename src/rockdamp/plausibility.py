@@ -196,8 +196,8 @@ def of_stated(wall: Any) -> list[str]:
 
 def of_curve(yield_displacement_ratio: ArrayLike) -> list[str]:
     """Return a warning where the first branch of a curve is longer than that of any wall; of an array, of all."""
-    a1 = float(np.min(yield_displacement_ratio))
-    if a1 <= LARGEST_YIELD:
+    a1 = _least(yield_displacement_ratio)
+    if a1 <= LARGEST_YIELD or a1 == np.inf:  # of an empty array
         return []
     return [f"yield_displacement_ratio (a1) is {a1:g}, more than {LARGEST_YIELD:g}; were a1 and b1 swapped?"]
 
@@ -315,8 +315,8 @@ def of_restitution(restitution: ArrayLike) -> list[str]:
 
 def of_sizes(restitution: ArrayLike, rigid: ArrayLike) -> list[str]:
     """Return a warning where e is far above what rigid mechanics gives for a wall's sizes; of arrays, for all. [-]"""
-    e, most = float(np.min(restitution)), float(np.max(rigid))
-    if e <= MOST_OF_RIGID * most:
+    e, most = _least(restitution), _largest(rigid)
+    if e <= MOST_OF_RIGID * most or e == np.inf or not most:  # of empty arrays
         return []
     stated = f"restitution (e) is {e:g}, {e / most:.2g} times that of rigid mechanics, {most:.3g}"
     return [f"{stated}; are thickness and height right?"]

@@ -12,6 +12,8 @@ from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import COMPLETED
 from rockdamp.vocabulary import MODELS, PAPER_MODELS
 
+pytestmark = pytest.mark.filterwarnings("ignore:yield_displacement_ratio:rockdamp.errors.InputWarning")  # any curve
+
 SCHEMES = ("newmark", "paper")
 TAU = np.linspace(0, 8, 161)
 
