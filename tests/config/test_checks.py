@@ -459,3 +459,10 @@ def test_a_wall_larger_than_any_is_warned_of_where_it_stands(config, key, value,
         checked(config)
     assert any(expected in str(one.message) for one in caught)
     assert all(str(one.message).startswith(("the command line: ", f"{DEFAULT}, line ")) for one in caught)
+
+
+def test_what_is_unlikely_stands_before_the_errors_that_it_leads_to():
+    swapped = {"yield_displacement_ratio": 0.85, "strength_ratio": 0.04}
+    first, *others = report([DEFAULT], curve=swapped).splitlines()
+    assert first.startswith("the command line: curve makes an unlikely curve: yield_displacement_ratio (a1) is 0.85")
+    assert "were a1 and b1 swapped?" in first and others

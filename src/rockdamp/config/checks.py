@@ -37,6 +37,7 @@ def validate(kind: type[C], given: Mapping[str, Any], files: Sequence[str | Path
 
     An `InputError` has a line for each thing that is wrong, and where it stands. `more` are rules beside those of here.
     """
+    said: list[str] = []
     try:
         config = kind.model_validate(given)
     except ValidationError as error:
@@ -44,10 +45,10 @@ def validate(kind: type[C], given: Mapping[str, Any], files: Sequence[str | Path
     else:
         with plausibility.as_meant(), np.errstate(all="ignore"):  # what overflows is refused
             wrong = [Problem(path_of(key), text) for key, text in dict.fromkeys(broken(config, more))]
-            said = list(doubts(config))
-    if wrong:
-        raise InputError("\n".join(problem.line(given, files) for problem in wrong))
-    plausibility.warn([Problem(path_of(key), text).line(given, files) for key, text in said])
+            said = [Problem(path_of(key), text).line(given, files) for key, text in doubts(config)]
+    if wrong:  # what is unlikely stands first, as it may be why
+        raise InputError("\n".join([*said, *(problem.line(given, files) for problem in wrong)]))
+    plausibility.warn(said)
     return config
 
 
@@ -324,6 +325,12 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
         low = plausibility.of_storey(float(wall.height), None) if isinstance(wall, Wall) else []
         for doubt in [*plausibility.of_density(wall.density), *loads, *low]:
             yield key, f"makes an unlikely wall: {doubt}"
+    curves = {"curve": config.curve, "validation.curve": config.validation.curve}
+    if config.earthquakes:
+        curves |= {f"earthquakes.walls[{i}]": named.curve for i, named in enumerate(config.earthquakes.walls)}
+    for key, curve in curves.items():
+        for doubt in plausibility.of_curve(curve.yield_displacement_ratio):
+            yield key, f"makes an unlikely curve: {doubt}"
     for key, (thick, height) in sizes.items():
         for doubt in plausibility.of_wall(thick, height):
             yield key, f"makes an unlikely wall: {doubt}"
