@@ -23,7 +23,7 @@ from rockdamp.vocabulary import STANDARD_GRAVITY
 THICKEST, HIGHEST = 2.0, 30.0  # [m]
 THINNEST, LOWEST = 0.05, 0.5  # what a guess must lead to [m]
 TOO_THICK, TOO_HIGH = 100.0, 1000.0  # refused: of these there is neither a wall nor a building [m]
-SLENDEREST = 40.0  # h/t; tests went to 28
+SQUATTEST, SLENDEREST = 4.0, 40.0  # h/t; tests went to 28, and two bodies as squat as 4 are hardly walls
 LARGEST_YIELD = 0.5  # a1; the most degraded joints of the presets have 0.2
 LOWEST_HINGE, HIGHEST_HINGE = 0.4, 0.9  # of h; tests found 0.5 to 0.7
 WIDEST = 100.0  # [m]
@@ -185,6 +185,9 @@ def of_load(ratio: float) -> list[str]:
 def of_stated(wall: Any) -> list[str]:
     """Return the warnings about one wall, or parapet, as a user states it: a hinge, or an eccentricity of no load."""
     doubts, hinge, eccentricity = [], float(getattr(wall, "hinge_ratio", 0.7)), float(wall.eccentricity)
+    slenderness = float(wall.height) / float(wall.thickness)
+    if hasattr(wall, "hinge_ratio") and slenderness < SQUATTEST:
+        doubts.append(f"height over thickness is {slenderness:.3g}, less than {SQUATTEST:g}; is the thickness right?")
     if not LOWEST_HINGE <= hinge <= HIGHEST_HINGE:
         doubts.append(f"hinge_ratio is {hinge:g} of the height; tests found 0.5 to 0.7")
     if eccentricity and not wall.overburden_ratio:

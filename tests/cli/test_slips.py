@@ -321,3 +321,9 @@ def test_an_option_by_another_name_is_told_its_own(command, given, meant):
 def test_a_damping_ratio_where_e_is_asked_for_is_told_where_e_stands():
     refused = run("equivalent", "--damping-ratio", 0.05)
     assert refused.exit_code == 2 and "It takes --restitution; which e a damping ratio stands for" in refused.stderr
+
+
+def test_a_wall_that_is_hardly_slender_is_asked_about():
+    asked = "height over thickness is 3, less than 4; is the thickness right?"
+    assert asked in run("wall", "--thickness", 1, "--height", 3).stderr
+    assert asked not in run("wall", "--thickness", 1, "--height", 3, "--parapet").stderr
