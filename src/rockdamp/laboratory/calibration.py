@@ -295,7 +295,10 @@ def calibrate(
     estimate, computed, residual = solution.estimate, solution.computed, solution.residual
     for name, value, low, high in zip(PARAMETERS, solution.point, *fit.range, strict=True):
         if min(value - low, high - value) < AT_BOUND * (high - low):
-            raise InputError(f"the best fit has {SEARCHED[name]} {value:.4g}; it must lie inside {low:g} to {high:g}")
+            slip = "did the wall rock, and are its sizes and load right?"
+            raise InputError(
+                f"the best fit has {SEARCHED[name]} {value:.4g}; it must lie inside {low:g} to {high:g}: {slip}"
+            )
     _check_rocking(computed, estimate, fit.u_ins)
     by_sensor, bandwidth = solution.covariance_by_sensor
     by_motion = solution.covariance_by_motion
