@@ -273,3 +273,12 @@ def test_a_line_of_units_a_transposed_table_and_a_record_of_peer_are_known(tmp_p
     peer.write_text("1 2 3\n4 5 6\n", encoding="utf-8")
     with pytest.raises(InputError, match="is a record of PEER, which respond, assess and batch read as it is"):
         read_raw(peer)
+
+
+def test_a_motion_and_a_displacement_in_each_others_columns_are_asked_about(tmp_path):
+    moved = 30 * np.sin(2 * np.pi * ELAPSED)  # mm; as g it is no earthquake's
+    raw = read_raw(written(tmp_path, table(("t", "a", "d"), ELAPSED, 0.4 * np.cos(9 * ELAPSED), moved)))
+    given = {"time": Channel("t", "s"), "baseline": "none"}
+    with pytest.warns(InputWarning, match="or were its column and that of the wall exchanged"):
+        laboratory_record(raw, **given, table_acceleration=Channel("d", "g"), wall=Channel("a", "mm"))
+    laboratory_record(raw, **given, table_acceleration=Channel("a", "g"), wall=Channel("d", "mm"))

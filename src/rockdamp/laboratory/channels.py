@@ -190,7 +190,10 @@ def laboratory_record(
         header["acceleration"] = "derivative of the velocity's cubic spline"
     if table_acceleration is not None:
         motion = CubicSpline(elapsed, _in(raw, table_acceleration, "m s-2", "table_acceleration", header))(even)
-    warn(of_motion(float(np.abs(motion).max())))
+    doubt = of_motion(float(np.abs(motion).max()))
+    if doubt and table_acceleration is not None and wall is not None and _exchanged(raw, table_acceleration, wall):
+        doubt = [f"{doubt[0]}; or were its column and that of the wall exchanged?"]
+    warn(doubt)
     displacement = None
     if wall is not None:
         displacement = CubicSpline(elapsed, _in(raw, wall, "m", "wall", header))(even)
@@ -215,6 +218,16 @@ def laboratory_record(
     if resting.any() and not doubts["acceleration"]:
         motion = _without_baseline(even, motion, resting, baseline, header)
     return Record(even, motion, displacement, header)
+
+
+def _exchanged(raw: Raw, acceleration: Channel, wall: Channel) -> bool:
+    """Say whether a motion and a displacement are possible if each has the other's numbers."""
+    to_si = units.size(acceleration.unit, "m s-2"), units.size(wall.unit, "m")
+    motion, moved = (
+        float(np.ptp(raw.column(channel.column)) * (size or np.inf))
+        for channel, size in zip((wall, acceleration), to_si, strict=True)
+    )
+    return not of_motion(motion) and not of_displacement(moved)
 
 
 def _of_table(even: Array, motion: Array, wall: Array, table: Array | None) -> list[str]:
