@@ -237,3 +237,12 @@ def test_the_same_ground_motion_rocks_a_wall_higher_up_further():
     # Each record is scaled to the intensity of its ground.
     pga = [rd.intensity_measures(motion.record).pga for motion in records]
     assert by_storey[1]["scale_factor"].values[:, 0] == pytest.approx(1.5 / np.array(pga))
+
+
+def test_records_made_of_arrays_are_ground_motions():
+    elapsed = np.arange(0, 2, 0.01)
+    records = [rd.Record(elapsed, scale * np.sin(5 * elapsed)) for scale in (1.0, 2.0)]
+    motions = rd.floor_motions(records, diaphragm=rd.Diaphragm(0.4, 0.05))
+    assert [motion.name for motion in motions] == ["record 1", "record 2"]
+    (alike,) = rd.two_records(records[0], records[0])
+    assert alike.record == records[0]

@@ -89,7 +89,7 @@ def assess(
         Under a `OneSidedWall` each record acts both ways, as it is and turned round, and counts twice; beside CR, which
         is then solved event by event, stands STOP, the damper at the stop.
     curve : TrilinearCurve
-    records : str, path, GroundMotion, or several of them
+    records : str, path, Record, GroundMotion, or several of them
         As for `load_records`, or what it returned.
     pgv : float or sequence of float, optional
         Peak ground velocities asked for. Either these or `pga` must be given. [m s-1]

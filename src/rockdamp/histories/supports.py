@@ -26,11 +26,12 @@ from rockdamp.errors import InputError
 from rockdamp.histories.loads import SupportRecord
 from rockdamp.mechanics.building import RIGID_PERIOD, Building, Diaphragm
 from rockdamp.mechanics.wall import Wall
-from rockdamp.motions.catalogue import GroundMotion, load_records
+from rockdamp.motions.catalogue import OWN, GroundMotion, load_records
 from rockdamp.motions.records import Record
 from rockdamp.solvers.oscillator import floor_response
 
-Records = str | os.PathLike[str] | GroundMotion | Iterable[str | os.PathLike[str] | GroundMotion]
+_One = str | os.PathLike[str] | Record | GroundMotion
+Records = _One | Iterable[_One]
 SMALL = 0.05  # ASSUME: joints that close within this part of u_ins of each other close together
 HIGH_PASS = 0.1  # corner of the filter before the difference of two measured records is integrated [Hz]
 
@@ -71,7 +72,7 @@ def floor_motions(
 
     Parameters
     ----------
-    records : str, path, GroundMotion, or several of them
+    records : str, path, Record, GroundMotion, or several of them
         As for `load_records`, or what it returned. Of floor motions the ground is taken.
     building : Building, optional
         With the storey of the wall. Without one the base of the wall moves with the ground.
@@ -116,7 +117,7 @@ def two_records(base: Records, top: Records) -> list[FloorMotion]:
 
     Parameters
     ----------
-    base, top : str, path, GroundMotion, or several of them
+    base, top : str, path, Record, GroundMotion, or several of them
         The records of the lower and of the upper support, as many of each, in the same order.
 
     Raises
@@ -141,14 +142,16 @@ def two_records(base: Records, top: Records) -> list[FloorMotion]:
 
 def motions_of(records: Records) -> list[GroundMotion]:
     """Return ground motions as they are, and read those that are named."""
-    if isinstance(records, (str, os.PathLike, GroundMotion)):
+    if isinstance(records, (str, os.PathLike, GroundMotion, Record)):
         records = [records]
-    named = several("records", records, "a name, a path, a pattern or a GroundMotion, or some of them")
-    return [
-        motion
-        for record in named
-        for motion in ([record] if isinstance(record, GroundMotion) else load_records(record))
-    ]
+    named = several("records", records, "a name, a path, a pattern, a Record or a GroundMotion, or some of them")
+    motions: list[GroundMotion] = []
+    for number, record in enumerate(named, 1):
+        if isinstance(record, Record):
+            motions.append(GroundMotion(f"record {number}", f"record {number}", OWN, record))
+        else:
+            motions += [record] if isinstance(record, GroundMotion) else load_records(record)
+    return motions
 
 
 def joint_offset(motions: Sequence[GroundMotion], wall: object, factor: ArrayLike) -> float:
