@@ -269,8 +269,7 @@ def make_wall(options: Mapping[str, Any]) -> Any:
             unloaded = kind(**sizes)
         sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], unloaded)
     wall = kind(**sizes)
-    of_building = not options["parapet"] and "posterior" not in options  # a laboratory's specimen may be low
-    warn(of_stated(wall) + (of_storey(options["height"], options.get("storeys")) if of_building else []))
+    warn(of_stated(wall) + ([] if options["parapet"] else of_storey(options["height"], options.get("storeys"))))
     return one_sided_wall(options, wall)
 
 
