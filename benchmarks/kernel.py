@@ -275,9 +275,10 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
             f" {np.median(apart):.2f} times as fast together as one alone ({min(apart):.2f} to {max(apart):.2f}),"
             " in rounds of their own: what this machine gives a second core.",
         )
-        text = f"The second core gives rockdamp {min(second):.2f} to {max(second):.2f} times the speed"
+        ours = f"{min(second):.2f} to {max(second):.2f}"
+        text = f"At {MOST} histories the second core gives rockdamp {ours} times the speed"
         if c_second:
-            text += f", and the C loop {min(c_second):.2f} to {max(c_second):.2f} times: what the machine allows"
+            text += f", and the C loop {min(c_second):.2f} to {max(c_second):.2f} times"
         found.notes.append(text + ".")
     found.series["damping_force"] = [row[:7] for row in table.rows]
     return speeds

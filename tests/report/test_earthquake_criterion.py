@@ -55,7 +55,7 @@ def test_each_reservation_is_made_only_where_the_numbers_make_it(orders):
     orders["wall_smallest_order"].loc[{**at, "wall": "parapet"}] = np.nan
     orders["wall_smallest_order"].loc[{**at, "wall": "church", "restitution": 0.8}] = np.nan
     told = criterion.reservations(orders)
-    assert told["change"].endswith(" it takes order 32 at e = 0.8 and no order at e = 0.95.")
+    assert told["change"].endswith(" the smallest order that is enough is 32 at e = 0.8 and none at e = 0.95.")
     assert told["walls"] == "For parapet no order is shown to be enough at any e."
 
 

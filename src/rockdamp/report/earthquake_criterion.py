@@ -179,14 +179,15 @@ def reservations(orders: xr.Dataset) -> dict[str, str]:
     m, told, judged = RECOMMENDED_ORDER, splits(orders), orders.isel(record_set=0)
     least = judged["smallest_order"].sel(change="e")
     more = [
-        f"{'no order' if name == NONE else f'order {name}'} at e = {plain(order['restitution'])}"
+        f"{name} at e = {plain(order['restitution'])}"
         for order, name in ((order, smallest(order)) for order in least)
         if name == NONE or float(order) > m
     ]
     of_wall = judged["wall_smallest_order"].sel(change=DECISIVE_CHANGE)
     never = orders["wall"].values[of_wall.isnull().all("restitution").values]
+    beside = f"Beside {changes(orders)['e']}, over all walls together, the smallest order that is enough is"
     return {
-        "change": f"Beside {changes(orders)['e']} it takes {listed(more)}." if more else "",
+        "change": f"{beside} {listed(more)}." if more else "",
         "halves": f"Order {m} was chosen on one half of the stations and enough on the other in {told['both']} of"
         f" {told['count']} splits; whatever was chosen, it was enough there in {told['recommended_passes']}.",
         "walls": f"For {listed(map(str, never))} no order is shown to be enough at any e." if never.size else "",
