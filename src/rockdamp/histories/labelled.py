@@ -214,12 +214,10 @@ class _Batch:
     ) -> None:
         if wall is not None:
             instance("wall", wall, Wall, Parapet)
+            plausibility.warn(plausibility.of_sizes(getattr(damping, "restitution", 0.0), wall.restitution_rigid))
         instance("curve", curve, TrilinearCurve)
         instance("damping", damping, Damping)
         plausibility.warn(plausibility.of_dampings([damping]))
-        plausibility.warn(plausibility.of_curve(curve.yield_displacement_ratio))
-        if wall is not None and "restitution" in damping.parameters:
-            plausibility.warn(plausibility.of_sizes(damping.restitution, wall.restitution_rigid))
         others = {name: quantity(name, value) for name, value in others.items()}
         self.parameters = _names(_parameters(wall)) | _names(_parameters(curve))
         self.parameters |= _names(damping.parameters)
