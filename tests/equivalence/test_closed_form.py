@@ -14,7 +14,7 @@ from rockdamp.equivalence.closed_form import (
     exact_ratio,
     giannini_masiani,
 )
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, InputWarning
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
@@ -138,3 +138,12 @@ def test_a_power_law_without_an_exponent_is_a_constant_coefficient():
     curve = TrilinearCurve(0.04, 0.85)
     for ratio_of in (damping_ratio_energy, damping_ratio_middle):
         assert ratio_of(curve, "POWER", 0.85, 0.5) == ratio_of(curve, "CDC", 0.85, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("a1", "b1", "e", "asked"),
+    [(0.85, 0.04, 0.85, "were a1 and b1 swapped"), (0.04, 0.85, 0.05, "was it a damping ratio")],
+)
+def test_what_no_wall_has_is_asked_about(a1, b1, e, asked):
+    with pytest.warns(InputWarning, match=asked):
+        damping_ratio_energy(TrilinearCurve(a1, b1), "CDR", e, 0.5)

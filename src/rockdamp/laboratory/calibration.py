@@ -145,7 +145,8 @@ def require_explained(solution: Solution) -> Misfit:
         raise InputError(f"{stated}. If {words}, it leaves {better}: is that so?")
     if misfit.exceeds(POOREST):
         most = f"it must leave at most {100 * POOREST:.2g} % of the peak"
-        raise InputError(f"{stated}; {most}. It fits no better if {listed(list(tried))}")
+        asked = f"It fits no better if {listed(list(tried))}: are the wall's sizes and load right?"
+        raise InputError(f"{stated}; {most}. {asked}")
     return misfit
 
 
