@@ -237,3 +237,12 @@ def test_the_same_ground_motion_rocks_a_wall_higher_up_further():
     # Each record is scaled to the intensity of its ground.
     pga = [rd.intensity_measures(motion.record).pga for motion in records]
     assert by_storey[1]["scale_factor"].values[:, 0] == pytest.approx(1.5 / np.array(pga))
+
+
+def test_a_base_far_stronger_than_the_top_is_asked_about(ground):
+    (base,) = ground
+    record = base.record
+    weak = replace(base, record=replace(record, ground_acceleration=record.ground_acceleration / 3))
+    with pytest.warns(rd.InputWarning, match="record of the base, .* far stronger than that of the top.*swapped"):
+        two_records(base, weak)
+    two_records(weak, base)  # a warning is an error here
