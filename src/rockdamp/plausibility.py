@@ -24,6 +24,7 @@ THICKEST, HIGHEST = 2.0, 30.0  # [m]
 THINNEST, LOWEST = 0.05, 0.5  # what a guess must lead to [m]
 TOO_THICK, TOO_HIGH = 100.0, 1000.0  # refused: of these there is neither a wall nor a building [m]
 SQUATTEST, SLENDEREST = 4.0, 40.0  # h/t; tests went to 28, and two bodies as squat as 4 are hardly walls
+FAR_MORE = 2.0  # the PGA of the base of a wall over that of its top
 LARGEST_YIELD = 0.5  # a1; the most degraded joints of the presets have 0.2
 LOWEST_HINGE, HIGHEST_HINGE = 0.4, 0.9  # of h; tests found 0.5 to 0.7
 WIDEST = 100.0  # [m]
@@ -69,6 +70,11 @@ def warn(doubts: Sequence[str]) -> None:
         return
     for doubt in doubts:
         warnings.warn(doubt, InputWarning, stacklevel=_outside())
+
+
+def called_from_outside() -> bool:
+    """Return True if the function that asks this was called from outside this package."""
+    return _outside() == 3
 
 
 def _outside() -> int:
@@ -228,9 +234,11 @@ def of_tie(strength: ArrayLike, weight: ArrayLike, gap: ArrayLike, rupture: Arra
     return doubts
 
 
-def of_width(width: ArrayLike) -> list[str]:
-    """Return a warning where a wall is wider than buildings [m]; of an array the largest counts."""
-    widest = _largest(width)
+def of_width(width: ArrayLike, thickness: ArrayLike) -> list[str]:
+    """Return a warning where a wall is wider than buildings, or narrower than a metre and than it is thick [m]."""
+    widest, narrowest, thinnest = _largest(width), _least(width), _least(thickness)
+    if narrowest < min(thinnest, 1.0):
+        return [f"width is {narrowest:g} m, less than the thickness of {thinnest:g} m; were the two swapped?"]
     return [f"width is {widest:g} m, more than {WIDEST:g}; was it in millimetres?"] if widest > WIDEST else []
 
 
@@ -341,6 +349,14 @@ def of_supports(acceleration: ArrayLike) -> list[str]:
     if strongest <= STRONGEST * STANDARD_GRAVITY:
         return []
     return [f"the supports peak at {in_g(strongest)} (median): the intensity must be that of the ground, not the floor"]
+
+
+def of_two_records(base: tuple[str, float], top: tuple[str, float]) -> list[str]:
+    """Return a question where the base of a wall shakes far more than its top; of each the name and PGA [m s-2]."""
+    if base[1] <= FAR_MORE * top[1]:
+        return []
+    of_base, of_top = (f"{name!r} ({in_g(pga)})" for name, pga in (base, top))
+    return [f"the record of the base, {of_base}, is far stronger than that of the top, {of_top}; were they swapped?"]
 
 
 def of_stations(stations: int, fewest: int) -> list[str]:

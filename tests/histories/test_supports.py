@@ -246,3 +246,12 @@ def test_records_made_of_arrays_are_ground_motions():
     assert [motion.name for motion in motions] == ["record 1", "record 2"]
     (alike,) = rd.two_records(records[0], records[0])
     assert alike.record == records[0]
+
+
+def test_a_base_far_stronger_than_the_top_is_asked_about(ground):
+    (base,) = ground
+    record = base.record
+    weak = replace(base, record=replace(record, ground_acceleration=record.ground_acceleration / 3))
+    with pytest.warns(rd.InputWarning, match="record of the base, .* far stronger than that of the top.*swapped"):
+        two_records(base, weak)
+    two_records(weak, base)  # a warning is an error here

@@ -191,3 +191,14 @@ def test_ties_in_kilonewtons_and_millimetres_and_the_height_of_a_building_are_qu
 def test_per_cent_of_g_in_a_column_of_g_is_recognised():
     (told,) = plausibility.of_motion(30 * 9.80665, "g", 9.80665)
     assert "per cent of g (2.94 m s-2)" in told
+
+
+def test_solve_asks_about_damping_where_a_user_calls_it():
+    with pytest.warns(rd.InputWarning, match=r"damping_ratio \(xi\) is 5, .*was it in per cent \(0\.05\)"):
+        rd.solve(CURVE, rd.Damping("CDR", [5.0, 3.0]), step=0.01, steps=10, release_amplitude=0.5)
+
+
+def test_a_wall_narrower_than_it_is_thick_is_asked_about():
+    with pytest.warns(rd.InputWarning, match="width is 0.23 m, less than the thickness of 1 m; were the two swapped"):
+        rd.Wall(1.0, 3.2, width=0.23)
+    rd.Wall(1.2, 12.0)  # of a metre's width, the default: no warning, which were an error here

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockdamp import plausibility
 from rockdamp.arguments import instance, several
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
@@ -137,6 +138,9 @@ def two_records(base: Records, top: Records) -> list[FloorMotion]:
         raise InputError(
             f"there are {len(pairs[0])} records of the base and {len(pairs[1])} of the top; there must be as many"
         )
+    for lower, upper in zip(*pairs, strict=True):
+        stated = [(one.name, float(np.abs(one.record.ground_acceleration).max())) for one in (lower, upper)]
+        plausibility.warn(plausibility.of_two_records(*stated))
     return [_on_floor(lower, _measured(lower, upper), parapet=False) for lower, upper in zip(*pairs, strict=True)]
 
 

@@ -124,6 +124,16 @@ def _moves_with_the_table(record: Record, farthest: float) -> bool:
     return bool(np.abs(moved - drift(record.elapsed)).max() <= farthest)
 
 
+def _is_the_table(record: Record) -> bool:
+    """Say whether a displacement is the table's own, of either sign, known but for a polynomial."""
+    shown, table = _shown(record), table_displacement(record)
+    left = [
+        moved - Polynomial.fit(record.elapsed, moved, TABLE_DEGREE)(record.elapsed)
+        for moved in (shown - table, shown + table)
+    ]
+    return bool(min(np.abs(each).max() for each in left) <= POOREST * np.abs(shown - shown[0]).max())
+
+
 def require_explained(solution: Solution) -> Misfit:
     """Return the misfit of the best fit, or raise `InputError`; it names a slip that is found.
 
@@ -136,6 +146,8 @@ def require_explained(solution: Solution) -> Misfit:
         raise InputError(f"{stated}{_ask(clipped)}")
     if not misfit.exceeds(POOR):
         return misfit
+    if _is_the_table(solution.fit.record):
+        raise InputError(f"{stated}; is the displacement that of the table itself, in place of the wall's?")
     tried: dict[str, Misfit] = {}
     for words, corrected in slips(solution.fit):
         with suppress(InputError):

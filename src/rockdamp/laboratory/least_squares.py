@@ -180,16 +180,15 @@ class RecordFit:
     def _displacement(
         self, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, load_factor: Quantity, motion: Array
     ) -> Array:
-        with as_meant():  # a search tries curves that no wall has
-            response = solve(
-                curve,
-                damping,
-                step=wall.frequency_parameter * self.record.step / self._substeps,
-                steps=self.motion.size - 1,
-                load_factor=load_factor,
-                ground_acceleration=motion,
-                store_every=self._substeps,
-            ).displacement
+        response = solve(
+            curve,
+            damping,
+            step=wall.frequency_parameter * self.record.step / self._substeps,
+            steps=self.motion.size - 1,
+            load_factor=load_factor,
+            ground_acceleration=motion,
+            store_every=self._substeps,
+        ).displacement
         # Collapsed walls must stay comparable numbers, and lose.
         response[np.isnan(response)] = LOST
         return np.asarray(wall.instability_displacement)[..., None] * response

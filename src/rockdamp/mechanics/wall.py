@@ -94,7 +94,7 @@ class _Mechanism(ByValue):
         plausibility.require_rocking(self.thickness, self.height, e, self._least_slenderness, self._law)
         per_metre = np.divide(self.weight, self.width)
         plausibility.warn(plausibility.of_wall(self.thickness, self.height))
-        plausibility.warn(plausibility.of_width(self.width))
+        plausibility.warn(plausibility.of_width(self.width, self.thickness))
         plausibility.warn(plausibility.of_density(self.density))
         plausibility.warn(plausibility.of_overburden(self.overburden_ratio, per_metre))
 

@@ -20,7 +20,7 @@ from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.damping.base import IMPACT, NET_FORCE
-from rockdamp.plausibility import of_curve, warn
+from rockdamp.plausibility import called_from_outside, of_curve, of_dampings, warn
 from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers import peaks_kernel
 from rockdamp.solvers.response import (
@@ -220,7 +220,8 @@ def solve(
     """
     instance("curve", curve, TrilinearCurve)
     instance("damping", damping, Damping)
-    warn(of_curve(curve.yield_displacement_ratio))
+    if called_from_outside():
+        warn(of_dampings([damping]) + of_curve(curve.yield_displacement_ratio))
     scheme = scheme if scheme in SCHEMES else one_of("scheme", scheme, SCHEMES)
     is_constant = damping.linear_branches == BRANCHES
     loops = peaks_kernel if peaks_only else kernel

@@ -24,7 +24,6 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.damping.base import IMPACT
-from rockdamp.plausibility import as_meant
 from rockdamp.solvers.newmark import solve
 
 REACH = 6  # samples on either side; beyond, a spline through one sample differs from zero by less than 1e-3 of it
@@ -56,15 +55,14 @@ def derivatives(
     """
     if wall[1].loss_depends_on_amplitude:
         raise InputError("derivatives of a response take a damper whose loss does not depend on the amplitude")
-    with as_meant():  # of a curve that a search tries
-        ran = solve(
-            *wall,
-            step=step,
-            steps=ground_acceleration.size - 1,
-            load_factor=load_factor,
-            ground_acceleration=ground_acceleration,
-            store_every=1,
-        )
+    ran = solve(
+        *wall,
+        step=step,
+        steps=ground_acceleration.size - 1,
+        load_factor=load_factor,
+        ground_acceleration=ground_acceleration,
+        store_every=1,
+    )
     if ran.outcome.any():
         raise InputError("the wall collapses; derivatives are those of a response that does not end")
     x, v = ran.displacement.reshape(-1), ran.velocity.reshape(-1)
