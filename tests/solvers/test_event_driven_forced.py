@@ -35,6 +35,7 @@ def test_energy_is_balanced_by_the_work_of_the_load_and_the_damper(damper):
     assert residuals[-1] < 1e-5 * float(curve.energy(0.8))
 
 
+@pytest.mark.filterwarnings("ignore:restitution:rockdamp.errors.InputWarning")  # e of 0 on purpose
 def test_with_e_of_0_the_wall_stops_at_the_impact_and_starts_again_when_the_load_pushes():
     curve, step = CURVES[0], 0.25
     stopped = Damping.cr(0.0)
