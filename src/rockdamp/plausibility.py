@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
@@ -276,9 +276,8 @@ def of_damping(damping_ratio: ArrayLike) -> list[str]:
     return [f"damping_ratio (xi) is {xi:g}, more than {MOST_DAMPED:g}{slip}"]
 
 
-def of_dampings(dampings: Iterable[Any]) -> list[str]:
+def of_dampings(dampings: Sequence[Any]) -> list[str]:
     """Return the warnings about the parameters of dampers."""
-    dampings = list(dampings)
     parameters = [damping.parameters for damping in dampings]
     doubts = of_damping([_largest(each.get("damping_ratio", 0.0)) for each in parameters])
     doubts += of_local_damping([_largest(each.get("local_damping", 0.0)) for each in parameters])
@@ -291,9 +290,7 @@ def of_exponent(exponent: ArrayLike) -> list[str]:
     g = _largest(exponent)
     if g <= MOST_FADING:
         return []
-    return [
-        f"exponent (g) is {g:g}, more than {MOST_FADING:g}: an impact of a large amplitude then loses hardly anything"
-    ]
+    return [f"exponent (g) is {g:g}, more than {MOST_FADING:g}: a large impact then loses hardly anything"]
 
 
 def of_local_damping(alpha: ArrayLike) -> list[str]:

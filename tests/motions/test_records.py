@@ -113,7 +113,7 @@ BAD = {
     "time going back": (ROWS.replace("0.02,", "0.005,"), f"elapsed_s is 0.005 on line {FIRST_ROW + 2}; .*than 0.01"),
     "a missing sample": (
         "".join(f"{t / 100:.2f},0,0\n" for t in range(20) if t != 11),
-        f"elapsed_s is 0.12 on line {FIRST_ROW + 11}; it must be 0.11: .*uniform to 0.02",
+        f"elapsed_s is 0.12 on line {FIRST_ROW + 11}; it must be 0.11: .*uniform to 0.0001",
     ),
     "a short row": (ROWS.replace(",0.002", ""), f"line {FIRST_ROW + 1} has 2 values; it must have 3"),
     "decimal commas": (ROWS.replace("0.2", "0,2"), f"line {FIRST_ROW + 1} has 4 values; it must have 3"),
@@ -177,8 +177,8 @@ def test_a_bad_at2_file_says_what_and_where(write, old, new, message):
 
 
 def test_a_clock_that_drifts_is_refused_though_no_interval_is_far_off():
-    step = 0.01 * (1 + np.linspace(0, 5e-4, 2000))
-    assert np.ptp(step) < 1e-3 * 0.01
+    step = 0.01 * (1 + np.linspace(0, 5e-5, 2000))
+    assert np.ptp(step) < 1e-4 * 0.01
     with pytest.raises(InputError, match="uniform"):
         Record(np.concatenate([[0.0], np.cumsum(step)]), np.zeros(2001))
 
@@ -209,13 +209,8 @@ def test_a_record_stays_as_it_was_checked_as_do_its_copies():
             same.ground_acceleration[0] = 1.0
 
 
-def test_times_rounded_to_five_decimals_at_256_hz_are_uniform():
-    elapsed = np.round(np.arange(1000) / 256, 5)
-    assert Record(elapsed, np.zeros(1000)).step == pytest.approx(1 / 256, rel=1e-5)
-
-
 def test_a_time_off_by_more_than_the_tolerance_is_refused_at_its_sample():
     elapsed = times()
-    elapsed[17] += 0.06 * 0.01
+    elapsed[17] += 3e-4 * 0.01
     with pytest.raises(InputError, match="at sample 1[78]; .*uniform"):
         Record(elapsed, np.zeros(40))

@@ -24,7 +24,7 @@ from rockdamp.vocabulary import STANDARD_GRAVITY
 
 Place = Callable[[int], str]  # of a sample, by its index: "on line 12"
 
-UNIFORM = 0.02  # of a step, as rounded times are: how far a time may lie from where uniform sampling puts it
+UNIFORM = 1e-4  # of a step: how far a time may lie from where uniform sampling puts it
 COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")  # as they are written
 ACCELERATIONS = {  # the columns that an acceleration may be read from, and their units, also in m s-2
     "ground_acceleration_m_s2": ("m s-2", 1.0),
