@@ -197,8 +197,8 @@ def energy(data: Data) -> str:
     return (
         f"{table(head, rows)}\n\nIn the stored decays of the studies the largest residual is "
         f"{power(at['decay_energy_residual'].max())}. The losses are those of the reference\nwall, which has "
-        f"{float(reference['release_energy']):.0f} J at the release, for e = {float(reference['audited_restitution']):g}"
-        " and ξ of the least error."
+        f"{float(reference['release_energy']):.0f} J at the release, for e = "
+        f"{float(reference['audited_restitution']):g} and ξ of the least error."
     )
 
 
