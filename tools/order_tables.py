@@ -65,7 +65,7 @@ def orders(data: Data) -> str:
     walls = [[name, *(f"{least} {MARKS[verdict]}" for least, verdict in cells)] for name, cells in by_wall(compared)]
     against, m = reservations(compared), RECOMMENDED_ORDER
     return (
-        f"{first}, over all walls together and {over}{int(compared['stations'])} stations, beside a"
+        f"{first} studied, over all walls together and {over}{int(compared['stations'])} stations, beside a"
         f" {named[DECISIVE_CHANGE]}.\n{against['change']} {against['walls']}\n{against['halves']}\n\n"
         f"Error of each order, and of CR with e changed:\n\n{table(head, rows)}\n\n"
         f"The smallest order that is enough beside a {named[DECISIVE_CHANGE]}, by set of records:\n\n"
