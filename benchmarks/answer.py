@@ -52,9 +52,8 @@ def section(quick: bool) -> Section:
         f" {walls} walls that differ in a1, b1 and e, on {available_threads()} thread(s). rockdamp runs its own decay"
         " under restitution, scans 200 damping ratios for all minima, and refines them: in the end at"
         f" 1/{matching.REFINEMENT} of the studies' step, as `rockdamp equivalent` does, or at the studies' step"
-        " alone. The others are given the decay. They minimise Err once (minimize_scalar, from the closed form), at the"
-        " coarsest step or tolerance that is good to 0.1 %. Their time for"
-        f" {walls} walls is extrapolated: {walls} times one wall.",
+        " alone. The others are given the decay and minimise Err once (minimize_scalar, from the closed form), at the"
+        f" coarsest step or tolerance that is good to 0.1 %; their time for {walls} walls is {walls} times one wall's.",
         ["solver", "one wall [s]", "off by", f"{walls} walls [s]", "times rockdamp, one", f"times rockdamp, {walls}"],
     )
     for name in dict.fromkeys(name for name, _ in ours):

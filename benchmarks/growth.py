@@ -59,7 +59,7 @@ def memory(quick: bool) -> Section:
     # Few walls and many steps: the time stays short, and a history would show at once.
     few = {steps: _row(table, 64, steps, 0, 0) for steps in (most // 100, most // 10, most)}
     record = {steps: _row(table, 64, steps, 101, 0) for steps in (most // 10, most)}
-    stored = _row(table, 64, most, 0, 1)
+    _row(table, 64, most, 0, 1)
     for count in (1, 4, 10):
         size = _population_size(count, 16 if quick else 128)
         table.rows.append(
@@ -85,10 +85,6 @@ def memory(quick: bool) -> Section:
         record[most] / record[most // 10],
         GROWS,
         " times",
-    )
-    found.notes.append(
-        f"64 histories of {most:,} steps take {number(stored)} MiB where they are stored, and {number(sizes[-1])} MiB"
-        " where not."
     )
     return found
 
@@ -230,7 +226,6 @@ def whole_population(quick: bool, whole: bool) -> Section:
         used / count * WALLS / available_threads(),
         120,
         " s",
-        reason=f"A history costs {number(used / (count * per_wall) * 1e6)} us; what was tried is told below.",
     )
     hours = per_history * BIG * per_wall / 3600
     found.notes.append(

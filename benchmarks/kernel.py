@@ -183,7 +183,7 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
     steps, repetitions = (400, 2) if quick else (STEPS, 7)
     table = Table(
         f"Nanoseconds per step and history: the best (and the median) of interleaved repetitions of {steps} steps. C"
-        " and the plain numba loop run on one thread. The numba loop takes the histories one after the other.",
+        " and the plain numba loop run on one thread, the numba loop one history after the other.",
         [
             "damper",
             "load",
@@ -250,9 +250,9 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
                 )
                 print("  " + "  ".join(table.rows[-1]), flush=True)
     found.tables.append(table)
-    few = _few(found, repetitions)
+    _few(found, repetitions)
     faster = min(lanes for lanes in LANES if _faster_from(lanes, plain))
-    few += f" From {faster} histories on it is faster with every damper."
+    few = f"From {faster} histories on rockdamp is faster than the plain loop with every damper."
     several = min(min(ratios) for lanes, ratios in plain.items() if lanes > 1)
     for what, speed, least in (("one history", min(plain[1]), 0.9), ("several histories", several, 1)):
         named = f"Speed over the plain numba loop's, {what}, worst of all dampers"
@@ -272,14 +272,13 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
             " times",
             least=True,
             reason=f"Two processes that share nothing, each with the same histories on one thread, are"
-            f" {np.median(apart):.2f} times as fast together as one alone ({min(apart):.2f} to {max(apart):.2f}),"
-            " in rounds of their own: what this machine gives a second core.",
+            f" {np.median(apart):.2f} times as fast together as one alone ({min(apart):.2f} to {max(apart):.2f}).",
         )
-        ours = f"{min(second):.2f} to {max(second):.2f}"
-        text = f"At {MOST} histories the second core gives rockdamp {ours} times the speed"
         if c_second:
-            text += f", and the C loop {min(c_second):.2f} to {max(c_second):.2f} times"
-        found.notes.append(text + ".")
+            found.notes.append(
+                f"At {MOST} histories the second core gives the C loop {min(c_second):.2f} to {max(c_second):.2f} times"
+                " the speed."
+            )
     found.series["damping_force"] = [row[:7] for row in table.rows]
     return speeds
 
@@ -289,15 +288,14 @@ def _faster_from(lanes: int, plain: dict[int, list[float]]) -> bool:
     return all(min(ratios) >= 1 for many, ratios in plain.items() if many >= lanes)
 
 
-def _few(found: Section, repetitions: int) -> str:
-    """Tell what a call of few histories costs by itself from what its steps cost; return how they compare."""
+def _few(found: Section, repetitions: int) -> None:
+    """Tell what a call of few histories costs by itself from what its steps cost."""
     table = Table(
         f"Few histories, in processor time: a call of {SUBSTEPS} steps, and what each step more takes for all histories"
         f" together, up to {STEPS}.",
         ["damper", "load", "histories", "call [us]", "plain [us]", "step [ns]", "plain [ns]", "plain / rockdamp, step"],
     )
-    calls: dict[str, list[float]] = {"ours": [], "plain": []}
-    ratios: dict[int, list[float]] = {}
+    calls = ("ours", "plain")
     for model in MODELS:
         for forced in (False, True):
             for lanes in FEW:
@@ -312,24 +310,11 @@ def _few(found: Section, repetitions: int) -> str:
                     name: time.best for name, time in interleaved(functions, repetitions, clock=process_time).items()
                 }
                 step = {name: (timed[name] - timed[f"{name}, call"]) / (STEPS - SUBSTEPS) for name in calls}
-                for name, values in calls.items():
-                    values.append(timed[f"{name}, call"])
-                ratios.setdefault(lanes, []).append(step["plain"] / step["ours"])
                 row = [NAMES[model], "record" if forced else "free", str(lanes)]
                 row += [f"{timed[f'{name}, call'] * 1e6:.0f}" for name in calls]
                 row += [f"{step[name] * 1e9:.1f}" for name in calls]
-                table.rows.append([*row, f"{ratios[lanes][-1]:.2f}"])
+                table.rows.append([*row, f"{step['plain'] / step['ours']:.2f}"])
     found.tables.append(table)
-    of_calls = {name: f"{min(own) * 1e6:.0f} to {max(own) * 1e6:.0f} us" for name, own in calls.items()}
-    of_steps = "; ".join(f"{lanes}: {min(own):.2f} to {max(own):.2f}" for lanes, own in ratios.items())
-    return (
-        f"A call takes {of_calls['ours']} by damper, load and number of histories, and one of the plain loop, which"
-        f" checks nothing, {of_calls['plain']}: rockdamp checks each argument, finds the shape that they broadcast to,"
-        " and makes the arrays of the answer, each of which costs Python a fraction of a microsecond to some of them."
-        f" Steps alone are so many times as fast as the plain loop's, by the number of histories ({of_steps}). A"
-        " history alone has a loop of its own, with its state in registers and the same bits as in a block of many; two"
-        " and three are computed one after the other in their block."
-    )
 
 
 def _check_same(walls: Batch, loop: CLoop | None) -> None:

@@ -77,12 +77,12 @@ class Section:
     def target(
         self, what: str, measured: float, limit: float, unit: str = "", least: bool = False, reason: str = ""
     ) -> None:
-        """Judge a number that must be at most `limit`, or at least; the reason is told where it is not."""
+        """Judge a number that must be at most `limit`, or at least; the reason is told once where it is not."""
         met = bool(measured >= limit if least else measured <= limit)
         wanted = f"{'at least' if least else 'at most'} {number(limit)}{unit}"
         self.targets.append({"what": what, "target": wanted, "measured": f"{number(measured)}{unit}", "met": met})
-        if reason and not met:
-            self.notes.append(f"Not met: {what}. {reason}")
+        if reason and not met and reason not in self.notes:
+            self.notes.append(reason)
 
     def data(self) -> dict[str, Any]:
         """Return it as plain data."""

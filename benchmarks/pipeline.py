@@ -99,7 +99,7 @@ def section(quick: bool) -> Section:
         for _ in range(1 if quick else 2):
             empty.append(tree.timed(floor_command, "built", floor))
             chain.append(tree.timed(tree.command(FIGURES, config), "results"))
-        where, chain_busy, floor_busy = _where(tree.place, floor, jobs)
+        where = _where(tree.place, floor, jobs)
     table = Table(
         f"Figs 1 to 8 from nothing on {CORES} cores, {len(jobs)} jobs; and the same jobs, empty: they only import"
         " rockdamp.storage.dataset, numba, xarray and, for a figure, matplotlib. The first build compiles the kernel;"
@@ -111,28 +111,15 @@ def section(quick: bool) -> Section:
         wall, processor = zip(*builds, strict=True)
         table.rows.append([name, number(min(wall)), number(median(wall)), number(min(processor))])
     found.tables.append(table)
-    slowest = ", ".join(f"{row[0]} {row[2]} s for {row[3]} s" for row in where.rows[:3])
     for which, what in enumerate(("seconds", "processor time")):
         found.target(
             f"Rebuild of the paper's chain, over that of the same jobs, empty: {what}",
             min(build[which] for build in chain) / min(build[which] for build in empty),
             1.8,
             " times",
-            reason=f"Furthest from their empty jobs are {slowest}. These compute, or lay out a figure and draw it"
-            " twice, as PDF and as PNG.",
         )
-    found.target(
-        "First build of the paper's chain, with the kernel's compilation",
-        first[0],
-        90,
-        " s",
-        reason=f"Of processor time it takes {number(first[1])} s, for two cores.",
-    )
+    found.target("First build of the paper's chain, with the kernel's compilation", first[0], 90, " s")
     found.tables.append(where)
-    found.notes.append(
-        f"The chain's jobs take {chain_busy:.0f} s together, two at a time. Empty, the same jobs take"
-        f" {floor_busy:.0f} s; the rest computes and draws."
-    )
     found.tables.append(_matching(found, quick))
     return found
 
@@ -150,8 +137,8 @@ def _durations(place: Path) -> dict[str, list[float]]:
     return spent
 
 
-def _where(place: Path, floor: Path, names: dict[str, str]) -> tuple[Table, float, float]:
-    """Return the time of each rule's jobs beside the empty ones', and both sums."""
+def _where(place: Path, floor: Path, names: dict[str, str]) -> Table:
+    """Return the time of each rule's jobs beside the empty ones'."""
     chain, empty = _durations(place), _durations(floor)
     ours = {rule: sum(seconds) for rule, seconds in chain.items()}
     theirs: dict[str, float] = {}
@@ -164,7 +151,7 @@ def _where(place: Path, floor: Path, names: dict[str, str]) -> tuple[Table, floa
     )
     for rule in sorted(ours, key=lambda rule: -ours[rule]):
         table.rows.append([rule, str(len(chain[rule])), number(ours[rule]), number(theirs.get(rule, 0.0))])
-    return table, sum(ours.values()), sum(theirs.values())
+    return table
 
 
 def graph(dot: str) -> tuple[dict[str, str], dict[str, list[str]]]:
@@ -248,19 +235,13 @@ def command_line(quick: bool) -> Section:
     callers = {name: caller(command) for name, (command, _) in calls.items()}
     timed = interleaved(callers, 2 if quick else 7, 0.0, of_children)
     table = Table(
-        "A new process, with the kernel's cache warm: processor time of all its threads, which what else the machine"
-        " does hardly changes.",
+        "A new process, with the kernel's cache warm: processor time of all its threads.",
         ["command", "best [s]", "median [s]"],
-    )
-    imports, loaded = (timed[name].best for name in list(calls)[-2:])
-    reason = (
-        f"{imports:.2f} s go by before its first line, for numba, SciPy's minimiser and the package, and"
-        f" {loaded - imports:.2f} s more until numba has read one compiled kernel from its cache."
     )
     for name, (_, limit) in calls.items():
         table.rows.append([name, number(timed[name].best), number(timed[name].median)])
         if limit:
-            found.target(f"`{name}` in a new process, processor time", timed[name].best, limit, " s", reason=reason)
+            found.target(f"`{name}` in a new process, processor time", timed[name].best, limit, " s")
     found.tables.append(table)
     return found
 
@@ -323,15 +304,12 @@ def earthquakes(quick: bool) -> Section:
     )
     where.rows = [[rule, str(len(seconds)), number(sum(seconds))] for rule, seconds in spent]
     found.tables.append(where)
-    most = ", ".join(f"{rule} {sum(seconds):.0f} s" for rule, seconds in spent[:3])
     if not quick:
         found.target(
             f"Study of earthquakes from nothing, processor time over {CORES} cores",
             used / CORES,
             90,
             " s",
-            reason=f"It runs {histories:,} histories at three steps, and at five near to collapse; what was tried"
-            f" to make them cheaper is told below. Its longest rules are {most}.",
         )
         found.target(
             "Memory of the study of earthquakes, all processes at once", peak.together / MEBIBYTE, 1024, " MiB"

@@ -124,12 +124,11 @@ def _readme(sections: list[Section]) -> str:
     parts = [
         "# How fast it is",
         "Time and memory of rockdamp, beside C and JAX loops, OpenSeesPy, SciPy and a plain numba loop, and against"
-        " targets. The command below writes this page; nothing here is edited by hand. The two parts of a ratio are"
-        " measured in turn in the same run, and each is the best of several repetitions.",
+        " targets. The command below writes this page.",
         f"```\n{COMMAND}\n```",
-        "`make peers` sets up what the command needs. Without `--earthquakes` the study of earthquakes is not built"
-        " anew. Without `--population` a part of the walls stands for all. `--quick` tries everything out in small."
-        " `--only` measures a part anew, so parts may be of different runs. A part that was not measured is left out.",
+        "`make peers` sets up what the command needs. Without `--earthquakes` that study is not built anew; without"
+        " `--population` a part of the walls stands for all. `--only` measures a part anew, so parts may be of"
+        " different runs. A part that was not measured is left out.",
         f"## Machine\n\n{_machine()}",
         f"## Targets\n\n{met} of {len(targets)} are met.",
         "\n".join(["| part | what | target | measured | |", "| --- | --- | --- | ---: | --- |", *rows]),
@@ -153,8 +152,7 @@ def _machine() -> str:
         [
             f"- Processor: {_processor()}, {len(os.sched_getaffinity(0))} cores usable",
             f"- Memory: {memory:.0f} GiB; {platform.system()} on {platform.machine()}",
-            f"- Load in the last quarter of an hour of measuring: {os.getloadavg()[2]:.1f}, of which 2 at most are"
-            " its own. What else ran makes seconds longer and unsteady; processor time and ratios show it least.",
+            f"- Load in the last quarter of an hour of measuring: {os.getloadavg()[2]:.1f}, its own included",
             f"- {', '.join(versions)}",
             f"- C: {c_version()}, `{' '.join(FLAGS)}`",
         ]

@@ -237,16 +237,13 @@ def sources(data: Data) -> str:
     rows = [[model, *(cell[part] for part in (0, 1) for cell in cells)] for model, cells in told["by_source"]]
     said = f"Each cell has the three ξ: {'; '.join(told['source_order'])}.\n\n{table(head, rows)}"
     if why := told["reason"]:
-        said += (
-            f"\n\nAt e = {why['e']} {why['model']} errs {why['leading']} with the least error and {why['closed']} with "
-            f"the closed form. Where the closed form errs less,\nit is by at most {why['loss']} of the error. "
-        )
+        said += f"\n\nWhere the closed form errs less, it is by at most {why['loss']} of the error. "
         if why["missed_more"]:
             said += (
-                f"The price: {why['model']} misses {why['missed']} of the collapses with the least error,\n"
-                f"and {why['missed_closed']} with the closed form. "
+                f"The price: at e = {why['e']}\n{why['model']} misses {why['missed']} of the collapses with the least "
+                f"error, and {why['missed_closed']} with the closed form. "
             )
-        said += f"For {why['exact']} the closed form is exact on any wall; both ξ differ by at\nmost {why['apart']} "
+        said += f"For {why['exact']}\nthe closed form is exact on any wall; both ξ differ by at most {why['apart']} "
         said += "on these walls."
     return said
 

@@ -17,7 +17,6 @@ from rockdamp.report.earthquake_criterion import (
     reservations,
     sizes,
     smallest,
-    splits,
 )
 from rockdamp.report.earthquakes import Choice
 from rockdamp.studies.earthquakes.orders import SIDES, smallest_order
@@ -64,9 +63,9 @@ def orders(data: Data) -> str:
     first = "No order is enough at every e" if enough == NONE else f"**Order {enough} is enough at every e**"
     head_by_set = ["records", *(f"e = {e:g}" for e in at_e)]
     walls = [[name, *(f"{least} {MARKS[verdict]}" for least, verdict in cells)] for name, cells in by_wall(compared)]
-    told, against, m = splits(compared), reservations(compared), RECOMMENDED_ORDER
+    against, m = reservations(compared), RECOMMENDED_ORDER
     return (
-        f"{first}, over all walls together and {over}{int(compared['stations'])} stations, beside a"
+        f"{first} studied, over all walls together and {over}{int(compared['stations'])} stations, beside a"
         f" {named[DECISIVE_CHANGE]}.\n{against['change']} {against['walls']}\n{against['halves']}\n\n"
         f"Error of each order, and of CR with e changed:\n\n{table(head, rows)}\n\n"
         f"The smallest order that is enough beside a {named[DECISIVE_CHANGE]}, by set of records:\n\n"
@@ -74,9 +73,7 @@ def orders(data: Data) -> str:
         f"The same by wall, and whether order {m} is enough by itself (✓ enough, ✗ exceeds, – undecided):\n\n"
         f"{table(['wall', *head_by_set[1:]], walls)}\n\n"
         f"Wall by wall, order {m} is enough for {listed(counted(compared))}, over {compared.sizes['drawing']} other"
-        f" drawings of the bootstrap.\n\n{_typical(everywhere, named)}\n\n"
-        f"Of {told['count']} halves of the stations each chose an order: {told['chosen']}.\nOn the other half order {m}"
-        f" exceeded the limit in {told['recommended_exceeds']}."
+        f" drawings of the bootstrap.\n\n{_typical(everywhere, named)}"
     )
 
 

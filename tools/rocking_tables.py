@@ -124,6 +124,6 @@ def rocking_choices(data: Data) -> str:
         f"Each row is of {sets} sets: what all of them choose is chosen in at least {percent(0.05 ** (1 / sets))} of"
         f" such sets, at the level of 95 %.\n\n"
         f"The exponent lies between {low} and {high} in 90 % of {again} sets of trials"
-        f" that are drawn again. Each end is told by the {0.05 * again:g} outermost of these."
+        " that are drawn again."
     )
     return f"{table(('made by', *(f'{name} chosen' for name in chosen)), rows)}\n\n{told}"
