@@ -16,6 +16,7 @@ NONE = "none"
 VERDICTS = {1: "enough", 0: "undecided", -1: "exceeds"}
 MARKS = {"enough": "✓", "undecided": "–", "exceeds": "✗"}
 ALL_WALLS = "all together"
+NAMED = {"tested": "the paper's tested wall"}  # whose name alone does not say which wall it is
 
 
 # --- typical size and tail --------------------------------------------------------------------------------------------
@@ -95,7 +96,6 @@ def _reason(error: xr.DataArray, missed: xr.DataArray, walls: xr.Dataset) -> dic
         "e": plain(middle["restitution"]),
         "leading": number(leading.sel(at), 2),
         "closed": number(closed.sel(at), 2),
-        "loss": at_most(max(0.0, -float(more.min()))),
         "missed": percent(rates[0]),
         "missed_closed": percent(rates[1]),
         "missed_more": rates[0] > rates[1],
@@ -184,13 +184,14 @@ def reservations(orders: xr.Dataset) -> dict[str, str]:
         if name == NONE or float(order) > m
     ]
     of_wall = judged["wall_smallest_order"].sel(change=DECISIVE_CHANGE)
-    never = orders["wall"].values[of_wall.isnull().all("restitution").values]
+    undecided = orders["wall"].values[of_wall.isnull().all("restitution").values]
+    never = [NAMED.get(name, name) for name in map(str, undecided)]
     beside = f"Beside {changes(orders)['e']}, over all walls together, the smallest order that is enough is"
     return {
         "change": f"{beside} {listed(more)}." if more else "",
         "halves": f"Order {m} was chosen on one half of the stations and enough on the other in {told['both']} of"
         f" {told['count']} splits; whatever was chosen, it was enough there in {told['recommended_passes']}.",
-        "walls": f"For {listed(map(str, never))} no order is shown to be enough at any e." if never.size else "",
+        "walls": f"For {listed(never)} no order is shown to be enough at any e." if never else "",
     }
 
 
