@@ -278,7 +278,7 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
         "slightly": Part(
             slight,
             measured(f"SDR {percent(abs(more))} {side} the others' mean"),
-            finding={"decay": f"SDR's logarithmic decrement is {brief(abs(more))} {side} the mean of the others'"},
+            finding={"decay": f"SDR's decrement of free decays is {brief(abs(more))} {side} the others' mean"},
         ),
         "peaks": Part(
             bool((misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")).all()),

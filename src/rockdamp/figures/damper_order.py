@@ -196,8 +196,7 @@ def fig_order_caption(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -
     judged = earthquake_orders.sel(change=DECISIVE_CHANGE)
     enough, everywhere = judged["smallest_order"].isel(record_set=0), judged["recommended_order"]
     return f"""
-    The grey bands are CR itself with e changed by ∓{plain(damper_order["restitution_change"])}. Under earthquakes, all
-    walls together, ECD of order m departs from CR by no more than a change of the loss by
+    Under earthquakes, all walls together, ECD of order m departs from CR by no more than a change of the loss by
     {percent(judged["loss_change"], 1)} does, in errors, collapses missed and collapses added alike,
     {_onwards(enough.sel(restitution=earthquakes["restitution"]), judged["order"])} at
     e&nbsp;=&nbsp;{plain(earthquakes["restitution"])}, and {_onwards(everywhere, judged["order"])} at every e studied.
