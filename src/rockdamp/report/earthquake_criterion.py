@@ -96,6 +96,7 @@ def _reason(error: xr.DataArray, missed: xr.DataArray, walls: xr.Dataset) -> dic
         "e": plain(middle["restitution"]),
         "leading": number(leading.sel(at), 2),
         "closed": number(closed.sel(at), 2),
+        "loss": at_most(max(0.0, -float(more.min()))),
         "missed": percent(rates[0]),
         "missed_closed": percent(rates[1]),
         "missed_more": rates[0] > rates[1],
