@@ -196,9 +196,9 @@ def energy(data: Data) -> str:
     ]
     return (
         f"{table(head, rows)}\n\nIn the stored decays of the studies the largest residual is "
-        f"{power(at['decay_energy_residual'].max())}. The reference wall has "
-        f"{float(reference['release_energy']):.0f} J at the\nrelease. It loses what the table says at "
-        f"e = {float(reference['audited_restitution']):g} under CR, and under each damper with ξ of the least error."
+        f"{power(at['decay_energy_residual'].max())}. The losses are those of the reference\nwall, which has "
+        f"{float(reference['release_energy']):.0f} J at the release, for e = "
+        f"{float(reference['audited_restitution']):g} and ξ of the least error."
     )
 
 

@@ -140,12 +140,10 @@ def forms(_: Data) -> str:
         loaded.append([f"{e:g}", " to ".join(bounds), *cells(at_order.sel(restitution=e), [*LOADED.values(), *bands])])
     verdicts = stored["verdict"].transpose("form", "restitution", "order")
     least = smallest_order(stored["order"].values, verdicts.sel(form=["with", "without"]).values)
-    resolved = [e for e in at_e if float(more["more_low"].sel(restitution=e)) > 0]
     enough = [[f"{e:g}" for e in at_e], [f"{a:g}; {b:g}" for a, b in least.T]]
     return (
         f"{table(['e', 'm', *ALONE], alone)}\n\nOrder {RECOMMENDED_ORDER} under load:\n\n"
         f"{table(['e', 'error, more with it', *LOADED, *bands], loaded)}\n\n"
-        f"The records resolve the larger error at e = {listed(f'{e:g}' for e in resolved)}.\n\n"
         "The smallest order that is enough beside a changed loss:\n\n"
         f"{table(['e', *enough[0]], [['m', *enough[1]]])}"
     )

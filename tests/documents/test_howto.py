@@ -91,6 +91,8 @@ def test_a_wall_on_an_upper_floor_has_the_answers_that_the_page_shows(tree):
     supports = [float(re.search(r"supports peak at ([\d.]+) g", block)[1]) for block in shown]
     # What the page says of the building: it raises the acceleration much more than it shortens the margin.
     assert supports[0] / supports[1] > 2 * margins[1] / margins[0] > 2
+    said = f"by {supports[0] / supports[1]:.1f}, and divides the margin by {margins[1] / margins[0]:.2f}"
+    assert said in (ROOT / "docs/howto/upper-floors.md").read_text(encoding="utf-8")
     assert (tree.place / "my-wall.html").stat().st_size > 100_000
     assert (tree.place / "my-upper-walls.csv").is_file() and (tree.place / "my-floor-motion.csv").is_file()
     assert "building_period" in printed and "support_acceleration" in printed

@@ -81,12 +81,11 @@ def test_the_best_exponent_is_the_least_of_a_scan():
 
 @pytest.mark.no_cover
 def test_the_best_exponent_lies_between_cdr_and_sdr(found):
-    """And the page's numbers: 1.37 for the paper's curve, rising with a1, with less than a tenth of the spread left."""
+    """And the page's: 1.32 to 1.39 at a1 = 0.04. It rises with a1 and leaves less than a tenth of the spread."""
     best = found["map_best_exponent"]
     assert float(best.min()) > 1 and float(best.max()) < 2
     assert (best.diff("map_yield_displacement_ratio").fillna(1) > 0).all()
-    curve = best.sel(map_softening="none", map_strength_ratio=0.85, map_yield_displacement_ratio=0.04)
-    assert float(curve) == pytest.approx(1.37, abs=0.05)
+    np.testing.assert_allclose(best.sel(map_yield_displacement_ratio=0.04), 1.36, atol=0.06)
     spreads = found["map_spread"].sel(damping_model="POWER")
     assert float(spreads.max()) < 0.0125
     for model in ("CDR", "SDR"):
