@@ -180,7 +180,7 @@ def fig_one_sided_caption(one_sided: xr.Dataset) -> str:
     stiffest = at.sel(alternative=stops[-2] if len(stops) > 1 else stops[-1])
     medians = stiffest["median_ratio"].values
     return f"""
-    Facades that hit a stop with e&nbsp;=&nbsp;{plain(e)}, under records that act both ways. (a) Peaks with a spring and
+    Facades that hit a stop with e&nbsp;=&nbsp;{plain(e)}. (a) Peaks with a spring and
     a dashpot at the stop over those under restitution, which acts at the impact itself: medians by band of the peak,
     with bootstrap intervals over stations; with the {stiffest["alternative"].item()} they lie between
     {number(float(np.nanmin(medians)))} and {number(float(np.nanmax(medians)))}. (b) The median intensity of collapse

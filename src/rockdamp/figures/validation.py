@@ -215,10 +215,7 @@ def _history(axes: Axes, of_model: xr.Dataset, model: str) -> None:
 def fig8_caption(validation: xr.Dataset) -> str:
     """Write the caption of Fig. 8, HTML."""
     specimen = escape(validation.attrs.get("record_specimen", "not stated"))
-    synthetic = (
-        f"<strong>The records are synthetic</strong>: computed in the style of the test, since the laboratory's is not "
-        f"public ({specimen})."
-    )
+    synthetic = f"<strong>The records are synthetic</strong>: computed in the style of the test ({specimen})."
     first = next(iter(series_by_maker(paper_models(validation)).values()))
     return f"""
     {synthetic if is_synthetic(validation) else f"Specimen: {specimen}."} The models, at
