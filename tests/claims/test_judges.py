@@ -297,10 +297,11 @@ def test_the_parts_of_a_claim_of_several_readings_are_measured_all_the_same(list
 
 
 def test_a_reading_that_the_paper_does_not_state_is_told_beside_the_other(listed, data):
-    for factor, words in ((1.0, "In seconds it holds"), (1.1, "In seconds it does not hold")):
+    for factor, spread, held in ((1.0, "0%", True), (1.1, "9.5%", False)):
         scaled("match/slenderness", f"{XI}_fixed_seconds", factor, slenderness=[2.0])(data)
-        finding = row(listed, data, "slenderness")["finding"]
-        assert "In τ the claim holds: ξ differs by 0%." in finding and words in finding
+        told = row(listed, data, "slenderness")
+        assert f"in τ ξ differs by 0%, in seconds by up to {spread} (limits 0.1% and 5%)" in told["finding"]
+        assert ("equal length in seconds" in told["condition"]) != held
 
 
 def test_pairs_in_which_the_trilinear_wall_does_not_rock_or_both_collapse_say_nothing(data):

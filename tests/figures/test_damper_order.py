@@ -52,7 +52,7 @@ def test_the_caption_tells_the_largest_difference_of_the_peaks_over_every_e_curv
     by_order, earthquakes = of_name("damper_order"), of_name("earthquakes/orders")
     by_order = by_order.assign({name: by_order[name] * 0 + 0.001 for name in ("peak_error", "curve_peak_error")})
     by_order["peak_error"][-1, 0, 0, 0] = 0.0123  # not at the shown e
-    assert "they differ by 1.3 % at most" in " ".join(fig_order_caption(by_order, earthquakes).split())
+    assert "differ from those under CR by 1.3 % at most" in " ".join(fig_order_caption(by_order, earthquakes).split())
 
 
 def test_the_caption_holds_an_order_against_the_smaller_side_of_the_change_of_e_under_pulses():

@@ -49,7 +49,7 @@ def test_what_was_run_is_counted_from_the_datasets():
     assert "5 walls were shaken by 100 horizontal components of 50 stations" in text
     assert f"{histories:,}".replace(",", " ") in text.replace("\u202f", " ")
     assert "for 99.00 % of them" in text and ", 4 % for 99 %." in text
-    assert "not degraded, which has none" in text and "e lower by 0.017" in text
+    assert "without degraded, which has none" in text and "e lower by 0.017" in text
 
 
 def sample():
@@ -98,25 +98,22 @@ def test_histories_whose_bound_exceeds_their_peak_are_named_once():
 
 def test_what_the_dataset_recommends_is_named_with_what_is_as_good():
     text = told()
-    words = "At no e has another damper a significantly (95 %) smaller error than CDR with ξ of the "
+    words = "At e = 0.8, 0.85 and 0.9 no other damper has a significantly (95 %) smaller error than CDR with ξ of the "
     assert f"Use CDR. {words}polynomials or the least error or the closed form." in text
     assert "As good at every e: ECD (ξ: polynomials)." in text
 
 
-def test_the_ratio_that_leads_is_compared_with_the_closed_form_where_it_gains_and_where_it_loses():
+def test_the_ratio_that_leads_is_compared_with_the_closed_form_where_it_gains_most_and_by_collapses_missed():
     compared = made_up.comparison()
     error, missed = (compared[name] for name in ("log_error", "false_safe_rate"))
     at = {"band": 0, "restitution": 0.85}
-    error.loc[{"damping_ratio_source": "closed form"}] = 0.9895 * error.sel(damping_ratio_source="least error")
     leading = float(error.sel(damping_model="CDC", damping_ratio_source="least error", **at))
     error.loc[{"damping_model": "CDC", "damping_ratio_source": "closed form", "band": 0}] = 1.5 * leading
     missed.loc[{"damping_model": "CDC", "damping_ratio_source": "closed form"}] = 0.01
     text = told(compared)
     both = f"errs {number(leading, 2)} with it, and {number(1.5 * leading, 2)} with the closed form, at e = 0.85"
     assert "Take the ξ of least error. Commands ( damping_ratio )" in text
-    assert (
-        f"Under earthquakes CDC {both}. Where the closed form errs less, it is by at most 1.1 % of the error." in text
-    )
+    assert f"Under earthquakes CDC {both}." in text
     assert "The price: CDC misses 3 % of the collapses there with it, and 1 % with the closed form." in text
     missed.loc[{"damping_model": "CDC", "damping_ratio_source": "closed form"}] = 0.04
     assert "The price" not in told(compared)

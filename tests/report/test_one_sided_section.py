@@ -19,8 +19,6 @@ def study():
     for name, rate in {STOP: 0.05, "CR, e - 0.02": 0.03, "CR, e + 0.02": 0.06, SOFT: 0.2}.items():
         data["false_safe_rate"].loc[{"alternative": name}] = rate
         data["false_collapse_rate"].loc[{"alternative": name}] = 2 * rate
-    data["impact_error"][:] = [[0.001, 0.0, -0.002], [0.001, -0.003, 0.0], [0.004, 0.0, -0.006]]
-    data["impact_scatter"][:] = [[0.004] * 3, [0.01, 0.008, 0.006], [0.019, 0.016, 0.011]]
     data["median_intensity_ratio"][:] = 1.5
     data["median_intensity_ratio"].loc[{"alternative": STOP}] = [[0.9, 0.95, 1.0], [1.0, 1.03, 1.0]]
     data["two_sided_intensity_ratio"][:] = 2.0
@@ -28,11 +26,10 @@ def study():
     return data
 
 
-def test_the_numbers_are_those_of_the_stop_and_the_step_that_the_commands_take(study):
+def test_the_numbers_are_those_of_the_stop_that_the_commands_take(study):
     found = one_sided_finding(study)
     assert (found["taken"], found["peaks"], found["medians"]) == (STOP, "0.95 to 1.02", "0.90 to 1.03")
     assert found["others"] == [(SOFT, "0.80 to 1.10", False), (PULLING, "0.97 to 1.01", True)]
-    assert found["steps"] == [("0.1", "0.003", "0.010"), ("0.2", "0.006", "0.019")]
 
 
 def test_what_is_missed_stands_beside_the_larger_of_both_changes_of_e(study):
@@ -46,9 +43,6 @@ def test_what_is_missed_stands_beside_the_larger_of_both_changes_of_e(study):
 def test_the_two_sided_wall_is_named_where_it_is_unsafe(study):
     found = one_sided_finding(study)
     assert found["unsafe"] == "house, 3 m (e = 0.8) and church front, 12 m (e = 0.8 and 0.9)"
-    assert found["safe"] == ""
-    study["two_sided_intensity_ratio"].loc[{"restitution": 0.5, "wall": "church front, 12 m"}] = [1.2, 0.99]
-    assert one_sided_finding(study)["safe"] == "0.9"
 
 
 def test_a_small_study_has_its_own_stop_and_dashes(study):

@@ -7,8 +7,7 @@ import xarray as xr
 
 from rockdamp.claims.verdicts import Limits, Part, by_id, judged, measured, number
 from rockdamp.storage.dataset import Datasets
-from rockdamp.text import percent
-from rockdamp.vocabulary import PAPER_MODELS, REFERENCE, RELEASES, SMALL_RELEASE_OVERSTATES
+from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 NOUN = "impacts used"
 
@@ -92,11 +91,7 @@ def measured_restitution(limits: Limits, data: Datasets) -> dict[str, Part]:
             measured("exponent of the energy left", *_by_impacts(exponent)),
             NOUN,
             limits["enough"],
-            {
-                "exponent": f"{number(np.min(exponent))} to {number(np.max(exponent))}",
-                "releases": RELEASES,
-                "overstated": percent(SMALL_RELEASE_OVERSTATES),
-            },
+            {"exponent": f"{number(np.min(exponent))} to {number(np.max(exponent))}"},
         ),
     }
 

@@ -270,6 +270,7 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     more = float(sdr / others.mean(skipna=False)) - 1
     slight = bool(more > 0) & bool(more <= little)
     side = "above" if more > 0 else "below"
+    told = f"SDR's decrement of free decays is {brief(abs(more))} {side} the mean of the others'"
     return {
         "more": Part(
             bool((sdr > others).all()),
@@ -278,7 +279,7 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
         "slightly": Part(
             slight,
             measured(f"SDR {percent(abs(more))} {side} the others' mean"),
-            finding={"decay": f"SDR's logarithmic decrement is {brief(abs(more))} {side} the mean of the others'"},
+            finding={"decay": told},
         ),
         "peaks": Part(
             bool((misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")).all()),

@@ -26,7 +26,7 @@ from rockdamp.figures.style import (
     texts,
 )
 from rockdamp.mechanics.damping import Damping
-from rockdamp.text import at_most, by_name, listed, percent, plain, span
+from rockdamp.text import at_most, by_name, percent, plain, span
 from rockdamp.vocabulary import PAPER_MODELS
 
 BEST = "POWER"  # as the dataset names the general exponent at its best n
@@ -241,10 +241,10 @@ def fig_amplitude_dependence_caption(amplitude_dependence: xr.Dataset) -> str:
     at_e = amplitude_dependence.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
     share = at_e["release_share"]
     return f"""
-    One ξ of ECD serves every amplitude of every curve. The standard deviation of ln&nbsp;ξ over the amplitudes is, over
-    the curves, {by_named_damper(at_e["spread_peaks"])}. ξ is the damping ratio with which the first half
-    cycle ends as at e&nbsp;=&nbsp;{plain(at_e["restitution"])}. It is drawn over that of ECD, for releases from
-    {plain(share.min())} to {plain(share.max())} of u<sub>3</sub> on {at_e.sizes["case"]} curves.
+    The standard deviation of ln&nbsp;ξ over the amplitudes is, over {at_e.sizes["case"]} curves,
+    {by_named_damper(at_e["spread_peaks"])}. ξ is the damping ratio with which the first half cycle ends as at
+    e&nbsp;=&nbsp;{plain(at_e["restitution"])}, for releases from {plain(share.min())} to {plain(share.max())} of
+    u<sub>3</sub>.
     """
 
 
@@ -272,7 +272,5 @@ def fig_closed_form_caption(amplitude_dependence: xr.Dataset) -> str:
     return f"""
     The closed form is off by {largest("damping_ratio_peaks")} at most of the ξ that matches the first peak (above), and
     by {largest("damping_ratio")} at most of the ξ of least error, Eq.&nbsp;(17) (below), at
-    e&nbsp;=&nbsp;{plain(at_e["restitution"])} over {at_e.sizes["case"]} curves and all amplitudes. It is of first order
-    in the loss, but for {listed(model for model in dampers(at_e) if model in Damping.exact_models())}, whose peaks it
-    has exactly.
+    e&nbsp;=&nbsp;{plain(at_e["restitution"])} over {at_e.sizes["case"]} curves and all amplitudes.
     """

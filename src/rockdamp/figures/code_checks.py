@@ -193,15 +193,13 @@ def fig_spectrum_method_caption(study: xr.Dataset) -> str:
     ground, storey = (at.sel(support=support) for support in ("ground", "storey"))
     bars = " to ".join(percent(share) for share in QUANTILES)
     return f"""
-    With {percent(at["damping_ratio"], 1)} of damping the elastic spectrum errs on the safe side in most cases, and all
-    the same {percent(ground["overall_unsafe_share"])} of the walls and records pass it and yet reach the capacity on
-    the ground, and {percent(storey["overall_unsafe_share"])} on the storey. A wall is asked about at the intensity at
-    which its histories reach the capacity, {plain(at["capacity"])}&nbsp;u<sub>ins</sub>; the demand is
-    {span(ground["bias"])} times that on the ground (medians of the walls), and {span(storey["bias"])} times on the
-    storey. It must be multiplied by {number(ground["overall_unsafe_factor"])} and
-    {number(storey["overall_unsafe_factor"])} for one in twenty to pass and yet reach it. Bars span {bars} of the
-    records at e&nbsp;=&nbsp;{plain(at["restitution"])}; right, both damping ratios at every e. The building has a
-    period of {plain(at["building_period"])}&nbsp;s.
+    At the least intensity at which a wall reaches the capacity, {plain(at["capacity"])}&nbsp;u<sub>ins</sub>, the
+    elastic spectrum with {percent(at["damping_ratio"], 1)} of damping passes
+    {percent(ground["overall_unsafe_share"])} of the walls and records on the ground, and
+    {percent(storey["overall_unsafe_share"])} on the storey. The demand must be multiplied by
+    {number(ground["overall_unsafe_factor"])} and {number(storey["overall_unsafe_factor"])} for one in twenty to pass.
+    Left, bars span {bars} of the records at e&nbsp;=&nbsp;{plain(at["restitution"])}. The building has a period of
+    {plain(at["building_period"])}&nbsp;s.
     """
 
 
@@ -285,19 +283,19 @@ def fig_code_damping_caption(amplitude: xr.Dataset) -> str:
     match, level = released_as_the_paper(amplitude), 0.05
     lowest, mean, highest = map(plain, TESTED)
     exact = restitution_of(match, RECOMMENDED, level)
-    others = by_name({model: number(restitution_of(match, model, level)) for model in PAPER_MODELS})
-    amplitudes = amplitude["release_amplitude"].values.tolist()
-    shown = [amplitudes[index] for index in present(amplitudes, SECANT_AMPLITUDES)]
     ratios = by_model(
         match["damping_ratio"].sel(damping_model=list(PAPER_MODELS)).interp(restitution=TESTED[1]), percent
     )
+    others = by_name({model: number(restitution_of(match, model, level)) for model in PAPER_MODELS})
+    amplitudes = amplitude["release_amplitude"].values.tolist()
+    shown = [amplitudes[index] for index in present(amplitudes, SECANT_AMPLITUDES)]
     secant = listed(f"{number(secant_restitution_of(amplitude, x0, level))} at {plain(x0)}" for x0 in shown)
     return f"""
-    A damping ratio alone states no e: it depends on how it is read. <em>By the loss of each half cycle</em> (coloured),
+    <em>By the loss of each half cycle</em> (coloured),
     {percent(level, 1)} stand for e&nbsp;=&nbsp;{exact:.4f} under {RECOMMENDED}, whatever the curve and the amplitude;
     under the paper's dampers for {others}, but only for the paper's curve and a release from
     {plain(match["release_amplitude"])}&nbsp;u<sub>ins</sub>. <em>By the loop at the secant period</em> (grey), as
-    displacement checks read it, {percent(level, 1)} stand for e&nbsp;=&nbsp;{secant}&nbsp;u<sub>ins</sub>. The mean of
-    tested walls is {mean} (grey band, {lowest} to {highest}; Graziotti et al., as the paper quotes them); under the
-    paper's dampers it needs ξ&nbsp;=&nbsp;{ratios}.
+    displacement checks read it, {percent(level, 1)} stand for e&nbsp;=&nbsp;{secant}&nbsp;u<sub>ins</sub>. The grey
+    band is e of tested walls, {lowest} to {highest} (Graziotti et al., as the paper quotes them); at their
+    mean, {mean}, the paper's dampers need ξ&nbsp;=&nbsp;{ratios}.
     """

@@ -36,7 +36,7 @@ from rockdamp.figures.style import (
     with_interval,
 )
 from rockdamp.mechanics.wall import EXCITATION_FACTOR
-from rockdamp.text import number, percent, plain, span
+from rockdamp.text import number, percent, plain
 from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
 
 MOST_COLUMNS = 4
@@ -259,23 +259,19 @@ def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
         return f"{percent(off.median())} and {percent(off.max())}"
 
     return f"""
-    Where both medians survive, that of the damper differs from that of restitution by (median, and largest)
-    {by_damper(drawn, median_and_largest)}. A fractile ends at the last velocity ratio at which it is no collapse, the
-    median with a marker. Fractiles over {int(drawn["records"])} records at {drawn.sizes["velocity_ratio"]}
-    velocity ratios, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error.
+    At e&nbsp;=&nbsp;{plain(drawn["restitution"])} with ξ of the least error, where both medians survive, that of the
+    damper differs from that of restitution by (median, and largest) {by_damper(drawn, median_and_largest)}.
     """
 
 
 def fig_fragility_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
     """Write the caption, HTML."""
     drawn = at_source(comparison)
-    cr = drawn.sel(damping_model=REFERENCE)
     return f"""
-    For all walls together, the dampers need {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times
-    the velocity ratio under restitution for half of the runs to collapse. Under restitution it takes ratios of
-    {span(cr["wall_median_velocity_ratio"])} by wall, with a dispersion of {span(cr["wall_dispersion"])}. Lognormal
-    fragility curves at e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error. The grey band holds all
-    curves whose median and dispersion are both within their intervals, and with them at least nine in ten replicates.
+    At e&nbsp;=&nbsp;{plain(drawn["restitution"])} with ξ of the least error, all walls together, the dampers need
+    {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times the velocity ratio under restitution for
+    half of the runs to collapse. The grey band holds all curves whose median and dispersion are both within their
+    intervals.
     """
 
 
@@ -376,8 +372,7 @@ def fig_population_caption(population: xr.Dataset) -> str:
     return f"""
     The dampers' medians of collapse, over that of restitution and with ξ of the closed form at each wall, are
     {by_damper(population, ratio)}. Collapse depends most on these parameters: {most} (first-order index; of a
-    correlated parameter it includes what it shares with others). With restitution half of the runs collapse at a PGV of
-    {number(cr["median_intensity"])}&nbsp;m/s (dispersion {number(cr["dispersion"], 2)}). {population.sizes["wall"]}
+    correlated parameter it includes what it shares with others). {population.sizes["wall"]}
     walls, a Latin hypercube over the distributions of the config, under {int(population["records"])} records at
     {population.sizes["intensity"]} intensities each.
     """

@@ -15,7 +15,6 @@ from rockdamp.figures.style import (
     DISPLACEMENT,
     GREY,
     PALE,
-    by_model,
     line_of,
     new_figure,
     present,
@@ -24,7 +23,7 @@ from rockdamp.figures.style import (
     styled,
     texts,
 )
-from rockdamp.text import at_most, listed, number, percent, plain
+from rockdamp.text import at_most, percent, plain
 from rockdamp.vocabulary import DECISIVE_CHANGE, REFERENCE
 
 SHOWN = (0, 1, 4, 16)  # orders whose histories are drawn
@@ -196,28 +195,14 @@ def fig_order_caption(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -
     peak_error = max(float(damper_order[name].max()) for name in ("peak_error", "curve_peak_error"))
     judged = earthquake_orders.sel(change=DECISIVE_CHANGE)
     enough, everywhere = judged["smallest_order"].isel(record_set=0), judged["recommended_order"]
-    error = at_e["curve_rms_error"]
-    peaks = listed(
-        f"{number(1e3 * peak, 4)}&nbsp;mm (m&nbsp;=&nbsp;{plain(m)})"
-        for m, peak in zip(order.values, damper_order["record_peak"].values, strict=True)
-    )
     return f"""
-    With a rising order m the viscous damper becomes restitution, without a fit. The grey bands are CR itself with e
-    changed by ∓{plain(damper_order["restitution_change"])}. Under earthquakes, all walls together, ECD of order m
-    departs from CR by no more than a change of the loss by {percent(judged["loss_change"], 1)} does, in errors,
-    collapses missed and collapses added alike,
+    Under earthquakes, all walls together, ECD of order m departs from CR by no more than a change of the loss by
+    {percent(judged["loss_change"], 1)} does, in errors, collapses missed and collapses added alike,
     {_onwards(enough.sel(restitution=earthquakes["restitution"]), judged["order"])} at
     e&nbsp;=&nbsp;{plain(earthquakes["restitution"])}, and {_onwards(everywhere, judged["order"])} at every e studied.
     Under pulses, at e&nbsp;=&nbsp;{plain(at_e["restitution"])}, its error is below the grey band
-    {_onwards(order.where(within).min(), order)}. A quick pulse needs the higher order: it starts the wall at rest,
-    upright, where the damper acts and no impact occurs. In free decay at e&nbsp;=&nbsp;{plain(at_e["restitution"])} the
-    root mean square of the difference of |u|/u<sub>ins</sub> falls from {number(error[0], 2)}
-    (m&nbsp;=&nbsp;{plain(order[0])}) to {number(error[-1], 2)} (m&nbsp;=&nbsp;{plain(order[-1])}); the fitted dampers
-    leave {by_model(at_e["fitted_rms_error"], lambda left: number(left, 2))}. Peaks in free decay are exact at every
-    order: over all orders, curves, releases and e they differ by {at_most(peak_error)} at most, which is the error of
-    the step. Under the record that the config names for validation, at
-    e&nbsp;=&nbsp;{plain(damper_order["record_restitution"])}, the peak is {peaks}; under CR it is
-    {number(1e3 * damper_order["record_reference_peak"], 4)}&nbsp;mm.
+    {_onwards(order.where(within).min(), order)}. Over all orders, curves, releases and e of the study the peaks in free
+    decay differ from those under CR by {at_most(peak_error)} at most.
     """
 
 

@@ -271,8 +271,8 @@ def fig_earthquakes_caption(earthquakes: xr.Dataset, comparison: xr.Dataset) -> 
     Where neither collapses, the peak over that under restitution is {medians} (median, ± standard deviation of its
     logarithm) for {_compared_peaks(drawn)}. Of the collapses under restitution the dampers miss
     {by_damper(drawn, lambda at: percent(at["false_safe_rate"]))}; of the survivals they turn
-    {by_damper(drawn, lambda at: percent(at["false_collapse_rate"]))} into collapses. At the margins are the histories
-    that only one of the two survives. {int(drawn["records"])} records on {int((drawn["pooled"] == 1).sum())} walls at
+    {by_damper(drawn, lambda at: percent(at["false_collapse_rate"]))} into collapses.
+    {int(drawn["records"])} records on {int((drawn["pooled"] == 1).sum())} walls at
     {drawn.sizes["velocity_ratio"]} velocity ratios, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error
     at each wall.
     """
@@ -289,12 +289,9 @@ def fig_earthquakes_ratio_caption(comparison: xr.Dataset) -> str:
     drawn = at_source(comparison).isel(band=0)
     stand = standing(drawn).sortby("velocity_ratio")
     return f"""
-    For {_compared_peaks(drawn)} the error is {by_damper(drawn, lambda at: number(at["log_error"], 2))} (root mean
-    square of the logarithm of the peak over that under restitution). Small changes of CR itself cause
-    {span(drawn["varied_log_error"])}. The bands are of the peak under restitution, at
-    e&nbsp;=&nbsp;{plain(drawn["restitution"])}, with ξ of the least error at each wall; the section on earthquakes has
-    the other sources of ξ. Two dampers can differ although their intervals overlap, since they share the records: that
-    section compares them in pairs. Right: the difference after the strong motion of the histories that survive, and
-    their share under restitution. This share falls from {percent(stand[0])} at the lowest velocity ratio to
-    {percent(stand[-1])} at the highest, so the last points are of survivors only.
+    For {_compared_peaks(drawn)}, at e&nbsp;=&nbsp;{plain(drawn["restitution"])} and with ξ of the least error at each
+    wall, the error is {by_damper(drawn, lambda at: number(at["log_error"], 2))} (root mean square of the logarithm of
+    the peak over that under restitution). Small changes of CR itself cause {span(drawn["varied_log_error"])}. Right:
+    the difference after the strong motion of the histories that survive, and their share under restitution, which falls
+    from {percent(stand[0])} at the lowest velocity ratio to {percent(stand[-1])} at the highest.
     """

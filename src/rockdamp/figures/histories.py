@@ -54,8 +54,7 @@ def fig3_caption(decays: xr.Dataset) -> str:
     return f"""
     In decays from {plain(decays["release_amplitude"])}&nbsp;u<sub>ins</sub> matched to
     e&nbsp;=&nbsp;{plain(decays["restitution"])} the largest damping force, over the rigid strength F<sub>0</sub>, is
-    {forces}. Left: how the damping ratio of each model changes with the secant frequency. Right: damping force against
-    displacement, with ξ&nbsp;=&nbsp;{by_model(decays["damping_ratio"])}.
+    {forces}.
     """
 
 
@@ -106,11 +105,9 @@ def fig4_caption(decays: xr.Dataset) -> str:
     slender, large = (number(difference.sel(rocking_model=name), 2) for name in ("slender", "large rotation"))
     apart = number((both.diff("damping_model") ** 2).mean() ** 0.5, 2)
     return f"""
-    CDR matched to CR differs from it by {apart} of u<sub>ins</sub>, and its velocity has no jump: right, at
-    e&nbsp;=&nbsp;{plain(decays["restitution"])} and with
-    ξ&nbsp;=&nbsp;{number(decays["damping_ratio"].sel(damping_model="CDR"))}. Left: the nearly rigid tri-linear wall at
-    e&nbsp;=&nbsp;{plain(decays["rocking_restitution"])} differs by {slender} of u<sub>ins</sub> from the slender limit,
-    and by {large} from rigid bodies without approximation (all root mean squares over
+    Left, at e&nbsp;=&nbsp;{plain(decays["rocking_restitution"])}, u/u<sub>ins</sub> of the nearly rigid tri-linear wall
+    differs by {slender} from the slender limit, and by {large} from rigid bodies with large rotations. Right, at
+    e&nbsp;=&nbsp;{plain(decays["restitution"])}, CDR differs by {apart} from CR (root mean squares over
     τ&nbsp;=&nbsp;{plain(decays["tau"].max())}).
     """
 

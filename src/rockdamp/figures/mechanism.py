@@ -394,8 +394,7 @@ def fig1_caption(mechanism: xr.Dataset) -> str:
     """Write the caption of Fig. 1, HTML."""
     t, h, hinge_ratio = (plain(mechanism[name]) for name in ("thickness", "height", "hinge_ratio"))
     return f"""
-    The wall at rest and displaced. The study's wall is {t}&nbsp;m thick and {h}&nbsp;m high with its hinge at
-    h<sub>1</sub>/h&nbsp;=&nbsp;{hinge_ratio}. It is unstable from
-    u<sub>ins</sub>&nbsp;=&nbsp;{number(1000 * mechanism["instability_displacement"])}&nbsp;mm on. It is drawn stockier
-    than it is, to show its rotations.
+    The wall at rest and displaced, drawn stockier than the study's, which is {t}&nbsp;m thick and {h}&nbsp;m high with
+    its hinge at h<sub>1</sub>/h&nbsp;=&nbsp;{hinge_ratio};
+    u<sub>ins</sub>&nbsp;=&nbsp;{number(1000 * mechanism["instability_displacement"])}&nbsp;mm.
     """

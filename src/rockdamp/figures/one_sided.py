@@ -15,7 +15,7 @@ from rockdamp.figures.style import GREY, PALE, STOP_COLOUR, in_units, length, ne
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall, height_of_u
 from rockdamp.mechanics.wall import Wall
-from rockdamp.text import number, percent, plain
+from rockdamp.text import number, plain
 
 DRAWN = 0.6  # of the thickness: the displacement of the sketch
 MASONRY, STONE = "#D9C3B0", "#BDBDBD"
@@ -179,18 +179,10 @@ def fig_one_sided_caption(one_sided: xr.Dataset) -> str:
     stops = stops_of(one_sided)
     stiffest = at.sel(alternative=stops[-2] if len(stops) > 1 else stops[-1])
     medians = stiffest["median_ratio"].values
-    two = at["two_sided_intensity_ratio"]
-    worst = two.where(two == two.max(), drop=True)
-    largest = "A median is not defined for these few records."
-    if worst.size:
-        name, other = worst["wall"].values[0], plain(worst["two_sided_restitution"].values[0])
-        largest = f"It is largest, {number(float(two.max()))}, for {name} with e&nbsp;=&nbsp;{other}."
     return f"""
-    Facades that hit a stop with e&nbsp;=&nbsp;{plain(e)}, under records that act both ways. (a) Peaks with a spring and
+    Facades that hit a stop with e&nbsp;=&nbsp;{plain(e)}. (a) Peaks with a spring and
     a dashpot at the stop over those under restitution, which acts at the impact itself: medians by band of the peak,
-    with bootstrap intervals over stations. With the {stiffest["alternative"].item()} they lie between
-    {number(float(np.nanmin(medians)))} and {number(float(np.nanmax(medians)))};
-    {percent(stiffest["false_safe_rate"])} of the collapses under restitution are missed and
-    {percent(stiffest["false_collapse_rate"])} of the survivals become collapses. (b) The median intensity of collapse
-    of the two-sided wall over that of the one-sided: above one the two-sided wall errs on the unsafe side. {largest}
+    with bootstrap intervals over stations; with the {stiffest["alternative"].item()} they lie between
+    {number(float(np.nanmin(medians)))} and {number(float(np.nanmax(medians)))}. (b) The median intensity of collapse
+    of the two-sided wall over that of the one-sided: above one the two-sided wall errs on the unsafe side.
     """

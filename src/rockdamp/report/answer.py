@@ -86,6 +86,7 @@ def of_amplitude(study: xr.Dataset) -> dict[str, str]:
     at, g = whole["reference_amplitude"].values, whole["loss_exponent"].values
     small, others = over.isel(reference_amplitude=0), over.isel(reference_amplitude=slice(1, None))
     return {
+        "e": plain(study["restitution"]),
         "small": plain(at[0]),
         "good": f"{plain(at[1])} to {plain(at[-1])}",
         "within": percent(abs(others).max()),

@@ -16,6 +16,7 @@ NONE = "none"
 VERDICTS = {1: "enough", 0: "undecided", -1: "exceeds"}
 MARKS = {"enough": "✓", "undecided": "–", "exceeds": "✗"}
 ALL_WALLS = "all together"
+NAMED = {"tested": "the paper's tested wall"}  # whose name alone does not say which wall it is
 
 
 # --- typical size and tail --------------------------------------------------------------------------------------------
@@ -184,13 +185,14 @@ def reservations(orders: xr.Dataset) -> dict[str, str]:
         if name == NONE or float(order) > m
     ]
     of_wall = judged["wall_smallest_order"].sel(change=DECISIVE_CHANGE)
-    never = orders["wall"].values[of_wall.isnull().all("restitution").values]
+    undecided = orders["wall"].values[of_wall.isnull().all("restitution").values]
+    never = [NAMED.get(name, name) for name in map(str, undecided)]
     beside = f"Beside {changes(orders)['e']}, over all walls together, the smallest order that is enough is"
     return {
         "change": f"{beside} {listed(more)}." if more else "",
         "halves": f"Order {m} was chosen on one half of the stations and enough on the other in {told['both']} of"
         f" {told['count']} splits; whatever was chosen, it was enough there in {told['recommended_passes']}.",
-        "walls": f"For {listed(map(str, never))} no order is shown to be enough at any e." if never.size else "",
+        "walls": f"For {listed(never)} no order is shown to be enough at any e." if never else "",
     }
 
 

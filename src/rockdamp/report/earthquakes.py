@@ -186,8 +186,6 @@ def _sensitivity(compared: xr.Dataset, advice: xr.Dataset, change: str) -> dict[
             (VARIATIONS.get(name, name).format(change), list(_each(compared.sel(variation=name))))
             for name in map(str, compared["variation"].values)
         ],
-        "sensitivity_all": span(advice["sensitivity"].isel(band=0)),
-        "sensitivity_last": span(advice["sensitivity"].isel(band=-1)),
         "last_band": _band(compared, -1),
         "every_band": _band(compared, 0),
     }
@@ -223,16 +221,12 @@ def _recommendation(compared: xr.Dataset, advice: xr.Dataset) -> dict[str, Any]:
         "as_good": " or the ".join(SOURCES.get(source, source) for source in same),
         "others": grouped([choice for choice in others if choice.model != first.model]),
         "times": span(over),
-        "within": bool((over <= MULTIPLE).all()),
         "amplitudes": [(name, list(_each(band))) for name, band in zip(names, _each(bands, "band"), strict=True)],
         "never": listed(np.compress(share == 0, names)),
         "sometimes": listed(np.compress((share > 0) & (share < 1), names)),
         "everywhere": listed(np.compress(share == 1, names)),
         "factor": span(cell["log_dispersion"].isel(band=-1), lambda value: number(np.exp(value), 2)),
-        "missed": span(cell["false_safe_rate"], percent),
         "sizes": criterion.sizes(compared, cell),
-        "crossing_force": number(advice["crossing_force"]) if "crossing_force" in advice else "",
-        "release": plain(advice["release_amplitude"]) if "crossing_force" in advice else "",
         "tail_share": span(cell["tail_share"].isel(band=0), percent),
         "false_answers": list(zip(_each(cell), _each(advice), strict=True)),
         "refused": _refused(compared, advice),
@@ -252,9 +246,6 @@ def _orders(orders: xr.Dataset | None, advice: xr.Dataset) -> dict[str, Any]:
         "enough_order": plain(found) if np.isfinite(found) else None,
         "order_e": [plain(e) for e in orders["restitution"].values],
         "loss_change": criterion.changes(orders)[DECISIVE_CHANGE],
-        "counted": listed(criterion.counted(orders)),
-        "drawings": orders.sizes["drawing"],
-        "reservations": criterion.reservations(orders),
         "splits": criterion.splits(orders),
     }
 

@@ -23,7 +23,6 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.errors import InputError
 from rockdamp.figures.one_sided import middle_of
-from rockdamp.figures.style import by_model
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import CONTACT_STEP, CONTACT_STIFFNESS
 from rockdamp.pipeline.tables import FIGURES
@@ -31,7 +30,7 @@ from rockdamp.report import earthquakes, interactive, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
-from rockdamp.text import DASH, at_most, listed, number, percent, plain, span
+from rockdamp.text import DASH, listed, number, percent, plain, span
 from rockdamp.vocabulary import LOCAL, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
@@ -77,7 +76,6 @@ def build(content: Content) -> str:
         explorer=_explorer(content, curve, short),
         controls=interactive.CONTROLS,
         exact=list(interactive.exact_dampers()),
-        exact_off=_above_exact(content.datasets),
         styles=interactive.styles(),
         reference=REFERENCE,
         recommended=RECOMMENDED,
@@ -138,15 +136,6 @@ def _explorer(content: Content, curve: TrilinearCurve, short: Mapping[str, Any] 
     )
     explorer["least"] = short and short["ratios"]
     return Markup(json.dumps(explorer, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
-
-
-def _above_exact(datasets: Datasets) -> str:
-    """Say how far the ratios of least Err of the exact dampers lie above their closed forms, at most: "5 % (ECD)"."""
-    if "equivalence" not in datasets:
-        return ""
-    of_exact = datasets["equivalence"].sel(damping_model=list(interactive.exact_dampers()))
-    above = of_exact["damping_ratio"] / of_exact["damping_ratio_energy"] - 1
-    return by_model(above.max(("yield_displacement_ratio", "restitution")), at_most)
 
 
 def measurement(datasets: Datasets) -> dict[str, Any] | None:
@@ -228,7 +217,6 @@ def one_sided_finding(study: xr.Dataset) -> dict[str, Any]:
         "taken": taken,
         "peaks": _range(_peaks(study, taken)),
         "others": [(name, _range(_peaks(study, name)), _off(study, name) <= _off(study, taken)) for name in others],
-        "steps": _steps(study),
         "changed": listed(changed),
         "rates": [_rates(study.sel(restitution=e), taken, changed) for e in study["restitution"].values],
         "medians": _range(_finite(study["median_intensity_ratio"].sel(alternative=taken))),
@@ -255,14 +243,6 @@ def _off(study: xr.Dataset, name: str) -> float:
     return float(np.max(values, initial=0.0))
 
 
-def _steps(study: xr.Dataset) -> list[tuple[str, str, str]]:
-    """Return the step of the commands and the longest one, each with error and scatter of single impacts, at most."""
-    steps = study["contact_step"].values
-    picked = dict.fromkeys([int(np.argmin(np.abs(steps - CONTACT_STEP))), int(np.argmax(steps))])
-    largest = {name: abs(study[f"impact_{name}"]).max("restitution").values for name in ("error", "scatter")}
-    return [(plain(steps[at]), f"{largest['error'][at]:.3f}", f"{largest['scatter'][at]:.3f}") for at in picked]
-
-
 def _rates(at: xr.Dataset, taken: str, changed: list[str]) -> dict[str, str]:
     """Return collapses missed and added at one e: of the stop, and the larger of restitution with a changed e."""
     missed, added = at["false_safe_rate"], at["false_collapse_rate"]
@@ -287,5 +267,4 @@ def _two_sided(study: xr.Dataset) -> dict[str, str]:
         "middle": plain(middle_of(study)),
         "unsafe": higher(ratio),
         "significantly": higher(lowest),
-        "safe": listed(map(plain, e[(ratio < 1).all("wall").values])),
     }
