@@ -22,6 +22,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import has_displacement, read_record
+from rockdamp.stated import of_stated
 from rockdamp.storage.yaml_file import path_of
 from rockdamp.vocabulary import PRESETS, STUDIES
 
@@ -320,10 +321,12 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
         sizes["population.parameters.thickness.high"] = (thickness.high, thickness.high * slenderness.high)
         for doubt in plausibility.of_velocity(np.min(config.population.intensity)):  # the weakest of them
             yield "population.intensity", f"is beyond what is recorded: {doubt}"
+    for index, facade in enumerate(config.one_sided.facades if config.one_sided else ()):
+        for doubt in of_stated(facade.wall):
+            yield f"one_sided.facades[{index}]", f"makes an unlikely wall: {doubt}"
     for key, wall in walls.items():
         loads = plausibility.of_overburden(wall.overburden_ratio, np.divide(wall.weight, wall.width))
-        low = plausibility.of_storey(float(wall.height), None) if isinstance(wall, Wall) else []
-        for doubt in [*plausibility.of_density(wall.density), *loads, *low]:
+        for doubt in [*plausibility.of_density(wall.density), *loads, *of_stated(wall)]:
             yield key, f"makes an unlikely wall: {doubt}"
     curves = {"curve": config.curve, "validation.curve": config.validation.curve}
     if config.earthquakes:
