@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.plausibility import HIGHEST, LENGTHS, SLENDEREST, THICKEST
+from rockdamp.plausibility import HIGHEST, LENGTHS, SLENDEREST, THICKEST, of_onset
 
 if TYPE_CHECKING:
     from rockdamp.arrays import Array
@@ -43,15 +43,23 @@ def of_stated(wall: Any, storeys: int | None = None) -> list[str]:
         return []
     spans, loaded = hasattr(mechanism, "hinge_ratio"), np.any(mechanism.overburden_ratio)
     doubts = _of_shape(mechanism.height, mechanism.thickness, spans, storeys, stopped=mechanism is not wall)
-    hinge, eccentricity = np.ravel(getattr(mechanism, "hinge_ratio", 0.7)), np.max(np.abs(mechanism.eccentricity))
-    for value in hinge[(hinge < LOWEST_HINGE) | (hinge > HIGHEST_HINGE)][:1]:
-        slip = "; was it the restitution (e)?" if value > HIGHEST_HINGE else ""
-        doubts.append(f"hinge_ratio is {value:g} of the height; tests found 0.5 to 0.7{slip}")
-    if eccentricity and not loaded:
+    doubts += of_hinge(mechanism.hinge_ratio) if spans else []
+    if (eccentricity := np.max(np.abs(mechanism.eccentricity))) and not loaded:
         doubts.append(f"eccentricity is {eccentricity:g} m and has no effect: there is no overburden")
     if (part := np.max(getattr(mechanism, "overburden_mass", 0.0))) and not loaded:
         doubts.append(f"overburden_mass is {part:g} and has no effect: there is no overburden")
+    doubts += of_onset(mechanism.rocking_onset())
     return doubts + ([] if tie is None else of_tie(tie, mechanism.weight))
+
+
+def of_hinge(hinge_ratio: ArrayLike) -> list[str]:
+    """Return a warning where a hinge is where tests found none; of an array the first such element is named."""
+    ratios = np.ravel(np.asarray(hinge_ratio, dtype=float))
+    unlike = ratios[(ratios < LOWEST_HINGE) | (ratios > HIGHEST_HINGE)]
+    if not unlike.size:
+        return []
+    slip = "; was it the restitution (e)?" if unlike[0] > HIGHEST_HINGE else ""
+    return [f"hinge_ratio is {unlike[0]:g} of the height; tests found 0.5 to 0.7{slip}"]
 
 
 def _of_shape(height: ArrayLike, thickness: ArrayLike, spans: bool, storeys: int | None, stopped: bool) -> list[str]:
@@ -114,7 +122,7 @@ def of_tie(tie: Tie, weight: Array) -> list[str]:
     elif held > STRONGEST_TIE:
         doubts.append(f"the strength of the ties is {strength:g} N, {held:.3g} times the wall's weight")
     stretch, stiffness = float(np.max(tie.yield_stretch)), float(np.min(tie.stiffness))
-    if not LEAST_YIELD_STRETCH <= stretch <= MOST_SLACK:
+    if held >= WEAKEST_TIE and not LEAST_YIELD_STRETCH <= stretch <= MOST_SLACK:
         stated = (
             f"the ties yield at a stretch of {stretch:.3g} m, their strength over a stiffness of {stiffness:g} N m-1"
         )
@@ -136,11 +144,10 @@ def of_tie(tie: Tie, weight: Array) -> list[str]:
 
 def of_stop(restitution: ArrayLike) -> list[str]:
     """Return a warning where e at a stop is likelier that of a wall that rocks to both sides, or no e at all."""
-    e = float(np.max(restitution))
-    if e > MOST_AT_STOP:
-        meant = "was it that of rocking to both sides?"
-    elif 0 < e < LEAST_AT_STOP:
-        meant = "was it a damping ratio (xi)?"
-    else:
+    values = np.ravel(restitution)
+    unlike = values[(values > MOST_AT_STOP) | (values > 0) & (values < LEAST_AT_STOP)]
+    if not unlike.size:
         return []
+    e = float(unlike[0])
+    meant = "was it that of rocking to both sides?" if e > MOST_AT_STOP else "was it a damping ratio (xi)?"
     return [f"restitution (e) is {e:g} at the stop, where blocks that hit return walls have some 0.5; {meant}"]

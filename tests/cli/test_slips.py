@@ -327,3 +327,50 @@ def test_a_wall_that_is_hardly_slender_is_asked_about():
     asked = "height over thickness is 3, less than 4; is the thickness right?"
     assert asked in run("wall", "--thickness", 1, "--height", 3).stderr
     assert asked not in run("wall", "--thickness", 1, "--height", 3, "--parapet").stderr
+
+
+def test_the_same_slips_are_asked_about_in_commands_tables_and_python(record, tmp_path):
+    """Half a height, a hinge that is e, a top of a building: what is typed is doubted wherever it is typed."""
+    motion = ("--records", record, "--pga", "0.6g")
+    for size, words in (
+        (("--height", 2.0), "the height is 2 m, less than a storey has; was it half of it (4 m)"),
+        (("--height", 9.6), "more than a storey has; was it that of the building, or in feet (2.93 m)?"),
+        (("--height", 3, "--hinge-ratio", 0.88), "was it the restitution (e)?"),
+        (("--height", 3, "--overburden-ratio", 0.005), "hardly a load; was it 0.5 or in kN (O/W 5)?"),
+    ):
+        given = ("--thickness", 0.3, *size)
+        for command in (
+            ("wall", *given),
+            ("equivalent", *given, "--preset", "new", "--restitution", 0.85),
+            ("respond", *given, "--preset", "new", "--restitution", 0.85, "--record", record),
+            ("assess", *given, "--preset", "new", *motion),
+        ):
+            assert words in run(*command).stderr, command
+        names = {
+            option.removeprefix("--").replace("-", "_"): value
+            for option, value in zip(given[::2], given[1::2], strict=True)
+        }
+        table = tmp_path / "walls.csv"
+        table.write_text(",".join(["id", "preset", *names]) + "\nA,new," + ",".join(map(str, names.values())) + "\n")
+        for command in (("batch", table, *motion, "--output", tmp_path / "out.csv"), ("equivalent", "--walls", table)):
+            end = () if command[0] == "batch" else ("--output", tmp_path / "out.csv")
+            assert f"line 2: {words}" in (told := run(*command, *end).stderr) or words in told, command
+        with pytest.warns(rd.InputWarning) as caught:
+            rd.assess(rd.Wall(**names), rd.TrilinearCurve.preset("new"), str(record), pga=5.9)
+        assert any(words in str(each.message) for each in caught)
+
+
+def test_a_target_of_respond_in_another_unit_is_asked_about(record):
+    given = ("respond", "--record", record, *WALL, "--restitution", 0.85)
+    assert "was it in per cent of g (0.25 g)?" in run(*given, "--to-pga", 25).stderr
+    assert "was it in cm s-1 (0.4 m s-1)?" in run(*given, "--to-pgv", 40).stderr
+
+
+def test_a_capacity_before_rocking_and_loads_that_hold_a_wall_are_asked_about(record):
+    given = ("assess", *WALL, "--records", record)
+    assert (
+        "within a1 = 0.06, before the wall rocks; was it 0.4?" in run(*given, "--pga", "1g", "--capacity", 0.004).stderr
+    )
+    loaded = run(*given, "--pga", "0.4g", "--overburden-ratio", 8).stderr
+    assert "are the overburden and the sizes right?" in loaded
+    assert "was it in g (0.4 g)?" in run(*given, "--pga", 0.4, "--overburden-ratio", 1).stderr

@@ -421,7 +421,8 @@ def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | st
     else:
         e, reason = float(Damping.cr(number("restitution (e)", restitution)).restitution), "as given"
     if isinstance(wall, OneSidedWall):  # against a stop an e of 0.3 is usual
-        plausibility.warn(of_stop(e) if reason == "as given" else [])
+        block = isinstance(wall.mechanism, Parapet)
+        plausibility.warn(of_stop(e) if block and reason == "as given" else [])
         return e, reason
     if e < LEAST_OF_DAMPER:
         stops = "the wall stops at an impact" if e == 0 else "the wall all but stops at an impact"

@@ -266,6 +266,9 @@ def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
         raise click.UsageError("--to-pga and --to-pgv each set the scale; there must be one of them")
     if targets:
         refuse_unused(("scale",), "neither --to-pga nor --to-pgv")
+    from rockdamp.plausibility import of_asked, of_velocity, warn
+
+    warn(of_asked(max(targets["pga"])) if "pga" in targets else of_velocity(targets.get("pgv", 0.0)))
     return targets or {"scale": options["scale"]}
 
 

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from rockdamp import plausibility
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.earthquakes import PARAMETERS, PopulationParameters
 from rockdamp.config.files import Problem, problems, refuse_braces
 from rockdamp.config.study import Study
 from rockdamp.errors import InputError
@@ -22,9 +23,9 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import has_displacement, read_record
-from rockdamp.stated import of_stated
+from rockdamp.stated import of_hinge, of_stated, of_stop
 from rockdamp.storage.yaml_file import path_of
-from rockdamp.vocabulary import PRESETS, STUDIES
+from rockdamp.vocabulary import PRESETS, STANDARD_GRAVITY, STUDIES
 
 FEWEST = 3  # values of e: the polynomials of Fig. 7 have three coefficients
 
@@ -321,9 +322,16 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
         sizes["population.parameters.thickness.high"] = (thickness.high, thickness.high * slenderness.high)
         for doubt in plausibility.of_velocity(np.min(config.population.intensity)):  # the weakest of them
             yield "population.intensity", f"is beyond what is recorded: {doubt}"
-    for index, facade in enumerate(config.one_sided.facades if config.one_sided else ()):
-        for doubt in of_stated(facade.wall):
-            yield f"one_sided.facades[{index}]", f"makes an unlikely wall: {doubt}"
+        yield from _of_population(config.population.parameters)
+    if config.one_sided:
+        for doubt in of_stop(config.one_sided.restitution):
+            yield "one_sided.restitution", f"is unlikely: {doubt}"
+        for index, facade in enumerate(config.one_sided.facades):
+            for doubt in of_stated(facade.wall):
+                yield f"one_sided.facades[{index}]", f"makes an unlikely wall: {doubt}"
+    if config.spectrum_method:
+        for doubt in config.spectrum_method.building.doubts():
+            yield "spectrum_method.building", f"is unlikely: {doubt}"
     for key, wall in walls.items():
         loads = plausibility.of_overburden(wall.overburden_ratio, np.divide(wall.weight, wall.width))
         for doubt in [*plausibility.of_density(wall.density), *loads, *of_stated(wall)]:
@@ -337,6 +345,22 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     for key, (thick, height) in sizes.items():
         for doubt in plausibility.of_wall(thick, height):
             yield key, f"makes an unlikely wall: {doubt}"
+
+
+def _of_population(parameters: PopulationParameters) -> Iterable[tuple[str, str]]:
+    """Yield what is unlikely of the ends of the distributions, by parameter."""
+    ends = {name: (getattr(parameters, name).low, getattr(parameters, name).high) for name in PARAMETERS}
+    thickest, highest = (ends[name][1] for name in ("thickness", "slenderness"))
+    weight = Wall.density * STANDARD_GRAVITY * thickest**2 * highest  # N m-1
+    found = {
+        "overburden_ratio": plausibility.of_overburden(ends["overburden_ratio"], weight),
+        "hinge_ratio": of_hinge(ends["hinge_ratio"]),
+        "yield_displacement_ratio": plausibility.of_curve(ends["yield_displacement_ratio"]),
+        "restitution": plausibility.of_restitution(ends["restitution"][1]),
+    }
+    for name, doubts_of in found.items():
+        for doubt in doubts_of:
+            yield f"population.parameters.{name}", f"is unlikely: {doubt}"
 
 
 # --- ground motions and folders --------------------------------------------------------------------------------------

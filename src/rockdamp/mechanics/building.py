@@ -102,7 +102,7 @@ class Building:
         require(alpha >= 0, "shape", alpha, "at least 0 as a shear ratio")
         for name, value in (("period", period), ("storeys", storeys), ("storey", storey), ("damping_ratio", xi)):
             object.__setattr__(self, name, value)
-        plausibility.warn(self._doubts())
+        plausibility.warn(self.doubts())
 
     @property
     def shear_ratio(self) -> float:
@@ -126,19 +126,20 @@ class Building:
         kept = int(np.count_nonzero(period >= RIGID_PERIOD))
         return Modes(period[:kept], contributions(alpha, kept, self.floors))
 
-    def _doubts(self) -> list[str]:
-        doubts = _unusual("building", "buildings with masonry walls", self.period, self.damping_ratio)
+    def doubts(self) -> list[str]:
+        """Return the warnings about the period and the damping."""
+        doubts = _unusual("building", "buildings with masonry walls", SHORTEST, self.period, self.damping_ratio)
         if SHORTEST <= self.period < LEAST_PER_STOREY * self.storeys:
             least = f"less than {LEAST_PER_STOREY:g} s for each storey"
             doubts.append(f"the building period is {self.period:g} s with {self.storeys} storeys, {least}")
         return doubts
 
 
-def _unusual(what: str, such: str, period: float, xi: float) -> list[str]:
+def _unusual(what: str, such: str, shortest: float, period: float, xi: float) -> list[str]:
     """Return the warnings about the period [s] and damping ratio of a building or floor."""
     doubts = []
-    if not SHORTEST <= period <= LONGEST:
-        usual = f"{such} have {SHORTEST:g} to {LONGEST:g} s"
+    if not shortest <= period <= LONGEST:
+        usual = f"{such} have {shortest:g} to {LONGEST:g} s"
         doubts.append(f"the {what} period is {period:g} s; {usual}{_slip_of_period(period)}")
     if not LEAST_DAMPED <= xi <= MOST_DAMPED:
         swapped = period <= MOST_DAMPED and SHORTEST <= xi <= LONGEST
@@ -202,7 +203,7 @@ class Diaphragm:
         _require_damping("damping_ratio of the diaphragm", xi)
         object.__setattr__(self, "period", period)
         object.__setattr__(self, "damping_ratio", xi)
-        plausibility.warn(_unusual("diaphragm", "floors", period, xi))
+        plausibility.warn(_unusual("diaphragm", "floors", RIGID_PERIOD / 3, period, xi))
 
 
 # --- the cantilever ---------------------------------------------------------------------------------------------------
