@@ -25,15 +25,15 @@ THINNEST, LOWEST = 0.05, 0.5  # what a guess must lead to [m]
 TOO_THICK, TOO_HIGH = 100.0, 1000.0  # refused: of these there is neither a wall nor a building [m]
 SQUATTEST, SLENDEREST = 4.0, 40.0  # h/t; tests went to 28, and two bodies as squat as 4 are hardly walls
 FAR_MORE = 2.0  # the PGA of the base of a wall over that of its top
-LARGEST_YIELD = 0.5  # a1; the most degraded joints of the presets have 0.2
+LEAST_YIELD, LARGEST_YIELD = 0.002, 0.5  # a1; the presets have 0.06 to 0.2, and a hundredth of 0.2 is the least
+LEAST_STRENGTH = 0.3  # b1; the presets have 0.5 to 0.72, and calibrations search from 0.4
 LOWEST_HINGE, HIGHEST_HINGE = 0.4, 0.9  # of h; tests found 0.5 to 0.7
 WIDEST = 100.0  # [m]
 LOWEST_STOREY, HIGHEST_STOREY = 1.8, 6.0  # [m]
 WEAKEST_TIE, MOST_SLACK = 1e-3, 0.5  # strength over weight; [m]
 LEAST_ELASTIC = 0.5  # e; the losses of a factor of two in velocity, beyond every test that is quoted here
 MOST_OF_RIGID = 1.1  # e over that of rigid mechanics; tests of walls and blocks gave 0.85 to 1.03
-MOST_DAMPED = 0.5  # damping ratio [-]
-MOST_FADING = 1.0  # exponent g of a loss that falls with the amplitude; blocks and walls stay well below [-]
+MOST_DAMPED, MOST_FADING = 0.5, 1.0  # damping ratio; exponent g, of which blocks and walls have far less
 FASTEST = 4.0  # PGV; the largest recorded are near 3 [m s-1]
 WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
 STRONGEST_IN_G = 1.2  # PGA of a file whose numbers are said to be in g; m s-2 under that name are likelier above it
@@ -41,8 +41,7 @@ STRONGEST_ASKED = 2.0  # PGA that a wall is assessed at, in g; maps and codes st
 SHORTEST_STEP, LONGEST_STEP = 2e-5, 0.1  # between samples of a record; usual are 0.0001 to 0.02 [s]
 LIGHTEST, HEAVIEST = 300.0, 3500.0  # aerated concrete and dense stone [kg m-3]
 MOST_LOADED = 10.0  # O/W; the paper's tested wall, a thin leaf under the storeys of a building, has 6.2
-LEAST_LOADED = 0.05  # what a guess must lead to
-LIGHTEST_LOAD = 0.01  # O/W of a load: no floor or roof weighs less
+LEAST_LOADED, LIGHTEST_LOAD = 0.05, 0.01  # O/W that a guess must lead to; of a load: no floor or roof weighs less
 LEAST_PER_CENT = 5.0  # a fraction above 1 and below it is likelier a slip of a digit
 
 LENGTHS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}  # [m]
@@ -92,11 +91,9 @@ def _outside() -> int:
 def require_rocking(
     thickness: ArrayLike, height: ArrayLike, restitution: ArrayLike, least_slenderness: float, law: str
 ) -> None:
-    """Raise `InputError` for walls that cannot be.
+    """Raise `InputError` for walls that cannot be; arrays broadcast, and the first such wall is named.
 
     That is, thicker or higher than any building, or with h/t below the least, or e, by the formula `law`, not above 0.
-
-    Arrays broadcast; the first such wall is named.
     """
     t, h, e = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (thickness, height, restitution)))
     squat = h / t < least_slenderness
@@ -203,12 +200,15 @@ def of_stated(wall: Any) -> list[str]:
     return doubts
 
 
-def of_curve(yield_displacement_ratio: ArrayLike) -> list[str]:
-    """Return a warning where the first branch of a curve is longer than that of any wall; of an array, of all."""
-    a1 = _least(yield_displacement_ratio)
-    if a1 <= LARGEST_YIELD or a1 == np.inf:  # of an empty array
-        return []
-    return [f"yield_displacement_ratio (a1) is {a1:g}, more than {LARGEST_YIELD:g}; were a1 and b1 swapped?"]
+def of_curve(yield_displacement_ratio: ArrayLike, strength_ratio: ArrayLike = 1.0) -> list[str]:
+    """Return warnings where a curve's first branch, or its plateau, is none of a wall; of arrays, where all are so."""
+    stated, a1, b1 = "yield_displacement_ratio (a1) is", _least(yield_displacement_ratio), _largest(strength_ratio)
+    if LARGEST_YIELD < a1 < np.inf:  # of an empty array it is infinite
+        return [f"{stated} {a1:g}, more than {LARGEST_YIELD:g}; were a1 and b1 swapped?"]
+    a1 = _largest(yield_displacement_ratio)
+    rigid = f"{stated} {a1:g}, less than {LEAST_YIELD:g}: nearly a rigid block; was it {100 * a1:g}?"
+    weak = f"strength_ratio (b1) is {b1:g}, less than {LEAST_STRENGTH:g}; the most degraded joints have 0.5"
+    return [rigid] * (0 < a1 < LEAST_YIELD) + [weak] * (0 < b1 < LEAST_STRENGTH)
 
 
 def of_storey(height: float, storeys: int | None) -> list[str]:
@@ -250,11 +250,11 @@ def of_onset(onset: ArrayLike) -> list[str]:
     return [f"the wall begins to rock at {in_g(value)}, beyond all earthquakes; is the overburden right?"]
 
 
-def per_cent(value: ArrayLike, within: Callable[[Any], Any]) -> str:
+def per_cent(value: ArrayLike, within: Callable[[Any], Any], least: float = LEAST_PER_CENT) -> str:
     """Return a question to end an error with, where the first value out of its range is within it as a percentage."""
     values = np.ravel(np.asarray(value, dtype=float))
     bad = values[~np.asarray(within(values), dtype=bool)]
-    if not bad.size or not LEAST_PER_CENT <= bad[0] <= 100 or not within(bad[0] / 100):
+    if not bad.size or not least <= bad[0] <= 100 or not within(bad[0] / 100):
         return ""
     return f"; was it in per cent ({bad[0] / 100:g})?"
 

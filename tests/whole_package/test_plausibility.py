@@ -155,11 +155,20 @@ def test_channels_in_another_unit_are_questioned(doubts, said):
         (lambda: rd.equivalent(85, 0.04, 0.85), r"at most 1; was it in per cent \(0.85\)\?"),
         (lambda: rd.Wall(0.3, 4.5, hinge_ratio=57), r"both excluded; was it in per cent \(0.57\)\?"),
         (lambda: rd.Damping.cr(1.2), "at most 1$"),
+        (lambda: rd.TrilinearCurve(4, 0.85), r"\(1 - b1\); was it in per cent \(0.04\)\?"),
     ],
 )
 def test_a_percentage_is_recognised(make, said):
     with pytest.raises(rd.InputError, match=said):
         make()
+
+
+def test_a_curve_that_no_wall_has_is_questioned():
+    with pytest.warns(rd.InputWarning, match=r"a1\) is 0.0004, less than 0.002: nearly a rigid block; was it 0.04"):
+        rd.equivalent(0.85, 0.0004, 0.85)
+    with pytest.warns(rd.InputWarning, match=r"b1\) is 0.085, less than 0.3"):
+        rd.equivalent(0.85, 0.04, 0.085)
+    assert plausibility.of_curve([0.005, 0.2], [0.4, 0.99]) == plausibility.of_curve([], []) == []
 
 
 def test_warnings_of_several_values_name_the_one_that_is_furthest_off():

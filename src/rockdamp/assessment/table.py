@@ -7,6 +7,7 @@ import difflib
 import io
 import os
 import warnings
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
@@ -163,7 +164,7 @@ def _text(path: Path) -> str:
     except ImportError:
         package = WORKBOOKS[path.suffix.lower()]
         raise InputError(f"{path}: needs {package}; it must be saved as CSV, or: pip install {package}") from None
-    except (ValueError, KeyError) as error:
+    except (ValueError, KeyError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: {error}; it must be a table of walls, as a workbook or as CSV") from None
 
 
@@ -226,7 +227,10 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Ro
         wall = _one_sided(filled, mechanism)
         if isinstance(wall, OneSidedWall):
             wall.force(curve)
-        unlikely = [*plausibility.of_stated(mechanism), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
+        unlikely = [
+            *plausibility.of_stated(mechanism),
+            *plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio),
+        ]
         if isinstance(mechanism, Wall):
             unlikely += plausibility.of_storey(float(mechanism.height), None)
         if LOADS & cells.keys() and not LOADS & filled.keys():
