@@ -33,6 +33,7 @@ LOWEST_STOREY, HIGHEST_STOREY = 1.8, 6.0  # [m]
 WEAKEST_TIE, MOST_SLACK = 1e-3, 0.5  # strength over weight; [m]
 LEAST_ELASTIC = 0.5  # e; the losses of a factor of two in velocity, beyond every test that is quoted here
 MOST_OF_RIGID = 1.1  # e over that of rigid mechanics; tests of walls and blocks gave 0.85 to 1.03
+LEAST_DAMPED = 0.001  # damping ratio; a hundredth of a tenth. A constant C has 0.002 at e = 0.98 and a1 = 0.02
 MOST_DAMPED, MOST_FADING = 0.5, 1.0  # damping ratio; exponent g, of which blocks and walls have far less
 FASTEST = 4.0  # PGV; the largest recorded are near 3 [m s-1]
 WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
@@ -267,8 +268,10 @@ def _question(likely: Sequence[str]) -> str:
 
 
 def of_damping(damping_ratio: ArrayLike) -> list[str]:
-    """Return a warning where a damping ratio is larger than that of any wall; of an array the largest counts."""
+    """Return a warning where a damping ratio is none of a wall, or two slips of per cent; the largest counts."""
     xi = _largest(damping_ratio)
+    if 0 < xi < LEAST_DAMPED:
+        return [f"damping_ratio (xi) is {xi:g}, less than {LEAST_DAMPED:g}; was it {100 * xi:g}?"]
     if xi <= MOST_DAMPED:
         return []
     slip = f"; was it in per cent ({xi / 100:g})?" if xi / 100 <= MOST_DAMPED else ""
@@ -299,10 +302,8 @@ def of_local_damping(alpha: ArrayLike) -> list[str]:
     e = np.sqrt((1 - largest) / (1 + largest))  # of the impact that takes as much
     if e >= LEAST_ELASTIC:
         return []
-    return [
-        f"local_damping (alpha) is {largest:g}, which loses as much as e = {e:.2g}, less than {LEAST_ELASTIC:g}; is it"
-        " that of a search for a static state?"
-    ]
+    stated = f"local_damping (alpha) is {largest:g}, which loses as much as e = {e:.2g}, less than {LEAST_ELASTIC:g}"
+    return [f"{stated}; is it that of a search for a static state?"]
 
 
 def of_release(release_amplitude: float, yield_displacement_ratio: float) -> list[str]:
@@ -377,9 +378,8 @@ def of_joints_of_walls(offsets: Mapping[str, float], small: float) -> list[str]:
     if not offsets:
         return []
     furthest, far = max(offsets, key=offsets.__getitem__), sum(offset > small for offset in offsets.values())
-    return of_joints(
-        offsets[furthest], small, f"the joints of {far} of {len(offsets)} walls, most those of {furthest!r},"
-    )
+    whose = f"the joints of {far} of {len(offsets)} walls, most those of {furthest!r},"
+    return of_joints(offsets[furthest], small, whose)
 
 
 def of_asked(pga: float) -> list[str]:

@@ -176,6 +176,8 @@ def test_warnings_of_several_values_name_the_one_that_is_furthest_off():
     assert plausibility.in_g(2 * 9.80665) == "19.6 m s-2 (2 g)"
     (told,) = plausibility.of_damping([0.1, 0.6, 0.9])
     assert told.startswith("damping_ratio (xi) is 0.9,")
+    assert plausibility.of_damping(0.0005) == ["damping_ratio (xi) is 0.0005, less than 0.001; was it 0.05?"]
+    assert plausibility.of_damping([0.0, 0.001]) == plausibility.of_damping(0.0) == []
     (told,) = plausibility.of_restitution([0.9, 0.2, 0.4])
     assert told.startswith("restitution (e) is 0.2,")
     (told,) = plausibility.of_onset([50.0, 40.0])  # the easiest of the walls
