@@ -27,14 +27,16 @@ SLENDEREST = 40.0  # h/t; tests went to 28
 # The PGA of the base of a wall over that of its top, and the displacement of the top over that of the base: under the
 # records of FEMA P695 floors of up to 0.6 s reach 1.57 and 0.91. A motion relative to the base has 0.05 to 0.24.
 FAR_MORE, LESS_FAR = 1.6, 0.7
-LARGEST_YIELD = 0.5  # a1; the most degraded joints of the presets have 0.2
+LEAST_YIELD, LARGEST_YIELD = 0.002, 0.4  # a1; presets have 0.06 to 0.2, with b1 of 0.5 and more; a hundredth of 0.2
+LEAST_STRENGTH = 0.3  # b1; the presets have 0.5 to 0.72, and calibrations search from 0.4
 WIDEST = 100.0  # [m]
 EASIEST_OF_LOADED = 1.5  # onset of rocking of walls in g; those of the config reach 1.25
 LEAST_ELASTIC = 0.5  # e; the losses of a factor of two in velocity, beyond every test that is quoted here
 MOST_OF_RIGID = 1.1  # e over that of rigid mechanics; tests of walls and blocks gave 0.85 to 1.03
-LEAST_DAMPED, HIGHLY_DAMPED, MOST_DAMPED = 0.002, 0.2, 0.5  # damping ratio; those of spectra end at 0.2 or 0.3 [-]
+LEAST_DAMPED = 0.001  # damping ratio; a hundredth of a tenth. A constant C has 0.002 at e = 0.98 and a1 = 0.02
+MOST_DAMPED, MOST_FADING = 0.5, 1.0  # damping ratio; exponent g, of which blocks and walls have far less
+HIGHLY_DAMPED = 0.2  # damping ratio; those of spectra end at 0.2 or 0.3 [-]
 LONGEST_PERIOD, HIGHEST_FREQUENCY = 10.0, 100.0  # of spectra; those of codes end at 4 to 10 s [s], [Hz]
-MOST_FADING = 1.0  # exponent g of a loss that falls with the amplitude; blocks and walls stay well below [-]
 FASTEST = 4.0  # PGV; the largest recorded are near 3 [m s-1]
 WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
 STRONGEST_IN_G = 1.2  # PGA of a file whose numbers are said to be in g; m s-2 under that name are likelier above it
@@ -42,8 +44,7 @@ STRONGEST_ASKED = 2.0  # PGA that a wall is assessed at, in g; maps and codes st
 SHORTEST_STEP, LONGEST_STEP = 2e-5, 0.1  # between samples of a record; usual are 0.0001 to 0.02 [s]
 LIGHTEST, HEAVIEST = 300.0, 3500.0  # aerated concrete and dense stone [kg m-3]
 MOST_LOADED = 10.0  # O/W; the paper's tested wall, a thin leaf under the storeys of a building, has 6.2
-LEAST_LOADED = 0.05  # what a guess must lead to
-LIGHTEST_LOAD = 0.01  # O/W of a load: no floor or roof weighs less
+LEAST_LOADED, LIGHTEST_LOAD = 0.05, 0.01  # O/W that a guess must lead to; of a load: no floor or roof weighs less
 LEAST_PER_CENT = 5.0  # a fraction above 1 and below it is likelier a slip of a digit
 
 LENGTHS = {"millimetres": 0.001, "centimetres": 0.01, "inches": 0.0254, "feet": 0.3048}  # [m]
@@ -93,11 +94,9 @@ def _outside() -> int:
 def require_rocking(
     thickness: ArrayLike, height: ArrayLike, restitution: ArrayLike, least_slenderness: float, law: str
 ) -> None:
-    """Raise `InputError` for walls that cannot be.
+    """Raise `InputError` for walls that cannot be; arrays broadcast, and the first such wall is named.
 
     That is, thicker or higher than any building, or with h/t below the least, or e, by the formula `law`, not above 0.
-
-    Arrays broadcast; the first such wall is named.
     """
     t, h, e = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in (thickness, height, restitution)))
     squat = h / t < least_slenderness
@@ -187,20 +186,24 @@ def of_overburden(overburden_ratio: ArrayLike, weight: ArrayLike) -> list[str]:
     return [f"{stated}{_question(likely)}"]
 
 
-def of_curve(yield_displacement_ratio: ArrayLike) -> list[str]:
-    """Return a warning where the first branch of a curve is longer than that of any wall; of an array, of all."""
-    a1 = _least(yield_displacement_ratio)
-    if a1 <= LARGEST_YIELD or a1 == np.inf:  # of an empty array
-        return []
-    return [f"yield_displacement_ratio (a1) is {a1:g}, more than {LARGEST_YIELD:g}; were a1 and b1 swapped?"]
+def of_curve(yield_displacement_ratio: ArrayLike, strength_ratio: ArrayLike = 1.0) -> list[str]:
+    """Return warnings where a curve's first branch, or its plateau, is none of a wall; of arrays, where all are so."""
+    stated, a1, b1 = "yield_displacement_ratio (a1) is", _least(yield_displacement_ratio), _largest(strength_ratio)
+    if LARGEST_YIELD < a1 < np.inf:  # of an empty array it is infinite
+        return [f"{stated} {a1:g}, more than {LARGEST_YIELD:g}; were a1 and b1 swapped?"]
+    a1 = _largest(yield_displacement_ratio)
+    rigid = f"{stated} {a1:g}, less than {LEAST_YIELD:g}: nearly a rigid block; was it {100 * a1:g}?"
+    weak = f"strength_ratio (b1) is {b1:g}, less than {LEAST_STRENGTH:g}; the most degraded joints have 0.5"
+    return [rigid] * (0 < a1 < LEAST_YIELD) + [weak] * (0 < b1 < LEAST_STRENGTH)
 
 
 def of_width(width: ArrayLike, thickness: ArrayLike) -> list[str]:
     """Return a warning where a wall is wider than buildings, or narrower than a metre and than it is thick [m]."""
     widest, narrowest, thinnest = _largest(width), _least(width), _least(thickness)
     if narrowest < 1 and narrowest <= thinnest:
-        slip = "; were the two swapped?" if narrowest < thinnest else ""
-        return [f"width is {narrowest:g} m, no more than the thickness of {thinnest:g} m{slip}"]
+        stated, of_both = f"width is {narrowest:g} m", f"than the thickness of {thinnest:g} m"
+        less = narrowest < thinnest
+        return [f"{stated}, less {of_both}; were the two swapped?" if less else f"{stated}, no more {of_both}"]
     return [f"width is {widest:g} m, more than {WIDEST:g}; was it in millimetres?"] if widest > WIDEST else []
 
 
@@ -212,11 +215,11 @@ def of_onset(onset: ArrayLike) -> list[str]:
     return [f"a rigid wall begins to rock at {in_g(value)}; are the overburden and the sizes right?"]
 
 
-def per_cent(value: ArrayLike, within: Callable[[Any], Any]) -> str:
+def per_cent(value: ArrayLike, within: Callable[[Any], Any], least: float = LEAST_PER_CENT) -> str:
     """Return a question to end an error with, where the first value out of its range is within it as a percentage."""
     values = np.ravel(np.asarray(value, dtype=float))
     bad = values[~np.asarray(within(values), dtype=bool)]
-    if not bad.size or not LEAST_PER_CENT <= bad[0] <= 100 or not within(bad[0] / 100):
+    if not bad.size or not least <= bad[0] <= 100 or not within(bad[0] / 100):
         return ""
     return f"; was it in per cent ({bad[0] / 100:g})?"
 
@@ -229,8 +232,10 @@ def _question(likely: Sequence[str]) -> str:
 
 
 def of_damping(damping_ratio: ArrayLike) -> list[str]:
-    """Return a warning where a damping ratio is larger than that of any wall; of an array the largest counts."""
+    """Return a warning where a damping ratio is none of a wall, or two slips of per cent; the largest counts."""
     xi = _largest(damping_ratio)
+    if 0 < xi < LEAST_DAMPED:
+        return [f"damping_ratio (xi) is {xi:g}, less than {LEAST_DAMPED:g}; was it {100 * xi:g}?"]
     if xi <= MOST_DAMPED:
         return []
     slip = f"; was it in per cent ({xi / 100:g})?" if xi / 100 <= MOST_DAMPED else ""
@@ -261,10 +266,8 @@ def of_local_damping(alpha: ArrayLike) -> list[str]:
     e = np.sqrt((1 - largest) / (1 + largest))  # of the impact that takes as much
     if e >= LEAST_ELASTIC:
         return []
-    return [
-        f"local_damping (alpha) is {largest:g}, which loses as much as e = {e:.2g}, less than {LEAST_ELASTIC:g}; is it"
-        " that of a search for a static state?"
-    ]
+    stated = f"local_damping (alpha) is {largest:g}, which loses as much as e = {e:.2g}, less than {LEAST_ELASTIC:g}"
+    return [f"{stated}; is it that of a search for a static state?"]
 
 
 def of_release(release_amplitude: float, yield_displacement_ratio: float) -> list[str]:
@@ -347,9 +350,8 @@ def of_joints_of_walls(offsets: Mapping[str, float], small: float) -> list[str]:
     if not offsets:
         return []
     furthest, far = max(offsets, key=offsets.__getitem__), sum(offset > small for offset in offsets.values())
-    return of_joints(
-        offsets[furthest], small, f"the joints of {far} of {len(offsets)} walls, most those of {furthest!r},"
-    )
+    whose = f"the joints of {far} of {len(offsets)} walls, most those of {furthest!r},"
+    return of_joints(offsets[furthest], small, whose)
 
 
 def of_asked(pga: float) -> list[str]:
@@ -454,10 +456,6 @@ def of_step(step: float) -> list[str]:
 def of_spectrum(period: ArrayLike, damping_ratio: float, pga: float, step: float) -> list[str]:
     """Return warnings where a spectrum has periods [s] or a damping that none has, or is of an unlikely record."""
     doubts, longest = of_damping(damping_ratio) + of_motion(pga) + of_step(step), _largest(period)
-    if 0 < damping_ratio < LEAST_DAMPED:
-        doubts.append(
-            f"damping_ratio (xi) is {damping_ratio:g}, less than {LEAST_DAMPED:g}; was it {100 * damping_ratio:g}?"
-        )
     if HIGHLY_DAMPED < damping_ratio <= MOST_DAMPED and longest <= HIGHLY_DAMPED:
         doubts.append(f"damping_ratio (xi) is {damping_ratio:g} and the period {longest:g} s; were the two swapped?")
     if longest > LONGEST_PERIOD:

@@ -264,6 +264,24 @@ def test_per_cent_and_decimal_commas_are_taken_or_named():
     assert run(*model, "5%").stderr == ""
 
 
+def test_a_ratio_with_a_unit_and_a_step_beyond_its_range_are_refused():
+    refused = run("equivalent", "--restitution", 0.85, "--a1", "15mm", "--b1", 0.85)
+    assert (
+        refused.exit_code == 2 and "it must be the ratio u1/u_ins (wall prints u_ins) without a unit" in refused.stderr
+    )
+    refused = run("equivalent", "--restitution", "0.8:0.95:5", "--preset", "new")
+    assert refused.exit_code == 2 and "has a step that is longer than the range" in refused.stderr
+    refused = run("equivalent", "--restitution", "0.85%", "--preset", "new")
+    assert refused.exit_code == 2 and "0.0085 for 0.85%, and 0.85 for 85%" in refused.stderr
+
+
+def test_a_column_in_per_cent_and_a_broken_workbook_are_refused(tmp_path):
+    (tmp_path / "walls.xlsx").write_bytes(b"PK\3\4" + bytes(100))
+    for given in ((EXAMPLE, "--column", "a1=a1:%"), (tmp_path / "walls.xlsx",)):
+        refused = run("equivalent", "--walls", *given)
+        assert refused.exit_code == 2 and ("divide the column by 100" in refused.stderr) == (len(given) > 1)
+
+
 def test_a_frequency_for_a_period_is_named_with_its_period():
     refused = run("assess", *WALL, "--records", "x.csv", "--pga", "0.2g", "--building-period", "4Hz")
     assert refused.exit_code == 2 and "'4Hz' is a frequency; its period is 0.25s" in refused.stderr

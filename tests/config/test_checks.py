@@ -209,6 +209,10 @@ BAD = [
     ("figures.formats", ["jpg"], "figures.formats[0] is 'jpg'; it must be one of pdf, png, svg"),
     ("studies.amplitud", {}, "studies.amplitud is not a key; did you mean 'amplitude'?"),
     ("solver.tolerance", 1, "solver.tolerance is not a key; it must be one of scheme, step"),
+    ("hinge", 0.7, "hinge is not a key; it must be one of results, solver,"),
+    ("wall.hinge", 0.7, "wall.hinge is not a key; did you mean 'hinge_ratio'?"),
+    ("wall.height", 4.5, "wall.height is not a key; state slenderness, the height over the thickness"),
+    ("curve.strength_ratio", 85, "greater than 0 and less than 1; was it in per cent (0.85)?"),
     ("figures.formats", ["pdf"], "figures.formats is ['pdf']; png must be among them"),
     ("pulses.restitution", [i / 2000 for i in range(1, 1002)], "has 1001 of them; it must be a list of at least 1 and"),
     # a distribution that cannot be
@@ -453,6 +457,14 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
         ),
         ("wall.density", 18, "wall makes an unlikely wall: density is 18 kg m-3, less than 300; was it in kN m-3"),
         ("earthquakes.walls[4].overburden_ratio", 20, "walls[4] makes an unlikely wall: overburden_ratio is 20"),
+        ("wall.width", 0.1, "wall makes an unlikely wall: width is 0.1 m, less than the thickness of 0.3 m"),
+        ("wall.hinge_ratio", 0.07, "wall makes an unlikely wall: hinge_ratio is 0.07 of the height"),
+        ("pulses.restitution", [0.05], "pulses.restitution is unlikely: restitution (e) is 0.05, less than 0.5"),
+        (
+            "one_sided.facades[0].yield_displacement_ratio",
+            0.0004,
+            "facades[0] makes an unlikely curve: yield_displacement_ratio (a1) is 0.0004",
+        ),
         ("population.parameters.thickness.high", 2.4, "population.parameters.thickness.high makes an"),
         (
             "population.intensity.start",

@@ -126,7 +126,7 @@ def test_a_spectrum_of_other_units_is_asked_about_where_a_user_calls_it():
     for given, words in (
         ((500.0,), "in milliseconds \\(0.5 s\\)"),
         (([1.0, 33.0],), "a frequency in Hz \\(0.0303 s\\)"),
-        ((0.5, 0.0005), "damping_ratio .* is 0.0005, less than 0.002; was it 0.05"),
+        ((0.5, 0.0005), "damping_ratio .* is 0.0005, less than 0.001; was it 0.05"),
         ((0.05, 0.5), "were the two swapped"),
         ((0.5, 0.85), "was it a coefficient of restitution"),
     ):

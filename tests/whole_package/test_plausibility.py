@@ -155,6 +155,7 @@ def test_channels_in_another_unit_are_questioned(doubts, said):
         (lambda: rd.equivalent(85, 0.04, 0.85), r"at most 1; was it in per cent \(0.85\)\?"),
         (lambda: rd.Wall(0.3, 4.5, hinge_ratio=57), r"both excluded; was it in per cent \(0.57\)\?"),
         (lambda: rd.Damping.cr(1.2), "at most 1$"),
+        (lambda: rd.TrilinearCurve(4, 0.85), r"\(1 - b1\); was it in per cent \(0.04\)\?"),
     ],
 )
 def test_a_percentage_is_recognised(make, said):
@@ -162,11 +163,22 @@ def test_a_percentage_is_recognised(make, said):
         make()
 
 
+def test_a_curve_that_no_wall_has_is_questioned():
+    with pytest.warns(rd.InputWarning, match=r"a1\) is 0.0004, less than 0.002: nearly a rigid block; was it 0.04"):
+        rd.equivalent(0.85, 0.0004, 0.85)
+    with pytest.warns(rd.InputWarning, match=r"b1\) is 0.085, less than 0.3"):
+        rd.equivalent(0.85, 0.04, 0.085)
+    assert plausibility.of_curve(0.5, 0.2)[0].endswith("were a1 and b1 swapped?")  # of the preset severe
+    assert plausibility.of_curve([0.005, 0.2], [0.4, 0.99]) == plausibility.of_curve([], []) == []
+
+
 def test_warnings_of_several_values_name_the_one_that_is_furthest_off():
     """Of motions in both units: 2 g is 19.6 m s-2."""
     assert plausibility.in_g(2 * 9.80665) == "19.6 m s-2 (2 g)"
     (told,) = plausibility.of_damping([0.1, 0.6, 0.9])
     assert told.startswith("damping_ratio (xi) is 0.9,")
+    assert plausibility.of_damping(0.0005) == ["damping_ratio (xi) is 0.0005, less than 0.001; was it 0.05?"]
+    assert plausibility.of_damping([0.0, 0.001]) == plausibility.of_damping(0.0) == []
     (told,) = plausibility.of_restitution([0.9, 0.2, 0.4])
     assert told.startswith("restitution (e) is 0.2,")
     (told,) = plausibility.of_onset([50.0, 40.0])  # the easiest of the walls
@@ -223,8 +235,6 @@ def test_solve_asks_about_damping_where_a_user_calls_it():
 
 
 def test_a_wall_narrower_than_it_is_thick_is_asked_about():
-    with pytest.warns(
-        rd.InputWarning, match="width is 0.23 m, no more than the thickness of 1 m; were the two swapped"
-    ):
+    with pytest.warns(rd.InputWarning, match="width is 0.23 m, less than the thickness of 1 m; were the two swapped"):
         rd.Wall(1.0, 3.2, width=0.23)
     rd.Wall(1.2, 12.0)  # of a metre's width, the default: no warning, which were an error here

@@ -139,7 +139,9 @@ def assess(
     instance("wall", wall, Wall, Parapet, OneSidedWall)
     instance("curve", curve, TrilinearCurve)
     if plausibility.called_from_outside():
-        plausibility.warn([*of_stated(wall), *plausibility.of_curve(curve.yield_displacement_ratio)])
+        plausibility.warn(
+            [*of_stated(wall), *plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio)]
+        )
     tail, step = number("tail", tail), number("step", step)
     require(tail >= 0, "tail", tail, "at least 0 [s]")
     require(step > 0, "step", step, "greater than 0")

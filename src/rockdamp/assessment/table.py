@@ -7,6 +7,7 @@ import difflib
 import io
 import os
 import warnings
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
@@ -171,7 +172,7 @@ def _text(path: Path) -> str:
     except ImportError:
         package = WORKBOOKS[path.suffix.lower()]
         raise InputError(f"{path}: needs {package}; it must be saved as CSV, or: pip install {package}") from None
-    except (ValueError, KeyError) as error:
+    except (ValueError, KeyError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: {error}; it must be a table of walls, as a workbook or as CSV") from None
 
 
@@ -233,7 +234,8 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str], store
         wall = _one_sided(filled, mechanism)
         if isinstance(wall, OneSidedWall):
             wall.force(curve)
-        unlikely = [*of_stated(wall, storeys), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
+        curved = plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio)
+        unlikely = [*of_stated(wall, storeys), *curved]
         if LOADS & cells.keys() and not LOADS & filled.keys():
             unlikely.append(EMPTY_LOAD)
         plausibility.warn(unlikely)

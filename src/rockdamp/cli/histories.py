@@ -13,7 +13,7 @@ import click
 
 from rockdamp import units
 from rockdamp.cli.command import (
-    NUMBER,
+    RELEASE,
     Command,
     OutputFile,
     concerning,
@@ -92,7 +92,7 @@ def _length(text: str, unit: str) -> tuple[str, float]:
 )
 @curve_options
 @damping_options
-@with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
+@with_default("--release", type=RELEASE, default=0.5, help="Release amplitude u0/u_ins.")
 @with_default(
     "--length",
     type=in_unit("s", _length, "TAU|SECONDS"),

@@ -12,7 +12,7 @@ import click
 from click.core import ParameterSource
 
 from rockdamp import units
-from rockdamp.cli.command import HINGE_RATIO, NUMBER, SHARE, Read, quantity, word_or_number
+from rockdamp.cli.command import HINGE_RATIO, NUMBER, RELEASE, SHARE, Read, quantity, ratio, word_or_number
 from rockdamp.vocabulary import (
     LOCAL,
     MODELS,
@@ -128,15 +128,15 @@ def wall_options(required: bool = True) -> Decorator:
 
 
 softening_options = all_of(
-    with_default("--a3", type=NUMBER, default=1.0, help="Ultimate displacement ratio u3/u_ins."),
+    with_default("--a3", type=ratio("u3/u_ins", "0.9"), default=1.0, help="Ultimate displacement ratio u3/u_ins."),
     with_default(
         "--softening", type=click.Choice(SOFTENING), default="steeper", help="Shape of the last branch, for a3 < 1."
     ),
 )
 
 curve_options = all_of(
-    click.option("--a1", type=NUMBER, help="Yield displacement ratio u1/u_ins."),
-    click.option("--b1", type=NUMBER, help="Strength ratio F_y/F0 of the plateau."),
+    click.option("--a1", type=ratio("u1/u_ins (wall prints u_ins)", "0.04"), help="Yield displacement ratio u1/u_ins."),
+    click.option("--b1", type=ratio("F_y/F0 (wall prints F0)", "0.85"), help="Strength ratio F_y/F0 of the plateau."),
     click.option("--preset", type=click.Choice(list(PRESETS)), help="Curve by name, in place of --a1 and --b1."),
     softening_options,
 )
@@ -152,7 +152,7 @@ one_sided_options = all_of(
 
 loss_options = all_of(
     click.option("--exponent", type=NUMBER, help="Exponent g of a loss that falls with the amplitude.  [default: 0]"),
-    click.option("--at", type=NUMBER, help="With --exponent, amplitude u/u_ins that e belongs to.  [default: 0.3]"),
+    click.option("--at", type=RELEASE, help="With --exponent, amplitude u/u_ins that e belongs to.  [default: 0.3]"),
 )
 
 damping_options = all_of(
@@ -344,7 +344,7 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
         if value is None:
             raise click.UsageError(f"{name} is missing; there must be --a1 and --b1, or --preset")
     curve = TrilinearCurve(a1, b1, a3, softening)
-    warn(of_curve(a1))
+    warn(of_curve(a1, b1))
     return curve
 
 

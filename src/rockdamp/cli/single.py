@@ -11,6 +11,7 @@ import click
 from rockdamp.cli.assessment import show_damping
 from rockdamp.cli.command import (
     NUMBER,
+    RELEASE,
     SOME_FAILED,
     Command,
     OutputFile,
@@ -226,7 +227,7 @@ def _periods(
 )
 @click.option("--restitution", type=quantities(), help=f"{RESTITUTION_MEANT}.")
 @curve_options
-@with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
+@with_default("--release", type=RELEASE, default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=NUMBER, help="Length of the matched response in tau = p t.  [default: 8]")
 @walls_option
 @column_option

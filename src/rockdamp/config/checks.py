@@ -6,6 +6,7 @@ Each rule takes a config that fits its model, and yields what breaks it; section
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -334,14 +335,22 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
             yield "spectrum_method.building", f"is unlikely: {doubt}"
     for key, wall in walls.items():
         loads = plausibility.of_overburden(wall.overburden_ratio, np.divide(wall.weight, wall.width))
-        for doubt in [*plausibility.of_density(wall.density), *loads, *of_stated(wall)]:
+        stated = of_stated(replace(wall, eccentricity=0.0))  # it may have its load in the study of those
+        stated += plausibility.of_width(wall.width, wall.thickness) + plausibility.of_density(wall.density)
+        for doubt in [*stated, *loads]:
             yield key, f"makes an unlikely wall: {doubt}"
     curves = {"curve": config.curve, "validation.curve": config.validation.curve}
     if config.earthquakes:
         curves |= {f"earthquakes.walls[{i}]": named.curve for i, named in enumerate(config.earthquakes.walls)}
+    if config.one_sided:
+        curves |= {f"one_sided.facades[{i}]": named.curve for i, named in enumerate(config.one_sided.facades)}
     for key, curve in curves.items():
-        for doubt in plausibility.of_curve(curve.yield_displacement_ratio):
+        for doubt in plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio):
             yield key, f"makes an unlikely curve: {doubt}"
+    for name in ("", "damping_force", "validation", "earthquakes", "pulses", "damper_order"):
+        section = getattr(config, name) if name else config
+        for doubt in plausibility.of_restitution(section.restitution) if section else ():
+            yield f"{name}.restitution".strip("."), f"is unlikely: {doubt}"
     for key, (thick, height) in sizes.items():
         for doubt in plausibility.of_wall(thick, height):
             yield key, f"makes an unlikely wall: {doubt}"
@@ -355,7 +364,7 @@ def _of_population(parameters: PopulationParameters) -> Iterable[tuple[str, str]
     found = {
         "overburden_ratio": plausibility.of_overburden(ends["overburden_ratio"], weight),
         "hinge_ratio": of_hinge(ends["hinge_ratio"]),
-        "yield_displacement_ratio": plausibility.of_curve(ends["yield_displacement_ratio"]),
+        "yield_displacement_ratio": plausibility.of_curve(ends["yield_displacement_ratio"], ends["strength_ratio"]),
         "restitution": plausibility.of_restitution(ends["restitution"][1]),
     }
     for name, doubts_of in found.items():
