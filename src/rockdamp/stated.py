@@ -6,16 +6,13 @@ The sizes, loads and motions alone are in `plausibility`.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockdamp.arrays import Array
 from rockdamp.plausibility import HIGHEST, LENGTHS, SLENDEREST, THICKEST, of_onset
-
-if TYPE_CHECKING:
-    from rockdamp.arrays import Array
-    from rockdamp.mechanics.one_sided import Tie
 
 # ASSUME: thresholds of doubt are a judgement. Codes ask for clear heights of 2.1 m (7 ft) and more. The second height
 # of a storey holds in a building, where that of the whole is known, the last one anywhere.
@@ -68,7 +65,8 @@ def _of_shape(height: ArrayLike, thickness: ArrayLike, spans: bool, storeys: int
     squat, slender = (float(extreme(np.divide(height, thickness))) for extreme in (np.min, np.max))
     least, doubts = SQUATTEST if spans else SQUATTEST_BLOCK, list[str]()
     if squat < least:
-        doubts.append(f"height over thickness is {squat:.3g}, less than {least:g}; is the thickness right?")
+        stated = f"height over thickness is {squat:.3g}, less than {least:g}"
+        doubts.append(f"{stated}; is the thickness right, and not the wall's width?")
     if spans:
         return doubts + of_storey(low if low < LOWEST_STOREY else high, slender, storeys)
     if storeys is not None and high > LOWEST_STOREY and not stopped:
@@ -84,7 +82,7 @@ def _of_shape(height: ArrayLike, thickness: ArrayLike, spans: bool, storeys: int
 def of_storey(height: float, slenderness: float, storeys: int | None) -> list[str]:
     """Return a warning where the height of a wall that spans [m] is likelier half of it, or that of a building."""
     if height < LOWEST_STOREY:
-        whole = f"was it half of it ({2 * height:g} m), or is the wall a parapet?"
+        whole = f"was it half of it ({2 * height:g} m), or is the wall a parapet, or a specimen?"
         return [f"the height is {height:g} m, less than a storey has; {whole}"]
     stated = f"the height is {height:g} m, more than a storey has; was it that of the building"
     if storeys and storeys > 1 and HIGH_STOREY < height <= HIGHEST_STOREY * storeys:
@@ -113,7 +111,7 @@ def of_heights(heights: Mapping[int, float]) -> dict[int, str]:
     return doubts
 
 
-def of_tie(tie: Tie, weight: Array) -> list[str]:
+def of_tie(tie: Any, weight: Array) -> list[str]:
     """Return warnings where ties hold next to nothing of a wall's weight [N], or more than it, or have other units."""
     doubts, strength, held = [], float(np.min(tie.strength)), float(np.min(tie.strength / weight))
     if held < WEAKEST_TIE:

@@ -207,9 +207,13 @@ def test_ties_in_kilonewtons_and_millimetres_and_the_height_of_a_building_are_qu
     assert asked(rd.Wall(0.8, 9.6)) == ["was it that of the building, or in feet (2.93 m)?"]
     assert asked(rd.Wall(0.25, 6.5)) == ["was it that of the building?"]
     for height in (1.5, 2.0):
-        assert asked(rd.Wall(0.3, height)) == [f"was it half of it ({2 * height:g} m), or is the wall a parapet?"]
+        assert asked(rd.Wall(0.3, height)) == [
+            f"was it half of it ({2 * height:g} m), or is the wall a parapet, or a specimen?"
+        ]
     assert asked(rd.Parapet(0.25, 3.0), 3) == ["does it stand free, or is it a wall below a floor?"]
-    assert asked(rd.Parapet(1.0, 1.2)) == asked(rd.Wall(1.0, 3.0)) == ["is the thickness right?"]
+    assert (
+        asked(rd.Parapet(1.0, 1.2)) == asked(rd.Wall(1.0, 3.0)) == ["is the thickness right, and not the wall's width?"]
+    )
     assert asked(rd.Parapet(0.25, 6.0)) == ["are both right?"]
     assert asked(rd.Wall(0.3, 3.0, hinge_ratio=0.88)) == ["was it the restitution (e)?"]
     for wall in (rd.Wall(0.3, 3.2), rd.Wall(0.5, 8.0), rd.Wall([0.2, 0.3], 3.0), rd.Parapet(0.25, 1.0)):
