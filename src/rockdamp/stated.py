@@ -19,7 +19,7 @@ from rockdamp.plausibility import HIGHEST, LENGTHS, SLENDEREST, THICKEST, of_ons
 LOWEST_STOREY, HIGH_STOREY, HIGHEST_STOREY, HIGHEST_SPAN = 2.1, 5.0, 6.0, 8.0  # [m]
 SLENDER = 20.0  # h/t of a wall higher than a storey: the paper's walls of 30 are a storey high [-]
 SQUATTEST = 4.0  # h/t of a wall: two bodies as squat as this are hardly walls [-]
-SQUATTEST_BLOCK, SLENDEREST_BLOCK = 2.0, 20.0  # h/t of a parapet or facade; wind alone moves a more slender one [-]
+SQUATTEST_BLOCK, SLENDEREST_BLOCK = 2.0, 20.0  # h/t of a parapet or facade; those of the studies have 8 to 15 [-]
 LOWEST_HINGE, HIGHEST_HINGE = 0.4, 0.8  # of h; tests found 0.5 to 0.7, and the studies go to 0.75
 WEAKEST_TIE, STRONGEST_TIE, LOWEST_TIE = 1e-3, 10.0, 0.1  # strength over weight; displacement at the tie over u
 LEAST_YIELD_STRETCH, MOST_SLACK = 1e-5, 0.5  # [m]
