@@ -61,8 +61,8 @@ def make_joint(tag, nodes, dof, corners, strength, mass, restitution, order=16):
     """
     if not (0 < corners[0] <= corners[1] < corners[2] and strength > 0 and mass > 0):
         raise ValueError(f"0 < u1 <= u2 < u3, strength > 0 and mass > 0, not {corners}, {strength}, {mass}")
-    if not (0.05 <= restitution <= 1 and order == int(order) >= 0):
-        raise ValueError(f"restitution from 0.05 to 1 and a whole order, not {restitution}, {order}")
+    if not (0.2 <= restitution <= 1 and order == int(order) >= 0):
+        raise ValueError(f"restitution e, no xi, from 0.2 to 1 and a whole order, not {restitution}, {order}")
     d = -log(restitution) / pi
     xi = d if order else d / sqrt(1 + d * d)
     amplitude = 2 * xi * 2 ** (2 * order + 1) / comb(2 * order + 2, order + 1)

@@ -89,7 +89,8 @@ def as_fraction(text: str, wanted: str = "") -> str:
     fraction = f"{float(match[1]) / 100:g}"
     if wanted == "m s-2":
         return f"; {fraction}g is {match[1]} per cent of g"
-    return f"; per cent is a fraction here, {fraction} for {match[1]}%"
+    other = f", and {match[1]} for {100 * float(match[1]):g}%" if 0 < float(match[1]) < 1 else ""
+    return f"; per cent is a fraction here, {fraction} for {match[1]}%{other}"
 
 
 def parse(text: str) -> Unit | None:
@@ -167,6 +168,8 @@ def _range(text: str, numbers: list[Decimal]) -> list[Decimal]:
     start, stop, step = numbers
     if not (float(step) > 0 and stop >= start):
         raise UnitError(f"{text!r} does not rise")
+    if stop - start < step and stop > start:
+        raise UnitError(f"{text!r} has a step that is longer than the range")
     count = (stop - start) / step
     if count >= MOST_VALUES:
         raise UnitError(f"{text!r} has more than {MOST_VALUES} values")

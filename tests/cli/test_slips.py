@@ -125,12 +125,12 @@ PULSE = ("respond", *WALL, "--restitution", 0.85, "--record")
     ("command", "said"),
     [
         (("wall", "--thickness", "0.3", "--height", "13"), "was the height in feet (3.96 m)?"),
-        (("wall", *SMALL, "--overburden", "12N/m"), "was it in kN (O/W 0.755)?"),
+        (("wall", *SMALL, "--overburden", "12N/m"), "was it 0.0755 or in kN (O/W 0.755)?"),
         (("wall", *SMALL, "--eccentricity", "0.05"), "has no effect: there is no overburden"),
         (("wall", *SMALL, "--overburden-mass", "1"), "overburden_mass is 1 and has no effect: there is no overburden"),
         (("wall", *SMALL, "--hinge-ratio", "0.07"), "hinge_ratio is 0.07 of the height; tests found 0.5 to 0.7"),
         (("wall", *SMALL, "--width", "1000"), "width is 1000 m, more than 100; was it in millimetres?"),
-        (("wall", *SMALL, "--overburden-ratio", "9"), "beyond all earthquakes; is the overburden right?"),
+        (("wall", *SMALL, "--overburden-ratio", "9"), "are the overburden and the sizes right?"),
         (("equivalent", "--restitution", 0.85, "--a1", 0.72, "--b1", 0.06), "were a1 and b1 swapped?"),
         (("equivalent", "--restitution", 0.85, "--a1", 0.1, "--b1", 0.6, "--release", 0.1), "and does not rock"),
         (("equivalent", "--restitution", 0.05, "--a1", 0.04, "--b1", 0.85), "was it a damping ratio (xi)?"),
@@ -264,6 +264,24 @@ def test_per_cent_and_decimal_commas_are_taken_or_named():
     assert run(*model, "5%").stderr == ""
 
 
+def test_a_ratio_with_a_unit_and_a_step_beyond_its_range_are_refused():
+    refused = run("equivalent", "--restitution", 0.85, "--a1", "15mm", "--b1", 0.85)
+    assert (
+        refused.exit_code == 2 and "it must be the ratio u1/u_ins (wall prints u_ins) without a unit" in refused.stderr
+    )
+    refused = run("equivalent", "--restitution", "0.8:0.95:5", "--preset", "new")
+    assert refused.exit_code == 2 and "has a step that is longer than the range" in refused.stderr
+    refused = run("equivalent", "--restitution", "0.85%", "--preset", "new")
+    assert refused.exit_code == 2 and "0.0085 for 0.85%, and 0.85 for 85%" in refused.stderr
+
+
+def test_a_column_in_per_cent_and_a_broken_workbook_are_refused(tmp_path):
+    (tmp_path / "walls.xlsx").write_bytes(b"PK\3\4" + bytes(100))
+    for given in ((EXAMPLE, "--column", "a1=a1:%"), (tmp_path / "walls.xlsx",)):
+        refused = run("equivalent", "--walls", *given)
+        assert refused.exit_code == 2 and ("divide the column by 100" in refused.stderr) == (len(given) > 1)
+
+
 def test_a_frequency_for_a_period_is_named_with_its_period():
     refused = run("assess", *WALL, "--records", "x.csv", "--pga", "0.2g", "--building-period", "4Hz")
     assert refused.exit_code == 2 and "'4Hz' is a frequency; its period is 0.25s" in refused.stderr
@@ -324,6 +342,53 @@ def test_a_damping_ratio_where_e_is_asked_for_is_told_where_e_stands():
 
 
 def test_a_wall_that_is_hardly_slender_is_asked_about():
-    asked = "height over thickness is 3, less than 4; is the thickness right?"
+    asked = "height over thickness is 3, less than 4; is the thickness right, and not the wall's width?"
     assert asked in run("wall", "--thickness", 1, "--height", 3).stderr
     assert asked not in run("wall", "--thickness", 1, "--height", 3, "--parapet").stderr
+
+
+def test_the_same_slips_are_asked_about_in_commands_tables_and_python(record, tmp_path):
+    """Half a height, a hinge that is e, a top of a building: what is typed is doubted wherever it is typed."""
+    motion = ("--records", record, "--pga", "0.6g")
+    for size, words in (
+        (("--height", 2.0), "the height is 2 m, less than a storey has; was it half of it (4 m)"),
+        (("--height", 9.6), "more than a storey has; was it that of the building, or in feet (2.93 m)?"),
+        (("--height", 3, "--hinge-ratio", 0.88), "was it the restitution (e)?"),
+        (("--height", 3, "--overburden-ratio", 0.005), "hardly a load; was it 0.5 or in kN (O/W 5)?"),
+    ):
+        given = ("--thickness", 0.3, *size)
+        for command in (
+            ("wall", *given),
+            ("equivalent", *given, "--preset", "new", "--restitution", 0.85),
+            ("respond", *given, "--preset", "new", "--restitution", 0.85, "--record", record),
+            ("assess", *given, "--preset", "new", *motion),
+        ):
+            assert words in run(*command).stderr, command
+        names = {
+            option.removeprefix("--").replace("-", "_"): value
+            for option, value in zip(given[::2], given[1::2], strict=True)
+        }
+        table = tmp_path / "walls.csv"
+        table.write_text(",".join(["id", "preset", *names]) + "\nA,new," + ",".join(map(str, names.values())) + "\n")
+        for command in (("batch", table, *motion, "--output", tmp_path / "out.csv"), ("equivalent", "--walls", table)):
+            end = () if command[0] == "batch" else ("--output", tmp_path / "out.csv")
+            assert f"line 2: {words}" in (told := run(*command, *end).stderr) or words in told, command
+        with pytest.warns(rd.InputWarning) as caught:
+            rd.assess(rd.Wall(**names), rd.TrilinearCurve.preset("new"), str(record), pga=5.9)
+        assert any(words in str(each.message) for each in caught)
+
+
+def test_a_target_of_respond_in_another_unit_is_asked_about(record):
+    given = ("respond", "--record", record, *WALL, "--restitution", 0.85)
+    assert "was it in per cent of g (0.25 g)?" in run(*given, "--to-pga", 25).stderr
+    assert "was it in cm s-1 (0.4 m s-1)?" in run(*given, "--to-pgv", 40).stderr
+
+
+def test_a_capacity_before_rocking_and_loads_that_hold_a_wall_are_asked_about(record):
+    given = ("assess", *WALL, "--records", record)
+    assert (
+        "within a1 = 0.06, before the wall rocks; was it 0.4?" in run(*given, "--pga", "1g", "--capacity", 0.004).stderr
+    )
+    loaded = run(*given, "--pga", "0.4g", "--overburden-ratio", 8).stderr
+    assert "are the overburden and the sizes right?" in loaded
+    assert "was it in g (0.4 g)?" in run(*given, "--pga", 0.4, "--overburden-ratio", 1).stderr

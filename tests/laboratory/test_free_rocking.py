@@ -205,6 +205,12 @@ def test_a_test_without_rest_is_fitted_with_a_warning():
     assert float(fit["estimate"].sel(parameter="restitution")) == pytest.approx(E, abs=3e-3)
 
 
+def test_half_the_height_is_asked_about_by_the_strength_that_it_halves():
+    with pytest.warns(rd.InputWarning) as caught:
+        rd.calibrate_free_rocking(test_of(decay()), rd.Wall(thickness=0.25, height=1.5, hinge_ratio=0.6))
+    assert any("is the height right, and not half?" in str(one.message) for one in caught)
+
+
 def test_releases_are_found_with_their_peaks_and_without_those_in_the_noise():
     displacement = np.concatenate([decay(), decay(sign=-1.0, release=0.4)])
     first, second = releases_of(test_of(displacement), displacement)

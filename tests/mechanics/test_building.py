@@ -6,7 +6,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from rockdamp import Building, InputError, InputWarning
+from rockdamp import Building, Diaphragm, InputError, InputWarning
 from rockdamp.mechanics.building import RIGID_PERIOD, contributions, eigenvalues, frequency_ratios
 
 ALPHAS = (0.0, 0.3, 2.0, 7.0, 40.0)
@@ -157,8 +157,16 @@ def test_buildings_that_cannot_be_are_refused(change, words):
         ({"period": 3.0}, "was it a frequency in Hz \\(0.333 s\\)"),
         ({"period": 250.0}, "was it in milliseconds \\(0.25 s\\)"),
         ({"damping_ratio": 0.5}, "usual is 0.005 to 0.2; was it in per cent"),
+        ({"damping_ratio": 0.0005}, "usual is 0.005 to 0.2; was it 0.05"),
     ],
 )
 def test_unlikely_buildings_are_questioned(change, words):
     with pytest.warns(InputWarning, match=words):
         Building(**({"period": 0.25, "storeys": 3, "storey": 3} | change))
+
+
+def test_unlikely_floors_are_questioned_as_buildings_are():
+    with pytest.warns(InputWarning, match=r"diaphragm period is 400 s; .*was it in milliseconds \(0.4 s\)"):
+        Diaphragm(400)
+    with pytest.warns(InputWarning, match="diaphragm damping is 0.4; .*were period and damping swapped"):
+        Diaphragm(0.05, 0.4)

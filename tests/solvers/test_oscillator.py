@@ -5,11 +5,13 @@ import pytest
 from scipy.signal import lfilter
 from sines import record, sine
 
+import rockdamp as rd
 from rockdamp import load_records
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.intensity import intensity_measures
+from rockdamp.plausibility import as_meant
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.oscillator import run_recursion, spectral_acceleration
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -57,7 +59,9 @@ def test_the_spectrum_starts_at_pga_and_ends_at_pgd(motion):
     found = intensity_measures(motion)
     assert spectral_acceleration(motion, 0.003) == pytest.approx(found.pga, rel=2e-3)
     period = 300.0
-    assert spectral_acceleration(motion, period) * (period / 2 / np.pi) ** 2 == pytest.approx(found.pgd, rel=0.03)
+    with as_meant():
+        far = spectral_acceleration(motion, period)
+    assert far * (period / 2 / np.pi) ** 2 == pytest.approx(found.pgd, rel=0.03)
 
 
 def test_an_oscillator_that_peaks_after_the_record_is_followed_there():
@@ -113,3 +117,20 @@ def test_periods_and_damping_ratios_out_of_range_are_refused(arguments, expected
     with pytest.raises(InputError) as caught:
         spectral_acceleration(motion, *arguments)
     assert str(caught.value).startswith(expected)
+
+
+def test_a_spectrum_of_other_units_is_asked_about_where_a_user_calls_it():
+    elapsed = 0.01 * np.arange(400)
+    record = rd.Record(elapsed, 3 * np.sin(6 * elapsed))
+    rd.spectral_acceleration(record, [0.1, 1.0], 0.2)  # a warning is an error here
+    for given, words in (
+        ((500.0,), "in milliseconds \\(0.5 s\\)"),
+        (([1.0, 33.0],), "a frequency in Hz \\(0.0303 s\\)"),
+        ((0.5, 0.0005), "damping_ratio .* is 0.0005, less than 0.001; was it 0.05"),
+        ((0.05, 0.5), "were the two swapped"),
+        ((0.5, 0.85), "was it a coefficient of restitution"),
+    ):
+        with pytest.warns(rd.InputWarning, match=words):
+            rd.spectral_acceleration(record, *given)
+    with pytest.warns(rd.InputWarning, match="cm s-2"):
+        rd.spectral_acceleration(rd.Record(elapsed, 300 * np.sin(6 * elapsed)), 0.5)

@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 import rockdamp as rd
-from rockdamp import plausibility
+from rockdamp import plausibility, stated
 from rockdamp.cli import main
 
 CURVE, DAMPING = rd.TrilinearCurve(0.04, 0.85), rd.Damping("CDR", 0.05)
@@ -155,6 +155,7 @@ def test_channels_in_another_unit_are_questioned(doubts, said):
         (lambda: rd.equivalent(85, 0.04, 0.85), r"at most 1; was it in per cent \(0.85\)\?"),
         (lambda: rd.Wall(0.3, 4.5, hinge_ratio=57), r"both excluded; was it in per cent \(0.57\)\?"),
         (lambda: rd.Damping.cr(1.2), "at most 1$"),
+        (lambda: rd.TrilinearCurve(4, 0.85), r"\(1 - b1\); was it in per cent \(0.04\)\?"),
     ],
 )
 def test_a_percentage_is_recognised(make, said):
@@ -162,11 +163,22 @@ def test_a_percentage_is_recognised(make, said):
         make()
 
 
+def test_a_curve_that_no_wall_has_is_questioned():
+    with pytest.warns(rd.InputWarning, match=r"a1\) is 0.0004, less than 0.002: nearly a rigid block; was it 0.04"):
+        rd.equivalent(0.85, 0.0004, 0.85)
+    with pytest.warns(rd.InputWarning, match=r"b1\) is 0.085, less than 0.3"):
+        rd.equivalent(0.85, 0.04, 0.085)
+    assert plausibility.of_curve(0.5, 0.2)[0].endswith("were a1 and b1 swapped?")  # of the preset severe
+    assert plausibility.of_curve([0.005, 0.2], [0.4, 0.99]) == plausibility.of_curve([], []) == []
+
+
 def test_warnings_of_several_values_name_the_one_that_is_furthest_off():
     """Of motions in both units: 2 g is 19.6 m s-2."""
     assert plausibility.in_g(2 * 9.80665) == "19.6 m s-2 (2 g)"
     (told,) = plausibility.of_damping([0.1, 0.6, 0.9])
     assert told.startswith("damping_ratio (xi) is 0.9,")
+    assert plausibility.of_damping(0.0005) == ["damping_ratio (xi) is 0.0005, less than 0.001; was it 0.05?"]
+    assert plausibility.of_damping([0.0, 0.001]) == plausibility.of_damping(0.0) == []
     (told,) = plausibility.of_restitution([0.9, 0.2, 0.4])
     assert told.startswith("restitution (e) is 0.2,")
     (told,) = plausibility.of_onset([50.0, 40.0])  # the easiest of the walls
@@ -176,16 +188,44 @@ def test_warnings_of_several_values_name_the_one_that_is_furthest_off():
 
 
 def test_ties_in_kilonewtons_and_millimetres_and_the_height_of_a_building_are_questioned():
-    told = plausibility.of_tie(strength=60.0, weight=1.5e6, gap=5.0, rupture=50.0)
-    assert [text.rpartition("; ")[2] for text in told] == [
-        f"was it in {unit}?" for unit in ("kN", *2 * ["millimetres"])
-    ]
-    assert plausibility.of_tie(strength=60e3, weight=1.5e6, gap=0.005, rupture=np.inf) == []
-    (told,) = plausibility.of_storey(9.6, 3)
-    assert "that of the building (3 storeys of 3.2 m)" in told
-    (told,) = plausibility.of_storey(1.5, None)
-    assert "less than a storey has; was it half of it (3 m), or is the wall a parapet?" in told
-    assert plausibility.of_storey(3.2, 3) == plausibility.of_storey(9.6, None) == []
+    front = rd.Parapet(thickness=0.8, height=12.0, width=8.0)
+
+    def asked(wall, storeys=None):
+        return [doubt.rpartition("; ")[2] for doubt in stated.of_stated(wall, storeys)]
+
+    def tied(*of_tie, **more):
+        return asked(rd.OneSidedWall(front, rd.Tie(*of_tie, **more)))
+
+    assert tied(8e6, 48e3, gap=0.002) == []
+    assert tied(8e3, 48.0, gap=5.0, rupture=50.0) == [f"was it in {unit}?" for unit in ("kN", *2 * ["millimetres"])]
+    assert tied(48e3, 8e6)[0].startswith("were the two swapped")
+    assert tied(8.0, 48e3) == ["was it in kN mm-1?"]
+    assert tied(8e6, 48e3, height_ratio=0.001)[0].endswith("is their height right?")
+    assert tied(8e10, 48e6)[0].endswith("times the wall's weight")
+    assert asked(rd.Wall(0.4, 9.6), 3)[0].endswith("was it that of the building (3 storeys of 3.2 m)?")
+    assert asked(rd.Wall(0.3, 6.0), 2)[0].endswith("was it that of the building (2 storeys of 3 m)?")
+    assert asked(rd.Wall(0.8, 9.6)) == ["was it that of the building, or in feet (2.93 m)?"]
+    assert asked(rd.Wall(0.25, 6.5)) == ["was it that of the building?"]
+    for height in (1.5, 2.0):
+        assert asked(rd.Wall(0.3, height)) == [
+            f"was it half of it ({2 * height:g} m), or is the wall a parapet, or a specimen?"
+        ]
+    assert asked(rd.Parapet(0.25, 3.0), 3) == ["does it stand free, or is it a wall below a floor?"]
+    assert (
+        asked(rd.Parapet(1.0, 1.2)) == asked(rd.Wall(1.0, 3.0)) == ["is the thickness right, and not the wall's width?"]
+    )
+    assert asked(rd.Parapet(0.25, 6.0)) == ["are both right?"]
+    assert asked(rd.Wall(0.3, 3.0, hinge_ratio=0.88)) == ["was it the restitution (e)?"]
+    for wall in (rd.Wall(0.3, 3.2), rd.Wall(0.5, 8.0), rd.Wall([0.2, 0.3], 3.0), rd.Parapet(0.25, 1.0)):
+        assert asked(wall, None) == []
+
+
+def test_heights_of_a_table_that_are_half_or_twice_those_of_the_others_are_asked_about():
+    asked = stated.of_heights({2: 4.4, 3: 4.4, 4: 2.2, 5: 4.2, 6: 6.0})
+    assert asked == {4: "the height is 2.2 m, where most are some 4.4 m; was it half of it?"}
+    asked = stated.of_heights({2: 3.0, 3: 3.1, 4: 6.2, 5: 2.9})
+    assert asked[4].endswith("was it that of 2 storeys of 3.1 m?") and len(asked) == 1
+    assert stated.of_heights({2: 4.4, 3: 2.2}) == {}
 
 
 def test_per_cent_of_g_in_a_column_of_g_is_recognised():

@@ -23,7 +23,7 @@ from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.plausibility import as_meant
+from rockdamp.plausibility import as_meant, warn
 from rockdamp.vocabulary import REFERENCE
 
 # ASSUME: the limit state is a displacement of this part of u_ins, where guidelines differ; a user may state another.
@@ -110,6 +110,9 @@ def checks(
         If the capacity is not between 0 and 1.
     """
     capacity = require_capacity(capacity)
+    if capacity <= (a1 := float(curve.yield_displacement_ratio)):
+        slip = f"; was it {100 * capacity:g}?" if a1 < 100 * capacity <= 1 else ""
+        warn([f"displacement capacity is {capacity:g} of u_ins, within a1 = {a1:g}, before the wall rocks{slip}"])
     measure = answer.attrs["intensity_measure"].lower()
     cr, u_ins = answer.sel(damping_model=REFERENCE), float(wall.instability_displacement)
     median = float(cr[f"median_{measure}"])

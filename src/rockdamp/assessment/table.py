@@ -7,6 +7,7 @@ import difflib
 import io
 import os
 import warnings
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
@@ -26,6 +27,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.one_sided import OneSidedWall, tie_of
 from rockdamp.mechanics.wall import SORRENTINO_RATIO, WEAKEST, Parapet, Wall
+from rockdamp.stated import of_heights, of_stated, of_stop
 from rockdamp.storage import input_file
 from rockdamp.storage.input_file import Column
 from rockdamp.units import UnitError, quantity
@@ -84,14 +86,16 @@ class BadRow:
     error: str
 
 
-def read_walls(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> list[Row | BadRow]:
+def read_walls(
+    path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None, storeys: int | None = None
+) -> list[Row | BadRow]:
     """Read a table of walls: a CSV with the columns ``id``, ``thickness`` and ``height`` and any others of `COLUMNS`.
 
     Commas, semicolons or tabs divide it; beside the latter two a comma is a decimal sign. Sizes are in SI units, or in
     that of the column; `columns` names those that are called otherwise. Columns of other names are passed over with a
     warning, and so are lines that begin with ``#``. Excel's and Parquet's files are read where pandas can.
     A cell may be empty: then the default of `Wall` holds, e is by the rule ``measured``, and the curve must be stated
-    by ``a1`` and ``b1``, or by ``preset``.
+    by ``a1`` and ``b1``, or by ``preset``. `storeys` are those of the building that all walls stand in.
     """
     path, columns = Path(path), columns or {}
     text = _text(path)
@@ -107,14 +111,19 @@ def read_walls(path: str | os.PathLike[str], columns: Mapping[str, Column] | Non
         if others:
             plausibility.warn([f"{path}: columns that are not read: {', '.join(others)}"])
         named = {name: column.unit for name, column in columns.items() if column.unit}
-        return _of_loads(list(_rows(reader, names, mark, named)))
+        return _compared(list(_rows(reader, names, mark, named, storeys)))
     except csv.Error as error:
         raise InputError(f"{path}, line {reader.line_num}: {error}; it must be a CSV") from None
 
 
-def row_of(path: str | os.PathLike[str], wanted: str, columns: Mapping[str, Column] | None = None) -> Row:
+def row_of(
+    path: str | os.PathLike[str],
+    wanted: str,
+    columns: Mapping[str, Column] | None = None,
+    storeys: int | None = None,
+) -> Row:
     """Return the wall of one id; refuse a table without it, and a row that makes no wall."""
-    walls = read_walls(path, columns)
+    walls = read_walls(path, columns, storeys)
     rows = [row for row in walls if row.id == wanted]
     if not rows:
         near = difflib.get_close_matches(wanted, [row.id for row in walls], n=1)
@@ -163,7 +172,7 @@ def _text(path: Path) -> str:
     except ImportError:
         package = WORKBOOKS[path.suffix.lower()]
         raise InputError(f"{path}: needs {package}; it must be saved as CSV, or: pip install {package}") from None
-    except (ValueError, KeyError) as error:
+    except (ValueError, KeyError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: {error}; it must be a table of walls, as a workbook or as CSV") from None
 
 
@@ -179,7 +188,7 @@ def _check_columns(names: list[str], path: Path) -> None:
 
 
 def _rows(
-    reader: Iterator[list[str]], names: list[str], mark: str, units_of: Mapping[str, str]
+    reader: Iterator[list[str]], names: list[str], mark: str, units_of: Mapping[str, str], storeys: int | None
 ) -> Iterator[Row | BadRow]:
     lines: dict[str, int] = {}  # of the ids
     for cells in reader:
@@ -191,7 +200,7 @@ def _rows(
             if len(cells) != len(names):
                 raise InputError(f"there are {len(cells)} cells; there must be {len(names)}, one for each column")
             texts = [input_file.with_point(cell.strip(), mark) for cell in cells]
-            row = _row(line, dict(zip(names, texts, strict=True)), units_of)
+            row = _row(line, dict(zip(names, texts, strict=True)), units_of, storeys)
             if identifier in lines:
                 raise InputError(f"id is {identifier!r}, as on line {lines[identifier]}; each wall must have its own")
         except InputError as error:
@@ -201,22 +210,21 @@ def _rows(
         lines.setdefault(identifier, line)
 
 
-def _of_loads(rows: list[Row | BadRow]) -> list[Row | BadRow]:
-    """Return the rows without the doubt about an empty cell of a load, where no row states a load."""
-    walls = [
-        row.wall.mechanism if isinstance(row.wall, OneSidedWall) else row.wall for row in rows if isinstance(row, Row)
-    ]
-    if any(wall.overburden_ratio for wall in walls):
-        return rows
-    return [
-        replace(row, doubts=tuple(doubt for doubt in row.doubts if not doubt.endswith(EMPTY_LOAD)))
-        if isinstance(row, Row)
-        else row
-        for row in rows
-    ]
+def _compared(rows: list[Row | BadRow]) -> list[Row | BadRow]:
+    """Return the rows with doubts about heights unlike the others', and about no empty load where none states one."""
+    good = [row for row in rows if isinstance(row, Row)]
+    walls: list[Any] = [getattr(row.wall, "mechanism", row.wall) for row in good]
+    loaded = any(wall.overburden_ratio for wall in walls)
+    unlike = of_heights({row.line: float(row.wall.height) for row in good if isinstance(row.wall, Wall)})
+
+    def doubts(row: Row) -> tuple[str, ...]:
+        kept = tuple(doubt for doubt in row.doubts if loaded or not doubt.endswith(EMPTY_LOAD))
+        return kept + ((f"line {row.line}: {unlike[row.line]}",) if row.line in unlike else ())
+
+    return [replace(row, doubts=doubts(row)) if isinstance(row, Row) else row for row in rows]
 
 
-def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Row:
+def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str], storeys: int | None) -> Row:
     filled = {name: f"{text}{units_of.get(name, '')}" for name, text in cells.items() if name and text}
     if "id" not in filled:
         raise InputError("id is empty; each wall must have one")
@@ -226,9 +234,8 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Ro
         wall = _one_sided(filled, mechanism)
         if isinstance(wall, OneSidedWall):
             wall.force(curve)
-        unlikely = [*plausibility.of_stated(mechanism), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
-        if isinstance(mechanism, Wall):
-            unlikely += plausibility.of_storey(float(mechanism.height), None)
+        curved = plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio)
+        unlikely = [*of_stated(wall, storeys), *curved]
         if LOADS & cells.keys() and not LOADS & filled.keys():
             unlikely.append(EMPTY_LOAD)
         plausibility.warn(unlikely)
@@ -279,9 +286,7 @@ def _one_sided(filled: Mapping[str, str], wall: Wall | Parapet) -> Wall | Parape
             raise InputError(f"{name} is empty; a tie must have a stiffness and a strength")
     stiffness, strength = (_of_ties(name, filled[name], unit) for name, unit in zip(TIE, ("N m-1", "N"), strict=False))
     lengths = (_size(name, filled[name]) if name in filled else None for name in TIE[2:])
-    tie = tie_of(wall, stiffness, strength, *lengths)
-    plausibility.warn(plausibility.of_tie(tie.strength, wall.weight, tie.gap, tie.rupture))
-    return OneSidedWall(wall, tie)
+    return OneSidedWall(wall, tie_of(wall, stiffness, strength, *lengths))
 
 
 def _of_ties(name: str, text: str, unit: str) -> tuple[float, bool]:
@@ -315,9 +320,7 @@ def _overburden_ratio(filled: Mapping[str, str], wall: Wall | Parapet) -> float:
         load = units.overburden(filled["overburden"])
     except UnitError as error:
         raise InputError(f"overburden: {error}; it must be a load with its unit, as 12kN/m or 12kN") from None
-    ratio = units.overburden_ratio(*load, float(wall.weight), float(wall.width), float(wall.thickness))
-    plausibility.warn(plausibility.of_load(ratio))
-    return ratio
+    return units.overburden_ratio(*load, float(wall.weight), float(wall.width), float(wall.thickness))
 
 
 def _curve(filled: Mapping[str, str]) -> TrilinearCurve:
@@ -359,8 +362,8 @@ def _size(name: str, text: str) -> float:
 def _number(name: str, text: str) -> float:
     try:
         return text_number(text)
-    except ValueError:
-        raise InputError(f"{name} is {text!r}; it must be a number, in SI units") from None
+    except ValueError as error:
+        raise InputError(f"{name} is {text!r}: {error}; it must be a number, in SI units") from None
 
 
 # --- e by a rule, and how uncertain it is -----------------------------------------------------------------------------
@@ -420,6 +423,8 @@ def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | st
     else:
         e, reason = float(Damping.cr(number("restitution (e)", restitution)).restitution), "as given"
     if isinstance(wall, OneSidedWall):  # against a stop an e of 0.3 is usual
+        block = isinstance(wall.mechanism, Parapet)
+        plausibility.warn(of_stop(e) if block and reason == "as given" else [])
         return e, reason
     if e < LEAST_OF_DAMPER:
         stops = "the wall stops at an impact" if e == 0 else "the wall all but stops at an impact"

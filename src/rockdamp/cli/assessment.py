@@ -304,7 +304,7 @@ def _wall(
     refuse_unused((*WALL, *ONE_SIDED, *CURVE, "restitution"), "neither --walls nor --id")
     from rockdamp.assessment.table import row_of
 
-    row = row_of(table, identifier, columns)
+    row = row_of(table, identifier, columns, options["storeys"])
     for doubt in row.doubts:
         click.echo(f"warning: {table}, {doubt}", err=True)
     if row.reason == by_rule(row.wall)[1]:  # then e has a spread, over which the share is averaged

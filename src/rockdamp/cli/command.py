@@ -75,7 +75,13 @@ def _share(text: str) -> float:
     return share / 100
 
 
+def ratio(of: str, example: str) -> Read:
+    """Return the type of a ratio, which has no unit."""
+    return Read(units.number, "FLOAT", f"the ratio {of} without a unit, as {example}")
+
+
 NUMBER = Read(units.number, "FLOAT", "one with a decimal point, as 0.85")  # click's own also takes 1_0
+RELEASE = ratio("u/u_ins (wall prints u_ins)", "0.5")
 SHARE = Read(_share, "NUMBER|PER CENT", "one, as 0.05, or in per cent, as 5%")
 HINGE_RATIO = Read(word_or_number("weakest"), "FLOAT|weakest", "one, or weakest")
 
@@ -198,7 +204,7 @@ ALSO_CALLED = {  # an option, and what others call it where its spelling is no h
     "--record": ("--motion", "--ground-motion", "--accelerogram", "--acceleration"),
     "--records": ("--motions", "--motion", "--ground-motion", "--ground-motions", "--accelerograms"),
     "--preset": ("--condition", "--degradation"),
-    "--a1": ("--yield", "--yield-displacement-ratio"),
+    "--a1": ("--yield", "--yield-ratio", "--yield-displacement", "--yield-displacement-ratio"),
     "--b1": ("--strength", "--strength-ratio"),
     "--exponent": ("--g", "--power"),
     "--release": ("--amplitude", "--release-amplitude", "--u0"),

@@ -13,7 +13,7 @@ import click
 
 from rockdamp import units
 from rockdamp.cli.command import (
-    NUMBER,
+    RELEASE,
     Command,
     OutputFile,
     concerning,
@@ -92,7 +92,7 @@ def _length(text: str, unit: str) -> tuple[str, float]:
 )
 @curve_options
 @damping_options
-@with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
+@with_default("--release", type=RELEASE, default=0.5, help="Release amplitude u0/u_ins.")
 @with_default(
     "--length",
     type=in_unit("s", _length, "TAU|SECONDS"),
@@ -266,6 +266,9 @@ def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
         raise click.UsageError("--to-pga and --to-pgv each set the scale; there must be one of them")
     if targets:
         refuse_unused(("scale",), "neither --to-pga nor --to-pgv")
+    from rockdamp.plausibility import of_asked, of_velocity, warn
+
+    warn(of_asked(max(targets["pga"])) if "pga" in targets else of_velocity(targets.get("pgv", 0.0)))
     return targets or {"scale": options["scale"]}
 
 

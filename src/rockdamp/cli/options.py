@@ -12,7 +12,7 @@ import click
 from click.core import ParameterSource
 
 from rockdamp import units
-from rockdamp.cli.command import HINGE_RATIO, NUMBER, SHARE, Read, quantity, word_or_number
+from rockdamp.cli.command import HINGE_RATIO, NUMBER, RELEASE, SHARE, Read, quantity, ratio, word_or_number
 from rockdamp.vocabulary import (
     LOCAL,
     MODELS,
@@ -128,15 +128,15 @@ def wall_options(required: bool = True) -> Decorator:
 
 
 softening_options = all_of(
-    with_default("--a3", type=NUMBER, default=1.0, help="Ultimate displacement ratio u3/u_ins."),
+    with_default("--a3", type=ratio("u3/u_ins", "0.9"), default=1.0, help="Ultimate displacement ratio u3/u_ins."),
     with_default(
         "--softening", type=click.Choice(SOFTENING), default="steeper", help="Shape of the last branch, for a3 < 1."
     ),
 )
 
 curve_options = all_of(
-    click.option("--a1", type=NUMBER, help="Yield displacement ratio u1/u_ins."),
-    click.option("--b1", type=NUMBER, help="Strength ratio F_y/F0 of the plateau."),
+    click.option("--a1", type=ratio("u1/u_ins (wall prints u_ins)", "0.04"), help="Yield displacement ratio u1/u_ins."),
+    click.option("--b1", type=ratio("F_y/F0 (wall prints F0)", "0.85"), help="Strength ratio F_y/F0 of the plateau."),
     click.option("--preset", type=click.Choice(list(PRESETS)), help="Curve by name, in place of --a1 and --b1."),
     softening_options,
 )
@@ -152,7 +152,7 @@ one_sided_options = all_of(
 
 loss_options = all_of(
     click.option("--exponent", type=NUMBER, help="Exponent g of a loss that falls with the amplitude.  [default: 0]"),
-    click.option("--at", type=NUMBER, help="With --exponent, amplitude u/u_ins that e belongs to.  [default: 0.3]"),
+    click.option("--at", type=RELEASE, help="With --exponent, amplitude u/u_ins that e belongs to.  [default: 0.3]"),
 )
 
 damping_options = all_of(
@@ -216,18 +216,15 @@ def table_of_walls(path: Path, columns: Mapping[str, Column], storeys: int | Non
     """Read a table of walls, which must have rows, of a building of some storeys, and print its warnings."""
     from rockdamp.assessment.table import BadRow, read_walls
     from rockdamp.errors import InputError
-    from rockdamp.mechanics.wall import Wall
-    from rockdamp.plausibility import of_storey
 
-    rows = read_walls(path, columns)
+    rows = read_walls(path, columns, storeys)
     if not rows:
         raise InputError(f"{path}: has no rows; a wall must stand in each")
     same: dict[str, list[str]] = {}  # warnings that differ in their numbers alone
     for row in rows:
         if isinstance(row, BadRow):
             continue
-        of_height = of_storey(float(row.wall.height), storeys) if storeys and isinstance(row.wall, Wall) else []
-        for doubt in (*row.doubts, *(f"line {row.line}: {doubt}" for doubt in of_height)):
+        for doubt in row.doubts:
             same.setdefault(re.sub(r"[-+.\d]+", "", doubt), []).append(doubt)
     for doubts in same.values():
         more = "" if len(doubts) == 1 else f"; and {len(doubts) - 1} more rows alike"
@@ -252,7 +249,8 @@ def refuse_unused(names: Iterable[str], needed: str) -> None:
 def make_wall(options: Mapping[str, Any]) -> Any:
     """Return the wall that `WALL` among the options describe."""
     from rockdamp.mechanics.wall import Parapet, Wall
-    from rockdamp.plausibility import as_meant, of_stated, of_storey, warn
+    from rockdamp.plausibility import as_meant, warn
+    from rockdamp.stated import of_stated
 
     sizes = {name: options[name] for name in SIZES}
     if options["parapet"] and was_given("hinge_ratio"):
@@ -268,9 +266,9 @@ def make_wall(options: Mapping[str, Any]) -> Any:
         with as_meant():  # what is unlikely is said of the wall with its load
             unloaded = kind(**sizes)
         sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], unloaded)
-    wall = kind(**sizes)
-    warn(of_stated(wall) + ([] if options["parapet"] else of_storey(options["height"], options.get("storeys"))))
-    return one_sided_wall(options, wall)
+    wall = one_sided_wall(options, kind(**sizes))
+    warn(of_stated(wall, options.get("storeys")))
+    return wall
 
 
 def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Any:
@@ -292,25 +290,19 @@ def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Any:
 def tie(options: Mapping[str, Any], wall: Wall | Parapet) -> Tie:
     """Return the tie that the options describe."""
     from rockdamp.mechanics.one_sided import tie_of
-    from rockdamp.plausibility import of_tie, warn
 
     for name in ("tie_stiffness", "tie_strength"):
         if options.get(name) is None:
             raise click.UsageError(f"--{name.replace('_', '-')} is missing; a tie must have a stiffness and a strength")
-    made = tie_of(wall, *(options[name] for name in TIE))
-    warn(of_tie(made.strength, wall.weight, made.gap, made.rupture))
-    return made
+    return tie_of(wall, *(options[name] for name in TIE))
 
 
 def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:
     """Return O/W of --overburden, and print it with the weight that it is over."""
-    from rockdamp.plausibility import of_load, warn
-
     if was_given("overburden_ratio"):
         raise click.UsageError("--overburden and --overburden-ratio state the same; there must be one of them")
     weight = float(unloaded.weight)
     ratio = units.overburden_ratio(*load, weight, float(unloaded.width), float(unloaded.thickness))
-    warn(of_load(ratio))
     unit, size = units.printed("kN", click.get_current_context().params.get("units", "si"))
     shown = weight / 1000 / size
     click.echo(
@@ -352,7 +344,7 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
         if value is None:
             raise click.UsageError(f"{name} is missing; there must be --a1 and --b1, or --preset")
     curve = TrilinearCurve(a1, b1, a3, softening)
-    warn(of_curve(a1))
+    warn(of_curve(a1, b1))
     return curve
 
 

@@ -11,6 +11,7 @@ import click
 from rockdamp.cli.assessment import show_damping
 from rockdamp.cli.command import (
     NUMBER,
+    RELEASE,
     SOME_FAILED,
     Command,
     OutputFile,
@@ -117,7 +118,6 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     one e. The JSON holds the constants and their units, and with --amplitude the periods.
     """
     from rockdamp.assessment.table import DEFAULT_RULE, restitution_and_reason
-    from rockdamp.plausibility import of_onset, warn
 
     made = make_wall(options)
     built = made.mechanism if options["one_sided"] else made
@@ -130,7 +130,6 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
         refuse_unused(("a3", "softening", "restitution"), "--a1 and --b1, or --preset")
     values["rocking_onset"] = float(built.rocking_onset(1.0 if curve is None else curve.strength_ratio))
     in_g = values["rocking_onset"] / STANDARD_GRAVITY
-    warn(of_onset(values["rocking_onset"]))
     rows = _periods(built, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
     typed, of_curve, e = None, (0.0, 0.0), 0.0
     if curve is not None:
@@ -228,7 +227,7 @@ def _periods(
 )
 @click.option("--restitution", type=quantities(), help=f"{RESTITUTION_MEANT}.")
 @curve_options
-@with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
+@with_default("--release", type=RELEASE, default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=NUMBER, help="Length of the matched response in tau = p t.  [default: 8]")
 @walls_option
 @column_option

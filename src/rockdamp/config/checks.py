@@ -6,6 +6,7 @@ Each rule takes a config that fits its model, and yields what breaks it; section
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,6 +16,7 @@ from pydantic import ValidationError
 from rockdamp import plausibility
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.config.earthquakes import PARAMETERS, PopulationParameters
 from rockdamp.config.files import Problem, problems, refuse_braces
 from rockdamp.config.study import Study
 from rockdamp.errors import InputError
@@ -22,8 +24,9 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import has_displacement, read_record
+from rockdamp.stated import of_hinge, of_stated, of_stop
 from rockdamp.storage.yaml_file import path_of
-from rockdamp.vocabulary import PRESETS, STUDIES
+from rockdamp.vocabulary import PRESETS, STANDARD_GRAVITY, STUDIES
 
 FEWEST = 3  # values of e: the polynomials of Fig. 7 have three coefficients
 
@@ -320,20 +323,53 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
         sizes["population.parameters.thickness.high"] = (thickness.high, thickness.high * slenderness.high)
         for doubt in plausibility.of_velocity(np.min(config.population.intensity)):  # the weakest of them
             yield "population.intensity", f"is beyond what is recorded: {doubt}"
+        yield from _of_population(config.population.parameters)
+    if config.one_sided:
+        for doubt in of_stop(config.one_sided.restitution):
+            yield "one_sided.restitution", f"is unlikely: {doubt}"
+        for index, facade in enumerate(config.one_sided.facades):
+            for doubt in of_stated(facade.wall):
+                yield f"one_sided.facades[{index}]", f"makes an unlikely wall: {doubt}"
+    if config.spectrum_method:
+        for doubt in config.spectrum_method.building.doubts():
+            yield "spectrum_method.building", f"is unlikely: {doubt}"
     for key, wall in walls.items():
         loads = plausibility.of_overburden(wall.overburden_ratio, np.divide(wall.weight, wall.width))
-        low = plausibility.of_storey(float(wall.height), None) if isinstance(wall, Wall) else []
-        for doubt in [*plausibility.of_density(wall.density), *loads, *low]:
+        stated = of_stated(replace(wall, eccentricity=0.0))  # it may have its load in the study of those
+        stated += plausibility.of_width(wall.width, wall.thickness) + plausibility.of_density(wall.density)
+        for doubt in [*stated, *loads]:
             yield key, f"makes an unlikely wall: {doubt}"
     curves = {"curve": config.curve, "validation.curve": config.validation.curve}
     if config.earthquakes:
         curves |= {f"earthquakes.walls[{i}]": named.curve for i, named in enumerate(config.earthquakes.walls)}
+    if config.one_sided:
+        curves |= {f"one_sided.facades[{i}]": named.curve for i, named in enumerate(config.one_sided.facades)}
     for key, curve in curves.items():
-        for doubt in plausibility.of_curve(curve.yield_displacement_ratio):
+        for doubt in plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio):
             yield key, f"makes an unlikely curve: {doubt}"
+    for name in ("", "damping_force", "validation", "earthquakes", "pulses", "damper_order"):
+        section = getattr(config, name) if name else config
+        for doubt in plausibility.of_restitution(section.restitution) if section else ():
+            yield f"{name}.restitution".strip("."), f"is unlikely: {doubt}"
     for key, (thick, height) in sizes.items():
         for doubt in plausibility.of_wall(thick, height):
             yield key, f"makes an unlikely wall: {doubt}"
+
+
+def _of_population(parameters: PopulationParameters) -> Iterable[tuple[str, str]]:
+    """Yield what is unlikely of the ends of the distributions, by parameter."""
+    ends = {name: (getattr(parameters, name).low, getattr(parameters, name).high) for name in PARAMETERS}
+    thickest, highest = (ends[name][1] for name in ("thickness", "slenderness"))
+    weight = Wall.density * STANDARD_GRAVITY * thickest**2 * highest  # N m-1
+    found = {
+        "overburden_ratio": plausibility.of_overburden(ends["overburden_ratio"], weight),
+        "hinge_ratio": of_hinge(ends["hinge_ratio"]),
+        "yield_displacement_ratio": plausibility.of_curve(ends["yield_displacement_ratio"], ends["strength_ratio"]),
+        "restitution": plausibility.of_restitution(ends["restitution"][1]),
+    }
+    for name, doubts_of in found.items():
+        for doubt in doubts_of:
+            yield f"population.parameters.{name}", f"is unlikely: {doubt}"
 
 
 # --- ground motions and folders --------------------------------------------------------------------------------------

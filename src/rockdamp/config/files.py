@@ -17,6 +17,7 @@ from pydantic_core import ErrorDetails
 from rockdamp import units
 from rockdamp.config.kinds import Refusal
 from rockdamp.errors import InputError, shown
+from rockdamp.plausibility import per_cent
 from rockdamp.storage import yaml_file
 from rockdamp.storage.yaml_file import KeyPath, dotted, get
 
@@ -245,12 +246,16 @@ def problems(error: ValidationError, schema: Mapping[str, Any]) -> list[Problem]
             missing.append(path)
         elif each["type"] in ("extra_forbidden", "invalid_key") or "[key]" in each["loc"]:
             known = _keys(_schema_of(schema, path[:-1]))
-            near = difflib.get_close_matches(str(path[-1]), known, n=1)
+            key = str(path[-1])
+            near = [name for name in known if len(key) > 3 and name.startswith(key)][:1]  # "hinge", for one
+            near = near or difflib.get_close_matches(key, known, n=1, cutoff=0.8)
             meant |= {(*path[:-1], name) for name in near}
             hint = f"did you mean {near[0]!r}?" if near else f"it must be one of {', '.join(known)}"
-            if path[-1] == "overburden_mass":
+            if key == "height" and "slenderness" in known:
+                hint = "state slenderness, the height over the thickness"
+            if key == "overburden_mass":
                 hint = "walls of a config bear a force; the commands take a mass, by --overburden-mass"
-            if str(path[-1]).isdecimal():
+            if key.isdecimal():
                 hint += "; if it is the rest of a number, its decimal sign must be a point"
             found.append(Problem(path, f"is not a key; {hint}"))
         else:
@@ -301,7 +306,9 @@ def _misfit(error: ErrorDetails, schema: Mapping[str, Any]) -> Problem:
     if isinstance(value, str) and (hint := _without_unit(value, described.get("description", ""))):
         return Problem(path, f"is the text {value!r}; it must be {allowed}{hint}")
     said = "a mapping of keys to values" if isinstance(value, Mapping) else shown(value)
-    return Problem(path, f"is {said}; it must be {allowed}")
+    share = 1 in (described.get("maximum"), described.get("exclusiveMaximum")) and path[-1] != "step"
+    slip = per_cent(value, lambda each: (each > 0) & (each <= 1)) if share and isinstance(value, (int, float)) else ""
+    return Problem(path, f"is {said}; it must be {allowed}{slip}")
 
 
 def _without_unit(text: str, description: str) -> str:

@@ -162,7 +162,7 @@ def damping_ratio_energy(
     damping = Damping.from_values(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=n)
     x0, of = numbers("release_amplitude", release_amplitude), instance("curve", curve, TrilinearCurve)
     broadcast(restitution=e, release_amplitude=x0, curve=of)
-    warn([*of_restitution(e), *of_curve(of.yield_displacement_ratio)])
+    warn([*of_restitution(e), *of_curve(of.yield_displacement_ratio, of.strength_ratio)])
     g = equivalence_factor(curve, damping, release_amplitude)
     delta = 0.0 - np.log(e)
     return _exact(damping, e, g) if damping.amplitude_independent else delta * g

@@ -112,7 +112,7 @@ def equivalent(
     release_amplitude = number("release_amplitude", release_amplitude)
     allowed = f"greater than 0 and less than a3{per_cent(release_amplitude, lambda x0: x0 < a3)}"
     require(0 < release_amplitude < a3, "release_amplitude", release_amplitude, allowed)
-    warn([*of_restitution(e), *of_curve(a1), *of_release(release_amplitude, a1)])
+    warn([*of_restitution(e), *of_curve(a1, b1), *of_release(release_amplitude, a1)])
     require(response_length > 0, "response_length", response_length, "greater than 0 (in tau)")
     batch = curve.map(lambda parameter: np.full(e.size, parameter))
     amplitude = np.full(e.size, release_amplitude)

@@ -79,15 +79,16 @@ def program_inputs(wall: Wall | Parapet, curve: TrilinearCurve, restitution: flo
     x0 = 0.5 * a3
     a1, b1 = float(curve.yield_displacement_ratio), float(curve.strength_ratio)
     matched: dict[str, tuple[float, float | None]] = {}
+    with as_meant():  # what is unlikely of e and the curve was said where they were stated
+        energies = {model: float(damping_ratio_energy(curve, model, restitution, x0)) for model in VISCOUS_MODELS}
     try:
-        with as_meant():  # what is unlikely of e and the curve was said where they were stated
+        with as_meant():
             matched_rows = equivalent(restitution, a1, b1, a3, curve.softening, release_amplitude=x0)
         matched = {row["damping_model"]: (row["damping_ratio"], row["rms_error"]) for row in matched_rows}
     except InputError:  # for some curves no damping ratio within reach errs least
         pass
     rows: list[ProgramInput] = []
-    for model in VISCOUS_MODELS:
-        energy = float(damping_ratio_energy(curve, model, restitution, x0))
+    for model, energy in energies.items():
         xi, error = matched.get(model, (energy, None))
         rows.append(
             {

@@ -29,6 +29,7 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import Histories, Response
+from rockdamp.stated import of_stated
 from rockdamp.storage import glossary
 from rockdamp.storage.dataset import ATTRIBUTES
 from rockdamp.vocabulary import OUTCOMES
@@ -186,8 +187,7 @@ def warn_of_motion(ground: Array, scale: Array) -> None:
     """Warn where the motion is likely in another unit at every scale: of many, some may be meant to go far."""
     pga = float(np.abs(ground).max())
     doubts = [doubt for factor in np.ravel(scale) for doubt in plausibility.of_motion(pga, scale=float(factor))]
-    if len(doubts) == np.size(scale):
-        plausibility.warn(doubts[:1])
+    plausibility.warn(doubts[:1] if len(doubts) == np.size(scale) else [])
 
 
 def _question_rest(batch: _Batch, response: Response, ground: Array) -> None:
@@ -214,7 +214,8 @@ class _Batch:
     ) -> None:
         if wall is not None:
             instance("wall", wall, Wall, Parapet)
-            plausibility.warn(plausibility.of_sizes(getattr(damping, "restitution", 0.0), wall.restitution_rigid))
+            e = getattr(damping, "restitution", 0.0)
+            plausibility.warn(plausibility.of_sizes(e, wall.restitution_rigid) + of_stated(wall))
         instance("curve", curve, TrilinearCurve)
         instance("damping", damping, Damping)
         plausibility.warn(plausibility.of_dampings([damping]))
@@ -460,9 +461,8 @@ def scales_of(record: Record, asked: Mapping[str, Sequence[float]]) -> Array:
     ((kind, values),) = asked.items()
     if kind == "scale":
         return np.asarray(values, dtype=float)
-    bad = [value for value in values if not value > 0]
-    if bad:
-        raise InputError(f"--to-{kind} is {bad[0]:g}; it must be greater than 0")
+    for value in values:
+        require(value > 0, f"--to-{kind}", value, "greater than 0")
     return np.asarray(values, dtype=float) / getattr(intensity_measures(record), kind)
 
 

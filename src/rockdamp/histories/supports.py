@@ -139,7 +139,7 @@ def two_records(base: Records, top: Records) -> list[FloorMotion]:
             f"there are {len(pairs[0])} records of the base and {len(pairs[1])} of the top; there must be as many"
         )
     for lower, upper in zip(*pairs, strict=True):
-        stated = [(one.name, float(np.abs(one.record.ground_acceleration).max())) for one in (lower, upper)]
+        stated = [(one.name, *_moved(one.record)) for one in (lower, upper)]
         plausibility.warn(plausibility.of_two_records(*stated))
     return [_on_floor(lower, _measured(lower, upper), parapet=False) for lower, upper in zip(*pairs, strict=True)]
 
@@ -206,19 +206,30 @@ def _measured(base: GroundMotion, top: GroundMotion) -> _Supports:
     lower, upper = base.record, top.record
     if lower.elapsed.shape != upper.elapsed.shape or not np.allclose(lower.elapsed, upper.elapsed, atol=1e-6):
         raise InputError(f"the records {base.name!r} and {top.name!r} differ in their times; they must have the same")
+    accelerations = np.stack([lower.ground_acceleration, upper.ground_acceleration])
+    displacement = np.zeros(accelerations.shape)
+    if (apart := accelerations[1] - accelerations[0]).any():
+        displacement[1] = _displacement(apart, lower.step)
+    return _Supports(lower.step, accelerations, displacement)
+
+
+def _moved(record: Record) -> tuple[float, float]:
+    """Return the PGA of a record [m s-2], and how far it moves as a standard deviation. [m]"""
+    motion = record.ground_acceleration
+    return float(np.abs(motion).max()), float(np.std(_displacement(motion, record.step)))
+
+
+def _displacement(acceleration: Array, step: float) -> Array:
+    """Integrate an acceleration twice, high-passed without a shift of phase. [m]"""
     from scipy.integrate import cumulative_trapezoid  # slow to import
     from scipy.signal import butter, sosfiltfilt
 
-    apart = upper.ground_acceleration - lower.ground_acceleration
-    displacement = np.zeros((2, apart.size))
-    if apart.any():
-        sections = butter(4, HIGH_PASS, "highpass", fs=1 / lower.step, output="sos")
-        padding = min(apart.size - 1, int(10 / (HIGH_PASS * lower.step)))
-        passed = sosfiltfilt(sections, apart - apart.mean(), padlen=padding)
-        velocity = cumulative_trapezoid(passed, dx=lower.step, initial=0.0)
-        displacement[1] = cumulative_trapezoid(velocity - velocity.mean(), dx=lower.step, initial=0.0)
-        displacement[1] -= displacement[1].mean()
-    return _Supports(lower.step, np.stack([lower.ground_acceleration, upper.ground_acceleration]), displacement)
+    sections = butter(4, HIGH_PASS, "highpass", fs=1 / step, output="sos")
+    padding = min(acceleration.size - 1, int(10 / (HIGH_PASS * step)))
+    passed = sosfiltfilt(sections, acceleration - acceleration.mean(), padlen=padding)
+    velocity = cumulative_trapezoid(passed, dx=step, initial=0.0)
+    moved = cumulative_trapezoid(velocity - velocity.mean(), dx=step, initial=0.0)
+    return np.asarray(moved - moved.mean())
 
 
 def _on_floor(motion: GroundMotion, supports: _Supports, parapet: bool) -> FloorMotion:

@@ -34,6 +34,7 @@ USUAL_RATIO = (0.60, 1.10)  # of e to the analytical one; ASSUME: measured ones 
 DIFFERENCE = 1e-5
 MANY = 5.0  # times the displacement at which a wall collapses: a peak beyond it is a slip of units
 AMPLITUDES, HANDED_ON = (0.1, 0.3, 0.5), 0.3  # of u_ins, where e is told; where an assessment takes it from
+WEAKEST = 0.5  # b1 of the most degraded joints; half of a wall's height halves it
 LEAST_RELEASE = 0.2  # of u_ins: of smaller ones e at 0.3 u_ins is a guess
 MILLI, DEGREE = 1000.0, np.pi / 180
 
@@ -398,6 +399,10 @@ def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
         found.append(
             f"e is {e:.3g}, {e / analytical:.3g} of the analytical {analytical:.3g}, {least:g} to {most:g} is usual;"
             " are thickness, height and overburden right?"
+        )
+    if (b1 := float(fitted["estimate"].sel(parameter=PARAMETERS[1]))) < WEAKEST:
+        found.append(
+            f"b1 is {b1:.2g}, and the most degraded joints have {WEAKEST:g}; is the height right, and not half?"
         )
     if (alike := float(fitted["restitution_unlike_releases"])) < 0.01:
         found.append(

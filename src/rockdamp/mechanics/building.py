@@ -102,7 +102,7 @@ class Building:
         require(alpha >= 0, "shape", alpha, "at least 0 as a shear ratio")
         for name, value in (("period", period), ("storeys", storeys), ("storey", storey), ("damping_ratio", xi)):
             object.__setattr__(self, name, value)
-        plausibility.warn(self._doubts())
+        plausibility.warn(self.doubts())
 
     @property
     def shear_ratio(self) -> float:
@@ -126,18 +126,28 @@ class Building:
         kept = int(np.count_nonzero(period >= RIGID_PERIOD))
         return Modes(period[:kept], contributions(alpha, kept, self.floors))
 
-    def _doubts(self) -> list[str]:
-        doubts, period, xi = [], self.period, self.damping_ratio
-        if not SHORTEST <= period <= LONGEST:
-            usual = f"buildings with masonry walls have {SHORTEST:g} to {LONGEST:g} s"
-            doubts.append(f"the building period is {period:g} s; {usual}{_slip_of_period(period)}")
-        elif period < LEAST_PER_STOREY * self.storeys:
+    def doubts(self) -> list[str]:
+        """Return the warnings about the period and the damping."""
+        doubts = _unusual("building", "buildings with masonry walls", SHORTEST, self.period, self.damping_ratio)
+        if SHORTEST <= self.period < LEAST_PER_STOREY * self.storeys:
             least = f"less than {LEAST_PER_STOREY:g} s for each storey"
-            doubts.append(f"the building period is {period:g} s with {self.storeys} storeys, {least}")
-        if not LEAST_DAMPED <= xi <= MOST_DAMPED:
-            slip = f"; was it in per cent ({xi / 100:g})?" if xi > MOST_DAMPED else ""
-            doubts.append(f"the building damping is {xi:g}; usual is {LEAST_DAMPED:g} to {MOST_DAMPED:g}{slip}")
+            doubts.append(f"the building period is {self.period:g} s with {self.storeys} storeys, {least}")
         return doubts
+
+
+def _unusual(what: str, such: str, shortest: float, period: float, xi: float) -> list[str]:
+    """Return the warnings about the period [s] and damping ratio of a building or floor."""
+    doubts = []
+    if not shortest <= period <= LONGEST:
+        usual = f"{such} have {shortest:g} to {LONGEST:g} s"
+        doubts.append(f"the {what} period is {period:g} s; {usual}{_slip_of_period(period)}")
+    if not LEAST_DAMPED <= xi <= MOST_DAMPED:
+        swapped = period <= MOST_DAMPED and SHORTEST <= xi <= LONGEST
+        meant = {f"{100 * xi:g}": 100 * xi, f"in per cent ({xi / 100:g})": xi / 100}
+        likely = [f"; was it {text}?" for text, value in meant.items() if LEAST_DAMPED <= value <= MOST_DAMPED]
+        slip = "; were period and damping swapped?" if swapped else "".join(likely)
+        doubts.append(f"the {what} damping is {xi:g}; usual is {LEAST_DAMPED:g} to {MOST_DAMPED:g}{slip}")
+    return doubts
 
 
 def _require_damping(name: str, xi: float) -> None:
@@ -193,9 +203,7 @@ class Diaphragm:
         _require_damping("damping_ratio of the diaphragm", xi)
         object.__setattr__(self, "period", period)
         object.__setattr__(self, "damping_ratio", xi)
-        if period > LONGEST:
-            slip = _slip_of_period(period)
-            plausibility.warn([f"the diaphragm period is {period:g} s; floors have at most {LONGEST:g} s{slip}"])
+        plausibility.warn(_unusual("diaphragm", "floors", RIGID_PERIOD / 3, period, xi))
 
 
 # --- the cantilever ---------------------------------------------------------------------------------------------------

@@ -27,8 +27,8 @@ TEXTS = {
 
 
 def _slip(ratio: Quantity) -> str:
-    """Ask whether a ratio that is none was stated in per cent."""
-    return per_cent(ratio, lambda each: (each > 0) & (each <= 1))
+    """Ask whether a ratio that is none was stated in per cent, of which a1 has few."""
+    return per_cent(ratio, lambda each: (each > 0) & (each <= 1), least=1.0)
 
 
 @dataclass(frozen=True, eq=False)

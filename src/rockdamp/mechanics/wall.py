@@ -80,7 +80,8 @@ class _Mechanism(ByValue):
         for field, value, array in zip(fields(self), kept, arrays, strict=True):  # type: ignore[arg-type]
             object.__setattr__(self, field.name, value)
             text, within, allowed = RANGES[field.name]
-            hint = plausibility.per_cent(array, within) if field.name == "hinge_ratio" else ""
+            ratio = field.name in ("hinge_ratio", "overburden_mass")
+            hint = plausibility.per_cent(array, within) if ratio else ""
             require(within(np.asarray(array)), text, array, f"{allowed}{hint}")
         within_faces = np.abs(self.eccentricity) <= np.divide(self.thickness, 2)
         require(within_faces, "eccentricity", self.eccentricity, RANGES["eccentricity"][2])

@@ -221,7 +221,7 @@ def solve(
     instance("curve", curve, TrilinearCurve)
     instance("damping", damping, Damping)
     if called_from_outside():
-        warn(of_dampings([damping]) + of_curve(curve.yield_displacement_ratio))
+        warn(of_dampings([damping]) + of_curve(curve.yield_displacement_ratio, curve.strength_ratio))
     scheme = scheme if scheme in SCHEMES else one_of("scheme", scheme, SCHEMES)
     is_constant = damping.linear_branches == BRANCHES
     loops = peaks_kernel if peaks_only else kernel

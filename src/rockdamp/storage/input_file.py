@@ -99,6 +99,8 @@ class Column:
         if not equals or holds not in contents or not column:
             raise InputError(f"column {text!r} must be NAME=COLUMN or NAME=COLUMN:UNIT; NAME is {', '.join(contents)}")
         name, colon, unit = column.rpartition(":")
+        if colon and unit.strip() == "%":
+            raise InputError(f"column {text!r} is in per cent; it must be a fraction: divide the column by 100")
         known = units.parse(unit) or unit.strip().lower() in units.GRAVITY
         return (holds, cls(name.strip(), unit.strip())) if colon and known else (holds, cls(column))
 
