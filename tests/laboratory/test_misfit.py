@@ -63,9 +63,12 @@ def test_neither_a_drift_nor_the_first_motion_of_the_wall_is_noise_of_the_sensor
 @pytest.mark.parametrize(
     "changes, words",
     [
-        ({"ground_acceleration": -MOTION}, "If the sign of the acceleration is wrong, it leaves 0.14"),
+        (
+            {"ground_acceleration": -MOTION},
+            "If the sign of the acceleration, or of the displacement, is wrong, it leaves 0.14",
+        ),
         ({"displacement": SHOWN + table_displacement(RIGHT)}, "If the table's displacement is not subtracted from"),
-        ({"displacement": SHOWN - table_displacement(RIGHT)}, "If the table's displacement is added to the wall's"),
+        ({"displacement": SHOWN - table_displacement(RIGHT)}, "the table's displacement is subtracted once too often"),
         ({"ground_acceleration": MOTION / STANDARD_GRAVITY}, "If the acceleration is in g, it leaves 0.14"),
         (
             {"ground_acceleration": 100 * MOTION / STANDARD_GRAVITY},

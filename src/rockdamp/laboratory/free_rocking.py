@@ -22,7 +22,7 @@ from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.plausibility import warn
+from rockdamp.plausibility import LENGTHS, warn
 from rockdamp.vocabulary import MODELS, REFERENCE, SOFTENING
 
 PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
@@ -32,7 +32,7 @@ WIDEST = 10.0  # half of an interval of ln e: a peak in the noise leaves none th
 SYSTEMATIC = 3.0  # of the sensor's noise: residuals beyond it are no noise
 USUAL_RATIO = (0.60, 1.10)  # of e to the analytical one; ASSUME: measured ones lie within
 DIFFERENCE = 1e-5
-MANY = 5.0  # times the displacement at which a wall collapses: a peak beyond it is a slip of units
+LEAST = 0.01  # of the displacement at which a wall collapses: what a guess of the unit must lead to
 AMPLITUDES, HANDED_ON = (0.1, 0.3, 0.5), 0.3  # of u_ins, where e is told; where an assessment takes it from
 LEAST_RELEASE = 0.2  # of u_ins: of smaller ones e at 0.3 u_ins is a guess
 MILLI, DEGREE = 1000.0, np.pi / 180
@@ -190,14 +190,16 @@ def _check_size(test: FreeRocking, release: Release, u3: float, wall: Wall | Par
     peak = float(np.abs(release.peaks).max())
     if peak < u3:
         return
-    factor, unit = (MILLI, "millimetres") if test.rotation is None else (1 / DEGREE, "degrees")
+    angles = {"milliradians": 1 / MILLI, "degrees": DEGREE}
+    meant = [
+        name for name, size in (LENGTHS if test.rotation is None else angles).items() if LEAST < peak * size / u3 < 1
+    ]
     shown, most = (
         (f"{peak:.4g} m", f"{u3:.4g} m at the hinge or top")
         if test.rotation is None
         else (f"{peak / lever(wall):.4g} rad", f"{u3 / lever(wall):.4g} rad")
     )
-    likely = MANY < peak / u3 < factor
-    slip = f"; were they {unit}?" if likely else "; is it the right wall?"
+    slip = f"; were they {' or '.join(meant)}?" if meant else "; is it the right wall?"
     raise InputError(f"the largest peak is {shown}; it must be less than {most}, where the wall collapses{slip}")
 
 
