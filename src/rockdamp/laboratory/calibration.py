@@ -118,7 +118,7 @@ def require_possible(record: Record, wall: Wall | Parapet) -> None:
         asked += ["is it that of the table itself"] if least <= POOREST * peak else []
     if moved <= FARTHEST * u_ins and not of_motion(peak):
         asked = ["were its column and that of the acceleration exchanged"]
-    elif doubts := of_motion(moved):  # with such a motion no guess about the displacement is any good
+    elif least > FARTHEST * u_ins and (doubts := of_motion(moved)):  # then no guess about the displacement is any good
         raise InputError(f"{stated}, beyond which the wall collapses; and {doubts[0]}: are the columns right?")
     raise InputError(f"{stated}, beyond which the wall collapses{_ask(asked)}")
 

@@ -16,7 +16,7 @@ from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.laboratory.candidates import size_deviations, true_values
+from rockdamp.laboratory.candidates import require_unlike, size_deviations, true_values
 from rockdamp.laboratory.excursions import LEVEL, Excursions, Losses, Solution, exponent_of, restitution_at
 from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -110,6 +110,7 @@ def calibrate_free_rocking(
     if not all(isinstance(test, FreeRocking) for test in given):
         raise InputError("tests must be FreeRocking(elapsed, displacement), or what read_free_rocking reads")
     require(np.asarray(len(given) > 0), "the number of tests", len(given), "at least 1")
+    require_unlike("tests", [test.measured for test in given])
     if least_peak is not None:
         least_peak = number("least_peak", least_peak)
         require(least_peak > 0, "least_peak", least_peak, "greater than 0 [m]")
@@ -381,7 +382,7 @@ def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
         found.append(
             f"the fit leaves {MILLI * rms:.3g} mm (rms), {rms / rest:.3g} times the noise at rest and {rms / peak:.2g}"
             " of the largest peak: the specimen does more than the model, which neither twists nor loses energy between"
-            " impacts"
+            " impacts, or its thickness, height, hinge or load are others"
         )
     a1, (low, high) = fitted.sel(parameter=PARAMETERS[0]), fitted["interval"].sel(parameter=PARAMETERS[0]).values
     if low <= 0:
