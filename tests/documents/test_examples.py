@@ -123,12 +123,17 @@ KNET = (
     "Origin Time       2011/03/11 14:46:00\nSampling Freq(Hz) 100Hz\nScale Factor      2000(gal)/8000000\nMemo.\n"
     "    1000     4000\n   -2000\n"
 )
+V2 = (
+    "Corrected accelerogram\n    3 points of accel data equally spaced at  .010 sec, in cm/sec2. (UNITS)\n"
+    "     .000  -150.000    25.000\n    3 points of veloc data equally spaced at  .010 sec, in cm/sec.\n 1.0 2.0 3.0\n"
+)
 
 
 @pytest.mark.parametrize(
     ("name", "text", "expected", "written"),
     [
         ("a.ASC", ESM, [0.0, -1.5, 0.25], "a.csv"),
+        ("a.V2", V2, [0.0, -1.5, 0.25], "a.V2.csv"),
         ("a.EW", KNET, [0.0, 0.0075, -0.0075], "a.EW.csv"),  # a mean of 1000 counts, each 2.5e-6 m s-2
     ],
 )
@@ -139,6 +144,21 @@ def test_records_of_networks_are_converted(tmp_path, name, text, expected, writt
     record = rd.read_record(tmp_path / written)
     np.testing.assert_allclose(record.ground_acceleration, expected, atol=1e-15)
     assert record.step == pytest.approx(0.01)
-    (tmp_path / name).write_text(text.replace("UNITS", "UNIT").replace("Scale", "Scales"), encoding="utf-8")
+    other = text.replace("UNITS", "UNIT").replace("Scale", "Scales").replace("3 points", "4 points")
+    (tmp_path / name).write_text(other, encoding="utf-8")
     refused = subprocess.run(command, capture_output=True, check=False, text=True)
-    assert refused.returncode == 1 and "this is no record of ESM or K-NET" in refused.stderr
+    assert refused.returncode == 1 and "this is no record of ESM, K-NET or CSMIP" in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.ASC", f"NDATA: 4\n{ESM}", "it has 3 accelerations and states 4"),
+        ("a.ASC", f"STREAM: HNZ\n{ESM}", "warning: this is a vertical component"),
+        ("a.UD", KNET.replace("Scale", "Dir.              U-D\nScale"), "warning: this is a vertical component"),
+    ],
+)
+def test_a_record_that_was_cut_off_or_is_vertical_is_told(tmp_path, name, text, said):
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    command = [sys.executable, str(ROOT / "examples/convert_records.py"), str(tmp_path / name)]
+    assert said in subprocess.run(command, capture_output=True, check=False, text=True).stderr

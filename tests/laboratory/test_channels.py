@@ -282,3 +282,24 @@ def test_a_motion_and_a_displacement_in_each_others_columns_are_asked_about(tmp_
     with pytest.warns(InputWarning, match="or were its column and that of the wall exchanged"):
         laboratory_record(raw, **given, table_acceleration=Channel("d", "g"), wall=Channel("a", "mm"))
     laboratory_record(raw, **given, table_acceleration=Channel("a", "g"), wall=Channel("d", "mm"))
+
+
+def test_a_unit_a_column_or_a_filter_that_does_not_go_with_the_motion_is_questioned(tmp_path):
+    away = ELAPSED - 2.0
+    moved = 0.1 * np.exp(-((away / 0.3) ** 2))
+    motion = moved * (4 * away**2 / 0.3**4 - 2 / 0.3**2)
+    rocked = 0.01 * np.sin(20 * away) * np.exp(-((away / 0.5) ** 2))
+    raw = read_raw(written(tmp_path, table(("t", "a", "w", "d"), ELAPSED, motion, 1000 * rocked, 1000 * moved)))
+    given = {"time": Channel("t", "s"), "table_acceleration": Channel("a", "m s-2"), "wall": Channel("w", "mm")}
+    laboratory_record(raw, **given, table=Channel("d", "mm"))
+    with pytest.warns(InputWarning, match=r"over 1.2 g, with its numbers taken as g; .* m s-2 \(2.22 m s-2\)"):
+        laboratory_record(raw, **given | {"table_acceleration": Channel("a", "g")})
+    with pytest.warns(InputWarning, match="under 0.005 g, with its numbers taken as cm s-2"):
+        laboratory_record(raw, **given | {"table_acceleration": Channel("a", "gal")})
+    with pytest.warns(InputWarning, match="is unlike what its acceleration gives"):
+        velocity = {"table_velocity": Channel("a", "m/s"), "table_acceleration": None}
+        laboratory_record(raw, **given | velocity, table=Channel("d", "mm"))
+    with pytest.warns(InputWarning, match="the filter of 0.5 Hz takes PGA from 2.22 to"):
+        laboratory_record(raw, **given, lowpass=0.5, baseline="none")
+    with pytest.raises(InputError, match="columns 'w' and 'w' have the same numbers"):
+        laboratory_record(raw, **given, table=Channel("w", "mm"))

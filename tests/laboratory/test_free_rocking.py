@@ -179,6 +179,7 @@ def test_the_shipped_examples_are_what_their_program_makes():
     ("displacement", "said"),
     [
         (1000 * decay(), "were they millimetres?"),
+        (10 * decay(), "were they centimetres or inches?"),
         (np.abs(decay(before=0) - 0.003), "two-sided tests alone are fitted"),
         (decay()[:700], r"the number of clear peaks is [0-3]; it must be at least 4"),
         (1e-4 * np.random.RandomState(5).standard_normal(2000), "the number of clear peaks is 0"),
@@ -192,7 +193,7 @@ def test_slips_are_named(displacement, said):
 def test_degrees_and_a_wrong_wall_are_named():
     displacement = decay()
     degrees = rd.FreeRocking(0.002 * np.arange(displacement.size), rotation=displacement / 1.8 * 180 / np.pi)
-    with pytest.raises(rd.InputError, match=r"rad; it must be less than .* were they degrees\?"):
+    with pytest.raises(rd.InputError, match=r"rad; it must be less than .* were they .*degrees\?"):
         rd.calibrate_free_rocking(degrees, WALL)
     slow = rd.FreeRocking(0.02 * np.arange(displacement.size), displacement)
     with pytest.raises(rd.InputError, match="half periods are .* times those of the wall"):
@@ -249,3 +250,9 @@ def test_an_uncertain_size_widens_the_answer_by_what_another_size_changes():
 def test_plain_arrays_are_told_how_to_become_a_test():
     with pytest.raises(rd.InputError, match=r"tests must be FreeRocking\(elapsed, displacement\), or what"):
         rd.calibrate_free_rocking(np.zeros((3, 2)), WALL)
+
+
+def test_a_test_that_is_given_twice_is_refused():
+    test = test_of(decay())
+    with pytest.raises(rd.InputError, match="tests 1 and 2 have the same displacements; each must be given once"):
+        rd.calibrate_free_rocking([test, test], WALL)

@@ -10,7 +10,7 @@ from repository import ROOT
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import rest_samples
 from rockdamp.laboratory import least_squares
-from rockdamp.laboratory.calibration import Misfit, require_explained, require_possible, table_displacement
+from rockdamp.laboratory.calibration import Misfit, require_explained, require_possible, slips, table_displacement
 from rockdamp.laboratory.candidates import Candidate
 from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.motions.pulse_shapes import table_pulse
@@ -63,9 +63,12 @@ def test_neither_a_drift_nor_the_first_motion_of_the_wall_is_noise_of_the_sensor
 @pytest.mark.parametrize(
     "changes, words",
     [
-        ({"ground_acceleration": -MOTION}, "If the sign of the acceleration is wrong, it leaves 0.14"),
+        (
+            {"ground_acceleration": -MOTION},
+            "If the sign of the acceleration, or of the displacement, is wrong, it leaves 0.14",
+        ),
         ({"displacement": SHOWN + table_displacement(RIGHT)}, "If the table's displacement is not subtracted from"),
-        ({"displacement": SHOWN - table_displacement(RIGHT)}, "If the table's displacement is added to the wall's"),
+        ({"displacement": SHOWN - table_displacement(RIGHT)}, "the table's displacement is subtracted once too often"),
         ({"ground_acceleration": MOTION / STANDARD_GRAVITY}, "If the acceleration is in g, it leaves 0.14"),
         (
             {"ground_acceleration": 100 * MOTION / STANDARD_GRAVITY},
@@ -130,3 +133,25 @@ def test_the_displacement_of_the_table_in_place_of_the_walls_is_named():
     own = replace(RIGHT, displacement=table_displacement(RIGHT) + noise)
     with pytest.raises(InputError, match="is the displacement that of the table itself"):
         judged(own)
+
+
+def test_the_displacement_of_a_table_that_moves_far_is_named_with_what_was_done_with_it():
+    at, width = RIGHT.elapsed - 1.0, 0.15
+    moved = 0.5 * np.exp(-((at / width) ** 2))
+    far = replace(RIGHT, ground_acceleration=MOTION + moved * ((2 * at / width**2) ** 2 - 2 / width**2))
+    for times, words in ((-1, "subtracted once too often from"), (2, "added in place of subtracted from")):
+        with pytest.raises(InputError, match=f"was the table's displacement {words} the wall's"):
+            require_possible(replace(far, displacement=SHOWN + times * moved), WALL)
+    with pytest.raises(InputError, match=r"and PGA is .*, over 3 g, .*: are the columns right\?"):
+        require_possible(replace(far, ground_acceleration=1000 * MOTION, displacement=SHOWN + moved), WALL)
+
+
+def test_the_unit_that_is_named_is_in_place_of_that_which_was_typed():
+    """m s-2 typed as g: taken as m s-2 the record would be "in per cent of g", 2 % off."""
+    made = {"table_acceleration_channel": f"a, times {STANDARD_GRAVITY:.9g}"}
+    record = replace(RIGHT, ground_acceleration=STANDARD_GRAVITY * MOTION, header=made)
+    fit = RecordFit.from_record(
+        record, WALL, Candidate("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=0.03
+    )
+    moved = dict(slips(fit))["the acceleration is in m s-2"].record.ground_acceleration
+    np.testing.assert_allclose(moved, MOTION, rtol=1e-8)

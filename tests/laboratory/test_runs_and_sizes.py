@@ -100,3 +100,8 @@ def test_a_parapet_has_no_hinge_that_is_uncertain():
     prior = replace(Prior(), hinge_ratio=Distribution("normal", 0.5, 0.7, 0.6, 0.01))
     with pytest.raises(InputError, match="hinge_ratio is 'uncertain'; it must be that of a wall"):
         posterior(record("half"), Parapet(0.23, 1.84), prior=prior)
+
+
+def test_a_record_that_is_given_twice_is_refused():
+    with pytest.raises(InputError, match="records 1 and 3 have the same displacements; each must be given once"):
+        posterior([record("half"), record("quarter"), record("half")], WALL)

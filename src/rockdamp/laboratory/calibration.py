@@ -42,6 +42,12 @@ BETTER = 3.0  # times smaller is the misfit of a record without its slip
 TABLE_DEGREE = 3  # of the polynomial that an integrated acceleration is known but for
 CLIPPED = 5  # neighbouring equal samples at an extreme, at least
 TOP_JUMP = 2.5  # steps of the logger from a cut-off top to the samples beside it, at least
+# Slips with the table's displacement, and how often it is added to what is shown to undo each.
+OF_TABLE = {
+    "not subtracted from": -1.0,
+    "subtracted once too often from": 1.0,
+    "added in place of subtracted from": -2.0,
+}
 ROUNDING = 1e-9  # of the largest value: a smaller difference is none
 
 
@@ -106,22 +112,24 @@ def require_possible(record: Record, wall: Wall | Parapet) -> None:
     stated = f"the largest measured displacement is {peak:.4g} m, {peak / u_ins:.3g} times u_ins = {u_ins:.4g} m"
     lengths = [name for name, size in LENGTHS.items() if 0.01 < peak * size / u_ins <= 1]
     asked = [f"was it in {' or '.join(lengths)}"] if lengths else []
-    if _moves_with_the_table(record, FARTHEST * u_ins):
-        asked = ["was the table's displacement not subtracted from the wall's"]
+    least, words = min(_with_the_table(record), default=(np.inf, ""))
+    if least <= FARTHEST * u_ins:
+        asked = [f"was the table's displacement {words} the wall's"]
+        asked += ["is it that of the table itself"] if least <= POOREST * peak else []
     if moved <= FARTHEST * u_ins and not of_motion(peak):
         asked = ["were its column and that of the acceleration exchanged"]
+    elif least > FARTHEST * u_ins and (doubts := of_motion(moved)):  # then no guess about the displacement is any good
+        raise InputError(f"{stated}, beyond which the wall collapses; and {doubts[0]}: are the columns right?")
     raise InputError(f"{stated}, beyond which the wall collapses{_ask(asked)}")
 
 
-def _moves_with_the_table(record: Record, farthest: float) -> bool:
-    """Say whether a displacement comes below `farthest` [m] less the table's, known but for a polynomial."""
-    try:
-        table = table_displacement(record)
-    except InputError:  # of a record without rest
-        return False
-    moved = _shown(record) - table
-    drift = Polynomial.fit(record.elapsed, moved, TABLE_DEGREE)
-    return bool(np.abs(moved - drift(record.elapsed)).max() <= farthest)
+def _with_the_table(record: Record) -> Iterator[tuple[float, str]]:
+    """Yield how far a displacement goes without each slip with the table's, known but for a polynomial. [m]"""
+    with suppress(InputError):  # of a record without rest
+        for words, times in OF_TABLE.items():
+            moved = _shown(record) + times * table_displacement(record)
+            drift = Polynomial.fit(record.elapsed, moved, TABLE_DEGREE)
+            yield float(np.abs(moved - drift(record.elapsed)).max()), words
 
 
 def _is_the_table(record: Record) -> bool:
@@ -152,8 +160,9 @@ def require_explained(solution: Solution) -> Misfit:
     for words, corrected in slips(solution.fit):
         with suppress(InputError):
             tried[words] = Misfit.from_solution(corrected.solution())
-    words, better = min(tried.items(), key=lambda item: item[1].residual_over_peak, default=("", misfit))
-    if BETTER * better.residual_over_peak < misfit.residual_over_peak:
+    # In metres: a displacement of the table that is added in vain makes the peak larger, and the share smaller.
+    words, better = min(tried.items(), key=lambda item: item[1].residual_rms, default=("", misfit))
+    if BETTER * better.residual_rms < misfit.residual_rms:
         raise InputError(f"{stated}. If {words}, it leaves {better}: is that so?")
     if misfit.exceeds(POOREST):
         most = f"it must leave at most {100 * POOREST:.2g} % of the peak"
@@ -165,14 +174,18 @@ def require_explained(solution: Solution) -> Misfit:
 def slips(fit: RecordFit) -> Iterator[tuple[str, RecordFit]]:
     """Yield what may be wrong with a record, in words, and the fit of the record without it."""
     record = fit.record
-    yield "the sign of the acceleration is wrong", _of(fit, ground_acceleration=-record.ground_acceleration)
-    for word, displaced in (("not subtracted from", -1.0), ("added to", 1.0)):
-        relative = _shown(record) + displaced * table_displacement(record)
+    wrong = "the sign of the acceleration, or of the displacement, is wrong"
+    yield wrong, _of(fit, ground_acceleration=-record.ground_acceleration)
+    for words, times in OF_TABLE.items():
+        relative = _shown(record) + times * table_displacement(record)
         yield (
-            f"the table's displacement is {word} the wall's",
+            f"the table's displacement is {words} the wall's",
             replace(_of(fit, displacement=relative), trend_degree=TABLE_DEGREE),
         )
     taken = units.size(record.unit_of_file, "m s-2") or 1.0
+    made = record.header.get("table_acceleration_channel", "")  # by `record`: "a, times 9.80665"
+    with suppress(ValueError):
+        taken *= float(made.rpartition(" times ")[2])
     numbers = record.ground_acceleration / taken  # as they stand in the file
     for unit, size in (ACCELERATIONS | PER_CENT_OF_G).items():
         if size != taken and not of_motion(size * float(np.abs(numbers).max())):

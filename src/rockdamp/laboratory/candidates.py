@@ -177,3 +177,12 @@ class Prior:
     def points(self, names: tuple[str, ...], values: Array) -> Array:
         """Return the points of the unit cube at which values lie, shape (batch, names)."""
         return np.stack([self.distribution(name).probability(values[:, i]) for i, name in enumerate(names)], axis=1)
+
+
+def require_unlike(kind: str, displacements: Sequence[Array | None]) -> None:
+    """Refuse a test that is given twice: it would count twice, and the errors come out too small."""
+    first: dict[bytes, int] = {}
+    for place, shown in enumerate(displacements, start=1):
+        same = place if shown is None else first.setdefault(shown.tobytes(), place)
+        if same != place:
+            raise InputError(f"{kind} {same} and {place} have the same displacements; each must be given once")

@@ -6,8 +6,9 @@ import csv
 import hashlib
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -19,7 +20,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.laboratory.releases import FreeRocking
 from rockdamp.motions.records import Record
-from rockdamp.plausibility import of_displacement, of_motion, of_step, warn
+from rockdamp.plausibility import ACCELERATIONS, of_displacement, of_motion, of_step, warn
 from rockdamp.storage import input_file
 
 FILTER_ORDER = 4  # of Butterworth's filter, which runs forwards and backwards: no delay, twice the order
@@ -38,6 +39,8 @@ RESTLESS, RESTLESS_SHARE = 3.0, 0.005
 # ASSUME: a band above the drift of what is integrated twice [Hz]; the correlation, and the factor, of what is alike;
 # how many times as unlike it the channel of the table may be as that of the wall.
 COMPARED, ALIKE, UNLIKE, WORSE = (0.3, 10.0), 0.9, 1.5, 3.0
+UNRELATED = 0.5  # ASSUME: below this correlation they have less than a quarter of their variance in common
+MOST_CUT = 0.5  # ASSUME: of PGA; a filter that leaves less takes more than noise from most motions
 
 
 @dataclass(frozen=True)
@@ -180,8 +183,10 @@ def laboratory_record(
         raise InputError(f"baseline is {baseline!r}; it must be one of {', '.join(BASELINES)}")
     header = {"specimen": specimen, "source": source, "units": "s, m s-2, m" if wall else "s, m s-2"}
     header |= {"synthetic": "yes" if synthetic else "no", "raw_sha256": raw.digest}
+    _require_apart(raw, time, table_acceleration, table_velocity, wall, table)
     elapsed = _in(raw, time, "s", "time", header)
     interval = _check_time(elapsed)
+    warn(of_step(interval))
     ends = f"at least 0 and less than the record's length, {elapsed[-1] - elapsed[0]:.4g} [s]"
     require(0 <= rest < elapsed[-1] - elapsed[0], "rest", rest, ends)
     even = elapsed[0] + interval * np.arange(int((elapsed[-1] - elapsed[0]) / interval * (1 + 1e-9)) + 1)
@@ -190,22 +195,25 @@ def laboratory_record(
         header["acceleration"] = "derivative of the velocity's cubic spline"
     if table_acceleration is not None:
         motion = CubicSpline(elapsed, _in(raw, table_acceleration, "m s-2", "table_acceleration", header))(even)
-    doubt = of_motion(float(np.abs(motion).max()))
-    if doubt and table_acceleration is not None and wall is not None and _exchanged(raw, table_acceleration, wall):
-        doubt = [f"{doubt[0]}; or were its column and that of the wall exchanged?"]
-    warn(doubt)
-    displacement = None
+    displacement, moved = None, None
     if wall is not None:
         displacement = CubicSpline(elapsed, _in(raw, wall, "m", "wall", header))(even)
         header["displacement"] = "wall less table" if table is not None else "wall, taken as relative to the table"
         moved = CubicSpline(elapsed, _in(raw, table, "m", "table", header))(even) if table is not None else None
+    beside = displacement if moved is None else moved
+    warn(_of_motion(even, motion, beside, raw, table_acceleration, {"wall": wall, "table": table}))
+    if displacement is not None:
         warn(_of_table(even, motion, displacement, moved))
         displacement = displacement if moved is None else displacement - moved
+    strongest = float(np.abs(motion).max())
     even, motion, displacement = _filtered(even, motion, displacement, lowpass, rate, header)
+    if (left := float(np.abs(motion).max())) < MOST_CUT * strongest:
+        corner = f"{header['lowpass_hz'].partition(',')[0]} Hz"
+        cut = f"the filter of {corner} takes PGA from {strongest:.3g} to {left:.3g} m s-2"
+        warn([f"{cut}: does it leave the motion that the wall felt?"])
     even = even - even[0]
     resting = even < rest
     doubts = {"acceleration": _restless("acceleration", motion, "m s-2", 1.0, even, rest)}
-    warn(of_step(float(even[1] - even[0])))
     if displacement is not None:
         doubts["displacement"] = _restless("displacement", displacement, "mm", 1000.0, even, rest)
         if resting.any() and not doubts["displacement"]:
@@ -220,14 +228,45 @@ def laboratory_record(
     return Record(even, motion, displacement, header)
 
 
-def _exchanged(raw: Raw, acceleration: Channel, wall: Channel) -> bool:
-    """Say whether a motion and a displacement are possible if each has the other's numbers."""
-    to_si = units.size(acceleration.unit, "m s-2"), units.size(wall.unit, "m")
-    motion, moved = (
-        float(np.ptp(raw.column(channel.column)) * (size or np.inf))
-        for channel, size in zip((wall, acceleration), to_si, strict=True)
-    )
-    return not of_motion(motion) and not of_displacement(moved)
+def _require_apart(raw: Raw, *channels: Channel | None) -> None:
+    """Raise `InputError` where two channels have one column."""
+    names = [channel.column for channel in channels if channel is not None]
+    for name, other in combinations(names, 2):
+        if np.array_equal(raw.column(name), raw.column(other), equal_nan=True):
+            raise InputError(f"columns {name!r} and {other!r} have the same numbers; each channel must have its own")
+
+
+def _of_motion(
+    even: Array,
+    motion: Array,
+    displacement: Array | None,
+    raw: Raw,
+    acceleration: Channel | None,
+    displacements: Mapping[str, Channel | None],
+) -> list[str]:
+    """Return a warning where a PGA is none of earthquakes; it names a displacement that may have been exchanged.
+
+    None where the displacement of the table, or a wall's that holds it, says that the PGA is right.
+    """
+    if displacement is not None and _follows(*_likeness(even, motion, displacement)):
+        return []
+    pga = float(np.abs(motion).max())
+    if acceleration is None:
+        return of_motion(pga)
+    taken = units.size(acceleration.unit, "m s-2") or 1.0
+    unit = next((name for name, size in ACCELERATIONS.items() if size == taken), acceleration.unit)
+    doubts = of_motion(pga, unit, taken)
+    for name, other in displacements.items():
+        if doubts and other is not None:
+            shaken = taken * float(np.ptp(raw.column(other.column)))
+            moved = (units.size(other.unit, "m") or 1.0) * float(np.ptp(raw.column(acceleration.column)))
+            if not of_motion(shaken) and not of_displacement(moved):
+                return [f"{doubts[0]}; or were its column and that of the {name} exchanged?"]
+    return doubts
+
+
+def _follows(alike: float, factor: float) -> bool:
+    return alike > ALIKE and 1 / UNLIKE < factor < UNLIKE
 
 
 def _of_table(even: Array, motion: Array, wall: Array, table: Array | None) -> list[str]:
@@ -236,7 +275,7 @@ def _of_table(even: Array, motion: Array, wall: Array, table: Array | None) -> l
     A wall in resonance is a quarter of a cycle behind, and not alike.
     """
     alike, factor = _likeness(even, motion, wall)
-    is_table = alike > ALIKE and 1 / UNLIKE < factor < UNLIKE
+    is_table = _follows(alike, factor)
     if table is None:
         said = "the wall's displacement is that of the table, as its acceleration gives it"
         asked = "was it measured from the ground? Then table must name the table's displacement"
@@ -247,6 +286,9 @@ def _of_table(even: Array, motion: Array, wall: Array, table: Array | None) -> l
     if abs(tables) > ALIKE and not 1 / UNLIKE < factor < UNLIKE:
         asked = "is the sign of one wrong?" if tables < 0 else "are both units right?"
         return [f"the table's displacement is {factor:.3g} times what its acceleration gives; {asked}"]
+    if abs(tables) < UNRELATED:
+        asked = "is each the column that it should be, and the acceleration no velocity?"
+        return [f"the table's displacement is unlike what its acceleration gives, correlation {tables:.2g}; {asked}"]
     return []
 
 
@@ -316,6 +358,7 @@ def laboratory_free_rocking(
         raise InputError("a free-rocking test must be given once: as wall, a displacement, or as rotation")
     header = {"specimen": specimen, "source": source, "units": "s, m" if wall else "s, rad"}
     header |= {"synthetic": "yes" if synthetic else "no", "raw_sha256": raw.digest}
+    _require_apart(raw, time, wall, rotation)
     if (time is None) == (frame_rate is None):
         raise InputError("the time must be given once: as time, a column, or as frame_rate of a video")
     if time is not None:

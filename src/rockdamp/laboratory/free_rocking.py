@@ -16,13 +16,13 @@ from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.laboratory.candidates import size_deviations, true_values
+from rockdamp.laboratory.candidates import require_unlike, size_deviations, true_values
 from rockdamp.laboratory.excursions import LEVEL, Excursions, Losses, Solution, exponent_of, restitution_at
 from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.plausibility import warn
+from rockdamp.plausibility import LENGTHS, warn
 from rockdamp.vocabulary import MODELS, REFERENCE, SOFTENING
 
 PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
@@ -32,7 +32,7 @@ WIDEST = 10.0  # half of an interval of ln e: a peak in the noise leaves none th
 SYSTEMATIC = 3.0  # of the sensor's noise: residuals beyond it are no noise
 USUAL_RATIO = (0.60, 1.10)  # of e to the analytical one; ASSUME: measured ones lie within
 DIFFERENCE = 1e-5
-MANY = 5.0  # times the displacement at which a wall collapses: a peak beyond it is a slip of units
+LEAST = 0.01  # of the displacement at which a wall collapses: what a guess of the unit must lead to
 AMPLITUDES, HANDED_ON = (0.1, 0.3, 0.5), 0.3  # of u_ins, where e is told; where an assessment takes it from
 WEAKEST = 0.5  # b1 of the most degraded joints; half of a wall's height halves it
 LEAST_RELEASE = 0.2  # of u_ins: of smaller ones e at 0.3 u_ins is a guess
@@ -111,6 +111,7 @@ def calibrate_free_rocking(
     if not all(isinstance(test, FreeRocking) for test in given):
         raise InputError("tests must be FreeRocking(elapsed, displacement), or what read_free_rocking reads")
     require(np.asarray(len(given) > 0), "the number of tests", len(given), "at least 1")
+    require_unlike("tests", [test.measured for test in given])
     if least_peak is not None:
         least_peak = number("least_peak", least_peak)
         require(least_peak > 0, "least_peak", least_peak, "greater than 0 [m]")
@@ -191,14 +192,16 @@ def _check_size(test: FreeRocking, release: Release, u3: float, wall: Wall | Par
     peak = float(np.abs(release.peaks).max())
     if peak < u3:
         return
-    factor, unit = (MILLI, "millimetres") if test.rotation is None else (1 / DEGREE, "degrees")
+    angles = {"milliradians": 1 / MILLI, "degrees": DEGREE}
+    meant = [
+        name for name, size in (LENGTHS if test.rotation is None else angles).items() if LEAST < peak * size / u3 < 1
+    ]
     shown, most = (
         (f"{peak:.4g} m", f"{u3:.4g} m at the hinge or top")
         if test.rotation is None
         else (f"{peak / lever(wall):.4g} rad", f"{u3 / lever(wall):.4g} rad")
     )
-    likely = MANY < peak / u3 < factor
-    slip = f"; were they {unit}?" if likely else "; is it the right wall?"
+    slip = f"; were they {' or '.join(meant)}?" if meant else "; is it the right wall?"
     raise InputError(f"the largest peak is {shown}; it must be less than {most}, where the wall collapses{slip}")
 
 
@@ -380,7 +383,7 @@ def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
         found.append(
             f"the fit leaves {MILLI * rms:.3g} mm (rms), {rms / rest:.3g} times the noise at rest and {rms / peak:.2g}"
             " of the largest peak: the specimen does more than the model, which neither twists nor loses energy between"
-            " impacts"
+            " impacts, or its thickness, height, hinge or load are others"
         )
     a1, (low, high) = fitted.sel(parameter=PARAMETERS[0]), fitted["interval"].sel(parameter=PARAMETERS[0]).values
     if low <= 0:

@@ -20,7 +20,7 @@ from rockdamp.config import Config
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import made_by, record_attributes
 from rockdamp.laboratory.calibration import Misfit, calibrate, require_explained, require_possible
-from rockdamp.laboratory.candidates import Candidate, Prior, true_values
+from rockdamp.laboratory.candidates import Candidate, Prior, require_unlike, true_values
 from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.laboratory.noise import correlated
 from rockdamp.laboratory.problem import Problem
@@ -107,6 +107,7 @@ def posterior(
     names = [one_of("damping_model", name, CANDIDATES) for name in (damping_model, *compared)]
     records = [record] if isinstance(record, Record) else list(record)
     require(len(records) > 0, "the number of records", len(records), "at least 1")
+    require_unlike("records", [instance("record", one, Record).displacement for one in records])
     require(all(hasattr(wall, name) for name in prior.sizes), "hinge_ratio", "uncertain", "that of a wall: no parapet")
 
     for run, one in enumerate(records, start=1):

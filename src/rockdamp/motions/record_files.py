@@ -190,7 +190,8 @@ def _header(lines: Sequence[str]) -> dict[str, str]:
             continue
         near = [] if key in KEYS else _near(key)
         if near:
-            raise InputError(f"key {key!r} on line {number} is unknown; did you mean {near[0]!r}?")
+            asked = f"did you mean {near[0]!r}? A line without a colon is a remark"
+            raise InputError(f"key {key!r} on line {number} is unknown; {asked}")
         if key in header:
             raise InputError(f"key {key!r} on line {number} stands there more than once; each must stand there once")
         header[key] = value.strip()
@@ -343,5 +344,5 @@ def check_time(elapsed: Array, place: Place) -> None:
         late = int(np.argmax(np.abs(intervals - usual))) + 1
         raise InputError(
             f"elapsed_s is {elapsed[late]} {place(late)}; it must be {elapsed[late - 1] + usual:.9g}: times must be "
-            f"uniform to {UNIFORM:g} of a step, and be written with as many digits"
+            f"uniform to {UNIFORM:g} of a step, and be written with as many digits; `rockdamp record` makes them so"
         )
