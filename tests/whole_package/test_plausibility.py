@@ -168,6 +168,8 @@ def test_a_curve_that_no_wall_has_is_questioned():
         rd.equivalent(0.85, 0.0004, 0.85)
     with pytest.warns(rd.InputWarning, match=r"b1\) is 0.085, less than 0.3"):
         rd.equivalent(0.85, 0.04, 0.085)
+    with pytest.warns(rd.InputWarning, match=r"restitution \(e\) is 0.05, less than 0.5; was it a damping ratio"):
+        rd.giannini_masiani(0.05)
     assert plausibility.of_curve(0.5, 0.2)[0].endswith("were a1 and b1 swapped?")  # of the preset severe
     assert plausibility.of_curve([0.005, 0.2], [0.4, 0.99]) == plausibility.of_curve([], []) == []
 

@@ -247,6 +247,7 @@ def giannini_masiani(restitution: ArrayLike) -> Array:
     array([0.0707, 0.    ])
     """
     e = check_restitution(restitution)
+    warn(of_restitution(e))
     return 2 * (1 - e) / (np.pi * (1 + e))
 
 
