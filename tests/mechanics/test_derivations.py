@@ -28,11 +28,12 @@ WALL = Wall(
     height=np.array([2.7, 4.5, 4.0, 1.9]),
     width=np.array([1.0, 1.4, 0.7, 1.0]),
     density=np.array([1800.0, 1835.0, 2100.0, 1600.0]),
-    hinge_ratio=np.array([0.5, 0.57, 0.7, 0.35]),
+    hinge_ratio=np.array([0.5, 0.57, 0.7, 0.45]),
     overburden_ratio=np.array([0.0, 6.2, 1.0, 0.3]),
     eccentricity=np.array([0.0, -0.05, 0.2, 0.1]),
 )
-PARAPET = Parapet(WALL.thickness, WALL.height, WALL.width, WALL.density, WALL.overburden_ratio, WALL.eccentricity)
+LIKE = {name: getattr(WALL, name) for name in ("width", "density", "overburden_ratio", "eccentricity")}
+PARAPET = Parapet(WALL.thickness, WALL.height, **LIKE)
 
 
 def on_walls(expression, wall=WALL):

@@ -226,12 +226,8 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str]) -> Ro
         wall = _one_sided(filled, mechanism)
         if isinstance(wall, OneSidedWall):
             wall.force(curve)
-        unlikely = [*plausibility.of_stated(mechanism), *plausibility.of_curve(float(curve.yield_displacement_ratio))]
-        if isinstance(mechanism, Wall):
-            unlikely += plausibility.of_storey(float(mechanism.height), None)
         if LOADS & cells.keys() and not LOADS & filled.keys():
-            unlikely.append(EMPTY_LOAD)
-        plausibility.warn(unlikely)
+            plausibility.warn([EMPTY_LOAD])
         e, reason = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
         diaphragm = _diaphragm(filled)
     doubts = tuple(dict.fromkeys(f"line {line}: {each.message}" for each in caught))
@@ -280,7 +276,6 @@ def _one_sided(filled: Mapping[str, str], wall: Wall | Parapet) -> Wall | Parape
     stiffness, strength = (_of_ties(name, filled[name], unit) for name, unit in zip(TIE, ("N m-1", "N"), strict=False))
     lengths = (_size(name, filled[name]) if name in filled else None for name in TIE[2:])
     tie = tie_of(wall, stiffness, strength, *lengths)
-    plausibility.warn(plausibility.of_tie(tie.strength, wall.weight, tie.gap, tie.rupture))
     return OneSidedWall(wall, tie)
 
 

@@ -252,7 +252,7 @@ def refuse_unused(names: Iterable[str], needed: str) -> None:
 def make_wall(options: Mapping[str, Any]) -> Any:
     """Return the wall that `WALL` among the options describe."""
     from rockdamp.mechanics.wall import Parapet, Wall
-    from rockdamp.plausibility import as_meant, of_stated, of_storey, warn
+    from rockdamp.plausibility import as_meant, of_storey, warn
 
     sizes = {name: options[name] for name in SIZES}
     if options["parapet"] and was_given("hinge_ratio"):
@@ -269,7 +269,7 @@ def make_wall(options: Mapping[str, Any]) -> Any:
             unloaded = kind(**sizes)
         sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], unloaded)
     wall = kind(**sizes)
-    warn(of_stated(wall) + ([] if options["parapet"] else of_storey(options["height"], options.get("storeys"))))
+    warn([] if options["parapet"] else of_storey(options["height"], options.get("storeys") or 1))
     return one_sided_wall(options, wall)
 
 
@@ -292,14 +292,11 @@ def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Any:
 def tie(options: Mapping[str, Any], wall: Wall | Parapet) -> Tie:
     """Return the tie that the options describe."""
     from rockdamp.mechanics.one_sided import tie_of
-    from rockdamp.plausibility import of_tie, warn
 
     for name in ("tie_stiffness", "tie_strength"):
         if options.get(name) is None:
             raise click.UsageError(f"--{name.replace('_', '-')} is missing; a tie must have a stiffness and a strength")
-    made = tie_of(wall, *(options[name] for name in TIE))
-    warn(of_tie(made.strength, wall.weight, made.gap, made.rupture))
-    return made
+    return tie_of(wall, *(options[name] for name in TIE))
 
 
 def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:
@@ -341,7 +338,6 @@ def make_optional_wall(options: Mapping[str, Any]) -> Wall | Parapet | None:
 def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
     """Return the curve that `CURVE` among the options describe: by a preset, or by a1 and b1."""
     from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.plausibility import of_curve, warn
 
     a1, b1, preset, a3, softening = (options[name] for name in CURVE)
     if preset is not None:
@@ -351,9 +347,7 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
     for name, value in (("--a1", a1), ("--b1", b1)):
         if value is None:
             raise click.UsageError(f"{name} is missing; there must be --a1 and --b1, or --preset")
-    curve = TrilinearCurve(a1, b1, a3, softening)
-    warn(of_curve(a1))
-    return curve
+    return TrilinearCurve(a1, b1, a3, softening)
 
 
 def loss_of(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import has_displacement, read_record
+from rockdamp.questions import of_mechanism
 from rockdamp.storage.yaml_file import path_of
 from rockdamp.vocabulary import PRESETS, STUDIES
 
@@ -314,26 +315,21 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     }
     if config.earthquakes:
         walls |= {f"earthquakes.walls[{i}]": named.wall for i, named in enumerate(config.earthquakes.walls)}
-    sizes = {key: (float(wall.thickness), float(wall.height)) for key, wall in walls.items()}
+    for key, wall in walls.items():
+        for doubt in of_mechanism(wall):
+            yield key, f"makes an unlikely wall: {doubt}"
     if config.population:
         thickness, slenderness = config.population.parameters.thickness, config.population.parameters.slenderness
-        sizes["population.parameters.thickness.high"] = (thickness.high, thickness.high * slenderness.high)
+        for doubt in plausibility.of_wall(thickness.high, thickness.high * slenderness.high):
+            yield "population.parameters.thickness.high", f"makes an unlikely wall: {doubt}"
         for doubt in plausibility.of_velocity(np.min(config.population.intensity)):  # the weakest of them
             yield "population.intensity", f"is beyond what is recorded: {doubt}"
-    for key, wall in walls.items():
-        loads = plausibility.of_overburden(wall.overburden_ratio, np.divide(wall.weight, wall.width))
-        low = plausibility.of_storey(float(wall.height), None) if isinstance(wall, Wall) else []
-        for doubt in [*plausibility.of_density(wall.density), *loads, *low]:
-            yield key, f"makes an unlikely wall: {doubt}"
     curves = {"curve": config.curve, "validation.curve": config.validation.curve}
     if config.earthquakes:
         curves |= {f"earthquakes.walls[{i}]": named.curve for i, named in enumerate(config.earthquakes.walls)}
     for key, curve in curves.items():
         for doubt in plausibility.of_curve(curve.yield_displacement_ratio):
             yield key, f"makes an unlikely curve: {doubt}"
-    for key, (thick, height) in sizes.items():
-        for doubt in plausibility.of_wall(thick, height):
-            yield key, f"makes an unlikely wall: {doubt}"
 
 
 # --- ground motions and folders --------------------------------------------------------------------------------------

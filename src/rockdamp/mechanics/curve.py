@@ -13,7 +13,7 @@ from rockdamp.arguments import broadcast, numbers, one_of, read_only, real, toge
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import require
 from rockdamp.mechanics import trilinear
-from rockdamp.plausibility import per_cent
+from rockdamp.plausibility import of_curve, per_cent, warn
 from rockdamp.vocabulary import PRESETS, SOFTENING
 
 # A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
@@ -91,6 +91,7 @@ class TrilinearCurve(ByValue):
             object.__setattr__(self, name, value)
         allowed = f"less than a2, where the plateau ends (1 - b1){_slip(a1)}"
         require(a1 < self.plateau_end - ROUNDING, of_a1, a1, allowed)
+        warn(of_curve(a1))
 
     @classmethod
     def preset(cls, name: str, **kwargs: Quantity) -> TrilinearCurve:

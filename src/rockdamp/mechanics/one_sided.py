@@ -17,6 +17,7 @@ from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.plausibility import of_tie, warn
 
 AT_THE_DISPLACEMENT = 2.0  # of a force at u, in F, which works on u/2
 CONTACT_STIFFNESS = 2500.0  # of the stop that stands for a rigid one, over the first branch's; docs/one-sided.md
@@ -130,7 +131,8 @@ class OneSidedWall(ByValue):
     def __post_init__(self) -> None:
         instance("mechanism", self.mechanism, Wall, Parapet)
         if self.tie is not None:
-            instance("tie", self.tie, Tie)
+            tie = instance("tie", self.tie, Tie)
+            warn(of_tie(tie.strength, self.mechanism.weight, tie.gap, tie.rupture, tie.yield_stretch))
         stop = _or_infinite("stop_stiffness", self.stop_stiffness)
         require(stop > 0, "stop_stiffness", stop, "greater than 0 [N m-1]")
         initial = numbers("initial_strength_ratio", self.initial_strength_ratio)

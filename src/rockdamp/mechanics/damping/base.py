@@ -272,6 +272,7 @@ class Damping(ByValue, metaclass=_Named):
             return Damping(model, e, **named)
         text, within, allowed = RANGES["restitution"]
         require(within(e), text, e, f"{allowed}: no damper stops the wall{plausibility.per_cent(e, within)}")
+        plausibility.warn(plausibility.of_restitution(e))
         return Damping(model, kind.exact_damping_ratio(e, **named), **named)
 
     @staticmethod
