@@ -293,14 +293,6 @@ def of_local_damping(alpha: ArrayLike) -> list[str]:
     ]
 
 
-def of_release(release_amplitude: float, yield_displacement_ratio: float) -> list[str]:
-    """Return a warning where a wall that is released does not rock."""
-    if release_amplitude > yield_displacement_ratio:
-        return []
-    stated = f"release_amplitude is {release_amplitude:g} of u_ins, and a1 is {yield_displacement_ratio:g}"
-    return [f"{stated}: the wall stays on its first branch and does not rock"]
-
-
 def of_restitution(restitution: ArrayLike) -> list[str]:
     """Return a warning where a restitution is less than that of any wall; of an array the least counts. [-]"""
     e = _least(restitution)

@@ -11,6 +11,7 @@ from rockdamp.plausibility import (
     HIGHEST,
     HIGHEST_HINGE,
     HIGHEST_STOREY,
+    LARGEST_YIELD,
     LOWEST_HINGE,
     LOWEST_STOREY,
     SLENDEREST,
@@ -72,7 +73,7 @@ def _of_two_bodies(wall: Any, known: bool) -> list[str]:
 def of_start(release_amplitude: Any, yield_displacement_ratio: Any) -> list[str]:
     """Return a warning where no wall of a batch rocks after its release, as all stay on their first branches."""
     x0, a1 = np.broadcast_arrays(np.abs(np.asarray(release_amplitude)), np.asarray(yield_displacement_ratio))
-    if not x0.size or (x0 > a1).any():
+    if not x0.size or (x0 > a1).any() or (a1 > LARGEST_YIELD).any():  # of such a curve it was asked
         return []
     if not x0.any():
         return ["nothing moves the wall: its release_amplitude is 0, and no motion loads it"]
@@ -121,13 +122,14 @@ def of_run(
         return doubts
     sampling, samples = h * substeps, ground.shape[-1]
     right = "with Wall.load_factor it is frequency_parameter * dt / substeps, for each wall its own"
-    if _is_typed(sampling) and not _is_typed(factors):
+    walls = bool((factors < 0).all()) and not _is_typed(factors)  # as `Wall.load_factor` is, and no load over K0 u_ins
+    if walls and _is_typed(sampling):
         doubts.append(f"step times substeps is {np.max(sampling):g}, a round number as of seconds; {right}")
     elif substeps > 1 and np.max(sampling, initial=0.0) > LONGEST_SAMPLING:
         doubts.append(f"step times substeps, between two samples, is {np.max(sampling):.3g} in tau; {right}")
     if substeps > 1 and steps in (samples - 1, samples):
         doubts.append(f"steps is {steps} and ends the run early; for the whole record it is {substeps * (samples - 1)}")
-    if not _is_typed(factors):
+    if walls:
         doubts += of_motion(float(np.abs(ground).max()))
     if not factors.any():
         doubts.append("load_factor is 0, so that ground_acceleration has no effect; it is Wall.load_factor")

@@ -271,6 +271,7 @@ def test_the_spread_of_e_is_that_of_both_rules_as_they_are_weighted(wall):
     assert np.all(np.diff(e) > 0) and e[-1] <= 1
 
 
+@pytest.mark.filterwarnings("ignore:the height")
 def test_nothing_of_the_spread_of_e_is_left_out_where_the_rules_are_far_apart():
     squat = rd.Wall(0.25, 1.5)
     assert squat.restitution_measured - squat.restitution_impulsive > 3 * WALL_RESTITUTION_DEVIATION

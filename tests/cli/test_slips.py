@@ -324,6 +324,6 @@ def test_a_damping_ratio_where_e_is_asked_for_is_told_where_e_stands():
 
 
 def test_a_wall_that_is_hardly_slender_is_asked_about():
-    asked = "height over thickness is 3, less than 4; is the thickness right?"
+    asked = "height over thickness is 3, less than 4; is the thickness right, and not the wall's width?"
     assert asked in run("wall", "--thickness", 1, "--height", 3).stderr
     assert asked not in run("wall", "--thickness", 1, "--height", 3, "--parapet").stderr
