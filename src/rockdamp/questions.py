@@ -28,6 +28,7 @@ from rockdamp.vocabulary import STANDARD_GRAVITY
 COARSEST = 0.2  # step over the stability limit: from there on the corners of the curve feed energy in
 LARGE_RELEASE = 0.6  # u0/u_ins, above which few releases are, and e below which few walls are
 WIDEST_FRAGILITY = 2.0  # dispersion; of walls under records some 0.2 to 0.8
+LONGEST_PERIOD = 20.0  # of an oscillator; spectra of codes end at 10 or before [s]
 LONGEST_SAMPLING = 0.25  # between samples of a record, in tau: 0.02 s at a p of 12 rad/s, far above that of walls
 
 
@@ -99,6 +100,14 @@ def of_counts(collapses: Array, runs: Array) -> list[str]:
         return [f"collapses is {k:g} of {n:g} runs, which is no whole number{slip}"]
     first, last = (np.sum(collapses[..., at] / np.maximum(runs[..., at], 1e-300)) for at in (0, -1))
     return ["collapses become fewer with the intensity; were survivals counted?"] if first > last else []
+
+
+def of_period(period: Array) -> list[str]:
+    """Return a question where a period of an oscillator is longer than those of structures. [s]"""
+    longest = np.max(period, initial=0.0)
+    if longest <= LONGEST_PERIOD:
+        return []
+    return [f"period is {longest:g} s, more than {LONGEST_PERIOD:g}; was it in milliseconds ({longest / 1000:g} s)?"]
 
 
 def of_dispersion(dispersion: Any) -> list[str]:

@@ -120,7 +120,12 @@ def test_other_slips_of_arguments_are_asked_about():
     assert "collapses hardly depend on the intensity" in asked
     assert "were the two swapped?" in told(lambda: rd.damping_ratio_energy(CURVE, "CDR", 0.5, 0.85))[0]
     assert "was it a damping ratio" in told(lambda: rd.Damping.of_restitution(0.05))[0]
+    assert "has no effect: the exponent is 0" in told(lambda: rd.Damping.cr(0.85, at=0.1))[0]
     assert "were a1 and b1 swapped?" in told(lambda: rd.TrilinearCurve(0.8, 0.1))[0]
+    record = rd.Record(ELAPSED, MOTION)
+    assert "was it in milliseconds (0.3 s)?" in told(lambda: rd.spectral_acceleration(record, [0.2, 300]))[0]
+    with pytest.raises(rd.InputError, match="was it in per cent"):
+        rd.spectral_acceleration(record, 0.3, damping_ratio=5)
     front = rd.Parapet(thickness=0.5, height=6.0)
     assert "were their stiffness and strength exchanged?" in told(lambda: rd.OneSidedWall(front, rd.Tie(2e4, 5e6)))[0]
     assert "was it in kN?" in told(lambda: rd.OneSidedWall(front, rd.Tie(5e6, 20.0)))[0]

@@ -339,6 +339,8 @@ def stacked(owners: Sequence[T]) -> T:
 def _loss(exponent: float, at: float) -> Loss:
     """Return the loss that is asked for, and refuse one that the dampers beside each other do not take."""
     loss = Loss(number("exponent", exponent), number("at (u/u_ins)", at))
+    if not loss.exponent and loss.at != REFERENCE_AMPLITUDE:
+        plausibility.warn([f"at is {loss.at:g} of u_ins and has no effect: the exponent is 0"])
     side_by_side(1.0, loss)
     return loss
 

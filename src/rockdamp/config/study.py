@@ -76,7 +76,8 @@ def walls_of(name: str, varied: Section, wall: Wall, curve: TrilinearCurve, rele
     elif parameter == "thickness":  # the config states the slenderness, so that stays
         wall = replace(wall, thickness=values, height=wall.height / wall.thickness * values)
     elif of_wall:
-        wall = replace(wall, **{parameter: values})
+        changed: Any = {parameter: values}
+        wall = replace(wall, **changed)
     else:
         beyond: PlateauBeyond | None = getattr(varied, "strength_ratio_beyond", None)
         b1 = curve.strength_ratio if beyond is None else beyond.at(values, curve.strength_ratio)

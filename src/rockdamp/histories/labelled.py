@@ -164,19 +164,19 @@ def respond(
     ['completed', 'completed']
     """
     instance("wall", wall, Wall, Parapet)
-    record = instance("record", getattr(record, "record", record), Record)  # of a ground motion its own
+    taken: Record = instance("record", getattr(record, "record", record), Record)  # of a ground motion its own
     batch = _Batch(wall, curve, damping, {"scale_factor": quantity("scale", scale)})
-    forcing = Forcing.from_record(batch.wall or wall, record, batch.values["scale_factor"], tail=tail)
+    forcing = Forcing.from_record(batch.wall or wall, taken, batch.values["scale_factor"], tail=tail)
     motion = forcing.ground_acceleration
     warn_of_motion(motion, batch.values["scale_factor"])
-    substeps = batch.steps_within(record.step, step, forcing.intervals)
+    substeps = batch.steps_within(taken.step, step, forcing.intervals)
     every = substeps if histories else None
     response = solve(batch.curve, batch.damping, store_every=every, **forcing.newmark(substeps))
     _question_rest(batch, response, motion)
     if isinstance(response, Histories):
         end = response.displacement[..., -1], response.velocity[..., -1]
         plausibility.warn(plausibility.of_end(batch.curve.energy, response.peak, *end))
-    history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
+    history = batch.dataset(response, taken.elapsed[0] + taken.step * np.arange(motion.size))
     if not histories:
         return history.pipe(described)
     scaled = batch.parameters["scale_factor"].variable * xr.Variable("elapsed", motion)

@@ -221,6 +221,8 @@ class Damping(ByValue, metaclass=_Named):
         at : float or ndarray
             Amplitude u/u_ins that e belongs to, E_r = V(at); greater than 0 and less than the a3 of the curve. [-]
         """
+        if plausibility.called_from_outside() and np.any(at != REFERENCE_AMPLITUDE) and not np.any(exponent):
+            plausibility.warn([f"at is {at} and has no effect: the exponent is 0"])
         return Damping("CR", restitution, exponent=exponent, at=at)
 
     @classmethod
