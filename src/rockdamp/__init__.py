@@ -5,9 +5,8 @@ loads only what it needs. So does the command line, which must import little bef
 """
 
 from collections.abc import Callable
-from difflib import get_close_matches
 from functools import wraps
-from inspect import isfunction, signature
+from types import FunctionType
 from typing import Any
 
 import lazy_loader
@@ -35,6 +34,9 @@ def __getattr__(name: str) -> object:
 
 
 def _near(name: str, names: list[str]) -> str:
+    """Return a question with the names that are near to one, or what the symbol of a quantity stands for."""
+    from difflib import get_close_matches
+
     alike = get_close_matches(name, names, 3) or [each for each in names if len(name) > 3 and name in each]
     near = " or ".join(alike if SYMBOLS.get(name) not in names else [SYMBOLS[name]])
     return f": did you mean {near}?" if near else ""
@@ -46,10 +48,10 @@ def _answering(found: Any) -> Any:
         for name, member in vars(found).copy().items():
             if isinstance(member, classmethod) and not name.startswith("_"):
                 setattr(found, name, classmethod(_with_arguments(member.__func__)))
-        if isfunction(vars(found).get("__init__")):
+        if isinstance(vars(found).get("__init__"), FunctionType):
             setattr(found, "__init__", _with_arguments(vars(found)["__init__"]))  # noqa: B010
         return found
-    if not isfunction(found):
+    if not isinstance(found, FunctionType):
         return found
     public = _with_arguments(found)
     public.__module__ = __name__  # where pickle finds it
@@ -64,6 +66,8 @@ def _with_arguments(function: Callable[..., Any]) -> Callable[..., Any]:
         except TypeError as error:
             if error.__traceback__ is None or error.__traceback__.tb_next is not None:  # it was called
                 raise
+            from inspect import signature
+
             takes = [name for name in signature(function).parameters if name not in ("self", "cls")]
             slip = next((_near(name, takes) for name in named if name not in takes), "")
             said = str(error).replace(".__init__()", "()")

@@ -221,9 +221,11 @@ class Damping(ByValue, metaclass=_Named):
         at : float or ndarray
             Amplitude u/u_ins that e belongs to, E_r = V(at); greater than 0 and less than the a3 of the curve. [-]
         """
-        if plausibility.called_from_outside() and np.any(at != REFERENCE_AMPLITUDE) and not np.any(exponent):
-            plausibility.warn([f"at is {at} and has no effect: the exponent is 0"])
-        return Damping("CR", restitution, exponent=exponent, at=at)
+        made = Damping("CR", restitution, exponent=exponent, at=at)
+        without = plausibility.called_from_outside() and not made.loss_depends_on_amplitude
+        if without and np.any(made.at != REFERENCE_AMPLITUDE):
+            plausibility.warn([f"at is {at} of u_ins and has no effect: the exponent is 0"])
+        return made
 
     @classmethod
     def power(cls, exponent: Quantity, damping_ratio: Quantity) -> Damping:
