@@ -359,7 +359,9 @@ class Solution:
 
     def with_size(self, name: str, change: float) -> Array:
         """Return the estimate of a wall of which a size is larger by so much, descended to from this one."""
-        other = replace(self.fit, wall=replace(self.fit.wall, **{name: getattr(self.fit.wall, name) + change}))
+        with as_meant():
+            wall = replace(self.fit.wall, **{name: getattr(self.fit.wall, name) + change})
+        other = replace(self.fit, wall=wall)
         return other.physical(other.descend(self.point).x)
 
     @cached_property
