@@ -90,9 +90,10 @@ def tests_of(wall: Specimen, random: Any, most: int = 3) -> tuple[list[rd.FreeRo
 
 def fitted(wall: Specimen, tests: list[rd.FreeRocking]) -> xr.Dataset:
     """Fit tests of a specimen, the geometry of which is known."""
-    known = rd.Wall(wall.thickness, wall.height, hinge_ratio=wall.hinge_ratio, overburden_ratio=wall.overburden_ratio)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InputWarning)
+        loaded = {"hinge_ratio": wall.hinge_ratio, "overburden_ratio": wall.overburden_ratio}
+        known = rd.Wall(wall.thickness, wall.height, **loaded)
         return rd.calibrate_free_rocking(tests, known)
 
 

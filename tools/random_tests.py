@@ -25,6 +25,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.pulse_shapes import ricker, table_pulse, wavelet
 from rockdamp.motions.records import Record
+from rockdamp.plausibility import as_meant
 from rockdamp.progress import without_bars
 from rockdamp.solvers import event_driven
 
@@ -70,12 +71,13 @@ def drawn(
     prior = Prior()
     while True:
         thickness = random.uniform(0.10, 0.50)
-        wall = Wall(
-            thickness=thickness,
-            height=thickness * random.uniform(8, 28),
-            hinge_ratio=random.uniform(0.5, 0.75),
-            overburden_ratio=random.choice([0.0, random.uniform(0.0, 4.0)]),
-        )
+        with as_meant():
+            wall = Wall(
+                thickness=thickness,
+                height=thickness * random.uniform(8, 28),
+                hinge_ratio=random.uniform(0.5, 0.75),
+                overburden_ratio=random.choice([0.0, random.uniform(0.0, 4.0)]),
+            )
         a1, b1, e = prior.values(NAMES, random.uniform(size=(1, 3)))[0]
         if a1 >= 0.99 * (1 - b1):  # the plateau would end before it begins
             continue

@@ -75,14 +75,15 @@ def warn(doubts: Sequence[str]) -> None:
 
 
 def called_from_outside() -> bool:
-    """Return True if the function that asks this was called from outside this package."""
-    return _outside() == 3
+    """Return True if the function that asks this was called from outside this package, or by its public name."""
+    frame: Any = inspect.currentframe()
+    return not str(frame.f_back.f_back.f_globals.get("__name__", "")).startswith("rockdamp.")
 
 
 def _outside() -> int:
     """Count the frames from `warn` up to the first outside this package, as `warnings.warn` counts them."""
     level, frame = 0, inspect.currentframe()
-    while frame is not None and str(frame.f_globals.get("__name__", "")).startswith("rockdamp."):
+    while frame is not None and str(frame.f_globals.get("__name__", "")).partition(".")[0] == "rockdamp":
         level, frame = level + 1, frame.f_back
     # Python drops the warnings of a Snakefile, whose code has no name.
     return level if frame is not None and frame.f_globals.get("__name__") else 1
@@ -268,14 +269,6 @@ def of_local_damping(alpha: ArrayLike) -> list[str]:
         return []
     stated = f"local_damping (alpha) is {largest:g}, which loses as much as e = {e:.2g}, less than {LEAST_ELASTIC:g}"
     return [f"{stated}; is it that of a search for a static state?"]
-
-
-def of_release(release_amplitude: float, yield_displacement_ratio: float) -> list[str]:
-    """Return a warning where a wall that is released does not rock."""
-    if release_amplitude > yield_displacement_ratio:
-        return []
-    stated = f"release_amplitude is {release_amplitude:g} of u_ins, and a1 is {yield_displacement_ratio:g}"
-    return [f"{stated}: the wall stays on its first branch and does not rock"]
 
 
 def of_restitution(restitution: ArrayLike) -> list[str]:

@@ -12,7 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
-from rockdamp.plausibility import HIGHEST, LENGTHS, SLENDEREST, THICKEST, of_onset
+from rockdamp.plausibility import (
+    HIGHEST,
+    LENGTHS,
+    SLENDEREST,
+    THICKEST,
+    of_density,
+    of_onset,
+    of_overburden,
+    of_wall,
+    of_width,
+)
 
 # ASSUME: thresholds of doubt are a judgement. Codes ask for clear heights of 2.1 m (7 ft) and more. The second height
 # of a storey holds in a building, where that of the whole is known, the last one anywhere.
@@ -39,13 +49,17 @@ def of_stated(wall: Any, storeys: int | None = None) -> list[str]:
     if not np.size(mechanism.load_factor):
         return []
     spans, loaded = hasattr(mechanism, "hinge_ratio"), np.any(mechanism.overburden_ratio)
-    doubts = _of_shape(mechanism.height, mechanism.thickness, spans, storeys, stopped=mechanism is not wall)
+    height, thickness, width = mechanism.height, mechanism.thickness, mechanism.width
+    doubts = of_wall(thickness, height) or _of_shape(height, thickness, spans, storeys, stopped=mechanism is not wall)
+    doubts += of_width(width, thickness) or _of_squat(height, thickness, spans)
+    doubts += of_density(mechanism.density)
+    load = of_overburden(mechanism.overburden_ratio, np.divide(mechanism.weight, width))
+    doubts += load or of_onset(mechanism.rocking_onset())
     doubts += of_hinge(mechanism.hinge_ratio) if spans else []
     if (eccentricity := np.max(np.abs(mechanism.eccentricity))) and not loaded:
         doubts.append(f"eccentricity is {eccentricity:g} m and has no effect: there is no overburden")
     if (part := np.max(getattr(mechanism, "overburden_mass", 0.0))) and not loaded:
         doubts.append(f"overburden_mass is {part:g} and has no effect: there is no overburden")
-    doubts += of_onset(mechanism.rocking_onset())
     return doubts + ([] if tie is None else of_tie(tie, mechanism.weight))
 
 
@@ -59,24 +73,27 @@ def of_hinge(hinge_ratio: ArrayLike) -> list[str]:
     return [f"hinge_ratio is {unlike[0]:g} of the height; tests found 0.5 to 0.7{slip}"]
 
 
+def _of_squat(height: ArrayLike, thickness: ArrayLike, spans: bool) -> list[str]:
+    """Return a warning where h/t is less than that of walls that span, or of blocks that stand free."""
+    squat, least = float(np.min(np.divide(height, thickness))), SQUATTEST if spans else SQUATTEST_BLOCK
+    if squat >= least:
+        return []
+    stated = f"height over thickness is {squat:.3g}, less than {least:g}"
+    return [f"{stated}; is the thickness right, and not the wall's width?"]
+
+
 def _of_shape(height: ArrayLike, thickness: ArrayLike, spans: bool, storeys: int | None, stopped: bool) -> list[str]:
-    """Return the warnings about the height, and h/t, of a wall that spans or of a block that stands free."""
+    """Return the warnings about the height of a wall that spans, or of a block that stands free."""
     low, high = float(np.min(height)), float(np.max(height))
-    squat, slender = (float(extreme(np.divide(height, thickness))) for extreme in (np.min, np.max))
-    least, doubts = SQUATTEST if spans else SQUATTEST_BLOCK, list[str]()
-    if squat < least:
-        stated = f"height over thickness is {squat:.3g}, less than {least:g}"
-        doubts.append(f"{stated}; is the thickness right, and not the wall's width?")
+    slender = float(np.max(np.divide(height, thickness)))
     if spans:
-        return doubts + of_storey(low if low < LOWEST_STOREY else high, slender, storeys)
+        return of_storey(low if low < LOWEST_STOREY else high, slender, storeys)
     if storeys is not None and high > LOWEST_STOREY and not stopped:
-        doubts.append(
-            f"the parapet is {high:g} m high, as a storey is; does it stand free, or is it a wall below a floor?"
-        )
-    elif SLENDEREST_BLOCK < slender <= SLENDEREST:
-        stated = f"height over thickness is {slender:.3g}, more than {SLENDEREST_BLOCK:g}"
-        doubts.append(f"{stated} of a block that stands free; are both right?")
-    return doubts
+        return [f"the parapet is {high:g} m high, as a storey is; does it stand free, or is it a wall below a floor?"]
+    if not SLENDEREST_BLOCK < slender <= SLENDEREST:
+        return []
+    stated = f"height over thickness is {slender:.3g}, more than {SLENDEREST_BLOCK:g}"
+    return [f"{stated} of a block that stands free; are both right?"]
 
 
 def of_storey(height: float, slenderness: float, storeys: int | None) -> list[str]:

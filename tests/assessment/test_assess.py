@@ -247,6 +247,7 @@ def test_by_the_rule_measured_the_share_is_averaged_over_the_spread_of_e(wall, c
     assert "limestone blocks" in parapet.attrs["restitution_range"] and "restitution_impulsive" not in parapet
 
 
+@as_meant()
 def test_the_spread_of_a_parapet_s_e_is_that_of_blocks_of_its_slenderness():
     at, of_ln_e = np.loadtxt(ROOT / "src/rockdamp/assessment/blocks.csv", delimiter=",", skiprows=1).T
     for slenderness, expected in ((4.5, of_ln_e[:2].mean()), (3.0, of_ln_e[0]), (30.0, of_ln_e[-1])):
@@ -271,6 +272,7 @@ def test_the_spread_of_e_is_that_of_both_rules_as_they_are_weighted(wall):
     assert np.all(np.diff(e) > 0) and e[-1] <= 1
 
 
+@pytest.mark.filterwarnings("ignore:the height")
 def test_nothing_of_the_spread_of_e_is_left_out_where_the_rules_are_far_apart():
     squat = rd.Wall(0.25, 1.5)
     assert squat.restitution_measured - squat.restitution_impulsive > 3 * WALL_RESTITUTION_DEVIATION

@@ -32,7 +32,8 @@ def test_the_peak_is_that_of_the_law_solved_event_by_event(wall, curve, motions)
 
 
 def test_the_answer_says_its_law_and_without_an_exponent_nothing_changes(wall, curve, motions, answer):
-    same = rd.assess(wall, curve, motions, pgv=[0.4, 0.8], restitution=0.85, exponent=0.0, at=0.1)
+    with pytest.warns(rd.InputWarning, match="at is 0.1 of u_ins and has no effect"):
+        same = rd.assess(wall, curve, motions, pgv=[0.4, 0.8], restitution=0.85, exponent=0.0, at=0.1)
     assert same.identical(answer) and "loss_exponent" not in same
     found = rd.assess(wall, curve, motions[:2], pgv=0.8, restitution=0.85, **LAW)
     assert (float(found["loss_exponent"]), float(found["reference_amplitude"])) == (0.26, 0.1)

@@ -9,6 +9,7 @@ from random_tests import LEAST, LEAST_OF_BRANCH, MOST, NAMES, drawn
 from scipy.special import ndtr
 
 from rockdamp.laboratory.candidates import Candidate
+from rockdamp.plausibility import as_meant
 
 PARAMETERS = names_of(Candidate.from_name("CR"))
 
@@ -69,6 +70,7 @@ def test_random_tests_are_judged_by_the_deviation_of_z():
     assert [found[f"held_{name}"] for name in NAMES] == [1.0] * 3
 
 
+@as_meant()
 def test_a_random_test_is_the_same_each_time_and_one_that_a_laboratory_would_keep():
     made, again = drawn(3, 5), drawn(3, 5)
     assert made.record == again.record and made.truth == again.truth

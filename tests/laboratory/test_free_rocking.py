@@ -12,6 +12,7 @@ from rounded_texts import assert_shipped
 import rockdamp as rd
 from rockdamp.histories.labelled import free_decay
 from rockdamp.laboratory.releases import noise_of, releases_of
+from rockdamp.plausibility import as_meant
 from rockdamp.solvers import event_driven
 
 WALL = rd.Wall(thickness=0.25, height=3.0, hinge_ratio=0.6)
@@ -131,6 +132,7 @@ def test_a_rotation_is_a_displacement_over_the_height_of_the_hinge():
     np.testing.assert_allclose(by_rotation["estimate"], by_displacement["estimate"], rtol=1e-6)
 
 
+@as_meant()
 def test_what_the_integrator_simulates_is_inside_the_intervals():
     """A small part of tools/check_free_rocking.py, whose table is in docs/identification.md."""
     inside = []

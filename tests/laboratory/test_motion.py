@@ -18,6 +18,7 @@ from rockdamp.laboratory.noise import MOST_DIRECTIONS, MotionNoise, Noise, corre
 from rockdamp.laboratory.problem import Problem
 from rockdamp.laboratory.sampler import Draws
 from rockdamp.motions.records import Record, read_record
+from rockdamp.plausibility import as_meant
 
 MADE = np.array([0.0305, 0.798, 0.84])
 SENSOR = (1.5e-4, 0.1)
@@ -55,6 +56,7 @@ def test_the_main_directions_hold_all_but_a_negligible_variance():
     assert len(fewer) < 3 and 0 < left.max() <= 0.2 * whole.max()
 
 
+@as_meant()
 @pytest.mark.parametrize("number", [5, 26])
 def test_what_is_neglected_of_the_noise_adds_at_most_a_twentieth_to_the_scatter_of_the_parameters(number):
     """By the covariance of the generalised least squares under all directions, weighted by the main ones alone."""

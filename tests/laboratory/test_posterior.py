@@ -19,6 +19,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.records import Record, read_record
+from rockdamp.plausibility import as_meant
 from rockdamp.vocabulary import ANY_ORDER
 
 
@@ -83,7 +84,8 @@ def test_a_clean_record_is_answered(number):
     """Before a Ricker pulse without noise a wall passes zero at 1e-140 u_ins, by the spline through the record."""
     a1, b1, e = 0.03 + 0.005 * number, 0.65 + 0.02 * number, 0.92 - 0.008 * number
     thickness = 0.15 + 0.025 * number
-    wall, curve = Wall(thickness, thickness * (10 + 0.8 * number), hinge_ratio=0.6), TrilinearCurve(a1, b1)
+    with as_meant():
+        wall, curve = Wall(thickness, thickness * (10 + 0.8 * number), hinge_ratio=0.6), TrilinearCurve(a1, b1)
     elapsed = np.arange(601) / 100
     squared = (np.pi * (4.0 - 0.2 * number) * (elapsed - 3)) ** 2
     strength = 1.75 if number < 3 else 2.0  # of the pulse's peak over the acceleration at which rocking starts

@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Parapet, Wall
+from rockdamp.plausibility import as_meant
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 t, h1, h2, m, W, O, small = sp.symbols("t h1 h2 m W O small", positive=True)  # noqa: E741
@@ -25,14 +26,16 @@ K0 = 2 * (W + O) / h1 + 2 * O / h2
 
 WALL = Wall(
     thickness=np.array([0.10, 0.30, 0.40, 0.25]),
-    height=np.array([2.7, 4.5, 4.0, 1.9]),
+    height=np.array([2.7, 4.5, 4.0, 2.2]),
     width=np.array([1.0, 1.4, 0.7, 1.0]),
     density=np.array([1800.0, 1835.0, 2100.0, 1600.0]),
-    hinge_ratio=np.array([0.5, 0.57, 0.7, 0.35]),
+    hinge_ratio=np.array([0.5, 0.57, 0.7, 0.45]),
     overburden_ratio=np.array([0.0, 6.2, 1.0, 0.3]),
     eccentricity=np.array([0.0, -0.05, 0.2, 0.1]),
 )
-PARAPET = Parapet(WALL.thickness, WALL.height, WALL.width, WALL.density, WALL.overburden_ratio, WALL.eccentricity)
+LIKE = {name: getattr(WALL, name) for name in ("width", "density", "overburden_ratio", "eccentricity")}
+with as_meant():  # slender for a block that stands free
+    PARAPET = Parapet(WALL.thickness, WALL.height, **LIKE)
 
 
 def on_walls(expression, wall=WALL):

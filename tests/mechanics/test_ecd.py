@@ -49,6 +49,7 @@ def test_the_ratio_is_delta_over_pi_and_that_of_order_zero_the_linear_oscillator
     np.testing.assert_array_equal(Damping.of_restitution([0.5, 0.9], order=[0, 8]).damping_ratio, expected)
 
 
+@pytest.mark.filterwarnings("ignore::rockdamp.errors.InputWarning")  # beyond any wall
 @pytest.mark.parametrize("order", [0.5, 1, 16])
 def test_an_e_that_the_cap_would_touch_is_refused_with_the_least_that_is_not(order):
     least = float(np.exp(-CAP * np.pi * critical_damping_ratio(order)))

@@ -192,7 +192,7 @@ def integrate_si(wall, law, damping_ratio, exponent, release, elapsed, ground):
 @pytest.mark.parametrize(
     "wall",
     [
-        Wall(0.102, 0.102 * 27, 1.438, 1835.0, 0.57, 6.2, 0.02),
+        Wall(0.102, 0.102 * 27, width=1.438, density=1835.0, hinge_ratio=0.57, overburden_ratio=6.2, eccentricity=0.02),
         Parapet(0.25, 1.6, overburden_ratio=0.4, eccentricity=-0.05),
     ],
     ids=["wall", "parapet"],

@@ -5,7 +5,6 @@ import pytest
 from scipy.signal import lfilter
 from sines import record, sine
 
-import rockdamp as rd
 from rockdamp import load_records
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -117,20 +116,3 @@ def test_periods_and_damping_ratios_out_of_range_are_refused(arguments, expected
     with pytest.raises(InputError) as caught:
         spectral_acceleration(motion, *arguments)
     assert str(caught.value).startswith(expected)
-
-
-def test_a_spectrum_of_other_units_is_asked_about_where_a_user_calls_it():
-    elapsed = 0.01 * np.arange(400)
-    record = rd.Record(elapsed, 3 * np.sin(6 * elapsed))
-    rd.spectral_acceleration(record, [0.1, 1.0], 0.2)  # a warning is an error here
-    for given, words in (
-        ((500.0,), "in milliseconds \\(0.5 s\\)"),
-        (([1.0, 33.0],), "a frequency in Hz \\(0.0303 s\\)"),
-        ((0.5, 0.0005), "damping_ratio .* is 0.0005, less than 0.001; was it 0.05"),
-        ((0.05, 0.5), "were the two swapped"),
-        ((0.5, 0.85), "was it a coefficient of restitution"),
-    ):
-        with pytest.warns(rd.InputWarning, match=words):
-            rd.spectral_acceleration(record, *given)
-    with pytest.warns(rd.InputWarning, match="cm s-2"):
-        rd.spectral_acceleration(rd.Record(elapsed, 300 * np.sin(6 * elapsed)), 0.5)

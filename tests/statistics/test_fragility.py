@@ -57,6 +57,7 @@ def test_an_intensity_in_another_unit_moves_the_median_alone():
     ],
     ids=["no collapse", "all collapse", "separated", "one mixed stripe", "fewer with intensity"],
 )
+@pytest.mark.filterwarnings("ignore:collapses become fewer")
 def test_outcomes_that_define_no_curve_give_none(counts):
     found = fit_fragility(INTENSITY, counts, 20)
     assert np.isnan(found.median) and np.isnan(found.dispersion)

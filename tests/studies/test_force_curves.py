@@ -36,7 +36,7 @@ def test_the_stage_of_fig_1_tabulates_what_the_wall_gives(paper):
 
 def test_the_effective_mass_at_rest_is_that_of_two_bodies_and_tends_to_the_papers():
     for r, h_t in ((0.5, 10.0), (0.7, 10.0), (0.6, 25.0)):
-        wall = Wall(1.0, h_t, hinge_ratio=r)
+        wall = Wall(0.24, 0.24 * h_t, hinge_ratio=r)
         mass = float(wall.weight) / STANDARD_GRAVITY
         assert effective_mass_ratio(r, h_t) == pytest.approx(2 * TwoBodies(wall).inertia(0.0) / mass, rel=1e-12)
     assert effective_mass_ratio(0.5, 10.0) == pytest.approx(2 / 3 * 1.16, rel=1e-12)  # 16 % more, at h/t = 10

@@ -12,7 +12,7 @@ from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import COMPLETED
 from rockdamp.vocabulary import MODELS, PAPER_MODELS
 
-pytestmark = pytest.mark.filterwarnings("ignore:yield_displacement_ratio:rockdamp.errors.InputWarning")  # any curve
+pytestmark = pytest.mark.filterwarnings("ignore::rockdamp.errors.InputWarning")  # any curve, step and load
 
 SCHEMES = ("newmark", "paper")
 TAU = np.linspace(0, 8, 161)
@@ -54,11 +54,11 @@ def walls(draw):
     return Wall(
         t,
         t * draw(numbers(8, 30)),
-        draw(numbers(0.5, 3)),
-        draw(numbers(1500, 2300)),
-        draw(numbers(0.4, 0.8)),
-        draw(numbers(0, 8)),
-        t * draw(numbers(-0.5, 0.5)),
+        width=draw(numbers(0.5, 3)),
+        density=draw(numbers(1500, 2300)),
+        hinge_ratio=draw(numbers(0.4, 0.8)),
+        overburden_ratio=draw(numbers(0, 8)),
+        eccentricity=t * draw(numbers(-0.5, 0.5)),
     )
 
 
@@ -127,11 +127,11 @@ def test_walls_of_one_shape_differ_in_time_as_the_root_of_their_size(wall, size)
     other = Wall(
         wall.thickness * size,
         wall.height * size,
-        wall.width,
-        wall.density,
-        wall.hinge_ratio,
-        wall.overburden_ratio,
-        wall.eccentricity * size,
+        width=wall.width,
+        density=wall.density,
+        hinge_ratio=wall.hinge_ratio,
+        overburden_ratio=wall.overburden_ratio,
+        eccentricity=wall.eccentricity * size,
     )
     assert other.frequency_parameter == pytest.approx(wall.frequency_parameter / np.sqrt(size), rel=1e-12)
     assert other.instability_displacement == pytest.approx(wall.instability_displacement * size, rel=1e-12)

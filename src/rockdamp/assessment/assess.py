@@ -49,7 +49,6 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import counting
-from rockdamp.stated import of_stated
 from rockdamp.statistics.fragility import effective_count, fit_fragility, fit_resampled, interval, resample, wilson
 from rockdamp.storage.dataset import variables
 from rockdamp.vocabulary import REFERENCE
@@ -138,10 +137,6 @@ def assess(
     measure, intensity = intensities(pgv, pga)
     instance("wall", wall, Wall, Parapet, OneSidedWall)
     instance("curve", curve, TrilinearCurve)
-    if plausibility.called_from_outside():
-        plausibility.warn(
-            [*of_stated(wall), *plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio)]
-        )
     tail, step = number("tail", tail), number("step", step)
     require(tail >= 0, "tail", tail, "at least 0 [s]")
     require(step > 0, "step", step, "greater than 0")
@@ -344,6 +339,8 @@ def stacked(owners: Sequence[T]) -> T:
 def _loss(exponent: float, at: float) -> Loss:
     """Return the loss that is asked for, and refuse one that the dampers beside each other do not take."""
     loss = Loss(number("exponent", exponent), number("at (u/u_ins)", at))
+    if not loss.exponent and loss.at != REFERENCE_AMPLITUDE:
+        plausibility.warn([f"at is {loss.at:g} of u_ins and has no effect: the exponent is 0"])
     side_by_side(1.0, loss)
     return loss
 

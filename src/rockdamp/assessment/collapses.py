@@ -350,7 +350,8 @@ def needed_tie(
 
     def run(strength: float) -> tuple[float, float]:
         """Return the probability of collapse, and the largest peak that the wall survives, over u_ins."""
-        tied = replace(wall, tie=_stronger(tie, strength) if strength else None)
+        with as_meant():
+            tied = replace(wall, tie=_stronger(tie, strength) if strength else None)
         ended = [
             one_sided.peaks_and_collapses(motion.record, tied, curve, restitution, factor, tail=tail)
             for motion, factor in zip(motions, factors, strict=True)

@@ -230,15 +230,15 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str], store
         raise InputError("id is empty; each wall must have one")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        mechanism, curve = _wall(filled), _curve(filled)
-        wall = _one_sided(filled, mechanism)
+        with plausibility.as_meant():  # what is unlikely is said of the wall in its building
+            mechanism = _wall(filled)
+            wall = _one_sided(filled, mechanism)
+        plausibility.warn(of_stated(wall, storeys))
+        curve = _curve(filled)
         if isinstance(wall, OneSidedWall):
             wall.force(curve)
-        curved = plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio)
-        unlikely = [*of_stated(wall, storeys), *curved]
         if LOADS & cells.keys() and not LOADS & filled.keys():
-            unlikely.append(EMPTY_LOAD)
-        plausibility.warn(unlikely)
+            plausibility.warn([EMPTY_LOAD])
         e, reason = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
         diaphragm = _diaphragm(filled)
     doubts = tuple(dict.fromkeys(f"line {line}: {each.message}" for each in caught))

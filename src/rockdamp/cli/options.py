@@ -263,10 +263,11 @@ def make_wall(options: Mapping[str, Any]) -> Any:
         Parapet if options["parapet"] else partial(Wall, **{name: options[name] for name in OF_TWO_BODIES})
     )
     if options.get("overburden") is not None:
-        with as_meant():  # what is unlikely is said of the wall with its load
+        with as_meant():
             unloaded = kind(**sizes)
         sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], unloaded)
-    wall = one_sided_wall(options, kind(**sizes))
+    with as_meant():  # what is unlikely is said of the wall with its load, in its building
+        wall = one_sided_wall(options, kind(**sizes))
     warn(of_stated(wall, options.get("storeys")))
     return wall
 
@@ -333,7 +334,6 @@ def make_optional_wall(options: Mapping[str, Any]) -> Wall | Parapet | None:
 def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
     """Return the curve that `CURVE` among the options describe: by a preset, or by a1 and b1."""
     from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.plausibility import of_curve, warn
 
     a1, b1, preset, a3, softening = (options[name] for name in CURVE)
     if preset is not None:
@@ -343,9 +343,7 @@ def make_curve(options: Mapping[str, Any]) -> TrilinearCurve:
     for name, value in (("--a1", a1), ("--b1", b1)):
         if value is None:
             raise click.UsageError(f"{name} is missing; there must be --a1 and --b1, or --preset")
-    curve = TrilinearCurve(a1, b1, a3, softening)
-    warn(of_curve(a1, b1))
-    return curve
+    return TrilinearCurve(a1, b1, a3, softening)
 
 
 def loss_of(options: Mapping[str, Any]) -> dict[str, Any]:

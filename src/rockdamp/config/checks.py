@@ -317,10 +317,13 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     }
     if config.earthquakes:
         walls |= {f"earthquakes.walls[{i}]": named.wall for i, named in enumerate(config.earthquakes.walls)}
-    sizes = {key: (float(wall.thickness), float(wall.height)) for key, wall in walls.items()}
+    for key, wall in walls.items():
+        for doubt in of_stated(replace(wall, eccentricity=0.0)):  # it may have its load in the study of those
+            yield key, f"makes an unlikely wall: {doubt}"
     if config.population:
         thickness, slenderness = config.population.parameters.thickness, config.population.parameters.slenderness
-        sizes["population.parameters.thickness.high"] = (thickness.high, thickness.high * slenderness.high)
+        for doubt in plausibility.of_wall(thickness.high, thickness.high * slenderness.high):
+            yield "population.parameters.thickness.high", f"makes an unlikely wall: {doubt}"
         for doubt in plausibility.of_velocity(np.min(config.population.intensity)):  # the weakest of them
             yield "population.intensity", f"is beyond what is recorded: {doubt}"
         yield from _of_population(config.population.parameters)
@@ -333,12 +336,6 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     if config.spectrum_method:
         for doubt in config.spectrum_method.building.doubts():
             yield "spectrum_method.building", f"is unlikely: {doubt}"
-    for key, wall in walls.items():
-        loads = plausibility.of_overburden(wall.overburden_ratio, np.divide(wall.weight, wall.width))
-        stated = of_stated(replace(wall, eccentricity=0.0))  # it may have its load in the study of those
-        stated += plausibility.of_width(wall.width, wall.thickness) + plausibility.of_density(wall.density)
-        for doubt in [*stated, *loads]:
-            yield key, f"makes an unlikely wall: {doubt}"
     curves = {"curve": config.curve, "validation.curve": config.validation.curve}
     if config.earthquakes:
         curves |= {f"earthquakes.walls[{i}]": named.curve for i, named in enumerate(config.earthquakes.walls)}
@@ -351,9 +348,6 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
         section = getattr(config, name) if name else config
         for doubt in plausibility.of_restitution(section.restitution) if section else ():
             yield f"{name}.restitution".strip("."), f"is unlikely: {doubt}"
-    for key, (thick, height) in sizes.items():
-        for doubt in plausibility.of_wall(thick, height):
-            yield key, f"makes an unlikely wall: {doubt}"
 
 
 def _of_population(parameters: PopulationParameters) -> Iterable[tuple[str, str]]:

@@ -12,6 +12,7 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.config.kinds import Fraction, Positive, Restitution, Section
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Wall
+from rockdamp.plausibility import as_meant
 from rockdamp.vocabulary import STUDIES
 
 
@@ -60,6 +61,7 @@ class Study:
     of_wall: bool
 
 
+@as_meant()  # `rockdamp.config.checks` asks
 def walls_of(name: str, varied: Section, wall: Wall, curve: TrilinearCurve, release_amplitude: float) -> Study:
     """Return the walls of the study `name`, whose values the section `varied` holds under the name of its parameter.
 
@@ -76,7 +78,8 @@ def walls_of(name: str, varied: Section, wall: Wall, curve: TrilinearCurve, rele
     elif parameter == "thickness":  # the config states the slenderness, so that stays
         wall = replace(wall, thickness=values, height=wall.height / wall.thickness * values)
     elif of_wall:
-        wall = replace(wall, **{parameter: values})
+        changed: Any = {parameter: values}
+        wall = replace(wall, **changed)
     else:
         beyond: PlateauBeyond | None = getattr(varied, "strength_ratio_beyond", None)
         b1 = curve.strength_ratio if beyond is None else beyond.at(values, curve.strength_ratio)

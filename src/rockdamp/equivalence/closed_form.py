@@ -24,7 +24,8 @@ from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.damping.base import IMPACT, RANGES
-from rockdamp.plausibility import of_curve, of_restitution, per_cent, warn
+from rockdamp.plausibility import of_restitution, per_cent, warn
+from rockdamp.questions import of_exchanged, of_start
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
 AT_ONCE = 2**15  # values of the integrand: few enough for the processor's cache
@@ -162,7 +163,7 @@ def damping_ratio_energy(
     damping = Damping.from_values(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=n)
     x0, of = numbers("release_amplitude", release_amplitude), instance("curve", curve, TrilinearCurve)
     broadcast(restitution=e, release_amplitude=x0, curve=of)
-    warn([*of_restitution(e), *of_curve(of.yield_displacement_ratio, of.strength_ratio)])
+    warn([*of_restitution(e), *of_exchanged(e, x0), *of_start(x0, of.yield_displacement_ratio)])
     g = equivalence_factor(curve, damping, release_amplitude)
     delta = 0.0 - np.log(e)
     return _exact(damping, e, g) if damping.amplitude_independent else delta * g

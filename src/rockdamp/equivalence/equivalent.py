@@ -18,7 +18,8 @@ from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.plausibility import of_curve, of_release, of_restitution, per_cent, warn
+from rockdamp.plausibility import of_restitution, per_cent, warn
+from rockdamp.questions import of_start
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 
 STEP = 0.0025  # in tau, at most: that of the studies
@@ -112,7 +113,7 @@ def equivalent(
     release_amplitude = number("release_amplitude", release_amplitude)
     allowed = f"greater than 0 and less than a3{per_cent(release_amplitude, lambda x0: x0 < a3)}"
     require(0 < release_amplitude < a3, "release_amplitude", release_amplitude, allowed)
-    warn([*of_restitution(e), *of_curve(a1, b1), *of_release(release_amplitude, a1)])
+    warn([*of_restitution(e), *of_start(release_amplitude, a1)])
     require(response_length > 0, "response_length", response_length, "greater than 0 (in tau)")
     batch = curve.map(lambda parameter: np.full(e.size, parameter))
     amplitude = np.full(e.size, release_amplitude)

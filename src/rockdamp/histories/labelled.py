@@ -27,9 +27,9 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record
+from rockdamp.questions import of_start
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import Histories, Response
-from rockdamp.stated import of_stated
 from rockdamp.storage import glossary
 from rockdamp.storage.dataset import ATTRIBUTES
 from rockdamp.vocabulary import OUTCOMES
@@ -76,8 +76,7 @@ def free_decay(
     -------
     xarray.Dataset
         ``displacement`` and ``velocity`` over ``tau``, or with a wall ``control_displacement`` [m] and
-        ``control_velocity`` over ``elapsed``, and the dimensions of the parameters, with peaks, number of impacts
-        and outcome.
+        ``control_velocity`` over ``elapsed``, with peaks, number of impacts and outcome.
 
     Raises
     ------
@@ -97,6 +96,7 @@ def free_decay(
     """
     points = whole("points", points, 2, MOST_STEPS + 1)
     batch = _Batch(wall, curve, damping, {"release_amplitude": release_amplitude})
+    plausibility.warn(of_start(batch.values["release_amplitude"], batch.curve.yield_displacement_ratio))
     length = LENGTH / float(batch.frequency.min()) if length is None else number("length", length)
     require(length > 0, "length", length, "greater than 0")
     spacing = length / (points - 1)
@@ -116,7 +116,7 @@ def respond(
     wall: Wall | Parapet,
     curve: TrilinearCurve,
     damping: Damping,
-    record: Record,
+    record: Record | GroundMotion,
     *,
     scale: Quantity = 1.0,
     tail: float = 0.0,
@@ -129,8 +129,8 @@ def respond(
     ----------
     wall : Wall or Parapet
     curve, damping : TrilinearCurve, Damping
-    record : Record
-        Of which the ground acceleration is used.
+    record : Record or GroundMotion
+        Of which the acceleration is used, of a `FloorMotion` that of the supports.
     scale : float, ndarray or DataArray
         Factor on the ground acceleration; in the dataset it is ``scale_factor``. [-]
     tail : float
@@ -145,7 +145,7 @@ def respond(
     xarray.Dataset
         ``control_displacement`` [m] and ``control_velocity`` over ``elapsed`` (the samples of the record) and the
         dimensions of the parameters, ``ground_acceleration``, peaks, number of impacts and outcome. After a collapse
-        the history is NaN. Without histories the peaks, impacts and outcomes alone, which are the same.
+        the history is NaN. Without histories the same peaks, impacts and outcomes alone.
 
     Raises
     ------
@@ -164,19 +164,19 @@ def respond(
     ['completed', 'completed']
     """
     instance("wall", wall, Wall, Parapet)
-    instance("record", record, Record)
+    taken: Record = instance("record", getattr(record, "record", record), Record)  # of a ground motion its own
     batch = _Batch(wall, curve, damping, {"scale_factor": quantity("scale", scale)})
-    forcing = Forcing.from_record(batch.wall or wall, record, batch.values["scale_factor"], tail=tail)
+    forcing = Forcing.from_record(batch.wall or wall, taken, batch.values["scale_factor"], tail=tail)
     motion = forcing.ground_acceleration
     warn_of_motion(motion, batch.values["scale_factor"])
-    substeps = batch.steps_within(record.step, step, forcing.intervals)
+    substeps = batch.steps_within(taken.step, step, forcing.intervals)
     every = substeps if histories else None
     response = solve(batch.curve, batch.damping, store_every=every, **forcing.newmark(substeps))
     _question_rest(batch, response, motion)
     if isinstance(response, Histories):
         end = response.displacement[..., -1], response.velocity[..., -1]
         plausibility.warn(plausibility.of_end(batch.curve.energy, response.peak, *end))
-    history = batch.dataset(response, record.elapsed[0] + record.step * np.arange(motion.size))
+    history = batch.dataset(response, taken.elapsed[0] + taken.step * np.arange(motion.size))
     if not histories:
         return history.pipe(described)
     scaled = batch.parameters["scale_factor"].variable * xr.Variable("elapsed", motion)
@@ -215,7 +215,7 @@ class _Batch:
         if wall is not None:
             instance("wall", wall, Wall, Parapet)
             e = getattr(damping, "restitution", 0.0)
-            plausibility.warn(plausibility.of_sizes(e, wall.restitution_rigid) + of_stated(wall))
+            plausibility.warn(plausibility.of_sizes(e, wall.restitution_rigid))
         instance("curve", curve, TrilinearCurve)
         instance("damping", damping, Damping)
         plausibility.warn(plausibility.of_dampings([damping]))
@@ -315,7 +315,6 @@ def described(dataset: xr.Dataset, texts: Mapping[str, Mapping[str, str]] | None
 
 
 # --- several damping models -------------------------------------------------------------------------------------------
-
 DECAY = ("displacement", "velocity", "impacts", "outcome", "outcome_tau")
 RESPONSE = (
     "control_displacement",

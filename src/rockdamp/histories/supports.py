@@ -106,6 +106,7 @@ def floor_motions(
         instance("building", building, Building)
     if diaphragm is not None:
         instance("diaphragm", diaphragm, Diaphragm)
+    instance("parapet", parapet, bool)
     return [_on_floor(motion, _supports(motion, building, diaphragm), parapet) for motion in motions_of(records)]
 
 

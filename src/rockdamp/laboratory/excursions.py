@@ -32,6 +32,7 @@ from rockdamp.errors import InputError
 from rockdamp.laboratory.least_squares import covariance_by_sensor
 from rockdamp.laboratory.releases import Release
 from rockdamp.mechanics.curve import TrilinearCurve, displacement_from_peak
+from rockdamp.plausibility import as_meant
 
 # --- free decays ------------------------------------------------------------------------------------------------------
 
@@ -63,7 +64,8 @@ class Excursions:
         """Return the curve of a1/a2 and b1, which may be arrays."""
         a3 = self.ultimate_displacement_ratio
         end = (1.0 if self.softening == "steeper" else a3) - b1
-        return TrilinearCurve(ratio * end, b1, a3, self.softening)
+        with as_meant():  # a point of the search
+            return TrilinearCurve(ratio * end, b1, a3, self.softening)
 
     @cached_property
     def slices(self) -> list[slice]:

@@ -22,7 +22,7 @@ from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.plausibility import LENGTHS, warn
+from rockdamp.plausibility import LENGTHS, as_meant, warn
 from rockdamp.vocabulary import MODELS, REFERENCE, SOFTENING
 
 PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
@@ -151,6 +151,7 @@ def _solution(
     return solution
 
 
+@as_meant()  # of an unlikely size the wall itself was warned of
 def _by_sizes(
     wall: Wall | Parapet, deviations: Mapping[str, float], fit: Callable[[Wall | Parapet], xr.Dataset]
 ) -> Array:

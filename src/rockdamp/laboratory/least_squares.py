@@ -196,7 +196,8 @@ class RecordFit:
     def _wall(self, parameters: Array) -> tuple[TrilinearCurve, Damping]:
         """Curve and damping of parameters of shape (..., 3 or more)."""
         a1, b1, *of_damper = np.moveaxis(self._split(parameters)[0], -1, 0)
-        curve = TrilinearCurve(a1, b1, self.ultimate_displacement_ratio, self.softening)
+        with as_meant():  # a point of the search
+            curve = TrilinearCurve(a1, b1, self.ultimate_displacement_ratio, self.softening)
         return curve, self.candidate.damping(*of_damper)
 
     @property
@@ -359,7 +360,9 @@ class Solution:
 
     def with_size(self, name: str, change: float) -> Array:
         """Return the estimate of a wall of which a size is larger by so much, descended to from this one."""
-        other = replace(self.fit, wall=replace(self.fit.wall, **{name: getattr(self.fit.wall, name) + change}))
+        with as_meant():
+            wall = replace(self.fit.wall, **{name: getattr(self.fit.wall, name) + change})
+        other = replace(self.fit, wall=wall)
         return other.physical(other.descend(self.point).x)
 
     @cached_property

@@ -13,7 +13,7 @@ from rockdamp.arguments import broadcast, numbers, one_of, read_only, real, toge
 from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import require
 from rockdamp.mechanics import trilinear
-from rockdamp.plausibility import per_cent
+from rockdamp.plausibility import as_meant, of_curve, per_cent, warn
 from rockdamp.vocabulary import PRESETS, SOFTENING
 
 # A branch shorter than this has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point.
@@ -91,6 +91,7 @@ class TrilinearCurve(ByValue):
             object.__setattr__(self, name, value)
         allowed = f"less than a2, where the plateau ends (1 - b1){_slip(a1)}"
         require(a1 < self.plateau_end - ROUNDING, of_a1, a1, allowed)
+        warn(of_curve(a1, self.strength_ratio))
 
     @classmethod
     def preset(cls, name: str, **kwargs: Quantity) -> TrilinearCurve:
@@ -142,7 +143,8 @@ class TrilinearCurve(ByValue):
             Picks or repeats elements of an array.
         """
         a1, b1, a3 = map(function, np.broadcast_arrays(*(getattr(self, name) for name in TEXTS)))
-        return TrilinearCurve(a1, b1, a3, self.softening)
+        with as_meant():  # it was asked about when it was made
+            return TrilinearCurve(a1, b1, a3, self.softening)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:

@@ -17,6 +17,8 @@ from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.plausibility import warn
+from rockdamp.stated import of_tie
 
 AT_THE_DISPLACEMENT = 2.0  # of a force at u, in F, which works on u/2
 CONTACT_STIFFNESS = 2500.0  # of the stop that stands for a rigid one, over the first branch's; docs/one-sided.md
@@ -130,7 +132,7 @@ class OneSidedWall(ByValue):
     def __post_init__(self) -> None:
         instance("mechanism", self.mechanism, Wall, Parapet)
         if self.tie is not None:
-            instance("tie", self.tie, Tie)
+            warn(of_tie(instance("tie", self.tie, Tie), self.mechanism.weight))
         stop = _or_infinite("stop_stiffness", self.stop_stiffness)
         require(stop > 0, "stop_stiffness", stop, "greater than 0 [N m-1]")
         initial = numbers("initial_strength_ratio", self.initial_strength_ratio)

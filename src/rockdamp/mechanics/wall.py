@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY, dataclass, fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from rockdamp import plausibility
 from rockdamp.arguments import numbers, one_of, quantity, together
 from rockdamp.arrays import Array, ByValue, Quantity, is_named
 from rockdamp.errors import require
+from rockdamp.stated import of_stated
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
@@ -93,11 +94,7 @@ class _Mechanism(ByValue):
         with np.errstate(all="ignore"):  # of sizes that are numerically out of range e is no number
             e = self.restitution_rigid
         plausibility.require_rocking(self.thickness, self.height, e, self._least_slenderness, self._law)
-        per_metre = np.divide(self.weight, self.width)
-        plausibility.warn(plausibility.of_wall(self.thickness, self.height))
-        plausibility.warn(plausibility.of_width(self.width, self.thickness))
-        plausibility.warn(plausibility.of_density(self.density))
-        plausibility.warn(plausibility.of_overburden(self.overburden_ratio, per_metre))
+        plausibility.warn(of_stated(self))
 
     def _check_arithmetic(self) -> None:
         """Raise `InputError` where sizes that are allowed one by one overflow together, or vanish."""
@@ -272,6 +269,7 @@ class Wall(_Mechanism):
 
     thickness: Quantity
     height: Quantity
+    _: KW_ONLY  # the third would be a width, an overburden or a hinge to different readers
     width: Quantity = 1.0
     density: Quantity = 1800.0
     hinge_ratio: Quantity = 0.7
@@ -409,6 +407,7 @@ class Parapet(_Mechanism):
 
     thickness: Quantity
     height: Quantity
+    _: KW_ONLY  # the third would be a width, an overburden or a hinge to different readers
     width: Quantity = 1.0
     density: Quantity = 1800.0
     overburden_ratio: Quantity = 0.0

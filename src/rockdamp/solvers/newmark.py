@@ -20,7 +20,8 @@ from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.damping.base import IMPACT, NET_FORCE
-from rockdamp.plausibility import called_from_outside, of_curve, of_dampings, warn
+from rockdamp.plausibility import called_from_outside, of_dampings, warn
+from rockdamp.questions import of_rest, of_run, of_start
 from rockdamp.solvers import newmark_kernel as kernel
 from rockdamp.solvers import peaks_kernel
 from rockdamp.solvers.response import (
@@ -220,8 +221,8 @@ def solve(
     """
     instance("curve", curve, TrilinearCurve)
     instance("damping", damping, Damping)
-    if called_from_outside():
-        warn(of_dampings([damping]) + of_curve(curve.yield_displacement_ratio, curve.strength_ratio))
+    if asked := called_from_outside():
+        warn(of_dampings([damping]))
     scheme = scheme if scheme in SCHEMES else one_of("scheme", scheme, SCHEMES)
     is_constant = damping.linear_branches == BRANCHES
     loops = peaks_kernel if peaks_only else kernel
@@ -249,6 +250,9 @@ def solve(
     h, x0, v0, w1, *described = batch.plain(*parts)
     scales = batch.plain(*factors) if len(factors) > 1 else batch.plain(factors[0])
     _check_start(h, x0, 2.0 / w1, described[5])
+    if asked:
+        rest = of_start(x0, curve.yield_displacement_ratio) if np.all(v0 == 0) and not ground.any() else []
+        warn(rest + of_run(h, 2.0 / w1, steps, substeps, factors, ground, shape))
     load, acceleration = _balance(curve, described[:6], damping, x0, v0, scales, ground)
     (acceleration,) = batch.plain(acceleration)
     g = scales[0] if len(scales) == 1 else load
@@ -258,7 +262,9 @@ def solve(
     by_lane = batch.by_motion(factors)
     if peaks_only:
         parts_of = work, batch.width, ground, by_lane, substeps, steps, compared, case_of_lane, checkpoints
-        return _peaks(march, batch, threads, reference is not None, *parts_of)
+        peaks = _peaks(march, batch, threads, reference is not None, *parts_of)
+        warn(of_rest(peaks.peak, factors, ground, curve) if asked else [])
+        return peaks
     displacement, velocity = batch.histories(stored), batch.histories(stored)
 
     each = work, by_lane, case_of_lane, error, displacement, velocity
@@ -274,6 +280,7 @@ def solve(
     _in_threads(advance, batch.blocks, steps, threads)
 
     ended = batch.ended(work, h)
+    warn(of_rest(ended["peak"], factors, ground, curve) if asked else [])
     if store_every is not None:
         ended |= {"displacement": batch.trim(displacement), "velocity": batch.trim(velocity)}
     if reference is not None:
@@ -361,7 +368,12 @@ def _factors(load_factor: ArrayLike, motions: int) -> Array:
     if motions == 1:
         return factors[None]
     shape = factors.shape or (1,)
-    require(shape[0] == motions, "the first axis of load_factor", shape[0], f"{motions}, a factor on each motion")
+    require(
+        shape[0] == motions,
+        "the first axis of load_factor",
+        shape[0],
+        f"{motions}, a factor on each motion, which add up",
+    )
     return factors
 
 

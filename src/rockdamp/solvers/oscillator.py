@@ -34,7 +34,7 @@ from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.motions.records import Record
-from rockdamp.plausibility import called_from_outside, of_spectrum, warn
+from rockdamp.plausibility import called_from_outside, of_spectrum, per_cent, warn
 from rockdamp.solvers.compiled import compiled
 
 MOST_POINTS = 2**25  # of the fine record that an oscillator is integrated over
@@ -241,7 +241,8 @@ def spectral_acceleration(record: Record, period: ArrayLike, damping_ratio: floa
     with np.errstate(over="ignore"):
         points = (record.elapsed.size + periods / record.step) * np.ceil(PER_PERIOD * record.step / periods)
     require(points <= MOST_POINTS, "period", periods, "nearer to the step and the duration of the record")
-    require(0 <= damping_ratio < 1, "damping_ratio", damping_ratio, "at least 0 and less than 1")
+    slip = per_cent(damping_ratio, lambda xi: (xi >= 0) & (xi < 1))
+    require(0 <= damping_ratio < 1, "damping_ratio", damping_ratio, f"at least 0 and less than 1{slip}")
     if called_from_outside():
         pga = float(np.abs(record.ground_acceleration).max())
         warn(of_spectrum(periods, damping_ratio, pga, record.step))

@@ -14,6 +14,8 @@ from scipy.special import erfcx, ndtri
 from rockdamp.arguments import broadcast, numbers
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
+from rockdamp.plausibility import called_from_outside, warn
+from rockdamp.questions import of_counts, of_dispersion
 
 INTERVAL = (0.025, 0.975)
 QUANTILE = float(ndtri(INTERVAL[1]))  # of the normal distribution
@@ -84,6 +86,8 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     shape = broadcast(intensity=s, **counts)
     k, n = (np.broadcast_to(count, shape) for count in counts.values())
     require((k >= 0) & (k <= n), "collapses", k, "at least 0 and at most the number of runs")
+    asked = called_from_outside()
+    warn(of_counts(k, n) if asked else [])
     x = np.log(s)
     center, spread = x.mean(), max(float(x.std()), 1e-12)
     z = (x - center) / spread
@@ -93,6 +97,7 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     with np.errstate(invalid="ignore", divide="ignore"):
         median[defined] = np.where(b > 0, np.exp(center - spread * a / b), np.nan)
         dispersion[defined] = np.where(b > 0, spread / b, np.nan)
+    warn(of_dispersion(dispersion) if asked else [])
     return Fragility(median, dispersion)
 
 

@@ -33,6 +33,7 @@ NO_SCIENCE = {
     "rockdamp.errors": "raises and prints",
     "rockdamp.plausibility": "refuses or warns; what passes is as it was given",
     "rockdamp.stated": "warns of what passes as it was given",
+    "rockdamp.questions": "warns of what passes as it was given",
     "rockdamp.progress": "shows how far a job is",
     "rockdamp.storage.atomic": "writes the bytes that it is given",
     "rockdamp.storage.provenance": "finds what counts",

@@ -17,6 +17,7 @@ from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Wall
+from rockdamp.plausibility import as_meant
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
@@ -45,7 +46,8 @@ def mechanism(config: Config) -> xr.Dataset:
     force = np.stack([1 - x, *(curve.force(x) for curve in curves.values())])
     parameters = np.array([[np.nan] * 3, *([*map(float, curve.parameters()[3:])] for curve in curves.values())])
     plateau = np.array([np.nan, *(float(curve.strength_ratio) for curve in curves.values())])
-    walls = Wall(1.0, SLENDERNESSES, hinge_ratio=HINGE_RATIOS[:, None])
+    with as_meant():  # only the shape matters
+        walls = Wall(1.0, SLENDERNESSES, hinge_ratio=HINGE_RATIOS[:, None])
     mass = effective_mass_ratio(HINGE_RATIOS[:, None], SLENDERNESSES)
     return xr.Dataset(
         {

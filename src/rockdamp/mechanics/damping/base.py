@@ -221,7 +221,11 @@ class Damping(ByValue, metaclass=_Named):
         at : float or ndarray
             Amplitude u/u_ins that e belongs to, E_r = V(at); greater than 0 and less than the a3 of the curve. [-]
         """
-        return Damping("CR", restitution, exponent=exponent, at=at)
+        made = Damping("CR", restitution, exponent=exponent, at=at)
+        without = plausibility.called_from_outside() and not made.loss_depends_on_amplitude
+        if without and np.any(made.at != REFERENCE_AMPLITUDE):
+            plausibility.warn([f"at is {at} of u_ins and has no effect: the exponent is 0"])
+        return made
 
     @classmethod
     def power(cls, exponent: Quantity, damping_ratio: Quantity) -> Damping:
@@ -272,6 +276,7 @@ class Damping(ByValue, metaclass=_Named):
             return Damping(model, e, **named)
         text, within, allowed = RANGES["restitution"]
         require(within(e), text, e, f"{allowed}: no damper stops the wall{plausibility.per_cent(e, within)}")
+        plausibility.warn(plausibility.of_restitution(e))
         return Damping(model, kind.exact_damping_ratio(e, **named), **named)
 
     @staticmethod

@@ -24,6 +24,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
+from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
 from rockdamp.statistics.against_restitution import fragilities
 from rockdamp.statistics.distribution import Distribution
@@ -100,6 +101,7 @@ def _factor_of_correlations(config: Config) -> Array:
         raise InputError(f"population.correlations are {stated}; no parameters can have all of them at once") from None
 
 
+@as_meant()  # drawn from distributions that the config checks
 def mechanics(values: dict[str, Array]) -> tuple[Wall, TrilinearCurve]:
     """Return the walls and the curves that the parameters describe."""
     wall = Wall(
