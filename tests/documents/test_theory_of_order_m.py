@@ -116,6 +116,12 @@ def test_the_stored_comparison_of_both_forms_has_the_orders_of_the_study_and_ord
     stored = pd.read_csv(compare_forms.FILE).set_index(["form", "order", "restitution"])
     assert len(stored) == 2 * compare_forms.ORDERS.size * compare_forms.RESTITUTIONS.size
     assert (stored.xs(16.0, level="order")["verdict"] == 1).all()
+    more = 100 * (stored.xs("with") / stored.xs("without") - 1)
+    assert (more["rms_error"] < 0).all()
+    of_16 = more.xs(16.0, level="order")
+    told = re.search(r"by ([\d.]+) to ([\d.]+) %\nunder pulses and by (\d+) to (\d+) % under records", PAGE).groups()
+    found = [of_16[name].agg(end) for name in ("pulse_error", "log_error") for end in ("min", "max")]
+    assert [f"{value:.2g}" for value in found[:2]] + [f"{value:.0f}" for value in found[2:]] == list(told)
     of_form = stored.xs("with")["damping_ratio"].reset_index()
     np.testing.assert_allclose(of_form["damping_ratio"], -np.log(of_form["restitution"]) / np.pi, rtol=1e-3)
 
