@@ -9,6 +9,7 @@ import xarray as xr
 from command_line import printed, refused, run
 
 import rockdamp as rd
+from rockdamp.assessment.collapses import LEAST_OF_DAMPER
 from rockdamp.assessment.table import RULES
 from rockdamp.cli import options
 from rockdamp.storage import dataset
@@ -70,6 +71,16 @@ def test_a_program_s_damping_is_that_of_the_wall():
     assert [row["damping_coefficient"] for row in values["damping"]][1:] == [None] * 4
     matched = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, 0.06, 0.72)}
     assert {model: row["damping_ratio"] for model, row in rows.items()} == matched
+
+
+def test_a_wall_that_stops_at_its_impacts_has_the_damping_of_the_least_e_that_the_damper_runs_with(tmp_path):
+    heavy = ("--thickness", 0.24, "--height", 3, "--overburden-ratio", 6, "--overburden-mass", 1)
+    heavy += ("--preset", "new", "--restitution", "impulsive")
+    answer = printed("assess", *heavy, *RECORDS, "--pgv", 0.6, "--report", str(tmp_path / "page.html"))
+    assert answer["restitution"] == 0.0
+    assert answer["damping"] == printed("wall", *heavy)["damping"]
+    of_damper = {row["damping_model"]: row["damping_ratio"] for row in answer["damping"]}["ECD16"]
+    assert of_damper == pytest.approx(-np.log(LEAST_OF_DAMPER) / np.pi, rel=1e-2)  # its exact ratio is near to that
 
 
 def test_several_intensities_give_lists_and_g_is_that_of_the_earth():

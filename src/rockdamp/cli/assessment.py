@@ -175,9 +175,10 @@ def assess_command(
     require_ties(wall, options["tie_target"], pgv or pga or [])
     from rockdamp.assessment.assess import FEWEST_STATIONS, assess
     from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
+    from rockdamp.assessment.collapses import LEAST_OF_DAMPER
     from rockdamp.equivalence.programs import frequencies, program_inputs, stop_damper
     from rockdamp.mechanics.one_sided import OneSidedWall
-    from rockdamp.plausibility import of_stations, of_supports, warn
+    from rockdamp.plausibility import as_meant, of_stations, of_supports, warn
 
     capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
 
@@ -220,7 +221,9 @@ def assess_command(
         taxonomy, modelling = options["taxonomy"] or identifier or "wall", options["modelling_dispersion"]
         write_nrml(fragilities(answer, [taxonomy]), answer.attrs["intensity_measure"], options["nrml"], modelling)
     taken = float(answer["restitution"])
-    typed, constants = [] if one_sided else program_inputs(wall, curve, taken), frequencies(wall, curve)
+    taken = taken if one_sided else max(taken, LEAST_OF_DAMPER)
+    with as_meant():  # what is unlikely of e was said where it was stated
+        typed, constants = [] if one_sided else program_inputs(wall, curve, taken), frequencies(wall, curve)
     stop = stop_damper(one_sided, curve, taken) if one_sided else {}
     bare = without_ties(one_sided, curve, answer, motions) if one_sided else None
     if report is not None:

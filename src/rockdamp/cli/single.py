@@ -118,6 +118,7 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     one e. The JSON holds the constants and their units, and with --amplitude the periods.
     """
     from rockdamp.assessment.table import DEFAULT_RULE, restitution_and_reason
+    from rockdamp.plausibility import as_meant
 
     made = make_wall(options)
     built = made.mechanism if options["one_sided"] else made
@@ -133,12 +134,15 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     rows = _periods(built, curve, AMPLITUDES if amplitude is None else amplitude, strict=amplitude is not None)
     typed, of_curve, e = None, (0.0, 0.0), 0.0
     if curve is not None:
+        from rockdamp.assessment.collapses import LEAST_OF_DAMPER
         from rockdamp.equivalence.programs import frequencies, program_inputs
 
         e, _ = restitution_and_reason(built, options["restitution"] or DEFAULT_RULE)
         of_curve = frequencies(built, curve)
         values |= dict(zip(("initial_frequency", "initial_period"), of_curve, strict=True))
-        typed = [] if options["one_sided"] else program_inputs(built, curve, e)
+        e = e if options["one_sided"] else max(e, LEAST_OF_DAMPER)
+        with as_meant():  # what is unlikely of e was said where it was stated
+            typed = [] if options["one_sided"] else program_inputs(built, curve, e)
     stop = {}
     if options["one_sided"]:
         stated = options["restitution"]

@@ -25,7 +25,7 @@ from rockdamp import __version__
 from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import REPLICATES
 from rockdamp.assessment.checks import TIE_STRENGTH, Check, Moved, sensitivity
-from rockdamp.assessment.collapses import STRIPES, TURNED, UNITS, side_by_side
+from rockdamp.assessment.collapses import LEAST_OF_DAMPER, STRIPES, TURNED, UNITS, side_by_side
 from rockdamp.assessment.table import RULE_WEIGHTS
 from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, program_inputs, stop_damper, stop_errors
 from rockdamp.figures.mechanism import wall_figure
@@ -249,7 +249,8 @@ def _losses(subject: Subject) -> dict[str, Any]:
             "tie": tie,
             "stretch": None if tie is None else tie.stretch,
         }
-    typed = {row["damping_model"]: row for row in program_inputs(wall, subject.curve, e)}
+    with as_meant():
+        typed = {row["damping_model"]: row for row in program_inputs(wall, subject.curve, max(e, LEAST_OF_DAMPER))}
     return {
         "stop": None,
         "tie": None,
