@@ -271,7 +271,7 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
             1.8,
             " times",
             least=True,
-            reason=f"Two processes that share nothing, each with the same histories on one thread, are"
+            reason=f"Two processes that share nothing, each with the same histories on one thread, are in the median"
             f" {np.median(apart):.2f} times as fast together as one alone ({min(apart):.2f} to {max(apart):.2f}).",
         )
         if c_second:

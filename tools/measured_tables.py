@@ -355,7 +355,8 @@ def by_program(data: Data) -> str:
     ]
     return (
         f"{table(head, rows)}\n\nUse the first that your program can take. Against restitution with e = {e:g}, with ξ "
-        f"of the {SOURCES[RECOMMENDED_SOURCE]}; {LOCAL} with alpha = tanh(-ln e).\nThe same histories for all: {selection(data)}."
+        f"of the {SOURCES[RECOMMENDED_SOURCE]}; {LOCAL} with alpha = tanh(-ln e).\nThe same histories for all: "
+        f"{selection(data)}."
     )
 
 
