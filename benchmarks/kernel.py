@@ -252,7 +252,7 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
     found.tables.append(table)
     _few(found, repetitions)
     faster = min(lanes for lanes in LANES if _faster_from(lanes, plain))
-    few = f"From {faster} histories on rockdamp is faster than the plain loop with every damper."
+    few = f"From {faster} histories of {steps} steps on rockdamp is faster than the plain loop with every damper."
     several = min(min(ratios) for lanes, ratios in plain.items() if lanes > 1)
     for what, speed, least in (("one history", min(plain[1]), 0.9), ("several histories", several, 1)):
         named = f"Speed over the plain numba loop's, {what}, worst of all dampers"
@@ -271,7 +271,7 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
             1.8,
             " times",
             least=True,
-            reason=f"Two processes that share nothing, each with the same histories on one thread, are"
+            reason=f"Two processes that share nothing, each with the same histories on one thread, are in the median"
             f" {np.median(apart):.2f} times as fast together as one alone ({min(apart):.2f} to {max(apart):.2f}).",
         )
         if c_second:

@@ -44,7 +44,7 @@ from rockdamp.studies.accuracy.small_rotations import PULSE
 from rockdamp.studies.accuracy.stage import HALVES, THOUSANDTH, relative_uncertainty
 from rockdamp.studies.amplitude_dependence import BEST
 from rockdamp.text import number
-from rockdamp.vocabulary import RECOMMENDED_SOURCE, STUDIES
+from rockdamp.vocabulary import LOCAL, RECOMMENDED_SOURCE, STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
@@ -355,7 +355,8 @@ def by_program(data: Data) -> str:
     ]
     return (
         f"{table(head, rows)}\n\nUse the first that your program can take. Against restitution with e = {e:g}, with ξ "
-        f"of the {SOURCES[RECOMMENDED_SOURCE]}.\nThe same histories for all: {selection(data)}."
+        f"of the {SOURCES[RECOMMENDED_SOURCE]}; {LOCAL} with alpha = tanh(-ln e).\nThe same histories for all: "
+        f"{selection(data)}."
     )
 
 

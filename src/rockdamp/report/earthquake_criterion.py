@@ -191,7 +191,7 @@ def reservations(orders: xr.Dataset) -> dict[str, str]:
     return {
         "change": f"{beside} {listed(more)}." if more else "",
         "halves": f"Order {m} was chosen on one half of the stations and enough on the other in {told['both']} of"
-        f" {told['count']} splits; whatever was chosen, it was enough there in {told['recommended_passes']}.",
+        f" {told['count']} splits; whatever was chosen, order {m} was enough there in {told['recommended_passes']}.",
         "walls": f"For {listed(never)} no order is shown to be enough at any e." if never else "",
     }
 
