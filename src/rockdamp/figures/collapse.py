@@ -371,8 +371,8 @@ def fig_population_caption(population: xr.Dataset) -> str:
     ratio = partial(with_interval, name="median_intensity_ratio")
     return f"""
     The dampers' medians of collapse, over that of restitution and with ξ of the closed form at each wall, are
-    {by_damper(population, ratio)}. Collapse depends most on these parameters: {most} (first-order index; of a
-    correlated parameter it includes what it shares with others). {population.sizes["wall"]}
+    {by_damper(population, ratio)}. Collapse under restitution depends most on these parameters: {most} (first-order
+    index; of a correlated parameter it includes what it shares with others). {population.sizes["wall"]}
     walls, a Latin hypercube over the distributions of the config, under {int(population["records"])} records at
     {population.sizes["intensity"]} intensities each.
     """
