@@ -199,7 +199,7 @@ def fig_spectrum_method_caption(study: xr.Dataset) -> str:
     damping passes {percent(ground["overall_unsafe_share"])} of the walls and records on the ground, and
     {percent(storey["overall_unsafe_share"])} on the storey. The demand must be multiplied by
     {number(ground["overall_unsafe_factor"])} and {number(storey["overall_unsafe_factor"])} for one in twenty to pass.
-    Left, bars span {bars} of the records. The building has a period of
+    Bars span {bars} of the records. The building has a period of
     {plain(at["building_period"])}&nbsp;s.
     """
 
