@@ -325,7 +325,7 @@ def test_a_decrement_is_told_by_how_far_it_lies_from_that_of_the_others(listed, 
     others = decrement.drop_sel(damping_model="SDR").mean()
     off = abs(float(decrement.sel(damping_model="SDR") / others) - 1)
     found = row(listed, data, "fig8-sdr")
-    assert f"is {verdicts.brief(off)} {words} of the others'" in found["finding"]
+    assert f"is {verdicts.brief(off)} {words} of CR's, CDC's and CDR's" in found["finding"]
     assert f"SDR {verdicts.percent(off)} {words.split()[0]} the others' mean" in found["measured"]
 
 

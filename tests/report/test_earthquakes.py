@@ -112,7 +112,7 @@ def test_the_ratio_that_leads_is_compared_with_the_closed_form_where_it_gains_mo
     missed.loc[{"damping_model": "CDC", "damping_ratio_source": "closed form"}] = 0.01
     text = told(compared)
     both = f"errs {number(leading, 2)} with it, and {number(1.5 * leading, 2)} with the closed form, at e = 0.85"
-    assert "Take the ξ of least error. Commands ( damping_ratio )" in text
+    assert "Take the ξ of least error. rockdamp equivalent gives it ( damping_ratio )" in text
     assert f"Under earthquakes CDC {both}." in text
     assert "The price: CDC misses 3 % of the collapses there with it, and 1 % with the closed form." in text
     missed.loc[{"damping_model": "CDC", "damping_ratio_source": "closed form"}] = 0.04
@@ -124,8 +124,8 @@ def test_the_ratio_that_leads_is_compared_with_the_closed_form_where_it_gains_mo
 
 def test_amplitudes_where_the_error_is_beyond_that_sensitivity_are_named():
     assert (
-        "It does so at every e for peaks of CR of 0.01 to 0.04, 0.04 to 0.1, 0.1 to 0.25, 0.25 to 0.5 and 0.5 to 1"
-        in told()
+        "At every e studied it does so for peaks of CR of 0.01 to 0.04, 0.04 to 0.1, 0.1 to 0.25, 0.25 to 0.5 and"
+        " 0.5 to 1" in told()
     )
     text = told(scaled("log_error", 3.0, band=2))
     assert "For 0.04 to 0.1 u ins it holds at no e." in text and text.count("✗ does not") == 3
@@ -141,13 +141,16 @@ def test_the_fragility_is_called_safe_unsafe_or_not_different_by_its_interval():
 
 
 def test_walls_whose_median_differs_from_that_of_restitution_are_named():
-    assert "At no wall does its median intensity of collapse differ significantly from CR's." in told()
+    assert "At no wall does the median intensity of collapse with CDR differ significantly from CR's." in told()
     for factor in (0.9, 1.2):
         text = told(scaled("wall_median_intensity_ratio", factor, wall="church", damping_model="CDR", restitution=0.9))
-        assert "Walls whose median intensity of collapse differs significantly from CR's: church (e = 0.9)." in text
+        assert (
+            "Walls whose median intensity of collapse with CDR differs significantly from CR's: church (e = 0.9)."
+            in text
+        )
     # The ratio alone decides: a median outside the interval of CR's own may well be of a pair that does not differ.
     moved = scaled("wall_median_velocity_ratio", 1.5, wall="church", damping_model="CDR")
-    assert "At no wall does its median intensity of collapse differ significantly from CR's." in told(moved)
+    assert "At no wall does the median intensity of collapse with CDR differ significantly from CR's." in told(moved)
 
 
 # --- tables and gaps --------------------------------------------------------------------------------------------------

@@ -99,7 +99,7 @@ def test_the_answer_comes_first_then_the_bridge_the_explorer_earthquakes_figures
         "cite",
         "versions",
     ]
-    assert "which of its claims come out again" in words(page.by_id("answer")["text"])
+    assert "how many of its claims come out again" in words(page.by_id("answer")["text"])
 
 
 def test_every_erratum_is_there(page, content):

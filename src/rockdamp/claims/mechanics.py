@@ -270,7 +270,7 @@ def fig8_sdr(limits: Limits, data: Datasets) -> dict[str, Part]:
     more = float(sdr / others.mean(skipna=False)) - 1
     slight = bool(more > 0) & bool(more <= little)
     side = "above" if more > 0 else "below"
-    told = f"SDR's decrement of free decays is {brief(abs(more))} {side} the mean of the others'"
+    told = f"SDR's decrement of free decays is {brief(abs(more))} {side} the mean of CR's, CDC's and CDR's"
     return {
         "more": Part(
             bool((sdr > others).all()),

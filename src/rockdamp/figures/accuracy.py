@@ -137,8 +137,8 @@ def fig_accuracy_caption(accuracy: xr.Dataset) -> str:
     return f"""
     Against the exact, event-driven solution the solver has order {float(order.min()):.2f} to {float(order.max()):.2f}.
     At its step, {plain(accuracy["solver_step"])} in τ, u/u<sub>ins</sub> is off by
-    {number(accuracy["largest_history_error"].max())} at most. The published ξ have uncertainties of at most
-    {by_model(largest, at_most, "viscous_model")}.
+    {number(accuracy["largest_history_error"].max())} at most in the cases studied. The published ξ have uncertainties
+    of at most {by_model(largest, at_most, "viscous_model")}.
     """
 
 

@@ -254,8 +254,9 @@ def fig_exponent_caption(amplitude_dependence: xr.Dataset) -> str:
         amplitude_dependence[f"map_{name}"] for name in ("best_exponent", "spread", "yield_displacement_ratio")
     )
     return f"""
-    In C&nbsp;∝&nbsp;(ω/ω<sub>1</sub>)<sup>n</sup>, the n that makes ξ depend least on the amplitude is between
-    {float(best.min()):.2f} and {float(best.max()):.2f} for a<sub>1</sub> from {plain(a1.min())} to {plain(a1.max())}.
+    In C&nbsp;∝&nbsp;(ω/ω<sub>1</sub>)<sup>n</sup>, the n that makes ξ of the closed form depend least on the
+    amplitude is between {float(best.min()):.2f} and {float(best.max()):.2f} for a<sub>1</sub> from
+    {plain(a1.min())} to {plain(a1.max())}.
     With it the standard deviation of ln&nbsp;ξ is at most {at_most(spread.sel(damping_model=BEST).max())}; with the
     paper's dampers it is {by_named_damper(spread.sel(damping_model=list(PAPER_MODELS)))}.
     """
@@ -272,5 +273,6 @@ def fig_closed_form_caption(amplitude_dependence: xr.Dataset) -> str:
     return f"""
     The closed form is off by {largest("damping_ratio_peaks")} at most of the ξ that matches the first peak (above), and
     by {largest("damping_ratio")} at most of the ξ of least error, Eq.&nbsp;(17) (below), at
-    e&nbsp;=&nbsp;{plain(at_e["restitution"])} over {at_e.sizes["case"]} curves and all amplitudes.
+    e&nbsp;=&nbsp;{plain(at_e["restitution"])} over {at_e.sizes["case"]} curves and
+    {at_e.sizes["release_share"]} amplitudes.
     """

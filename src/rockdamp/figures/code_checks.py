@@ -110,10 +110,11 @@ def fig_code_checks_caption(study: xr.Dataset) -> str:
     return f"""
     The Italian code's displacement check for local mechanisms, after a transcription that has not been compared with
     the official gazette, at the intensity at which histories under restitution first reach its capacity. A check
-    without error finds a ratio of one there; below one it passes a wall that reaches the capacity. Medians over all
-    walls and records, with bootstrap intervals over stations, e by the rule measured: {"; ".join(texts)}. For the first
-    limit state and the lower FC, one e for all walls, {e} (crosses), gives {number(alike)}, and the spectrum at the
-    secant's period alone, in place of its largest value from the first branch's period on, {number(alone)}.
+    without error finds a demand over capacity of one there; below one it passes a wall that reaches the capacity.
+    Medians over all walls and records, with bootstrap intervals over stations, e by the rule measured:
+    {"; ".join(texts)}. For the first limit state and the lower FC, one e for all walls, {e} (crosses), gives
+    {number(alike)}, and the spectrum at the secant's period alone, in place of its largest value from the first
+    branch's period on, {number(alone)}.
     """
 
 
@@ -193,12 +194,12 @@ def fig_spectrum_method_caption(study: xr.Dataset) -> str:
     ground, storey = (at.sel(support=support) for support in ("ground", "storey"))
     bars = " to ".join(percent(share) for share in QUANTILES)
     return f"""
-    At the least intensity at which a wall reaches the capacity, {plain(at["capacity"])}&nbsp;u<sub>ins</sub>, the
-    elastic spectrum with {percent(at["damping_ratio"], 1)} of damping passes
-    {percent(ground["overall_unsafe_share"])} of the walls and records on the ground, and
+    At e&nbsp;=&nbsp;{plain(at["restitution"])} and the least intensity at which a wall reaches the capacity,
+    {plain(at["capacity"])}&nbsp;u<sub>ins</sub>, the elastic spectrum with {percent(at["damping_ratio"], 1)} of
+    damping passes {percent(ground["overall_unsafe_share"])} of the walls and records on the ground, and
     {percent(storey["overall_unsafe_share"])} on the storey. The demand must be multiplied by
     {number(ground["overall_unsafe_factor"])} and {number(storey["overall_unsafe_factor"])} for one in twenty to pass.
-    Left, bars span {bars} of the records at e&nbsp;=&nbsp;{plain(at["restitution"])}. The building has a period of
+    Bars span {bars} of the records. The building has a period of
     {plain(at["building_period"])}&nbsp;s.
     """
 

@@ -268,10 +268,10 @@ def fig_fragility_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
     """Write the caption, HTML."""
     drawn = at_source(comparison)
     return f"""
-    At e&nbsp;=&nbsp;{plain(drawn["restitution"])} with ξ of the least error, all walls together, the dampers need
-    {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times the velocity ratio under restitution for
-    half of the runs to collapse. The grey band holds all curves whose median and dispersion are both within their
-    intervals.
+    At e&nbsp;=&nbsp;{plain(drawn["restitution"])} with ξ of the least error, all walls together, the medians of the
+    lognormal curves are {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times that under
+    restitution. The grey band holds all curves whose median and dispersion are both within the intervals under
+    restitution.
     """
 
 
@@ -371,8 +371,8 @@ def fig_population_caption(population: xr.Dataset) -> str:
     ratio = partial(with_interval, name="median_intensity_ratio")
     return f"""
     The dampers' medians of collapse, over that of restitution and with ξ of the closed form at each wall, are
-    {by_damper(population, ratio)}. Collapse depends most on these parameters: {most} (first-order index; of a
-    correlated parameter it includes what it shares with others). {population.sizes["wall"]}
+    {by_damper(population, ratio)}. Collapse under restitution depends most on these parameters: {most} (first-order
+    index; of a correlated parameter it includes what it shares with others). {population.sizes["wall"]}
     walls, a Latin hypercube over the distributions of the config, under {int(population["records"])} records at
     {population.sizes["intensity"]} intensities each.
     """

@@ -200,7 +200,7 @@ def fig_order_caption(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -
     {percent(judged["loss_change"], 1)} does, in errors, collapses missed and collapses added alike,
     {_onwards(enough.sel(restitution=earthquakes["restitution"]), judged["order"])} at
     e&nbsp;=&nbsp;{plain(earthquakes["restitution"])}, and {_onwards(everywhere, judged["order"])} at every e studied.
-    Under pulses, at e&nbsp;=&nbsp;{plain(at_e["restitution"])}, its error is below the grey band
+    Under pulses, at e&nbsp;=&nbsp;{plain(at_e["restitution"])}, the error of ECD of order m is below the grey band
     {_onwards(order.where(within).min(), order)}. Over all orders, curves, releases and e of the study the peaks in free
     decay differ from those under CR by {at_most(peak_error)} at most.
     """

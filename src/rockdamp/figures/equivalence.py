@@ -351,7 +351,7 @@ def fig7_caption(equivalence: xr.Dataset) -> str:
     The largest error of second-order polynomials ξ(e) is {_by_range(fits, "largest_relative_error")} of ξ,
     that of ξ/δ of second order in δ&nbsp;=&nbsp;−ln&nbsp;e {_by_range(fits, "delta_largest_relative_error")}. For
     b<sub>1</sub>&nbsp;=&nbsp;{plain(fits["strength_ratio"])}; at e&nbsp;=&nbsp;{plain(at["restitution"])} and
-    a<sub>1</sub>&nbsp;=&nbsp;{plain(at["yield_displacement_ratio"])} they give
+    a<sub>1</sub>&nbsp;=&nbsp;{plain(at["yield_displacement_ratio"])} those of ξ(e) give
     ξ&nbsp;=&nbsp;{by_model(at["damping_ratio_fit"])}, and Eq.&nbsp;(15) gives {number(at["giannini_masiani"])}.
     """
 

@@ -118,7 +118,8 @@ def fig_test_series_caption(validation: xr.Dataset) -> str:
     peaks = {name: off(levels, "peak").sel(damping_model=REFERENCE) for name, levels in by_maker.items()}
     ratios = listed(f"{float(ratio.min()):.2f} to {float(ratio.max()):.2f} ({name})" for name, ratio in peaks.items())
     return f"""
-    Against the records made by {maker} the peak is right within {percent(RIGHT)} under {_right_at(first, "peak")}; the
+    Against the records made by {maker}, by their peak over u<sub>ins</sub>, the peak is right within {percent(RIGHT)}
+    under {_right_at(first, "peak")}; the
     decrement of the free decay, under {_right_at(first, "decrement")}. The peaks of {REFERENCE} are {ratios} times
     those of the records, by what made them.
     """
