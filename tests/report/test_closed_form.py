@@ -12,6 +12,7 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy, giannini_masi
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.plausibility import as_meant
 from rockdamp.vocabulary import PAPER_MODELS, PRESETS, RECOMMENDED, SOFTENING
 
 KNOWN = (*PAPER_MODELS, "ECD", RECOMMENDED)  # to the script; of another name it draws nothing
@@ -36,6 +37,7 @@ def run(node, explorer_page, tmp_path_factory):
     return lambda calls: node(folder, script, calls)
 
 
+@as_meant()
 def curves(count=60):
     """Random valid curves of both variants with an amplitude and e each, and the presets."""
     random = np.random.default_rng(7)
@@ -60,6 +62,7 @@ def named(a1, b1, a3, softening):
     return {"a1": a1, "b1": b1, "a3": a3, "softening": softening}
 
 
+@as_meant()
 def test_the_script_computes_the_packages_damping_ratios(run):
     """The same rule on the same nodes: to rounding."""
     cases = curves()
@@ -72,6 +75,7 @@ def test_the_script_computes_the_packages_damping_ratios(run):
             np.testing.assert_allclose(ratios[some], own, rtol=1e-11)
 
 
+@as_meant()
 def test_the_script_knows_the_curve_and_the_dampers(run):
     x = np.linspace(0.001, 1.0, 40)
     for case in (curves()[0], *curves()[-4:]):
@@ -98,6 +102,7 @@ def accepted(values):
 STEPS = {"e": 0.005, "a1": 0.005, "b1": 0.01, "a3": 0.01, "x0": 0.01}
 
 
+@as_meant()
 def test_a_value_is_kept_where_the_package_takes_it_and_moved_to_one_that_it_takes_where_not(run):
     random = np.random.default_rng(11)
     calls, given = [], []

@@ -3,6 +3,7 @@
 import pytest
 
 import rockdamp
+from rockdamp.plausibility import as_meant
 from rockdamp.report import interactive
 
 WALL = rockdamp.Wall(thickness=0.3, height=4.5, hinge_ratio=0.7)
@@ -17,6 +18,7 @@ def test_the_solver_is_given_whole_numbers_of_steps():
     assert given(0.05)["solver"] == {"step": 0.05, "steps": 400, "compared": 160, "drawn": 1}
 
 
+@as_meant()
 @pytest.mark.parametrize(("thickness", "height"), [(0.1, 2.7), (0.5, 2.0), (1.0, 12.0)])
 def test_walls_of_other_sizes_follow_from_the_studys(thickness, height):
     other = rockdamp.Wall(thickness=thickness, height=height, hinge_ratio=0.7)
