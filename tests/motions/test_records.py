@@ -186,6 +186,8 @@ def test_a_clock_that_drifts_is_refused_though_no_interval_is_far_off():
 def test_a_record_made_in_python_is_checked_too():
     with pytest.raises(InputError, match="displacement_m has shape"):
         Record(times(), np.zeros(40), np.zeros(39))
+    with pytest.raises(InputError, match=r"elapsed_s has shape \(2, 40\); it must be \(samples,\)"):
+        Record(np.vstack([times(), times()]), np.zeros(40))
     with pytest.raises(InputError, match="ground_acceleration_m_s2 is nan at sample 3"):
         Record(times(), np.where(np.arange(40) == 3, np.nan, 0.0))
 
