@@ -113,7 +113,11 @@ BAD = {
     "time going back": (ROWS.replace("0.02,", "0.005,"), f"elapsed_s is 0.005 on line {FIRST_ROW + 2}; .*than 0.01"),
     "a missing sample": (
         "".join(f"{t / 100:.2f},0,0\n" for t in range(20) if t != 11),
-        f"elapsed_s is 0.12 on line {FIRST_ROW + 11}; it must be 0.11: .*uniform to 0.0001",
+        f"elapsed_s is 0.12 on line {FIRST_ROW + 11}; it must be 0.11: .*uniform to 0.0001 .*; are samples missing",
+    ),
+    "uneven times": (
+        "".join(f"{t / 100 + (t == 11) / 500:.3f},0,0\n" for t in range(20)),
+        f"elapsed_s is 0.12 on line {FIRST_ROW + 12}; .*`rockdamp record` makes them so",
     ),
     "a short row": (ROWS.replace(",0.002", ""), f"line {FIRST_ROW + 1} has 2 values; it must have 3"),
     "decimal commas": (ROWS.replace("0.2", "0,2"), f"line {FIRST_ROW + 1} has 4 values; it must have 3"),

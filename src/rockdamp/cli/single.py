@@ -252,7 +252,8 @@ def equivalent_command(
     respond take its --exponent.
     """
     if walls is not None:
-        refuse_unused(("restitution", *CURVE, *WALL, "response_length"), "one wall, without --walls")
+        refuse_unused(("restitution", *CURVE, *WALL), "one wall, without --walls (whose table has a column for it)")
+        refuse_unused(("response_length",), "one wall, without --walls")
         _of_walls(walls, release, as_json, options)
         return
     refuse_unused(("output", "columns", "strict"), "--walls")
