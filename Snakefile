@@ -15,6 +15,7 @@ from rockdamp.motions import catalogue
 from rockdamp.config.checks import require_readable_motions, validate
 from rockdamp.config.files import merged, refuse_braces, require_folders, require_own_folder, require_writable
 from rockdamp.errors import InputError, warnings_as_lines
+from rockdamp.laboratory.named_tests import require_possible_tests
 from rockdamp.laboratory.sections import LaboratoryConfig, broken
 from rockdamp.laboratory.trials import read_rocking_trials
 from rockdamp.pipeline import verification
@@ -45,6 +46,7 @@ if workflow.is_main_process:
             named = values_of(CONFIG, built_here, "records")
             tests = [path for value in named for path in ([value] if isinstance(value, str) else value)]
             require_readable_motions(tests, values_of(CONFIG, built_here, "motions"))
+            require_possible_tests(tests, CONFIG.validation.wall)
             for path in values_of(CONFIG, built_here, "trials"):
                 refuse_braces([path])
                 read_rocking_trials(path)

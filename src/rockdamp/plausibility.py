@@ -146,7 +146,8 @@ def _slip(t: float, h: float) -> str:
     ):
         one = [unit for unit, factor in LENGTHS.items() if _usual(*wall(factor))]
         if one:
-            return f"; was the {name} in {' or '.join(one)}?"
+            width = ", or is it the wall's width" if name == "thickness" and t <= HIGHEST else ""
+            return f"; was the {name} in {' or '.join(one)}{width}?"
     return ""
 
 

@@ -14,7 +14,8 @@ from typing import NamedTuple
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 MOST_VALUES = 1000  # of a list or range
-GRAVITY = {"g": Decimal(repr(STANDARD_GRAVITY)), "gal": Decimal("0.01"), "gals": Decimal("0.01")}  # [m s-2]
+_G = Decimal(repr(STANDARD_GRAVITY))
+GRAVITY = {"g": _G, "%g": _G / 100, "gal": Decimal("0.01"), "gals": Decimal("0.01")}  # [m s-2]
 
 
 class Unit(NamedTuple):
@@ -115,8 +116,8 @@ def parse(text: str) -> Unit | None:
 def _size(text: str, wanted: str) -> Decimal | None:
     """Return the size of a unit in the SI unit `wanted`; None if it is none, or of another kind."""
     target = parse(wanted)
-    if wanted == "m s-2" and text.strip().lower() in GRAVITY:
-        return GRAVITY[text.strip().lower()]
+    if wanted == "m s-2" and (name := "".join(text.lower().split())) in GRAVITY:
+        return GRAVITY[name]
     unit = parse(text)
     return unit.size if unit and target and unit[1:] == target[1:] else None
 

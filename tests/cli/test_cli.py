@@ -66,7 +66,7 @@ def test_ratios_of_a_table_of_walls_are_printed_written_or_given_as_json(tmp_pat
 
 def test_a_table_of_walls_stands_alone(tmp_path):
     for more, said in (
-        (("--restitution", 0.85), "--restitution must be given with one wall, without --walls"),
+        (("--restitution", 0.85), "--restitution must be given with one wall, without --walls (whose table"),
         (("--response-length", 9), "--response-length must be given with one wall"),
     ):
         assert said in refused("equivalent", "--walls", WALLS, *more)

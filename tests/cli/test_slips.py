@@ -203,6 +203,9 @@ def test_a_record_whose_columns_have_other_names_is_read_by_them(record, tmp_pat
     other = tmp_path / "other.csv"
     other.write_text("\n".join(["Time [ms];a [g];remark", *rows]).replace(".", ","))
     named = ("--column", "elapsed=Time [ms]:ms", "--column", "ground_acceleration=a [g]:g")
+    of_one = (*named[:3], "ground_acceleration=a [g]:% g")
+    pga = printed(*PULSE, record)["pga"]
+    assert printed(*PULSE, other, *of_one, "--scale", 100)["pga"] == pytest.approx(pga, rel=1e-9)
     for name in ("peak_displacement", "pga", "duration"):
         assert printed(*PULSE, other, *named)[name] == pytest.approx(printed(*PULSE, record)[name], rel=1e-9)
     answers = [
@@ -212,7 +215,7 @@ def test_a_record_whose_columns_have_other_names_is_read_by_them(record, tmp_pat
     for wrong, said in (
         (("--column", "elapsed=Time [ms]:ms"), "no column is named for ground_acceleration"),
         ((*named[:3], "ground_acceleration=acc:g"), "has 0 columns 'acc'"),
-        ((*named[:3], "ground_acceleration=acc:%g"), "it must have one; what follows the colon is no unit, as m s-2"),
+        ((*named[:3], "ground_acceleration=acc:mg"), "it must have one; what follows the colon is no unit, as m s-2"),
         ((*named[:3], "ground_acceleration=a [g]:mm"), "has the unit 'mm', which is none of m s-2"),
         (("--column", "time=t"), "NAME is elapsed, ground_acceleration, displacement"),
     ):

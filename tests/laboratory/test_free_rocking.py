@@ -202,6 +202,19 @@ def test_degrees_and_a_wrong_wall_are_named():
         rd.calibrate_free_rocking(slow, WALL)
 
 
+def test_a_rigid_block_is_told_and_how_to_read_its_e():
+    with as_meant():
+        rigid = rd.TrilinearCurve(0.001, 0.995)
+    history = event_driven.history(rigid, rd.Damping.cr(E), P * ELAPSED, release_amplitude=0.5)
+    peaks = np.abs([0.5, *history.turning_displacement[:2]])
+    energy = peaks - peaks**2 / 2
+    assert np.sqrt(energy[1:] / energy[:-1]) == pytest.approx(E, abs=1e-3)
+    moved = np.concatenate([np.full(250, 0.5), history.displacement, np.zeros(300)])
+    noise = 2e-4 * np.random.RandomState(1).standard_normal(moved.size)
+    with pytest.raises(rd.InputError, match=r"b1\) 0.98; .* A rigid block has b1 = 1; its e\^2 is V of a peak"):
+        rd.calibrate_free_rocking(test_of(U_INS * moved + noise), WALL)
+
+
 def test_a_test_without_rest_is_fitted_with_a_warning():
     with pytest.warns(rd.InputWarning, match="no rest at the start or the end"):
         fit = rd.calibrate_free_rocking(test_of(decay(before=0)[150:2400]), WALL)

@@ -13,8 +13,9 @@ from rockdamp.laboratory import least_squares
 from rockdamp.laboratory.calibration import Misfit, require_explained, require_possible, slips, table_displacement
 from rockdamp.laboratory.candidates import Candidate
 from rockdamp.laboratory.least_squares import RecordFit
+from rockdamp.laboratory.named_tests import require_possible_tests
 from rockdamp.motions.pulse_shapes import table_pulse
-from rockdamp.motions.records import Record, read_record
+from rockdamp.motions.records import Record, read_record, write_record
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 SHIPPED = read_record(ROOT / "data/test_series/cr-half.csv")
@@ -101,6 +102,14 @@ def test_a_forgotten_displacement_of_a_table_that_moves_far_is_no_slip_of_the_un
         require_possible(far, WALL)
 
 
+def test_of_a_displacement_that_the_wall_does_not_come_back_from_the_file_is_named(tmp_path):
+    require_possible_tests([str(ROOT / "data/test_series/cr-half.csv")], WALL)
+    far = tmp_path / "far.csv"
+    write_record(str(far), replace(RIGHT, displacement=SHOWN + np.linspace(0, 0.4, SHOWN.size)))
+    with pytest.raises(InputError, match=r"far.csv: the largest measured displacement is 0\.[34].* the wall collapses"):
+        require_possible_tests([str(far)], WALL)
+
+
 def test_the_flat_top_that_a_coarse_logger_makes_of_a_slow_peak_is_not_clipped(monkeypatch):
     coarse = replace(RIGHT, displacement=np.round(SHOWN, 3))
     worse = np.random.RandomState(1).uniform(-2e-3, 2e-3, SHOWN.size).round(3)
@@ -125,7 +134,8 @@ def test_the_table_moves_as_its_pulse_says_but_for_what_its_mean_at_rest_adds():
 
 def test_a_clean_record_has_no_noise_to_compare_with():
     assert str(Misfit(1e-3, 0.02, None)) == "1 mm, 2 % of the peak"
-    assert Misfit(1e-3, 0.02, None).doubts and not Misfit(1e-3, 0.02, 1.2).doubts
+    (doubt,) = Misfit(1e-3, 0.02, None).doubts
+    assert "under this model and these sizes alone" in doubt and not Misfit(1e-3, 0.02, 1.2).doubts
 
 
 def test_the_displacement_of_the_table_in_place_of_the_walls_is_named():

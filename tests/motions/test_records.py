@@ -113,7 +113,11 @@ BAD = {
     "time going back": (ROWS.replace("0.02,", "0.005,"), f"elapsed_s is 0.005 on line {FIRST_ROW + 2}; .*than 0.01"),
     "a missing sample": (
         "".join(f"{t / 100:.2f},0,0\n" for t in range(20) if t != 11),
-        f"elapsed_s is 0.12 on line {FIRST_ROW + 11}; it must be 0.11: .*uniform to 0.0001",
+        f"elapsed_s is 0.12 on line {FIRST_ROW + 11}; it must be 0.11: .*uniform to 0.0001 .*; are samples missing",
+    ),
+    "uneven times": (
+        "".join(f"{t / 100 + (t == 11) / 500:.3f},0,0\n" for t in range(20)),
+        f"elapsed_s is 0.12 on line {FIRST_ROW + 12}; .*`rockdamp record` makes them so",
     ),
     "a short row": (ROWS.replace(",0.002", ""), f"line {FIRST_ROW + 1} has 2 values; it must have 3"),
     "decimal commas": (ROWS.replace("0.2", "0,2"), f"line {FIRST_ROW + 1} has 4 values; it must have 3"),
@@ -186,6 +190,8 @@ def test_a_clock_that_drifts_is_refused_though_no_interval_is_far_off():
 def test_a_record_made_in_python_is_checked_too():
     with pytest.raises(InputError, match="displacement_m has shape"):
         Record(times(), np.zeros(40), np.zeros(39))
+    with pytest.raises(InputError, match=r"elapsed_s has shape \(2, 40\); it must be \(samples,\)"):
+        Record(np.vstack([times(), times()]), np.zeros(40))
     with pytest.raises(InputError, match="ground_acceleration_m_s2 is nan at sample 3"):
         Record(times(), np.where(np.arange(40) == 3, np.nan, 0.0))
 

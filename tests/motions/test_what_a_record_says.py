@@ -82,7 +82,8 @@ def test_a_record_made_in_python_states_no_other_units(read):
         *((text, 0.0254) for text in ("IN/SEC2", "in/s/s", "inches/sec**2")),
         *((text, 1.0) for text in ("M/S/S", "m s-2", "m/s2")),
         *((text, STANDARD_GRAVITY) for text in ("G", " g ")),
-        *((text, None) for text in ("m", "s", "m/s", "cm/s3", "mg", "%g", "N", "", "cm2/s2", "m/mm2", "cm/s-2")),
+        *((text, pytest.approx(STANDARD_GRAVITY / 100, rel=1e-15)) for text in ("%g", "% g")),
+        *((text, None) for text in ("m", "s", "m/s", "cm/s3", "mg", "%", "N", "", "cm2/s2", "m/mm2", "cm/s-2")),
     ],
 )
 def test_a_unit_of_acceleration_is_known_in_any_usual_form_and_nothing_else_is(text, value):

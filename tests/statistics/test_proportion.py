@@ -72,3 +72,8 @@ def test_an_interval_of_all_or_none_reaches_no_further_than_the_rule_of_the_scor
     for n in (1, 10, 44):
         assert wilson(1.0, n) == pytest.approx([n / (n + z), 1.0])
         assert wilson(0.0, n) == pytest.approx([0.0, z / (n + z)])
+
+
+def test_the_interval_of_none_begins_at_none_and_that_of_all_ends_at_all():
+    bounds = wilson([[0.0], [1.0]], np.linspace(1, 100, 1000))
+    assert not bounds[0, :, 0].any() and (bounds[1, :, 1] == 1).all()

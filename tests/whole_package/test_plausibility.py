@@ -15,6 +15,12 @@ CURVE, DAMPING = rd.TrilinearCurve(0.04, 0.85), rd.Damping("CDR", 0.05)
     ("kind", "thickness", "height", "expected"),
     [
         (rd.Wall, 3.0, 0.24, "h/t = 0.08; it must be at least 1; were the two swapped?"),
+        (
+            rd.Wall,
+            4.0,
+            3.0,
+            "h/t = 0.75; it must be at least 1; was the thickness in inches or feet, or is it the wall's width?",
+        ),
         (rd.Wall, 240.0, 3.0, "h/t = 0.0125; it must be at least 1; was the thickness in millimetres?"),
         (rd.Wall, 0.3, 0.25, "h/t = 0.833; it must be at least 1"),
         (rd.Wall, 0.3, 0.4, "h/t = 1.33; e is -0.173 by Eq. (7); it must be above 0"),

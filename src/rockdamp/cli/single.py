@@ -248,10 +248,12 @@ def equivalent_command(
     it. damping_ratio_energy is the closed form: it differs most for CDC, where it errs more under earthquakes.
     With --thickness and --height a row has C too, if that is constant. Of a table of walls, in the format of batch, the
     ratios of least error are searched on all cores; 3 000 walls take less than a minute of one. Where a wall
-    has none, the column error says why.
+    has none, the column error says why. No one ratio stands for a loss that depends on the amplitude: decay and
+    respond take its --exponent.
     """
     if walls is not None:
-        refuse_unused(("restitution", *CURVE, *WALL, "response_length"), "one wall, without --walls")
+        refuse_unused(("restitution", *CURVE, *WALL), "one wall, without --walls (whose table has a column for it)")
+        refuse_unused(("response_length",), "one wall, without --walls")
         _of_walls(walls, release, as_json, options)
         return
     refuse_unused(("output", "columns", "strict"), "--walls")

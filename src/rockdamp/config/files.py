@@ -308,7 +308,8 @@ def _misfit(error: ErrorDetails, schema: Mapping[str, Any]) -> Problem:
     said = "a mapping of keys to values" if isinstance(value, Mapping) else shown(value)
     share = 1 in (described.get("maximum"), described.get("exclusiveMaximum")) and path[-1] != "step"
     slip = per_cent(value, lambda each: (each > 0) & (each <= 1)) if share and isinstance(value, (int, float)) else ""
-    return Problem(path, f"is {said}; it must be {allowed}{slip}")
+    unit = re.search(r" \[(?!-\])[^\[\]]+\]$", described.get("description", ""))
+    return Problem(path, f"is {said}; it must be {allowed}{unit[0] if unit else ''}{slip}")
 
 
 def _without_unit(text: str, description: str) -> str:

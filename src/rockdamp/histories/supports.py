@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from rockdamp import plausibility
 from rockdamp.arguments import instance, several
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, shown
 from rockdamp.histories.loads import SupportRecord
 from rockdamp.mechanics.building import RIGID_PERIOD, Building, Diaphragm
 from rockdamp.mechanics.wall import Wall
@@ -154,8 +154,12 @@ def motions_of(records: Records) -> list[GroundMotion]:
     for number, record in enumerate(named, 1):
         if isinstance(record, Record):
             motions.append(GroundMotion(f"record {number}", f"record {number}", OWN, record))
+        elif isinstance(record, GroundMotion):
+            motions.append(record)
+        elif isinstance(record, (str, os.PathLike)):
+            motions += load_records(record)
         else:
-            motions += [record] if isinstance(record, GroundMotion) else load_records(record)
+            raise InputError(f"a record is {shown(record)}; it must be a name, a path, a Record or a GroundMotion")
     return motions
 
 

@@ -86,7 +86,7 @@ class Misfit:
     def doubts(self) -> list[str]:
         """Return a warning if the best fit leaves more than the sensor's noise."""
         return (
-            [f"the best fit leaves {self}: errors tell what holds under this model alone"]
+            [f"the best fit leaves {self}: errors tell what holds under this model and these sizes alone"]
             if self.exceeds(SMALL)
             else []
         )

@@ -122,7 +122,8 @@ def read_raw(path: str | os.PathLike[str], gaps: bool = False) -> Raw:
 
 def _is_unit(cell: str) -> bool:
     unit = cell.strip(' "#()[]')
-    return unit in ("-", "", "%") or units.parse(unit) is not None or unit.lower() in (*units.GRAVITY, *ANGLES)
+    known = units.parse(unit) or units.size(unit, "m s-2") or ANGLES.get(unit.lower())
+    return known is not None or unit in ("-", "", "%")
 
 
 def _divider(lines: Sequence[str]) -> str | None:
@@ -205,6 +206,7 @@ def laboratory_record(
     if displacement is not None:
         warn(_of_table(even, motion, displacement, moved))
         displacement = displacement if moved is None else displacement - moved
+        warn(_spike(even, displacement))
     strongest = float(np.abs(motion).max())
     even, motion, displacement = _filtered(even, motion, displacement, lowpass, rate, header)
     if (left := float(np.abs(motion).max())) < MOST_CUT * strongest:
@@ -226,6 +228,14 @@ def laboratory_record(
     if resting.any() and not doubts["acceleration"]:
         motion = _without_baseline(even, motion, resting, baseline, header)
     return Record(even, motion, displacement, header)
+
+
+def _spike(elapsed: Array, moved: Array) -> list[str]:
+    """Return a warning where the largest value is one sample, further from those beside it than half of itself."""
+    at = int(np.abs(moved).argmax())
+    if not 0 < at < moved.size - 1 or abs(moved[at] - moved[at - 1 : at + 2 : 2].mean()) <= abs(moved[at]) / 2:
+        return []
+    return [f"the wall's largest value, at {elapsed[at]:.6g} s, is one sample far from those beside it: is it a fault?"]
 
 
 def _require_apart(raw: Raw, *channels: Channel | None) -> None:
@@ -380,6 +390,7 @@ def laboratory_free_rocking(
     if filled := even.size - elapsed.size:
         header["samples_filled"] = str(filled)
     moved = CubicSpline(elapsed, measured)(np.minimum(even, elapsed[-1]))
+    warn(_spike(even, moved))
     even, moved, _ = _filtered(even, moved, None, lowpass, rate, header)
     warn([*of_step(float(even[1] - even[0])), *(of_displacement(moved - moved.mean()) if name == "wall" else [])])
     displacement, turned = (moved, None) if name == "wall" else (None, moved)

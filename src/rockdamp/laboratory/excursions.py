@@ -209,6 +209,12 @@ class Solution:
                 raise InputError(
                     f"the best fit has {name} {value:.3g}; it must lie inside {LOWEST[index]:g} to {HIGHEST[index]:g}:"
                     " are the wall, and the units of time and displacement, right?"
+                    + (
+                        " A rigid block has b1 = 1; its e^2 is V of a peak over V of the one before,"
+                        " V = x - x^2/2, x = u/u_ins"
+                        if index == 1 and value > LOWEST[1] + near[1]
+                        else ""
+                    )
                 )
 
 

@@ -344,5 +344,6 @@ def check_time(elapsed: Array, place: Place) -> None:
         late = int(np.argmax(np.abs(intervals - usual))) + 1
         raise InputError(
             f"elapsed_s is {elapsed[late]} {place(late)}; it must be {elapsed[late - 1] + usual:.9g}: times must be "
-            f"uniform to {UNIFORM:g} of a step, and be written with as many digits; `rockdamp record` makes them so"
+            f"uniform to {UNIFORM:g} of a step, and be written with as many digits; "
+            + ("are samples missing?" if intervals[late - 1] > 1.5 * usual else "`rockdamp record` makes them so")
         )

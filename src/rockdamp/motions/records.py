@@ -41,11 +41,11 @@ class Sampled(ByValue):
                 continue
             values = read_only(real(column, getattr(self, name)).copy())
             object.__setattr__(self, name, values)
-            samples = self.elapsed.shape[:1]
-            if values.shape != samples or not samples:
-                raise InputError(
-                    f"{column} has shape {values.shape}; it must be {samples or '(samples,)'}, that of time"
-                )
+            samples = self.elapsed.shape
+            if len(samples) != 1:
+                raise InputError(f"{column} has shape {values.shape}; it must be (samples,)")
+            if values.shape != samples:
+                raise InputError(f"{column} has shape {values.shape}; it must be {samples}, that of time")
             check_finite(values, column, lambda index: f"at sample {index}")
         check_time(self.elapsed, lambda index: f"at sample {index}")
         object.__setattr__(self, "header", MappingProxyType(checked_header(self.header)))

@@ -172,7 +172,12 @@ const explorer = (function () {
     const [place, query] = location.hash.slice(1).split("?");
     if (place !== "explorer" || query === undefined) return messages;
     const given = new URLSearchParams(query);
-    if (data.softening.includes(given.get("softening"))) state.softening = given.get("softening");
+    for (const name of new Set(given.keys())) {
+      if (!(name in state)) messages.push(`${name} in the address is none of ${Object.keys(state).join(", ")}, and is left out.`);
+    }
+    const softening = given.get("softening") ?? state.softening;
+    if (data.softening.includes(softening)) state.softening = softening;
+    else messages.push(`softening is ${softening} in the address; it must be ${data.softening.join(" or ")}. Shown: ${state.softening}.`);
     const names = [...new Set(inputs.map((input) => input.dataset.name))].filter((name) => given.has(name));
     for (const name of names) {
       const value = Number(given.get(name));
@@ -180,9 +185,8 @@ const explorer = (function () {
       else messages.push(`${label(name)} is not a number in the address. Shown: ${plain(state[name])}.`);
     }
     for (const name of ["a3", "b1", "a1", "e", "x0", "m", "t", "h"]) keep(name, messages);
-    const { a1, b1, a3, softening } = data.start;
     if (!["a1", "b1", "a3"].every((name) => form.clamp(name, state[name], steps[name], state) === state[name])) {
-      Object.assign(state, { a1, b1, a3, softening }); // no curve at all
+      for (const name of ["a1", "b1", "a3", "softening"]) state[name] = data.start[name]; // no curve at all
       messages.push("The curve in the address cannot be; the study's is shown.");
       keep("x0", messages);
     }

@@ -352,8 +352,9 @@ def _check_record(ground_acceleration: ArrayLike, steps: int, substeps: int, sch
     if ground.ndim != 1:
         require(ground.ndim == 2, "the number of dimensions of ground_acceleration", ground.ndim, "1 or 2")
     if ground.size and steps > (ground.shape[-1] - 1) * substeps:
+        of = "" if ground.ndim == 1 else f"; ground_acceleration has shape {ground.shape}, (motions, samples)"
         raise InputError(
-            f"steps is {steps}; it must be at most {(ground.shape[-1] - 1) * substeps}, the record's length"
+            f"steps is {steps}; it must be at most {(ground.shape[-1] - 1) * substeps}, the record's length{of}"
         )
     motions = ground if ground.ndim == 2 else ground[None]
     if len(motions) != 1:

@@ -210,7 +210,9 @@ def wilson(share: ArrayLike, count: ArrayLike) -> Array:
     p, n = np.broadcast_arrays(np.asarray(share, dtype=float), np.asarray(count, dtype=float))
     z = QUANTILE
     middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + (z / (2 * n)) ** 2)
-    return np.clip(np.stack([middle - half, middle + half], axis=-1) / (1 + z * z / n)[..., None], 0.0, 1.0)
+    bounds = np.stack([middle - half, middle + half], axis=-1) / (1 + z * z / n)[..., None]
+    bounds[p == 0, 0], bounds[p == 1, 1] = 0.0, 1.0  # which rounding misses
+    return np.clip(bounds, 0.0, 1.0)
 
 
 def effective_count(counted: NDArray[Any], groups: ArrayLike, replicates: int, seed: int) -> Array:

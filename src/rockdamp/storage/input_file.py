@@ -101,7 +101,7 @@ class Column:
         name, colon, unit = column.rpartition(":")
         if colon and unit.strip() == "%":
             raise InputError(f"column {text!r} is in per cent; it must be a fraction: divide the column by 100")
-        known = units.parse(unit) or unit.strip().lower() in units.GRAVITY
+        known = units.parse(unit) or units.size(unit, "m s-2")
         return (holds, cls(name.strip(), unit.strip())) if colon and known else (holds, cls(column))
 
 

@@ -169,3 +169,6 @@ def test_a_setting_is_in_the_address_and_opens_from_there(chromium, explorer_pag
     open_page(chromium, explorer_page, fragment="#explorer?a1=0.9&b1=x&e=2&softening=none&m=3.4")
     assert complaints(chromium) == [] and "b1 is not a number in the address" in message(chromium)
     assert "e is 2; it must be" in message(chromium)
+    assert "softening is none in the address; it must be steeper or translated" in message(chromium)
+    open_page(chromium, explorer_page, fragment="#explorer?e=0.9&tt=0.2")
+    assert "tt in the address is none of e, " in message(chromium) and value(chromium, "e") == 0.9

@@ -45,6 +45,15 @@ def test_a_ground_motion_in_the_wrong_unit_is_warned_of_in_one_line_whatever_it_
     assert "RecordWarning" not in run.stderr
 
 
+def test_a_test_whose_displacement_is_none_of_its_wall_stops_the_run(tree):
+    lines = (tree.place / "data/sin-03-00-synthetic.csv").read_text(encoding="utf-8").splitlines()
+    lines[-1] = lines[-1].rsplit(",", 1)[0] + ",0.4"
+    (tree.place / "far.csv").write_text("\n".join(lines), encoding="utf-8")
+    said = refused(tree, "validation: {record: far.csv}\n", "validation")
+    assert "far.csv: the largest measured displacement is 0.3988 m, 5.33 times u_ins" in said
+    assert "beyond which the wall collapses" in said
+
+
 def test_input_that_only_a_job_finds_bad_is_one_line_on_the_terminal_and_in_its_log(tree):
     lines = (tree.place / "data/sin-03-00-synthetic.csv").read_text(encoding="utf-8").splitlines()
     begins = next(n for n, line in enumerate(lines) if line[0].isdigit() and abs(float(line.split(",")[1])) > 3.0)
