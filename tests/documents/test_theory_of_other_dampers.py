@@ -9,6 +9,7 @@ from repository import ROOT
 
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.plausibility import as_meant
 from rockdamp.solvers import event_driven
 from rockdamp.vocabulary import LOCAL, RECOMMENDED
 
@@ -42,6 +43,7 @@ def test_local_damping_is_the_tangent_of_the_phase():
     assert sp.simplify(loss - sp.exp(-2 * delta)) == 0
 
 
+@as_meant()
 def test_local_damping_leaves_the_same_fraction_from_any_amplitude_on_any_curve():
     """By the event-driven solver: the energy at a peak over that at the one before is e^2, alpha = tanh(-ln e)."""
     random = np.random.default_rng(30)
@@ -59,6 +61,7 @@ def test_local_damping_leaves_the_same_fraction_from_any_amplitude_on_any_curve(
         np.testing.assert_allclose(curve.energy(peaks[1:]) / curve.energy(peaks[:-1]), e**2, rtol=1e-9)
 
 
+@as_meant()
 def test_what_the_defaults_of_programs_stand_for():
     told = re.search(r"\$\\alpha\$ = 0\.2, Yade's, is \$e\$ = (.+); 0\.7 and 0\.8 are (.+) and\s(\d\.\d+)", PAGE)
     for alpha, e in zip((0.2, 0.7, 0.8), map(float, told.groups()), strict=True):
