@@ -18,7 +18,7 @@ def refused(tree, overlay, *arguments):
 def test_bad_values_stop_the_run_with_a_line_each(tree):
     said = refused(tree, "wall:\n  thickness: -0.3\nsolver: {stepp: 0.01}\n", "--config", "release_amplitude=-0.5")
     for line in (
-        "overlay.yaml, line 2: wall.thickness is -0.3; it must be a number greater than 0 and at most 1000000",
+        "overlay.yaml, line 2: wall.thickness is -0.3; it must be a number greater than 0 and at most 1000000 [m]",
         "overlay.yaml, line 3: solver.stepp is not a key; did you mean 'step'?",
         "the command line: release_amplitude is -0.5; it must be a number greater than 0 and at most 1000000",
     ):
