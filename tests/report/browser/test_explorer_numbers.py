@@ -11,6 +11,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.damping.ecd import normalisation
 from rockdamp.mechanics.wall import Wall
+from rockdamp.plausibility import as_meant
 from rockdamp.report import answer
 from rockdamp.report.earthquake_criterion import off
 from rockdamp.report.interactive import CONTROLS, LENGTH
@@ -54,6 +55,7 @@ def visit(browser, setting):
     return {**shown(browser), "message": message(browser)}
 
 
+@as_meant()
 @pytest.mark.peers
 def test_the_page_computes_what_the_package_computes(browser):
     """50 settings, each opened by its address: decays, ratios, Err, and the wall's size and frequency."""
