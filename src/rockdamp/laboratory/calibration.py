@@ -20,6 +20,7 @@ from scipy.integrate import cumulative_trapezoid
 from rockdamp import units
 from rockdamp.arguments import instance
 from rockdamp.arrays import Array
+from rockdamp.config import Config
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import record_attributes, rest_samples
 from rockdamp.laboratory.candidates import SEARCHED, Candidate, size_deviations, true_values
@@ -384,3 +385,15 @@ def _check_rocking(computed: Array, estimate: Array, u_ins: float) -> None:
             f"the largest displacement is {largest:.3g} m, on the first branch, which ends at {branch:.3g} m; "
             "it must go beyond to determine a1 and b1"
         )
+
+
+def study(config: Config, record: Record) -> xr.Dataset:
+    """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
+    given = config.validation
+    return calibrate(
+        record,
+        given.wall,
+        ultimate_displacement_ratio=float(given.curve.ultimate_displacement_ratio),
+        softening=given.curve.softening,
+        step=given.step,
+    )

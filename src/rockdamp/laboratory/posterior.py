@@ -16,10 +16,9 @@ import xarray as xr
 
 from rockdamp.arguments import instance, one_of
 from rockdamp.arrays import Array
-from rockdamp.config import Config
 from rockdamp.errors import InputError, require
 from rockdamp.histories.measured_test import made_by, record_attributes
-from rockdamp.laboratory.calibration import Misfit, calibrate, require_explained, require_possible
+from rockdamp.laboratory.calibration import Misfit, require_explained, require_possible
 from rockdamp.laboratory.candidates import Candidate, Prior, require_unlike, true_values
 from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.laboratory.noise import correlated
@@ -287,15 +286,3 @@ def _evidence(config: LaboratoryConfig, record: Record, model: str) -> Evidence:
     except InputError:
         return Evidence()
     return evidence_of(fit, Prior(**dict(section.prior)), section.seed)
-
-
-def study(config: Config, record: Record) -> xr.Dataset:
-    """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
-    given = config.validation
-    return calibrate(
-        record,
-        given.wall,
-        ultimate_displacement_ratio=float(given.curve.ultimate_displacement_ratio),
-        softening=given.curve.softening,
-        step=given.step,
-    )
