@@ -29,7 +29,6 @@ from rocking_tables import (
     rocking_restitution,
     shipped_blocks,
 )
-from spectrum_table import code_checks, spectrum_method
 from table_text import interval, models, percent, power, share, table
 
 from rockdamp.claims.verdicts import spans
@@ -58,7 +57,6 @@ DOCS = (
     "assumptions",
     "identification",
     "measured",
-    "spectrum-method",
     "one-sided",
 )
 PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md", "CONTRIBUTING.md")
@@ -83,8 +81,6 @@ INPUTS += (
     "local_damping",
     "loss_law",
     "supports",
-    "spectrum_method",
-    "code_checks",
     "one_sided",
 )
 
@@ -413,8 +409,6 @@ _LAST = (
     support,
     free_rocking,
     *_ROCKING,
-    spectrum_method,
-    code_checks,
     one_sided,
     one_sided_collapse,
     one_sided_steps,

@@ -36,7 +36,6 @@ from .motions.records import read_record as read_record
 from .motions.records import write_record as write_record
 from .solvers.newmark import solve as solve
 from .solvers.newmark import stable_step as stable_step
-from .solvers.oscillator import spectral_acceleration as spectral_acceleration
 from .solvers.response import ComparedHistories as ComparedHistories
 from .solvers.response import ComparedPeaks as ComparedPeaks
 from .solvers.response import Comparison as Comparison

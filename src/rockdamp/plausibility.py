@@ -35,8 +35,6 @@ LEAST_ELASTIC = 0.5  # e; the losses of a factor of two in velocity, beyond ever
 MOST_OF_RIGID = 1.1  # e over that of rigid mechanics; tests of walls and blocks gave 0.85 to 1.03
 LEAST_DAMPED = 0.001  # damping ratio; a hundredth of a tenth. A constant C has 0.002 at e = 0.98 and a1 = 0.02
 MOST_DAMPED, MOST_FADING = 0.5, 1.0  # damping ratio; exponent g, of which blocks and walls have far less
-HIGHLY_DAMPED = 0.2  # damping ratio; those of spectra end at 0.2 or 0.3 [-]
-LONGEST_PERIOD, HIGHEST_FREQUENCY = 10.0, 100.0  # of spectra; those of codes end at 4 to 10 s [s], [Hz]
 FASTEST = 4.0  # PGV; the largest recorded are near 3 [m s-1]
 WEAKEST, STRONGEST = 0.005, 3.0  # PGA in g
 STRONGEST_IN_G = 1.2  # PGA of a file whose numbers are said to be in g; m s-2 under that name are likelier above it
@@ -445,18 +443,6 @@ def of_step(step: float) -> list[str]:
     likely = [f"{unit} ({value:.3g} s)" for unit, value in meant.items() if SHORTEST_STEP <= value <= LONGEST_STEP]
     slip = f"; were the times in {likely[0]}?" if likely else ""
     return [f"the time between samples is {step:.3g} s, beyond {SHORTEST_STEP:g} to {LONGEST_STEP:g} s{slip}"]
-
-
-def of_spectrum(period: ArrayLike, damping_ratio: float, pga: float, step: float) -> list[str]:
-    """Return warnings where a spectrum has periods [s] or a damping that none has, or is of an unlikely record."""
-    doubts, longest = of_damping(damping_ratio) + of_motion(pga) + of_step(step), _largest(period)
-    if HIGHLY_DAMPED < damping_ratio <= MOST_DAMPED and longest <= HIGHLY_DAMPED:
-        doubts.append(f"damping_ratio (xi) is {damping_ratio:g} and the period {longest:g} s; were the two swapped?")
-    if longest > LONGEST_PERIOD:
-        likely = [f"in milliseconds ({longest / 1000:g} s)", f"a frequency in Hz ({1 / longest:.3g} s)"]
-        likely = likely[:1] if longest > HIGHEST_FREQUENCY else likely[1:]
-        doubts.append(f"the longest period is {longest:g} s, more than {LONGEST_PERIOD:g}; was it {likely[0]}?")
-    return doubts
 
 
 def of_displacement(displacement: ArrayLike) -> list[str]:

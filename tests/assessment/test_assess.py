@@ -11,7 +11,6 @@ from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import FEWEST_STATIONS, assess_rows, intervals
 from rockdamp.assessment.collapses import STRIPES
 from rockdamp.assessment.table import OF_WALLS, RULE_WEIGHTS, RULES, Row, deviation_of, nodes, over_spread
-from rockdamp.figures.code_checks import TESTED
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.records import followed_by_rest
 from rockdamp.plausibility import as_meant
@@ -300,6 +299,7 @@ def _probability(wall, e):
 
 def test_the_range_of_tested_walls_is_that_of_the_tests_over_eq_7():
     analytical = float(rd.Wall(0.102, 27 * 0.102, hinge_ratio=0.57).restitution_rigid)
-    low, mean, high = (value / analytical for value in TESTED)
+    # Lowest, mean and highest e of shaking-table tests: Graziotti et al., as section 4.1 of the paper quotes them.
+    low, mean, high = (value / analytical for value in (0.84, 0.852, 0.90))
     assert f"gave {mean:.2f} of Eq. (7), {low:.2f} to {high:.2f}" in OF_WALLS
     assert abs(SORRENTINO_RATIO - mean) < 2 * WALL_RESTITUTION_DEVIATION

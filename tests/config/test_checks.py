@@ -451,11 +451,6 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
         ("population.parameters.hinge_ratio.low", 0.07, "hinge_ratio is unlikely: hinge_ratio is 0.07 of the height"),
         ("one_sided.restitution", [0.85, 0.9], "was it that of rocking to both sides?"),
         ("one_sided.facades[4].tie_gap", 5, "the slack of the ties is 5 m, more than 0.5; was it in millimetres?"),
-        (
-            "spectrum_method.building.period",
-            0.01,
-            "spectrum_method.building is unlikely: the building period is 0.01 s",
-        ),
         ("wall.density", 18, "wall makes an unlikely wall: density is 18 kg m-3, less than 300; was it in kN m-3"),
         ("earthquakes.walls[4].overburden_ratio", 20, "walls[4] makes an unlikely wall: overburden_ratio is 20"),
         ("wall.width", 0.1, "wall makes an unlikely wall: width is 0.1 m, less than the thickness of 0.3 m"),

@@ -14,7 +14,6 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import rockdamp as rd
-from rockdamp.equivalence.closed_form import damping_ratio_secant
 from rockdamp.mechanics.damping.ecd import damping_ratio, log_decrement, normalisation
 from rockdamp.solvers import event_driven
 from rockdamp.vocabulary import RECOMMENDED_ORDER
@@ -195,18 +194,6 @@ def test_the_slopes_for_implicit_schemes():
     for found, expected in ((sp.diff(damping * v, v), by_v), (sp.diff(damping * v, x), by_x)):
         away = (found - expected).subs(values).subs(spring).doit().subs(x, sp.Rational(3, 10))
         assert abs(float(away)) < 1e-12
-
-
-def test_the_table_of_the_loop_at_the_secant_period():
-    """e^2 = 1 - pi xi f u/V, which `damping_ratio_secant` has the other way round."""
-    head, *rows = table("secant xi [%]")
-    amplitudes = [0.02, *(float(cell.split()[0]) for cell in head[2:])]  # the first branch stands for a small u
-    for xi, *cells in rows:
-        for u, cell in zip(amplitudes, cells, strict=True):
-            loss = float(xi) / 100 / float(damping_ratio_secant(CURVE, 0.9, u)) * (1 - 0.9**2)
-            assert cell == f"{np.sqrt(1 - loss):.3f}"
-    first = rows[2][1:]
-    assert f"5 % is e = {float(first[0]):.2f} at a small amplitude and {float(first[-1]):.2f} at a large one" in PAGE
 
 
 def test_the_table_of_what_a_damping_ratio_stands_for():

@@ -87,8 +87,6 @@ def made_up():
         "loss_law": made_up_studies.loss_law(),
         "supports": made_up_studies.supports(),
         "response_lengths": response_lengths,
-        "spectrum_method": made_up_studies.spectrum_method(),
-        "code_checks": made_up_studies.code_checks(),
         "identification": identification_as_configured(),
         "measured_rocking": made_up_studies.measured_rocking(),
         "one_sided": one_sided_as_configured(),

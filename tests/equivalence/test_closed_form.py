@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from rockdamp.equivalence.closed_form import (
     damping_ratio_energy,
     damping_ratio_middle,
-    damping_ratio_secant,
     equivalence_factor,
     exact_ratio,
     giannini_masiani,
@@ -124,14 +123,6 @@ def test_the_ratio_of_a_damper_that_is_exact_is_exact_at_the_middle_energy_too(m
     found = damping_ratio_middle(TrilinearCurve(0.04, 0.85), model, e, [0.02, 0.5, 0.9])
     exact = Damping.of_restitution(e, model).damping_ratio
     np.testing.assert_array_equal(found, np.broadcast_to(exact, (2, 3)))
-
-
-def test_the_ratio_at_the_secant_period_is_that_of_a_loop_s_area():
-    """Jacobsen: the loss of a cycle over 4 pi times the secant's strain energy; an impact takes half of the cycle's."""
-    curve, e = CURVES[0], 0.85
-    for x0 in (0.3 * float(curve.yield_displacement_ratio), 0.1, 0.5):
-        loss, strain_energy = 2 * (1 - e**2) * float(curve.energy(x0)), float(curve.force(x0)) * x0 / 2
-        assert float(damping_ratio_secant(curve, e, x0)) == pytest.approx(loss / (4 * np.pi * strain_energy), rel=1e-14)
 
 
 def test_a_power_law_without_an_exponent_is_a_constant_coefficient():

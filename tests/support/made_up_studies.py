@@ -10,11 +10,7 @@ from made_up_earthquakes import by_model, complete
 from made_up_trials import identification, measured_rocking
 
 from rockdamp.studies.amplitude_dependence import DAMPERS
-from rockdamp.studies.code_checks import DIMS as CODE_CHECKS
-from rockdamp.studies.code_checks import RANGES, RULES
 from rockdamp.studies.mechanism import mechanism as stage
-from rockdamp.studies.spectrum_method import DIMS as SPECTRUM
-from rockdamp.studies.spectrum_method import statistics
 from rockdamp.studies.supports import ANALYTICAL, ELASTIC, IMPULSIVE, KEEPS, MASS, STRUCK, VERTICAL, WHOLE, floor_case
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
@@ -82,7 +78,6 @@ def match(parameter, values, *, fixed=False, plateau=None):
     data = {
         "damping_ratio": (dims, ratio),
         "damping_ratio_energy": (dims, 0.9 * ratio),
-        "damping_ratio_secant": (dims[1:], (0.3 + 0.05 * value[0]) * (1 - E)),
         "error": (dims, np.broadcast_to(error, shape)),
         "rms_error": (dims, np.broadcast_to(np.sqrt(error / STEPS), shape)),
         "steps": STEPS,
@@ -298,66 +293,6 @@ def pulses():
     return complete(data, "pulses")
 
 
-def spectrum_method():
-    """Ratios that grow with the capacity and fall with e, of which those on the storey are two thirds."""
-    walls, capacity, e = ["stiff", "slow"], np.array([0.2, 0.4, 0.6]), np.array([0.80, 0.85, 0.90])
-    ratio = np.exp(np.linspace(-1, 1, 9)) * (1 + capacity)[:, None, None] * (1.9 - e)[:, None]
-    ratio = (
-        np.array([1.0, 0.9])[:, None, None, None, None, None]
-        * np.array([1, 2 / 3])[:, None, None, None, None]
-        * (np.array([2.0, 1.0])[:, None, None, None] * ratio)
-    )
-    demand = xr.DataArray(ratio, dims=(*SPECTRUM, "record"))
-    data = xr.Dataset(
-        {
-            "demand_ratio": demand,
-            **statistics(demand, ["record"]),
-            **{f"overall_{name}": value for name, value in statistics(demand, ["record", "wall"]).items()},
-            "damping_ratio": (("spectrum_damping", "restitution"), np.stack([np.full(3, 0.05), 0.33 * (1 - e)])),
-            "building_period": 0.25,
-            "storeys": 3,
-            "storey": 3,
-        },
-        coords={
-            "spectrum_damping": ["5 %", "equivalent"],
-            "support": ["ground", "storey"],
-            "wall": walls,
-            "capacity": capacity,
-            "restitution": e,
-            "record": [f"far-field/{i}/a" for i in range(9)],
-        },
-    )
-    return complete(data, "spectrum_method")
-
-
-def code_checks():
-    """Ratios that grow with the confidence factor, and that a wall does not have."""
-    factor, dims = np.array([1.0, 1.35]), CODE_CHECKS
-    ratio = np.ones((2, 2, 2, 2, 3)) * (0.9 * factor)[:, None, None, None]
-    ratio = ratio * np.array([1.0, 1.1])[:, None, None, None, None] * np.array([1.0, 1.2, 0.7])
-    ratio = ratio * np.array([1.0, 0.95])[:, None, None] * np.array([1.0, 1.13])[:, None]
-    ratio[1, ..., 2] = np.nan
-    study = xr.Dataset(
-        {
-            "median_demand_ratio": (dims, ratio),
-            "median_demand_ratio_interval": ((*dims, "bound"), np.stack([0.9 * ratio, 1.2 * ratio], -1)),
-            "unsafe_share": (dims, np.clip(1.2 - 0.7 * ratio, 0, 1)),
-            "restitution": (("restitution_rule", "wall"), [[np.nan, 0.86, 0.9], [np.nan, 0.85, 0.85]]),
-            "capacity": ("limit_state", [0.4, 0.6]),
-            "damping_ratio": ("limit_state", [0.08, 0.10]),
-        },
-        coords={
-            "limit_state": ["SLV", "SLC"],
-            "confidence_factor": factor,
-            "period_range": list(RANGES),
-            "restitution_rule": list(RULES),
-            "wall": ["all", "stiff", "slow"],
-            "bound": ["lower", "upper"],
-        },
-    )
-    return complete(study, "code_checks")
-
-
 def loss_law():
     """Medians that rise with the amplitude and fall with the exponent."""
     g, at, bands = np.array([0.13, 0.26, 0.39]), np.array([0.1, 0.3, 0.5]), 5
@@ -490,8 +425,6 @@ def made_up():
         "loss_law": loss_law(),
         "supports": supports(),
         "one_sided": one_sided(),
-        "spectrum_method": spectrum_method(),
-        "code_checks": code_checks(),
         "earthquakes": earthquakes.earthquakes(),
         "earthquakes/walls": earthquakes.walls(),
         "comparison": earthquakes.comparison(),

@@ -16,7 +16,6 @@ from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset, glossary
 from rockdamp.studies.amplitude_dependence import DAMPERS
-from rockdamp.studies.code_checks import RANGES, RULES
 from rockdamp.studies.earthquakes.orders import SIDES
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
@@ -29,11 +28,6 @@ COORDINATES = {
     "rocking_feature": ["first impact", "peaks", "p"],
     "scheme": ["newmark", "paper"],
     "excitation": ["free", "forced"],
-    "spectrum_damping": ["5 %", "equivalent"],
-    "support": ["ground", "storey"],
-    "limit_state": ["SLV", "SLC"],
-    "period_range": list(RANGES),
-    "restitution_rule": list(RULES),
     "parameter": ["a1", "b1", "e"],
     "restitution": [0.8, 0.85, 0.9, 0.95],
     "release_amplitude": [0.3, 0.5, 0.9],

@@ -51,7 +51,6 @@ CALLS = {
     "read_record": (rd.read_record, {"path": "data/none.csv"}),
     "write_record": (rd.write_record, {"path": "attacked.csv", "record": RECORD}),
     "intensity_measures": (rd.intensity_measures, {"record": RECORD}),
-    "spectral_acceleration": (rd.spectral_acceleration, {"record": RECORD, "period": 1.0}),
     "load_records": (rd.load_records, {"records": "none.csv"}),
     "fit_fragility": (rd.fit_fragility, {"intensity": [0.2, 0.4, 0.8], "collapses": [0, 3, 9], "runs": 10}),
     "assess": (rd.assess, {"wall": WALL, "curve": CURVE, "records": "none.csv", "pgv": 0.4}),

@@ -122,10 +122,6 @@ def test_other_slips_of_arguments_are_asked_about():
     assert "was it a damping ratio" in told(lambda: rd.Damping.of_restitution(0.05))[0]
     assert "has no effect: the exponent is 0" in told(lambda: rd.Damping.cr(0.85, at=0.1))[0]
     assert "were a1 and b1 swapped?" in told(lambda: rd.TrilinearCurve(0.8, 0.1))[0]
-    record = rd.Record(ELAPSED, MOTION)
-    assert "was it in milliseconds (0.3 s)?" in told(lambda: rd.spectral_acceleration(record, [0.2, 300]))[0]
-    with pytest.raises(rd.InputError, match="was it in per cent"):
-        rd.spectral_acceleration(record, 0.3, damping_ratio=5)
     front = rd.Parapet(thickness=0.5, height=6.0)
     assert "were the two swapped" in told(lambda: rd.OneSidedWall(front, rd.Tie(2e4, 5e6)))[-1]
     assert "was it in kN?" in told(lambda: rd.OneSidedWall(front, rd.Tie(5e6, 20.0)))[0]
@@ -137,20 +133,3 @@ def test_respond_takes_the_motion_of_a_floor():
     (motion,) = rd.floor_motions(rd.Record(ELAPSED, MOTION), rd.Building(period=0.25, storeys=3, storey=3))
     peaks = [rd.respond(WALL, CURVE, DAMPING, each, histories=False).peak.item() for each in (motion, motion.record)]
     assert peaks[0] == peaks[1]
-
-
-def test_a_spectrum_of_other_units_is_asked_about_where_a_user_calls_it():
-    elapsed = 0.01 * np.arange(400)
-    record = rd.Record(elapsed, 3 * np.sin(6 * elapsed))
-    rd.spectral_acceleration(record, [0.1, 1.0], 0.2)  # a warning is an error here
-    for given, words in (
-        ((500.0,), "in milliseconds \\(0.5 s\\)"),
-        (([1.0, 33.0],), "a frequency in Hz \\(0.0303 s\\)"),
-        ((0.5, 0.0005), "damping_ratio .* is 0.0005, less than 0.001; was it 0.05"),
-        ((0.05, 0.5), "were the two swapped"),
-        ((0.5, 0.85), "was it a coefficient of restitution"),
-    ):
-        with pytest.warns(rd.InputWarning, match=words):
-            rd.spectral_acceleration(record, *given)
-    with pytest.warns(rd.InputWarning, match="cm s-2"):
-        rd.spectral_acceleration(rd.Record(elapsed, 300 * np.sin(6 * elapsed)), 0.5)

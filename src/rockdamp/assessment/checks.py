@@ -1,4 +1,4 @@
-"""What an engineer asks of one wall's answer: does it rock, does it stay below its capacity, how far does it move?
+"""What an engineer asks of one wall's answer: does it rock, how far does it move, how near is collapse?
 
 The checks are this package's own, in physical terms, and are no clause of a code.
 """
@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from rockdamp.arguments import number
 from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.table import Row
-from rockdamp.errors import InputError, require
+from rockdamp.errors import InputError
 from rockdamp.histories.loads import SupportRecord
 from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -23,11 +22,9 @@ from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.plausibility import as_meant, warn
+from rockdamp.plausibility import as_meant
 from rockdamp.vocabulary import REFERENCE
 
-# ASSUME: the limit state is a displacement of this part of u_ins, where guidelines differ; a user may state another.
-CAPACITY = 0.4
 UPPER = 0.84  # share of the records that stay at or below the upper peak: one standard deviation of a normal
 
 
@@ -47,9 +44,8 @@ class Check(NamedTuple):
     rocking_share : float
         Share of the records under which the wall rocks: it goes beyond u1, or collapses. Below the onset too it may, as
         it vibrates on its first branch. [-]
-    capacity, median_peak, upper_peak : float
-        Displacement capacity; peaks that half, and 84 %, of the records do not pass: infinite where the wall
-        collapses. [m]
+    median_peak, upper_peak : float
+        Peaks that half, and 84 %, of the records do not pass: infinite where the wall collapses. [m]
     """
 
     intensity: float
@@ -57,7 +53,6 @@ class Check(NamedTuple):
     support_acceleration: float
     rocking_onset: float
     rocking_share: float
-    capacity: float
     median_peak: float
     upper_peak: float
 
@@ -74,23 +69,12 @@ class Check(NamedTuple):
         share = "" if self.rocking_share == 1 else f" under {round(self.rocking_share * runs)} of {runs}"
         return f"it rocks{share}{', as its first branch vibrates' if below else ''}"
 
-    @property
-    def median_met(self) -> bool:
-        """True if the median peak is at most the capacity."""
-        return self.median_peak <= self.capacity
-
-    @property
-    def upper_met(self) -> bool:
-        """True if the peak that 84 % of the records do not pass is at most the capacity."""
-        return self.upper_peak <= self.capacity
-
 
 def checks(
     answer: xr.Dataset,
     wall: Wall | Parapet | OneSidedWall,
     curve: TrilinearCurve,
     motions: Sequence[GroundMotion],
-    capacity: float = CAPACITY,
 ) -> list[Check]:
     """Return the checks at each intensity of what `assess` returned for a wall under motions.
 
@@ -101,18 +85,7 @@ def checks(
     curve : TrilinearCurve
     motions : sequence of GroundMotion
         Those of the answer.
-    capacity : float
-        Displacement capacity over u_ins. [-]
-
-    Raises
-    ------
-    InputError
-        If the capacity is not between 0 and 1.
     """
-    capacity = require_capacity(capacity)
-    if capacity <= (a1 := float(curve.yield_displacement_ratio)):
-        slip = f"; was it {100 * capacity:g}?" if a1 < 100 * capacity <= 1 else ""
-        warn([f"displacement capacity is {capacity:g} of u_ins, within a1 = {a1:g}, before the wall rocks{slip}"])
     measure = answer.attrs["intensity_measure"].lower()
     cr, u_ins = answer.sel(damping_model=REFERENCE), float(wall.instability_displacement)
     median = float(cr[f"median_{measure}"])
@@ -129,19 +102,10 @@ def checks(
                 float(np.median(shaken)),
                 float(answer["rocking_onset"]),
                 float(np.mean(peaks > u_ins * float(curve.yield_displacement_ratio))),
-                capacity * u_ins,
                 *(_not_passed(peaks, share) for share in (0.5, UPPER)),
             )
         )
     return found
-
-
-def require_capacity(capacity: float) -> float:
-    """Return a displacement capacity over u_ins, and refuse one that is no part of it."""
-    value = number("displacement capacity", capacity)
-    slip = f"; was it in per cent ({value / 100:g})?" if 1 < value <= 100 else ""
-    require(0 < value <= 1, "displacement capacity", value, f"greater than 0 and at most 1, over u_ins{slip}")
-    return value
 
 
 def _not_passed(peaks: np.ndarray[tuple[int, ...], np.dtype[np.float64]], share: float) -> float:

@@ -48,7 +48,6 @@ from rockdamp.cli.options import (
 )
 from rockdamp.cli.supports import (
     building_options,
-    capacity_option,
     check_values,
     counted_runs,
     ground_of,
@@ -129,7 +128,6 @@ modelling_option = with_default(
 @click.option("--id", "identifier", help="Identifier of the row of --walls.")
 @column_option
 @shaking_options
-@capacity_option
 @click.option("--output", type=OutputFile(".nc"), help="Write the answer as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the fragility.")
 @nrml_option
@@ -174,13 +172,11 @@ def assess_command(
     buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
     require_ties(wall, options["tie_target"], pgv or pga or [])
     from rockdamp.assessment.assess import FEWEST_STATIONS, assess
-    from rockdamp.assessment.checks import CAPACITY, checks, require_capacity
+    from rockdamp.assessment.checks import checks
     from rockdamp.assessment.collapses import LEAST_OF_DAMPER
     from rockdamp.equivalence.programs import frequencies, program_inputs, stop_damper
     from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.plausibility import as_meant, of_stations, of_supports, warn
-
-    capacity = require_capacity(CAPACITY if options["capacity"] is None else options["capacity"])
 
     def run(motions: Sequence[GroundMotion]) -> xr.Dataset:
         return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"], **loss)
@@ -198,7 +194,7 @@ def assess_command(
 
         motions = both_ways(motions)
     needed = needed_ties(one_sided, curve, answer, motions, options["tie_target"]) if one_sided else None
-    checked = checks(answer, wall, curve, motions, capacity)
+    checked = checks(answer, wall, curve, motions)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
     if reason:

@@ -67,9 +67,6 @@ tie_target_option = click.option(
     type=SHARE,
     help="Search how strong the ties must be so that the probability of collapse is at most this, as 10%.",
 )
-capacity_option = click.option(
-    "--capacity", type=SHARE, help="Displacement capacity of the check, over u_ins.  [default: 0.4]"
-)
 
 
 def make_buildings(options: Mapping[str, Any]) -> list[Building]:
@@ -234,7 +231,7 @@ def _row(building: Building | None, answer: xr.Dataset) -> dict[str, Any]:
 def check_values(check: Check) -> dict[str, Any]:
     """Return a check for JSON; infinite peaks are null."""
     values = {name: value if isfinite(value) else None for name, value in check._asdict().items()}
-    return values | {"rocks": check.rocks, "median_met": check.median_met, "upper_met": check.upper_met}
+    return values | {"rocks": check.rocks}
 
 
 def in_unit(measure: str, intensity: float, system: str = "si") -> str:
@@ -265,7 +262,7 @@ def _too_few(answer: xr.Dataset) -> bool:
 
 
 def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") -> None:
-    """Print the answer in a sentence, and both checks with their numbers, for each intensity; `system` of units."""
+    """Print the answer in a sentence, the onset of rocking and the peaks, for each intensity; `system` of units."""
     answer = placed.answer
     measure = answer.attrs["intensity_measure"]
     if placed.values is not None and len(placed.values["periods"]) > 1:
@@ -293,15 +290,9 @@ def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") ->
         shaken, onset = (value / STANDARD_GRAVITY for value in (check.support_acceleration, check.rocking_onset))
         verdict = check.rocking_in_words(int(answer["records"]))
         click.echo(f"  force: supports peak at {shaken:.3g} g (median), rocking starts at {onset:.3g} g: {verdict}")
-        for name, peak, met in (
-            ("median", check.median_peak, check.median_met),
-            ("84 %", check.upper_peak, check.upper_met),
-        ):
+        for name, peak in (("median", check.median_peak), ("84 %", check.upper_peak)):
             reached = _with_unit(1000 * peak, "mm", system) if isfinite(peak) else "collapse"
-            click.echo(
-                f"  displacement: {name} peak {reached}, capacity {_with_unit(1000 * check.capacity, 'mm', system)}: "
-                f"{'met' if met else 'not met'}"
-            )
+            click.echo(f"  displacement: {name} peak {reached}")
     if placed.joint_offset:
         click.echo(
             f"  joints: they close at displacements that differ by {placed.joint_offset:.2g} u_ins, taken as one"

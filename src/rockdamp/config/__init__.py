@@ -15,13 +15,11 @@ from pydantic import BaseModel, Field
 from rockdamp.arrays import Array
 from rockdamp.config.earthquakes import (
     Bilinear,
-    CodeChecks,
     Comparison,
     Earthquakes,
     LossLaw,
     OneSided,
     Population,
-    SpectrumMethod,
     Supports,
 )
 from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
@@ -102,14 +100,6 @@ class Config(Section):
     supports: Annotated[Supports, OrNull] = Field(
         description="What holds a wall, and what the equation of motion leaves out, for the walls and records of the"
         " study of earthquakes."
-    )
-    spectrum_method: Annotated[SpectrumMethod, OrNull] = Field(
-        description="An elastic spectrum at the secant period in place of histories, for the walls and records of the"
-        " study of earthquakes."
-    )
-    code_checks: Annotated[CodeChecks, OrNull] = Field(
-        description="The displacement check of a code for local mechanisms beside histories, for the walls and records"
-        " of the study of earthquakes."
     )
     one_sided: Annotated[OneSided, OrNull] = Field(
         description="Facades that rock to one side against a stop, with restitution and with a damper at the stop."

@@ -333,9 +333,6 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
         for index, facade in enumerate(config.one_sided.facades):
             for doubt in of_stated(facade.wall):
                 yield f"one_sided.facades[{index}]", f"makes an unlikely wall: {doubt}"
-    if config.spectrum_method:
-        for doubt in config.spectrum_method.building.doubts():
-            yield "spectrum_method.building", f"is unlikely: {doubt}"
     curves = {"curve": config.curve, "validation.curve": config.validation.curve}
     if config.earthquakes:
         curves |= {f"earthquakes.walls[{i}]": named.curve for i, named in enumerate(config.earthquakes.walls)}

@@ -32,7 +32,6 @@ from rockdamp.config.kinds import (
     distribution,
     made_of,
 )
-from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall, Tie
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -213,45 +212,6 @@ class Supports(Section):
     )
     velocity_ratio: Geometric = Field(
         description="Intensities of the ground's motion, lambda PGV/(p u_ins); a geometric sequence. [-]"
-    )
-    step: float = Field(ge=1e-4, lt=0.5, description="Step, times the first branch's angular frequency, at most. [-]")
-
-
-class BuildingSection(Section):
-    period: Positive = Field(description="Fundamental period. [s]")
-    storeys: Whole = Field(ge=1, le=100, description="Number of storeys.")
-    storey: Whole = Field(ge=1, le=100, description="Storey of the walls, 1 for the lowest.")
-    damping_ratio: Fraction = Field(description="Damping ratio of every mode. [-]")
-
-    def building(self) -> Building:
-        """Return the building, which deforms in shear."""
-        return Building(**self.model_dump())
-
-
-class SpectrumMethod(Section):
-    capacity: Fractions = Field(description="Displacements at which a wall fails the check, u/u_ins, ascending. [-]")
-    velocity_ratio: Geometric = Field(
-        description="Intensities of the supports' motion among which each wall reaches the capacity, lambda"
-        " PGV/(p u_ins); a geometric sequence. [-]"
-    )
-    step: float = Field(
-        ge=1e-4,
-        lt=0.5,
-        description="Longest step of the histories, times the angular frequency of the first branch. [-]",
-    )
-    building: Annotated[Building, made_of(BuildingSection, BuildingSection.building)] = Field(
-        description="A linear building in shear, and the storey of it on which the walls stand too."
-    )
-
-
-class CodeChecks(Section):
-    confidence_factor: Annotated[Array, ascending(Annotated[float, Field(ge=1, le=10)])] = Field(
-        description="Confidence factors FC of the code, ascending. [-]"
-    )
-    restitution: Fraction = Field(description="e of every wall, beside that by the rule measured. [-]")
-    velocity_ratio: Geometric = Field(
-        description="Intensities among which each wall reaches the capacity, lambda PGV/(p u_ins); a geometric"
-        " sequence. [-]"
     )
     step: float = Field(ge=1e-4, lt=0.5, description="Step, times the first branch's angular frequency, at most. [-]")
 

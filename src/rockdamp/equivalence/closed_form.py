@@ -192,20 +192,6 @@ def damping_ratio_middle(
     return _exact(damping, e, g) if damping.amplitude_independent else np.pi * g * exact_ratio(e)
 
 
-def damping_ratio_secant(curve: TrilinearCurve, restitution: ArrayLike, release_amplitude: ArrayLike) -> Array:
-    r"""Return the damping ratio at the secant period whose loop loses what an impact takes. [-]
-
-    Half a cycle of the amplitude x0 loses pi xi f x0 in a linear oscillator of the secant's stiffness, and
-    (1 - e^2) V at an impact. Displacement checks that work with the secant period read a damping ratio so:
-
-    .. math:: \xi = \frac{(1 - e^2) \, V(x_0)}{\pi \, f(x_0) \, x_0}
-
-    The arguments broadcast, e in (0, 1] and x0 in (0, a3). [-]
-    """
-    e, x0 = check_restitution(restitution), numbers("release_amplitude", release_amplitude)
-    return np.asarray((1 - e**2) * curve.energy(x0) / (np.pi * curve.force(x0) * x0))
-
-
 def _exact(damping: Damping, e: Array, g: Array) -> Array:
     """Return the exact damping ratio, where there is one, in the shape of e and g."""
     ratio = Damping.of_restitution(e, damping.model).damping_ratio

@@ -28,17 +28,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
-from numpy.typing import ArrayLike
 
-from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
-from rockdamp.errors import require
 from rockdamp.motions.records import Record
-from rockdamp.plausibility import called_from_outside, of_spectrum, per_cent, warn
 from rockdamp.solvers.compiled import compiled
 
-MOST_POINTS = 2**25  # of the fine record that an oscillator is integrated over
-PER_PERIOD = 100  # points in a period: the largest of them is within 1 - cos(pi/100), 0.05 %, of the peak
 POINTS = 10  # in the shortest period, at least: then lines between them lose 3 % of that mode's acceleration
 # ASSUME: the free vibration of the building after the record is followed down to this part of itself.
 LEFT = 0.05
@@ -195,66 +189,6 @@ class Ramps:
         damped = w * float(np.sqrt(1 - damping_ratio**2))
         decay = float(np.exp(-damping_ratio * w * self.step))
         return w, damped, decay * float(np.sin(damped * self.step)), decay * float(np.cos(damped * self.step)), decay
-
-
-def spectral_acceleration(record: Record, period: ArrayLike, damping_ratio: float = 0.05) -> Array:
-    r"""Return the pseudo-spectral acceleration: w^2 times the peak displacement of a linear oscillator.
-
-    .. math::
-        S_a = \omega^2 \max \lvert u \rvert, \quad \ddot{u} + 2 \xi \omega \dot{u} + \omega^2 u = -a, \quad
-        \omega = 2 \pi/T
-
-    The oscillator is integrated exactly for an acceleration that is linear between samples, with at least
-    `PER_PERIOD` points in a period, and for one period after the record.
-
-    Parameters
-    ----------
-    record : Record
-        ASSUME: the ground is at rest one step before the record and one step after it.
-    period : float or ndarray
-        Of the undamped oscillator. [s]
-    damping_ratio : float
-        Fraction of critical damping. [-]
-
-    Returns
-    -------
-    ndarray, shape of `period`
-        [m s-2]
-
-    Raises
-    ------
-    InputError
-        If a period is not positive or the damping ratio is not between 0 and 1.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import rockdamp as rd
-    >>> elapsed = 0.01 * np.arange(201)
-    >>> sine = rd.Record(elapsed, np.sin(2 * np.pi * elapsed))
-    >>> rd.spectral_acceleration(sine, [0.05, 1.0]).round(2)  # a stiff oscillator follows the ground; at 1 s, resonance
-    array([1.01, 4.67])
-    """
-    instance("record", record, Record)
-    periods, damping_ratio = numbers("period", period), number("damping_ratio", damping_ratio)
-    require(periods > 0, "period", periods, "greater than 0 [s]")
-    with np.errstate(over="ignore"):
-        points = (record.elapsed.size + periods / record.step) * np.ceil(PER_PERIOD * record.step / periods)
-    require(points <= MOST_POINTS, "period", periods, "nearer to the step and the duration of the record")
-    slip = per_cent(damping_ratio, lambda xi: (xi >= 0) & (xi < 1))
-    require(0 <= damping_ratio < 1, "damping_ratio", damping_ratio, f"at least 0 and less than 1{slip}")
-    if called_from_outside():
-        pga = float(np.abs(record.ground_acceleration).max())
-        warn(of_spectrum(periods, damping_ratio, pga, record.step))
-    return np.vectorize(lambda seconds: _pseudo_acceleration(record, seconds, damping_ratio), otypes=[float])(periods)
-
-
-def _pseudo_acceleration(record: Record, period: float, damping_ratio: float) -> float:
-    step = record.step
-    fine = int(np.ceil(PER_PERIOD * step / period))  # points in place of each sample
-    ground = np.concatenate([[0.0], record.ground_acceleration, np.zeros(int(np.ceil(period / step)) + 1)])
-    displacement = Ramps.from_samples(ground, step, fine).displacement(period, damping_ratio)
-    return (2.0 * np.pi / period) ** 2 * float(np.abs(displacement).max())
 
 
 class FloorResponse(NamedTuple):

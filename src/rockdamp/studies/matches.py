@@ -11,7 +11,7 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
 from rockdamp.config.sections import Matching
 from rockdamp.config.study import Study
-from rockdamp.equivalence.closed_form import Scan, damping_ratio_energy, damping_ratio_secant
+from rockdamp.equivalence.closed_form import Scan, damping_ratio_energy
 from rockdamp.equivalence.matching import Matched, least_absolute, of_each, solve
 from rockdamp.equivalence.minima import Cases, global_minima
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -69,10 +69,6 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     dataset = xr.Dataset(
         {key: (dims, np.stack([values[key] for values in of_model.values()]).reshape(shape)) for key in names},
         coords={"damping_model": list(of_model), "restitution": restitution},
-    )
-    dataset["damping_ratio_secant"] = (
-        dims[1:],
-        damping_ratio_secant(cases.curve, cases.restitution, cases.release_amplitude).reshape(shape[1:]),
     )
     if name == "amplitude":
         dataset["damping_ratio_absolute"] = _least_absolute(config, cases, matched, steps, restitution)

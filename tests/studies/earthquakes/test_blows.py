@@ -71,14 +71,6 @@ def test_a_blow_of_some_scale_gives_that_velocity_and_the_peak_comes_in_the_rest
     assert (study["peak"].sel(damping_model=list(incremental.VISCOUS_MODELS)) < cr).all()
 
 
-def test_the_spectral_acceleration_is_that_at_the_period_of_the_first_branch(study, named):
-    """Of a blow: w PGV exp(-xi/sqrt(1 - xi^2) acos xi), the peak of a damped oscillator after an impulse."""
-    w = float(named.wall.frequency_parameter * named.curve.initial_frequency)
-    xi = 0.05
-    expected = w * PGV * np.exp(-xi / np.sqrt(1 - xi**2) * np.arccos(xi))
-    assert float(study["spectral_acceleration"]) == pytest.approx(expected, rel=0.01)
-
-
 def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(named):
     """A second blow, in the direction of the motion after the first impact, makes the largest peak."""
     p, curve = float(named.wall.frequency_parameter), named.curve

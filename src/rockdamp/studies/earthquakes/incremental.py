@@ -34,7 +34,6 @@ from rockdamp.motions.intensity import IntensityMeasures, intensity_measures
 from rockdamp.motions.records import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.oscillator import spectral_acceleration
 from rockdamp.solvers.response import COLLAPSED, ComparedPeaks, Histories, Options, Peaks, Reference, Response
 from rockdamp.studies.matches import match_decays
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
@@ -381,7 +380,6 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
         **dict.fromkeys(("varied_peak", "varied_collapsed"), (*HISTORY[1:], "variation")),
         "scale_factor": ("velocity_ratio", "wall"),
         "load_ratio": ("velocity_ratio", "wall"),
-        "spectral_acceleration": ("wall",),
     }
     data: dict[str, Any] = {
         name: (of, np.stack([values[name] for values in per_wall], axis=of.index("wall"))) for name, of in dims.items()
@@ -410,9 +408,7 @@ def _load(named: NamedWall, factor: Array, record: Record, intensity: IntensityM
     """Return the strength of a record for a wall; arrays over the scales, and one for the wall."""
     p = float(named.wall.frequency_parameter)
     yields = float(named.curve.strength_ratio) * p * float(named.wall.velocity_scale)
-    w1 = p * float(named.curve.initial_frequency)
     return {
         "scale_factor": factor,
         "load_ratio": factor * intensity.pga / yields,
-        "spectral_acceleration": spectral_acceleration(record, 2 * np.pi / w1),
     }
