@@ -43,7 +43,7 @@ from rockdamp.studies.accuracy.small_rotations import PULSE
 from rockdamp.studies.accuracy.stage import HALVES, THOUSANDTH, relative_uncertainty
 from rockdamp.studies.amplitude_dependence import BEST
 from rockdamp.text import number
-from rockdamp.vocabulary import LOCAL, RECOMMENDED_SOURCE, STUDIES
+from rockdamp.vocabulary import RECOMMENDED_SOURCE, STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
@@ -78,7 +78,6 @@ INPUTS += (
     "earthquakes/orders",
     "population/check",
     "amplitude_dependence",
-    "local_damping",
     "loss_law",
     "supports",
     "one_sided",
@@ -310,20 +309,6 @@ def pulses(data: Data) -> str:
     return table(head, rows)
 
 
-def local_damping(data: Data) -> str:
-    """Local damping beside ECD and ECD16, under pulses and earthquakes."""
-    study = data["local_damping"]
-    head = ["model", "median, pulses", "error, pulses", "missed, pulses"]
-    head += ["median, earthquakes", "error, earthquakes", "missed, earthquakes"]
-    rows = [
-        [model, *(number(one[f"pulse_{name}"], 2) for name in ("median_ratio", "log_error"))]
-        + [percent(one["pulse_false_safe_rate"])]
-        + [interval(one, f"record_{name}") for name in ("median_ratio", "log_error", "false_safe_rate")]
-        for model, one in models(study)
-    ]
-    return table(head, rows)
-
-
 def loss_law(data: Data) -> str:
     """What a constant e costs if the loss falls with the amplitude: collapse with intervals, and peaks by band."""
     study = data["loss_law"].isel(wall=0)
@@ -352,7 +337,7 @@ def by_program(data: Data) -> str:
     ]
     return (
         f"{table(head, rows)}\n\nUse the first that your program can take. Against restitution with e = {e:g}, with ξ "
-        f"of the {SOURCES[RECOMMENDED_SOURCE]}; {LOCAL} with alpha = tanh(-ln e).\nThe same histories for all: "
+        f"of the {SOURCES[RECOMMENDED_SOURCE]}.\nThe same histories for all: "
         f"{selection(data)}."
     )
 
@@ -399,7 +384,6 @@ _FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_la
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution, rocking_blocks)
 _LAST = (
     forms,
-    local_damping,
     by_program,
     assumed,
     response_length,

@@ -247,7 +247,6 @@ def of_dampings(dampings: Sequence[Any]) -> list[str]:
     """Return the warnings about the parameters of dampers."""
     parameters = [damping.parameters for damping in dampings]
     doubts = of_damping([_largest(each.get("damping_ratio", 0.0)) for each in parameters])
-    doubts += of_local_damping([_largest(each.get("local_damping", 0.0)) for each in parameters])
     doubts += of_exponent([_largest(damping.exponent) for damping in dampings if damping.loss_depends_on_amplitude])
     return doubts + of_restitution([_least(each.get("restitution", 1.0)) for each in parameters])
 
@@ -258,16 +257,6 @@ def of_exponent(exponent: ArrayLike) -> list[str]:
     if g <= MOST_FADING:
         return []
     return [f"exponent (g) is {g:g}, more than {MOST_FADING:g}: a large impact then loses hardly anything"]
-
-
-def of_local_damping(alpha: ArrayLike) -> list[str]:
-    """Return a warning where local damping takes more than any wall loses; of an array the largest counts. [-]"""
-    largest = _largest(alpha)
-    e = np.sqrt((1 - largest) / (1 + largest))  # of the impact that takes as much
-    if e >= LEAST_ELASTIC:
-        return []
-    stated = f"local_damping (alpha) is {largest:g}, which loses as much as e = {e:.2g}, less than {LEAST_ELASTIC:g}"
-    return [f"{stated}; is it that of a search for a static state?"]
 
 
 def of_restitution(restitution: ArrayLike) -> list[str]:

@@ -33,10 +33,8 @@ DAMPERS = {
     "ECD": "ecd:EnergyConsistent",
     RECOMMENDED: "ecd:RecommendedOrder",
     "POWER": "secant:GeneralExponent",
-    "LOCAL": "local:LocalDamping",
 }
-LOCAL = "LOCAL"  # what programs of discrete elements apply, for who uses one
-EXTRA_DAMPERS = ("POWER", LOCAL)  # not compared everywhere; POWER lies between CDC, CDR and SDR
+EXTRA_DAMPERS = ("POWER",)  # not compared everywhere; POWER lies between CDC, CDR and SDR
 MODELS = tuple(model for model in DAMPERS if model not in EXTRA_DAMPERS)
 REFERENCE = "CR"  # the model that the viscous dampers stand in for
 VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)

@@ -178,7 +178,7 @@ def test_a_size_may_have_a_standard_deviation_in_the_unit_of_the_last_number(qui
         (("--damping-model", "CDR"), "--damping-ratio is missing; --damping-model CDR must have it"),
         (("--damping-model", "CR"), "--restitution is missing; --damping-model CR must have it"),
         (("--damping-model", "CR", "--restitution", 0.9, "--damping-ratio", 0.1), "belongs to viscous models"),
-        (("--damping-model", "SDR", "--restitution", 0.9, "--damping-ratio", 0.1), "belongs to CR, ECD, ECD16, LOCAL"),
+        (("--damping-model", "SDR", "--restitution", 0.9, "--damping-ratio", 0.1), "belongs to CR, ECD, ECD16;"),
         (("--compare", *CDR, "--restitution", 0.9), "--compare finds every model's damping ratio"),
         (("--compare",), "--restitution is missing; --compare must have it"),
         ((*CDR, "--output", "no/such/folder.nc"), "which is no folder"),
@@ -233,18 +233,6 @@ def test_a_record_in_another_unit_is_run_with_a_warning_that_says_why(tmp_path):
     assert result.stderr.startswith(f"warning: {path}: PGA is 300 m s-2, over 3 g")
     assert "cm s-2 (3 m s-2)" in result.stderr
     assert json.loads(result.stdout)["outcome"] == "collapsed"
-
-
-def test_local_damping_is_taken_by_its_coefficient_or_by_e():
-    """alpha = tanh(-ln e)."""
-    options = ("decay", "--a1", 0.04, "--b1", 0.85, "--length", 6, "--damping-model", "local")
-    by_e = printed(*options, "--restitution", 0.85)
-    assert by_e == printed(*options, "--local-damping", float(np.tanh(-np.log(0.85))))
-    assert {row["damping_model"] for row in by_e} == {"LOCAL"}
-    for wrong in ((), ("--damping-ratio", 0.05), ("--restitution", 0.85, "--local-damping", 0.1)):
-        assert "LOCAL must have either --local-damping or --restitution" in refused(*options, *wrong)
-    alone = ("decay", "--a1", 0.04, "--b1", 0.85, "--restitution", 0.85, "--local-damping", 0.1)
-    assert "--local-damping belongs to --damping-model LOCAL" in refused(*alone)
 
 
 def test_a_decay_of_a_wall_is_in_seconds_and_metres_too():

@@ -25,7 +25,6 @@ from rockdamp.histories.measured_test import made_by
 from rockdamp.motions.records import read_record
 from rockdamp.report.earthquakes import STRATA
 from rockdamp.storage import dataset
-from rockdamp.studies.local_damping import DAMPERS
 from rockdamp.vocabulary import MODELS, RECOMMENDED, RECOMMENDED_ORDER, STUDIES, VISCOUS_MODELS
 
 NUMBER = re.compile(r"(?<!\w)\d+(?:\.\d+)?(?:e-\d+)?(?!\w)")
@@ -81,9 +80,6 @@ def made_up():
         "equivalence": made_up_studies.equivalence(),
         "amplitude_dependence": made_up_studies.amplitude_dependence(),
         "pulses": made_up_studies.pulses(),
-        "local_damping": report_content.made_up("local_damping")
-        .isel(damping_model=[0, 1, 2], bound=[0, 1])
-        .assign_coords(damping_model=list(DAMPERS)),
         "loss_law": made_up_studies.loss_law(),
         "supports": made_up_studies.supports(),
         "response_lengths": response_lengths,

@@ -113,10 +113,10 @@ def test_a_study_that_is_left_out_takes_what_reads_it_with_it():
     config = configured({"earthquakes": None})
     left = built(config)
     gone = set(STAGES) - set(left)
-    assert {"earthquake_walls", "earthquake_records", "earthquakes", "comparison", "local_damping"} <= gone
+    assert {"earthquake_walls", "earthquake_records", "earthquakes", "comparison", "loss_law"} <= gone
     assert {"recommendation", "earthquake_orders"} <= gone and "population" in left
     shown = drawn(reported(left.values()))
-    assert not {"fig_ida", "fig_order", "fig_local_damping"} & set(shown) and {"fig8", "fig_population"} <= set(shown)
+    assert not {"fig_ida", "fig_order"} & set(shown) and {"fig8", "fig_population"} <= set(shown)
     assert set(built(configured())) == set(STAGES) and set(drawn(reported(STAGES.values()))) == set(FIGURES)
 
 

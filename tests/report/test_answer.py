@@ -9,7 +9,6 @@ import made_up_earthquakes as made_up
 import made_up_studies
 import numpy as np
 import pytest
-import report_content
 import xarray as xr
 from html_page import Page
 
@@ -18,7 +17,7 @@ from rockdamp.equivalence.programs import OFFERS
 from rockdamp.report.answer import CERTAINTY, answer, by_program, ratios, selection, shown_ratio
 from rockdamp.report.earthquake_criterion import off
 from rockdamp.text import percent
-from rockdamp.vocabulary import LOCAL, RECOMMENDED, RECOMMENDED_ORDER, RECOMMENDED_SOURCE, VISCOUS_MODELS
+from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, RECOMMENDED_SOURCE, VISCOUS_MODELS
 
 
 @pytest.fixture
@@ -144,7 +143,7 @@ def test_without_the_recommendation_there_is_no_answer(data):
     assert answer(data, 0.04) is None
 
 
-def test_a_program_s_damper_has_its_cost_with_the_leading_ratio_and_local_damping_its_own(data):
+def test_a_program_s_damper_has_its_cost_with_the_leading_ratio(data):
     whole = data["recommendation"]
     leading = whole.sel(damping_ratio_source=RECOMMENDED_SOURCE)
     rows = by_program(data)
@@ -155,13 +154,6 @@ def test_a_program_s_damper_has_its_cost_with_the_leading_ratio_and_local_dampin
         one = leading.sel(damping_model=row["model"])
         assert row["error"] == [off(error) for error in one["log_error"].values]
         assert row["missed"] == [percent(rate) for rate in one["false_safe_rate"].values]
-    local = report_content.made_up("local_damping").isel(damping_model=[0, 1, 2])
-    local = local.assign_coords(damping_model=["ECD", RECOMMENDED, LOCAL])
-    (row,) = [row for row in by_program({**data, "local_damping": local}) if row["model"] == LOCAL]
-    of_local = local.sel(damping_model=LOCAL)
-    studied = np.isclose(whole["restitution"], float(local["restitution"]))
-    assert row["error"] == [off(of_local["record_log_error"]) if here else "–" for here in studied]
-    assert 1 <= studied.sum() < studied.size
 
 
 def test_of_errors_that_read_the_same_the_damper_that_misses_less_comes_first(data):

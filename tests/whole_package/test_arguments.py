@@ -55,7 +55,6 @@ def test_real_numbers_of_any_kind_are_taken(value):
     [
         ("ecd16", "Damping has no 'ecd16'; Damping.of_restitution(e, 'ECD16') or Damping('ECD16', damping_ratio)"),
         ("cdr", "Damping has no 'cdr'; Damping('CDR', damping_ratio) makes one"),
-        ("local", "or Damping('LOCAL', local_damping) makes one"),
         ("formulas", "type object 'Damping' has no attribute 'formulas'"),
     ],
 )

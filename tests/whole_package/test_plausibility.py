@@ -139,10 +139,6 @@ def test_the_command_line_says_each_doubt_once_in_one_line():
     [
         (plausibility.of_step(3.90625), "were the times in milliseconds (0.00391 s)?"),
         (
-            plausibility.of_local_damping([0.1, 0.8]),
-            "e = 0.33, less than 0.5; is it that of a search for a static state?",
-        ),
-        (
             plausibility.of_exponent([0.3, 5.0]),
             "exponent (g) is 5, more than 1: a large impact then loses hardly anything",
         ),

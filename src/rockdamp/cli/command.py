@@ -184,7 +184,7 @@ HEADINGS = {
     ).split(),
     "Against a stop": "one_sided tie_stiffness tie_strength tie_gap tie_height tie_rupture tie_target sign".split(),
     "Curve": "a1 b1 preset a3 softening".split(),
-    "Losses": "restitution exponent at damping_model damping_ratio local_damping order compare".split(),
+    "Losses": "restitution exponent at damping_model damping_ratio order compare".split(),
     "Tables": "walls identifier columns".split(),
     "Motion": "records record pgv pga scale to_pga to_pgv tail".split(),
     "What holds the wall": (

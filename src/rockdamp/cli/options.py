@@ -14,7 +14,6 @@ from click.core import ParameterSource
 from rockdamp import units
 from rockdamp.cli.command import HINGE_RATIO, NUMBER, RELEASE, SHARE, Read, quantity, ratio, word_or_number
 from rockdamp.vocabulary import (
-    LOCAL,
     MODELS,
     PRESETS,
     REFERENCE,
@@ -156,15 +155,12 @@ loss_options = all_of(
 )
 
 damping_options = all_of(
-    click.option(
-        "--damping-model", type=Model((*MODELS, LOCAL)), help="Damping model.  [default: CR, with --restitution]"
-    ),
+    click.option("--damping-model", type=Model(MODELS), help="Damping model.  [default: CR, with --restitution]"),
     click.option("--damping-ratio", type=SHARE, help="Damping ratio xi of a viscous model."),
-    click.option("--local-damping", type=NUMBER, help="Coefficient alpha of LOCAL, local damping."),
     click.option(
         "--restitution",
         type=RESTITUTION,
-        help=f"{RESTITUTION_MEANT}, or a rule for it, for CR, ECD of any order, LOCAL, and --compare.",
+        help=f"{RESTITUTION_MEANT}, or a rule for it, for CR, ECD of any order, and --compare.",
     ),
     loss_options,
     click.option("--order", type=NUMBER, help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
@@ -370,11 +366,6 @@ def make_dampings(
     order = options["order"]
     if order is not None and model != "ECD":
         raise click.UsageError("--order belongs to --damping-model ECD; it must be given with it, or not at all")
-    alpha = options["local_damping"]
-    if alpha is not None and model != LOCAL:
-        raise click.UsageError(
-            "--local-damping belongs to --damping-model LOCAL; it must be given with it, or not at all"
-        )
     loss = loss_of(options)
     if loss and (options["compare"] or restitution is None or model not in (None, *Damping.exact_models())):
         raise click.UsageError(
@@ -392,12 +383,8 @@ def make_dampings(
     if model is None:
         raise click.UsageError(
             f"--damping-model is missing; it must be {REFERENCE} with --restitution, one of {', '.join(VISCOUS_MODELS)}"
-            f" with --damping-ratio, {LOCAL} with --local-damping, or --compare with --restitution in place of both"
+            " with --damping-ratio, or --compare with --restitution in place of both"
         )
-    if model == LOCAL:
-        if ratio is not None or (alpha is None) == (restitution is None):
-            raise click.UsageError("LOCAL must have either --local-damping or --restitution, and nothing else")
-        return [Damping.of_restitution(restitution, LOCAL) if alpha is None else Damping(LOCAL, alpha)]
     if model not in VISCOUS_MODELS:
         if ratio is not None:
             raise click.UsageError("--damping-ratio belongs to viscous models; CR must have --restitution alone")
@@ -406,8 +393,7 @@ def make_dampings(
     if restitution is not None:
         exact = Damping.exact_models()
         if model not in exact:
-            of = ", ".join((*exact, LOCAL))
-            raise click.UsageError(f"--restitution belongs to {of}; {model} must have --damping-ratio")
+            raise click.UsageError(f"--restitution belongs to {', '.join(exact)}; {model} must have --damping-ratio")
         if ratio is not None:
             raise click.UsageError(
                 f"--damping-ratio and --restitution state the same of {model}; it must have one of them"

@@ -425,10 +425,9 @@ def _side_by_side(
         compat="override",
         join="exact",
     )
-    names = ["restitution", "damping_ratio"]
-    names += ["local_damping"] * any("local_damping" in damping.names for damping in dampings)
     parameters: dict[str, Any] = {
-        name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings]) for name in names
+        name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings])
+        for name in ("restitution", "damping_ratio")
     }
     parameters |= {name: float(getattr(curve, name)) for name in TEXTS}
     return together.assign(parameters).assign_attrs(softening=curve.softening)

@@ -27,12 +27,12 @@ def compile_all(processes: int = 1) -> None:
 
     import rockdamp.solvers.event_driven  # noqa: F401 - before the clock runs
     from rockdamp.mechanics.damping import Damping
-    from rockdamp.vocabulary import LOCAL, MODELS
+    from rockdamp.vocabulary import MODELS
 
     models = [Damping(model, 0.5) for model in MODELS]
     dampers = [*models, Damping.power(1.3, 0.05), Damping("ECD", 0.05, order=8)]
     runs = [partial(_run_oscillator)]  # the quickest tells whether anything is to be compiled
-    runs += [partial(_run, damping, peaks_only=True) for damping in (Damping(LOCAL, 0.5), *dampers)]
+    runs += [partial(_run, damping, peaks_only=True) for damping in dampers]
     # Dampers may share a law, and one run compiles it for all: two processes would both compile it.
     runs += [partial(_run_exactly, damping) for damping in {damping.law: damping for damping in models}.values()]
     runs += [partial(_run, damping) for damping in dampers]

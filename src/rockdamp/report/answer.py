@@ -14,10 +14,9 @@ from rockdamp.report import interactive
 from rockdamp.report.earthquake_criterion import off
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import DASH, counted, number, percent, plain
-from rockdamp.vocabulary import LOCAL, RECOMMENDED, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
+from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
 
 ORDERS = "earthquakes/orders"
-OFFER_OF_LOCAL = "local damping alone (discrete elements)"
 # How far the recommended damper is from restitution: the words, the name in the recommendation, and of a changed e.
 CERTAINTY = (
     ("root mean square", "log_error", "sensitivity_to_restitution", off),
@@ -154,19 +153,6 @@ def by_program(data: Datasets) -> list[dict[str, Any]]:
         _row(offer, model, refers_to(model), leading["log_error"], leading["false_safe_rate"])
         for model, offer in OFFERS.items()
     ]
-    local = data.get("local_damping")
-    if local is not None and LOCAL in local["damping_model"].values:
-        studied = xr.DataArray(np.isclose(leading["restitution"], local["restitution"]), dims="restitution")
-        costs = local.drop_vars("restitution").where(studied)
-        rows.append(
-            _row(
-                OFFER_OF_LOCAL,
-                LOCAL,
-                "net force of each body",
-                costs["record_log_error"],
-                costs["record_false_safe_rate"],
-            )
-        )
     middle = leading.sizes["restitution"] // 2
     return sorted(rows, key=lambda row: (_as_shown(row["log_error"][middle]), _as_shown(row["false_safe"][middle])))
 

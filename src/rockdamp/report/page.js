@@ -19,7 +19,6 @@
     const e = Number(slider.value);
     document.getElementById("answer-shown").textContent = slider.value;
     for (const cell of document.querySelectorAll("#answer [data-model]")) cell.textContent = leastError(cell.dataset.model, e);
-    for (const cell of document.querySelectorAll("#answer [data-local]")) cell.textContent = `α = ${Math.tanh(-Math.log(e)).toPrecision(3)}`;
     const off = JSON.parse(document.getElementById("answer").dataset.e).map((studied) => Math.abs(Number(studied) - e));
     const nearest = off.indexOf(Math.min(...off));
     document.getElementById("answer-nearest").textContent = off[nearest] > 1e-9 ? `, the nearest studied to ${slider.value}` : "";

@@ -31,7 +31,7 @@ from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import DASH, listed, number, percent, plain, span
-from rockdamp.vocabulary import LOCAL, PAPER_MODELS, RECOMMENDED, REFERENCE
+from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
@@ -93,8 +93,6 @@ def build(content: Content) -> str:
         figures=list(pictures.values()),
         answer=short,
         shown_ratio=shown_ratio,
-        alpha=lambda e: number(np.tanh(-np.log(float(e)))),
-        local=LOCAL,
         documents=content.documents,
         earthquakes=earthquakes.section(content.datasets, content.config),
         assumptions=Markup(tables.prose(content.assumptions)),

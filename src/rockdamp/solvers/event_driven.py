@@ -28,9 +28,9 @@ from scipy.integrate import DOP853
 from rockdamp.arrays import Array
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.damping.base import IMPACT, NET_FORCE, VISCOUS
+from rockdamp.mechanics.damping.base import IMPACT
 from rockdamp.solvers.compiled import compiled, specialised
-from rockdamp.solvers.oscillator import acceleration_zeros, closed_state, closed_turn
+from rockdamp.solvers.oscillator import closed_state, closed_turn
 from rockdamp.vocabulary import OUTCOMES
 
 # DOP853's coefficients; the last two are of the estimates of a step's error, which look at the rates at its end too.
@@ -39,7 +39,6 @@ A, B, C, E3, E5 = (np.ascontiguousarray(of) for of in (DOP853.A, DOP853.B, DOP85
 TOLERANCE = 1e-13  # relative, of a step; absolute it is a thousandth
 GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.9  # of the step, at most, and what it stays below the best
 SMALLEST = 10 * np.finfo(float).eps  # of a step, over tau
-NEAR_ZERO = 1e-9  # of the force that accelerates the wall
 LEAST = 1e-100  # |x| for a damper's law, which may divide by it or by the energy there
 HALVINGS = 100  # of a stretch with an event, at most: to the last bit, or next to the start
 
@@ -211,40 +210,6 @@ def piece(branch, parameters, start, remaining, tau, wanted, rates):
     return before, turns, wanted, closed_state(x, v, c, k, p - branch[OFFSET], slope, before)
 
 
-# --- local damping: x'' = g - alpha |g| sgn(v), where g is the load less the restoring force --------------------------
-
-
-@register_jitable
-def side_of(branch, start, side):
-    """Return the sign of g: near its zero the sign so far, which changes there, unless g moves back."""
-    x, v, p, slope = start
-    net, change = p - branch[STIFFNESS] * x - branch[OFFSET], slope - branch[STIFFNESS] * v
-    if abs(net) > NEAR_ZERO:
-        return math.copysign(1.0, net)
-    if side == 0.0 or (net * side <= 0.0 and change * side < 0.0):
-        return math.copysign(1.0, change)
-    return side
-
-
-@register_jitable
-def damped_share(branch, start, side, alpha):
-    """Return the branch and the load as they act, times 1 -+ alpha, and the moment at which g changes sign.
-
-    `side` is the sign of g, which the run keeps, as rounding may hide it where g vanishes.
-    """
-    x, v, p, slope = start
-    share = 1.0 + alpha if v * side < 0.0 else 1.0 - alpha
-    acting = branch.copy()
-    acting[STIFFNESS] *= share
-    acting[OFFSET] *= share
-    start = (x, v, share * p, share * slope)
-    k, q = acting[STIFFNESS], start[2] - acting[OFFSET]
-    until, spacing = acceleration_zeros(x, v, 0.0, k, q, start[3])
-    if (q - k * x) * side < 0.0:  # of the other sign by rounding, at the change before: the next one counts
-        until += spacing
-    return acting, start, until
-
-
 # --- the run ----------------------------------------------------------------------------------------------------------
 
 
@@ -266,7 +231,6 @@ def run(
     parameters,
     impact,
     rest,
-    alpha,
     at,
     x,
     v,
@@ -293,8 +257,6 @@ def run(
         Whether the law is of an impact: the factor on the velocity at x = 0.
     rest : float
         Speed below which the wall stops where it crosses x = 0; a load sets it in motion again.
-    alpha : float
-        Of local damping; less than 0 for any other damper.
     load, load_step : ndarray and float
         Samples, linear between them and zero after the last, and their spacing.
     times, displacement, velocity : ndarray, shape (n,)
@@ -307,7 +269,6 @@ def run(
     rates = np.zeros((2, STAGES + 1))
     crossings, changes, reached = 0, 0, 0
     tau, wanted, stalled = 0.0, np.inf, 0
-    side = 0.0  # of local damping: the sign of the force that accelerates the wall
     last, samples = times[-1], load.size
     for segment in range(max(samples, 1)):
         begin, stop, p, slope = max(samples - 1, 0) * load_step, last, 0.0, 0.0
@@ -318,10 +279,6 @@ def run(
             branch, origin = branches[at], tau
             start = (x, v, p + slope * (origin - begin), slope)
             until = stop - origin
-            if alpha >= 0.0:
-                side = side_of(branch, start, side)
-                branch, start, vanishing = damped_share(branch, start, side, alpha)
-                until = min(until, vanishing)
             end, turning, wanted, (x_end, v_end) = piece(branch, parameters, start, until, origin, wanted, rates)
             if end == 0.0 and not turning and branch[CONSTANT] < 0.0:
                 return FAILED, tau, x, impacts[:crossings], turns[:changes]
@@ -332,9 +289,7 @@ def run(
                 bound = branch[HIGH] if way > 0 else branch[LOW]
                 end = event(branch, parameters, start, DISPLACEMENT, bound, way, 0.0, end, rates) if x != bound else 0.0
                 x_end, v_end = bound, state(branch, parameters, start, end, rates)[1]
-            if alpha >= 0.0 and end == until and until < stop - origin and not turning:
-                side = -side
-            tau = stop if end == stop - origin else origin + end
+            tau = stop if end == until else origin + end
             while reached > 0 and times[reached - 1] >= origin:  # after an impact, once more
                 reached -= 1
             while reached < times.size and times[reached] <= tau:
@@ -421,7 +376,6 @@ def history(
         damping.law_parameters(curve),
         damping.step_kind == IMPACT,
         AT_REST if damping.loss_depends_on_amplitude else 0.0,
-        float(damping.local_damping) if damping.step_kind == NET_FORCE else -1.0,
         at,
         x,
         v,
@@ -462,7 +416,7 @@ def branches(curve: TrilinearCurve, damping: Damping) -> Array:
 
 def _constant_coefficient(curve: TrilinearCurve, damping: Damping, index: int) -> float:
     """Return C on the branch of number `index` from x = 0 where it is constant, else -1."""
-    if damping.step_kind != VISCOUS:
+    if damping.step_kind == IMPACT:
         return 0.0
     k1 = float(curve.initial_stiffness)
     return 2 * math.sqrt(k1) * float(damping.damping_ratio) if index < damping.linear_branches else -1.0

@@ -19,7 +19,7 @@ from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.damping.base import IMPACT, NET_FORCE
+from rockdamp.mechanics.damping.base import IMPACT
 from rockdamp.plausibility import called_from_outside, of_dampings, warn
 from rockdamp.questions import of_rest, of_run, of_start
 from rockdamp.solvers import newmark_kernel as kernel
@@ -401,7 +401,7 @@ def _balance(
 ) -> tuple[Quantity, Quantity]:
     """Return the load at the start and the acceleration that balances the forces there; refuse what is out of scale."""
     k1, b1, ks, _, _, a3 = described
-    if isinstance(x0, float) and len(factors) == 1 and v0 == 0 and damping.step_kind != NET_FORCE:  # the usual case
+    if isinstance(x0, float) and len(factors) == 1 and v0 == 0:  # the usual case
         load = factors[0] * ground.item(0) + 0.0 if ground.size else 0.0
         net = load - math.copysign(trilinear.force_of_one(abs(x0), k1, b1, ks, a3), x0)
         require(math.isfinite(net), ACCELERATION, net, "a finite number")
@@ -410,10 +410,7 @@ def _balance(
         load = np.einsum("m...,m->...", factors, ground[:, 0]) + 0.0 if ground.size else 0.0
         net = load - np.sign(x0) * trilinear.force(np.abs(x0), k1, b1, ks, a3)
         start = net
-        if damping.step_kind == NET_FORCE:
-            (alpha,) = damping.formula_parameters(curve)
-            start = net - alpha * np.abs(net) * np.sign(np.where(v0 == 0, net, v0))
-        elif not holds(v0 == 0):
+        if not holds(v0 == 0):
             start = net - damping.unchecked_coefficient(curve, x0, v0) * v0
     require(np.isfinite(start), ACCELERATION, start, "a finite number")
     return load, start

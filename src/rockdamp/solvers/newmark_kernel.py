@@ -47,7 +47,7 @@ PATIENCE = 256  # steps after which a block is asked whether any of its walls su
 FASTMATH = {"nnan", "ninf", "nsz", "contract"}
 
 
-# --- the steps of one lane: both schemes, for restitution, viscous and local damping ----------------------------------
+# --- the steps of one lane: both schemes, for restitution and viscous damping -----------------------------------------
 # A step takes the lane's state, its load at both ends, its curve (k1, b1, ks, a1, a2, a3) and its damper's parameters.
 # It returns displacement, velocity and acceleration at its end.
 
@@ -181,38 +181,6 @@ def viscous_as_published(x, v, a, h, start, end, curve, damper):
     x, v = x + dx, v + dv
     f, c = damped_at(np.abs(x), odd(x, v), curve, damper)
     return x, v, end - odd(x, f) - c * v
-
-
-@register_jitable
-def reduced(g, alpha, v):
-    """Return g - alpha |g| sgn(v), the acceleration under local damping; at rest the wall goes where g pulls it."""
-    return g * (1.0 + alpha) if g * v < 0.0 else g * (1.0 - alpha)
-
-
-def local_located(x, v, a, h, start, end, curve, damper):
-    """Local damping by explicit Newmark, the turn located inside the step, where the acceleration jumps."""
-    alpha = damper[0]
-    turns = crossed(v, v + h * a)
-    s = np.minimum(np.abs(v) / np.maximum(np.abs(a), TINY), h) if turns else 0.0
-    x = moved(x, v, a, s)
-    v = 0.0 if turns else v
-    g = start + (end - start) * (s / h) - odd(x, force_at(np.abs(x), curve))
-    a = reduced(g, alpha, 0.0) if turns else a
-    h -= s
-    x = moved(x, v, a, h)
-    g = end - odd(x, force_at(np.abs(x), curve))
-    ahead = v if v != 0.0 else a
-    after = v + 0.5 * h * (a + reduced(g, alpha, ahead))
-    return x, after, reduced(g, alpha, after if after != 0.0 else ahead)
-
-
-def local_as_published(x, v, a, h, start, end, curve, damper):
-    """Local damping by linear acceleration, the tangent and the fraction of the force frozen in a step."""
-    alpha, z = damper[0], np.abs(x)
-    share = reduced(1.0, alpha, (start - odd(x, force_at(z, curve))) * v)
-    dx, dv = linear_acceleration(v, a, h, share * (end - start), share * tangent_at(z, curve), 0.0)
-    x, v = x + dx, v + dv
-    return x, v, reduced(end - odd(x, force_at(np.abs(x), curve)), alpha, v)
 
 
 # --- one step of a block of lanes -----------------------------------------------------------------------------------
@@ -425,8 +393,8 @@ def march(
 
 
 STEPS = {  # by scheme and by `Damping.step_kind`
-    "newmark": {"impact": restitution_located, "viscous": viscous_newmark, "net force": local_located},
-    "paper": {"impact": restitution_as_published, "viscous": viscous_as_published, "net force": local_as_published},
+    "newmark": {"impact": restitution_located, "viscous": viscous_newmark},
+    "paper": {"impact": restitution_as_published, "viscous": viscous_as_published},
 }
 
 

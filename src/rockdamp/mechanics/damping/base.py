@@ -21,9 +21,8 @@ costs it nothing, as the compiler drops it. A damper can have
 8. `secant_exponent`: n, if C goes with w^n of the secant's frequency and with nothing else;
 9. `amplitude_independent` and `exact_damping_ratio`: if every half cycle loses the same fraction of its energy,
    xi follows from e alone, exactly. The other closed forms take `formula` and need nothing;
-10. `step_kind`, by which the solvers choose the step: ``viscous``, a force C v, if none is said; ``impact``, a factor
-    on the velocity at x = 0; or ``net force``, a fraction of the force that accelerates the wall, load included: it is
-    the first of `formula_parameters` and of `law_parameters`;
+10. `step_kind`, by which the solvers choose the step: ``viscous``, a force C v, if none is said; or ``impact``, a
+    factor on the velocity at x = 0;
 11. `javascript`: C by xi, z, f, doubleV, v and w1, for the report's explorer; without it the explorer leaves the damper
     out.
 """
@@ -44,10 +43,10 @@ from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.vocabulary import DAMPERS, LOCAL, MODELS
+from rockdamp.vocabulary import DAMPERS, MODELS
 
 LARGEST_ORDER = 10_000  # of ECD; steps of the solver would pass over its band about u = 0
-VISCOUS, IMPACT, NET_FORCE = "viscous", "impact", "net force"  # kinds of steps
+VISCOUS, IMPACT = "viscous", "impact"  # kinds of steps
 
 # A parameter's name in messages, its range, and the range in words.
 RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
@@ -56,7 +55,6 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
     "exponent": ("exponent", lambda exponent: exponent >= 0, "at least 0"),
     "order": ("order (m)", lambda m: (m >= 0) & (m <= LARGEST_ORDER), f"at least 0 and at most {LARGEST_ORDER:g}"),
     "at": ("at (u/u_ins)", lambda at: at > 0, "greater than 0"),
-    "local_damping": ("local_damping (alpha)", lambda alpha: (alpha >= 0) & (alpha < 1), "at least 0 and less than 1"),
 }
 
 
@@ -82,7 +80,7 @@ class _Named(type):
         if model not in DAMPERS:
             raise AttributeError(f"type object {cls.__name__!r} has no attribute {name!r}")
         made = f"Damping({model!r}, {', '.join(damper_classes()[model].names)})"
-        if model in (*Damping.exact_models(), LOCAL):
+        if model in Damping.exact_models():
             made = f"Damping.of_restitution(e, {model!r}) or {made}"
         raise AttributeError(f"Damping has no {name!r}; {made} makes one")
 
@@ -96,11 +94,11 @@ class Damping(ByValue, metaclass=_Named):
     Parameters
     ----------
     model : str
-        One of `vocabulary.MODELS`, ``"POWER"`` for the general exponent, or ``"LOCAL"`` for local damping.
+        One of `vocabulary.MODELS`, or ``"POWER"`` for the general exponent.
     *values, **named : float or ndarray
-        Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in [0, 1]; ``local_damping``
-        alpha for LOCAL, in [0, 1); ``damping_ratio`` xi for the others, >= 0; after it ``exponent`` n for POWER and, by
-        name, ``order`` m for ECD, which is 0 if not given; both >= 0. CR, ECD and ECD16 take, by name, ``exponent`` g
+        Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in [0, 1]; ``damping_ratio`` xi
+        for the others, >= 0; after it ``exponent`` n for POWER and, by name, ``order`` m for ECD, which is 0 if not
+        given; both >= 0. CR, ECD and ECD16 take, by name, ``exponent`` g
         of a loss that falls with the amplitude, 0 if not given, and ``at``: see `cr`. [-]
 
     Attributes
@@ -108,9 +106,8 @@ class Damping(ByValue, metaclass=_Named):
     model, title : str
         Its short name and what it stands for.
     step_kind : str
-        How it takes energy: ``viscous``, by a force C v; ``impact``, by `restitution`; ``net force``, by a fraction of
-        what accelerates the wall, as LOCAL does.
-    restitution, damping_ratio, exponent, order, at, local_damping : ndarray
+        How it takes energy: ``viscous``, by a force C v; ``impact``, by `restitution`.
+    restitution, damping_ratio, exponent, order, at : ndarray
         Its parameters; a model has those of `names` alone. [-]
     names : tuple of str
         Names of its parameters.
@@ -158,7 +155,6 @@ class Damping(ByValue, metaclass=_Named):
     exponent: Quantity
     order: Quantity
     at: Quantity
-    local_damping: Quantity
 
     def __new__(cls, model: str = "", *values: Quantity, **named: Quantity) -> Damping:
         if cls is not Damping:
@@ -251,7 +247,7 @@ class Damping(ByValue, metaclass=_Named):
         restitution : float or ndarray
             e, in (0, 1]. [-]
         model : str
-            ``"ECD"``, the energy-consistent damper, ``"LOCAL"``, local damping, or ``"CR"`` itself.
+            ``"ECD"``, the energy-consistent damper, ``"ECD16"``, or ``"CR"`` itself.
         **named : float or ndarray
             ``order`` m of ECD, >= 0; the larger, the nearer to restitution under any load. ``exponent`` g, less than
             0.5 for a damper, and ``at`` as for `cr`. [-]
@@ -268,8 +264,7 @@ class Damping(ByValue, metaclass=_Named):
         >>> rd.Damping.of_restitution([0.8, 0.85], order=8).damping_ratio.round(4)
         array([0.071 , 0.0517])
         """
-        exact = (*Damping.exact_models(), LOCAL)
-        model = one_of("damping_model", model, exact, ": the others need a fit")
+        model = one_of("damping_model", model, Damping.exact_models(), ": the others need a fit")
         kind = damper_classes()[model]
         e = numbers("restitution (e)", restitution)
         if kind.step_kind == IMPACT:
@@ -287,7 +282,7 @@ class Damping(ByValue, metaclass=_Named):
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
-        """Return what loses in every half cycle as much as an impact: xi of a model that has one, alpha of LOCAL. [-]
+        """Return xi of the damper that loses in every half cycle as much as an impact. [-]
 
         Parameters
         ----------
@@ -415,4 +410,4 @@ class Damping(ByValue, metaclass=_Named):
 def _known(model: str) -> str:
     """Return the name of a model that there is; the general exponent is one, and none of those that are compared."""
     named = model if isinstance(model, str) and model.upper() in DAMPERS else None
-    return named.upper() if named is not None else one_of("damping_model", model, (*MODELS, LOCAL))
+    return named.upper() if named is not None else one_of("damping_model", model, MODELS)
