@@ -27,7 +27,6 @@ from rocking_tables import (
     rocking_curves,
     rocking_errors,
     rocking_restitution,
-    shipped_blocks,
 )
 from table_text import interval, models, percent, power, share, table
 
@@ -48,7 +47,6 @@ from rockdamp.vocabulary import RECOMMENDED_SOURCE, STUDIES
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
 SHIPPED = ROOT / "src/rockdamp/equivalence"
-BLOCKS = ROOT / "src/rockdamp/assessment/blocks.csv"
 DOCS = (
     "accuracy",
     "earthquakes",
@@ -434,7 +432,6 @@ if __name__ == "__main__":
     for page in map(ROOT.joinpath, PAGES):
         page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
     (SHIPPED / "false_safe.csv").write_text(false_safe(opened["comparison"]), encoding="utf-8")
-    BLOCKS.write_text(shipped_blocks(opened["measured_rocking"]), encoding="utf-8")
     (SHIPPED / "one_sided.csv").write_text(shipped(opened["one_sided"]), encoding="utf-8")
     for picture in (results / name for name in PICTURES):
         shutil.copyfile(picture, ROOT / "docs/figures" / picture.name)

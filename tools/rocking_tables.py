@@ -100,15 +100,6 @@ def rocking_blocks(data: Data) -> str:
     return table(head, rows)
 
 
-def shipped_blocks(study: xr.Dataset) -> str:
-    """Return the spread of ln e by slenderness, as the package ships it for parapets."""
-    rows = [
-        f"{slenderness:g},{deviation:.4f}\n"
-        for slenderness, deviation in zip(study["geometry"].values, study["trial_deviation"].values, strict=True)
-    ]
-    return "slenderness,deviation\n" + "".join(rows)
-
-
 def rocking_choices(data: Data) -> str:
     """How often the damper that made simulated trials is the most likely, and the exponent by bootstrap."""
     study = data["measured_rocking"]

@@ -65,4 +65,3 @@ BLOCK_RESTITUTION_DEVIATION = 0.024
 # overstated by this share, if walls lose as measured blocks do. A test keeps it to the table of docs/earthquakes.md.
 RELEASES = "0.3 to 0.5 u_ins"  # those that a constant e is meant for
 SMALL_RELEASE_OVERSTATES = 0.10
-BLOCK_RATIO = 0.99  # e over Housner's, mean of the same trials

@@ -72,7 +72,7 @@ def test_a_tie_lowers_the_probability_of_collapse(answer, motions):
 def test_the_rule_for_restitution_is_that_of_facades(motions):
     answer = rd.assess(FRONT, CURVE, motions[:1], pgv=0.4)
     assert float(answer["restitution"]) == pytest.approx(float(FRONT.restitution_rigid))
-    assert "averaged_collapse_probability" not in answer
+    assert "collapse_probability_impulsive" not in answer
     strip = rd.OneSidedWall(rd.Wall(thickness=0.3, height=4.5))
     with pytest.raises(rd.InputError, match="it must be a number: a wall with a hinge has no rule against a"):
         rd.assess(strip, CURVE, motions[:1], pgv=0.4)

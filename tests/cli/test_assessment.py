@@ -91,16 +91,6 @@ def test_several_intensities_give_lists_and_g_is_that_of_the_earth():
     assert len(values["models"][0]["collapse_probability_interval"]) == 3
 
 
-def test_a_row_without_its_e_has_the_share_averaged_over_e_too(tmp_path):
-    table = tmp_path / "walls.csv"
-    table.write_text("id,thickness,height,preset\nmine,0.25,3,new\n")
-    by_row, alone = (
-        printed("assess", *wall, *RECORDS, "--pgv", 0.6)
-        for wall in (("--walls", table, "--id", "mine"), WALL[: WALL.index("--restitution")])
-    )
-    assert by_row == alone and "averaged_collapse_probability" in by_row["models"][0]
-
-
 def test_what_is_written_is_what_is_printed(tmp_path, answer):
     names = {"output": "a.nc", "plot": "a.png", "nrml": "a.xml"}
     options = [part for option, name in names.items() for part in (f"--{option}", tmp_path / name)]

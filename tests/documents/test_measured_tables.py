@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import report_content
-import rocking_tables
 import xarray as xr
 import yaml
 from posterior_records import row_of
@@ -210,11 +209,6 @@ def test_errors_of_the_fits_are_the_largest_over_the_cracked_stiffness(made_up):
 def test_the_package_ships_the_false_safe_shares_of_the_full_study():
     shown = (measured_tables.SHIPPED / "false_safe.csv").read_text(encoding="utf-8")
     assert shown == measured_tables.false_safe(built()["comparison"])
-
-
-def test_the_package_ships_the_spread_of_the_measured_blocks():
-    shown = measured_tables.BLOCKS.read_text(encoding="utf-8")
-    assert shown == rocking_tables.shipped_blocks(built()["measured_rocking"])
 
 
 def test_the_package_ships_the_errors_at_the_stop_of_the_full_study():

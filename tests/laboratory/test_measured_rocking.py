@@ -9,7 +9,7 @@ from repository import ROOT
 
 from rockdamp.laboratory import measured_rocking as stage
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import BLOCK_RATIO, BLOCK_RESTITUTION_DEVIATION
+from rockdamp.vocabulary import BLOCK_RESTITUTION_DEVIATION
 
 FILE = ROOT / "data/measured/limestone-free-rocking.csv"
 
@@ -69,4 +69,4 @@ def test_the_spread_that_the_package_ships_is_that_of_the_built_trials():
         pytest.skip("the full results are not built")
     whole = np.hypot(float(study["deviation_within"]), float(study["deviation_between"]))
     assert whole == pytest.approx(BLOCK_RESTITUTION_DEVIATION, abs=0.001)
-    assert round(float(study["restitution_over_housner_mean"]), 2) == BLOCK_RATIO
+    assert round(float(study["restitution_over_housner_mean"]), 2) == 0.99

@@ -44,9 +44,7 @@ COLUMNS = (
 )
 OF_LOSS = ("loss_exponent", "reference_amplitude")  # columns where the loss has an exponent
 BY_INTENSITY = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
-# By the rule measured alone: averaged over e, and by the rule impulsive.
-AVERAGED, IMPULSIVE = "averaged_collapse_probability", "collapse_probability_impulsive"
-BY_RULE = (AVERAGED, "averaging_error", IMPULSIVE)
+IMPULSIVE = "collapse_probability_impulsive"  # of a wall, by the rule measured
 HALVING = ("unconverged", "median_uncertainty", "dispersion_uncertainty")
 WIDEST = 2.0  # of a modelling dispersion
 
@@ -65,7 +63,7 @@ def models(answer: xr.Dataset) -> list[dict[str, Any]]:
     rows = []
     for model in map(str, answer["damping_model"].values):
         one = answer.sel(damping_model=model)
-        lists = {name: _plain(one[name].values) for name in (*BY_INTENSITY, *BY_RULE) if name in one}
+        lists = {name: _plain(one[name].values) for name in (*BY_INTENSITY, IMPULSIVE) if name in one}
         rows.append(
             {
                 "damping_model": model,

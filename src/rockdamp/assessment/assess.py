@@ -28,13 +28,8 @@ from rockdamp.assessment.collapses import (
 )
 from rockdamp.assessment.table import (
     DEFAULT_RULE,
-    LOWEST,
     BadRow,
     Row,
-    by_rule,
-    deviation_of,
-    nodes,
-    over_spread,
     restitution_and_reason,
 )
 from rockdamp.errors import InputError, require
@@ -97,7 +92,7 @@ def assess(
         Peak ground accelerations asked for. [m s-2]
     restitution : float or str
         e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``analytical`` for Eq. (7), ``impulsive``; for a
-        parapet each of them is Housner's. By ``measured`` e has a spread too. One e is good for collapse if it is that
+        parapet each of them is Housner's. One e is good for collapse if it is that
         of amplitudes of 0.3 to 0.5 u_ins; measured at 0.1 it is unsafe (docs/earthquakes.md). [-]
     exponent, at : float
         Exponent g of a loss that falls with the amplitude, at least 0 and less than 0.5, and the amplitude u/u_ins that
@@ -116,10 +111,9 @@ def assess(
         over the stations, ``stripe_collapses``, and ``peak`` of each record, NaN where the wall collapses. And
         ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. Intervals are NaN
         for fewer than four stations. ``unconverged`` outcomes at the stripes, ``median_uncertainty`` and
-        ``dispersion_uncertainty`` are what the last halving of the step changed. By the rule ``measured`` also
-        ``averaged_collapse_probability``, over the spread of e and its rules, with the ``averaging_error`` of this
-        integral, and for a wall ``collapse_probability_impulsive``, by rigid mechanics alone. With an exponent also
-        ``loss_exponent`` and ``reference_amplitude``.
+        ``dispersion_uncertainty`` are what the last halving of the step changed. Of a wall by the rule ``measured``
+        also ``collapse_probability_impulsive``, with e of rigid mechanics. With an exponent also ``loss_exponent`` and
+        ``reference_amplitude``.
 
     Raises
     ------
@@ -156,11 +150,8 @@ def assess(
         .assign(restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall"))
         .assign(_stated(loss))
     )
-    if restitution == DEFAULT_RULE and not isinstance(wall, OneSidedWall):
-        deviation, source = deviation_of(wall)
-        run = partial(collapsed_by_restitution, wall, curve, motions, factor.values, loss=loss, step=step, tail=tail)
-        answer = answer.merge(_over_restitution(wall, run)).assign(restitution_deviation=deviation)
-        answer = answer.assign_attrs(restitution_range=source)
+    if restitution == DEFAULT_RULE and isinstance(wall, Wall):
+        answer = answer.merge(_impulsive(wall, curve, motions, factor.values, loss=loss, step=step, tail=tail))
     answer = answer.assign_coords(
         record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]
     ).transpose(*DIMS, missing_dims="ignore")
@@ -457,37 +448,27 @@ def median_peak(runs: xr.Dataset) -> xr.DataArray:
     return runs["peak"].isel(record=0, drop=True).copy(data=middle)
 
 
-def collapsed_by_restitution(
-    wall: Wall | Parapet,
+def _impulsive(
+    wall: Wall,
     curve: TrilinearCurve,
     motions: Sequence[GroundMotion],
     factor: Array,
-    restitution: Array,
     *,
     loss: Loss,
     step: float,
     tail: float,
-) -> Array:
-    """Return which records collapse the wall at each e, 0 or 1, shape (restitution, record, intensity, damping_model).
+) -> xr.Dataset:
+    """Return the share of collapses with e of rigid mechanics, which no test has confirmed.
 
     `factor`, on each record's acceleration, has the shape (records, intensities).
     """
-    dampings, shape = side_by_side(restitution, loss), (restitution.size, factor.shape[1])
+    e = float(wall.restitution_impulsive)
+    dampings = side_by_side(np.array([e]), loss)
     runs = [
-        refined(motion.record, wall, curve, dampings, np.broadcast_to(by_record, shape), step=step, tail=tail)[1]
+        refined(motion.record, wall, curve, dampings, by_record[None], step=step, tail=tail)[1]
         for motion, by_record in zip(motions, factor, strict=True)
     ]
-    return np.stack(runs, axis=1).astype(float)
-
-
-def _over_restitution(wall: Wall | Parapet, run: Callable[[Array], Array]) -> xr.Dataset:
-    """Return the share of collapses averaged over e, and by rigid mechanics alone, which no test has confirmed."""
-    e, probability = nodes(wall)
-    dims = ("intensity", "damping_model")
-    mean, error = over_spread(run(e), probability)
-    found = xr.Dataset({"averaged_collapse_probability": (dims, mean), "averaging_error": (dims, error)})
-    if isinstance(wall, Parapet):
-        return found
-    impulsive = max(float(by_rule(wall, "impulsive")[0]), LOWEST)
-    share = run(np.array([impulsive])).mean(axis=(0, 1))
-    return found.assign(collapse_probability_impulsive=(dims, share), restitution_impulsive=impulsive)
+    share = np.concatenate(runs).mean(axis=0)
+    return xr.Dataset({"collapse_probability_impulsive": (("intensity", "damping_model"), share)}).assign(
+        restitution_impulsive=e
+    )

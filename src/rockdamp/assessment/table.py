@@ -10,12 +10,8 @@ import warnings
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from scipy.special import ndtr
 
 from rockdamp import plausibility, units
 from rockdamp.arguments import number
@@ -32,7 +28,7 @@ from rockdamp.storage import input_file
 from rockdamp.storage.input_file import Column
 from rockdamp.units import UnitError, quantity
 from rockdamp.units import number as text_number
-from rockdamp.vocabulary import BLOCK_RATIO, BLOCK_RESTITUTION_DEVIATION, RECOMMENDED, WALL_RESTITUTION_DEVIATION
+from rockdamp.vocabulary import RECOMMENDED
 
 NEEDED = ("id", "thickness", "height")
 SIZES = (
@@ -366,7 +362,7 @@ def _number(name: str, text: str) -> float:
         raise InputError(f"{name} is {text!r}: {error}; it must be a number, in SI units") from None
 
 
-# --- e by a rule, and how uncertain it is -----------------------------------------------------------------------------
+# --- e by a rule ------------------------------------------------------------------------------------------------------
 
 Rocking = Wall | Parapet
 SORRENTINO = "Sorrentino, AlShawa and Decanini (2011), second-hand: a block that hits a return wall"
@@ -384,20 +380,6 @@ RULES: Mapping[str, tuple[Callable[[Rocking], Array], str]] = {
 # safe side of their mean, and not of rigid mechanics, `impulsive`, for slender walls.
 DEFAULT_RULE = "measured"
 HOUSNER = "Housner: one block that rocks on its base"
-# The range of the rule ``measured``, and its source.
-OF_WALLS = (
-    "tests of walls that the paper quotes gave 0.86 of Eq. (7), 0.85 to 0.91; other reports, second-hand, differ:"
-    " 0.90 to 0.97 of theory"
-)
-OF_BLOCKS = (
-    f"134 free-rocking trials of limestone blocks gave {BLOCK_RATIO} of Housner, with a deviation of ln e that falls"
-    f" with h/t ({BLOCK_RESTITUTION_DEVIATION} in the mean); other reports differ"
-)
-# ASSUME: a judgement, for averages over e: tests of walls are few, and rigid mechanics leaves the mortar out.
-RULE_WEIGHTS: Mapping[str, float] = {"measured": 0.5, "impulsive": 0.5}
-NODES = 24  # of e over its spread: with 44 records the integral then errs by some 0.003
-FURTHEST = 3.5  # standard deviations from a rule to the last node
-LOWEST, HIGHEST = 0.0, 1.0  # e; below and above, its distribution is cut off
 
 
 def by_rule(wall: Rocking | OneSidedWall, rule: str = DEFAULT_RULE) -> tuple[Array, str]:
@@ -434,55 +416,3 @@ def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | st
     elif reason == "as given":
         plausibility.warn([*plausibility.of_restitution(e), *plausibility.of_sizes(e, float(wall.restitution_rigid))])
     return e, reason
-
-
-def deviation_of(wall: Rocking) -> tuple[float, str]:
-    """Return the standard deviation of e by the rule ``measured``, and where the range comes from. [-]
-
-    That of a parapet is of measured blocks of its slenderness, or of the nearest that was measured.
-    """
-    if isinstance(wall, Parapet):
-        of_ln_e = np.interp(float(wall.height) / float(wall.thickness), *_blocks())
-        return float(wall.restitution_rigid * of_ln_e), OF_BLOCKS
-    return WALL_RESTITUTION_DEVIATION, OF_WALLS
-
-
-@cache
-def _blocks() -> Array:
-    """Return h/t and the standard deviation of ln e of measured blocks, which `tools/measured_tables.py` writes."""
-    return np.loadtxt(Path(__file__).with_name("blocks.csv"), delimiter=",", skiprows=1, unpack=True)
-
-
-def nodes(wall: Rocking) -> tuple[Array, Array]:
-    """Return values of e over its spread by all rules, ascending, and the probability of an e up to each.
-
-    ASSUME: e is normal about each rule of `RULE_WEIGHTS`, with the deviation of `deviation_of`, and is cut off at
-    `LOWEST` and `HIGHEST`.
-    """
-    deviation, _ = deviation_of(wall)
-    rules = np.array([float(by_rule(wall, rule)[0]) for rule in RULE_WEIGHTS])
-    weights = np.array(list(RULE_WEIGHTS.values()))
-
-    def up_to(e: Array) -> Array:
-        return np.asarray(weights @ ndtr((e - rules[:, None]) / deviation))
-
-    fine = np.linspace(rules.min() - FURTHEST * deviation, rules.max() + FURTHEST * deviation, 100 * NODES)
-    # As probable an e lies between any two nodes as between the next.
-    probability = up_to(fine)
-    e = np.interp(np.linspace(probability[0], probability[-1], NODES), probability, fine)
-    values = np.unique(np.clip(e, LOWEST, HIGHEST))
-    return values, up_to(values)
-
-
-def over_spread(collapsed: Array, probability: Array) -> tuple[Array, Array]:
-    """Return the share of records that collapse a wall, averaged over e, and the standard error of this integral.
-
-    `collapsed`, 0 or 1, has the shape (nodes, records, ...), `probability` is that of an e up to each node. Between two
-    nodes the mean of both outcomes is taken. Where a record's outcome changes there, the change is as likely at any
-    probability between them: it errs by a uniform variable, independently of the other changes.
-    """
-    within, last = np.diff(probability), 1 - probability[-1]
-    mean = np.tensordot(within, (collapsed[1:] + collapsed[:-1]) / 2, 1)
-    mean = mean + probability[0] * collapsed[0] + last * collapsed[-1]
-    variance = np.tensordot(within**2 / 12, np.abs(np.diff(collapsed, axis=0)), 1)
-    return mean.mean(axis=0), np.sqrt(variance.sum(axis=0)) / collapsed.shape[1]

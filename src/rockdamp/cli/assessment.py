@@ -321,7 +321,7 @@ def values(
     answer: xr.Dataset, wall: Wall | Parapet, typed: list[ProgramInput], frequencies: tuple[float, float]
 ) -> dict[str, Any]:
     """Return the JSON: numbers for one intensity, lists for several; in SI."""
-    from rockdamp.assessment.answers import BY_INTENSITY, BY_RULE, models
+    from rockdamp.assessment.answers import BY_INTENSITY, IMPULSIVE, models
 
     measure = answer.attrs["intensity_measure"]
     asked = answer[measure.lower()].values.tolist()
@@ -335,13 +335,12 @@ def values(
         "restitution": float(answer["restitution"]),
         "restitution_reason": answer.attrs["restitution_reason"],
         **loss_law(answer),
-        **_uncertainty(answer),
         "intensity_measure": measure,
         "intensity": at(asked),
         "interval": answer.attrs[INTERVAL],
         "tail": float(answer["tail"]),
         "models": [
-            row | {name: at(row[name]) for name in (*BY_INTENSITY, *BY_RULE) if name in row} for row in models(answer)
+            row | {name: at(row[name]) for name in (*BY_INTENSITY, IMPULSIVE) if name in row} for row in models(answer)
         ],
         "initial_frequency": frequencies[0],
         "initial_period": frequencies[1],
@@ -360,18 +359,10 @@ def loss_law(answer: xr.Dataset) -> dict[str, float]:
     return {name: float(answer[name]) for name in ("loss_exponent", "reference_amplitude") if name in answer}
 
 
-def _uncertainty(answer: xr.Dataset) -> dict[str, Any]:
-    """Return how uncertain e is, where it is by the rule measured."""
-    if "restitution_deviation" not in answer:
-        return {}
-    source = answer.attrs["restitution_range"]
-    return {"restitution_deviation": float(answer["restitution_deviation"]), "restitution_range": source}
-
-
 def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
     """Print the answer as tables: accelerations in g too, a reason for every dash, and what the step changes."""
 
-    from rockdamp.assessment.answers import AVERAGED, IMPULSIVE, models
+    from rockdamp.assessment.answers import IMPULSIVE, models
 
     measure, rows = answer.attrs["intensity_measure"], models(answer)
     unit, size = printed(answer[measure.lower()].attrs["units"], units)
@@ -387,9 +378,6 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
     if law := loss_law(answer):
         g, at = law.values()
         click.echo(f"e is that at {at:g} u_ins: the loss of an impact goes with the energy to the power -{g:g}")
-    if uncertain := _uncertainty(answer):
-        deviation, source = uncertain.values()
-        click.echo(f"e is uncertain by {deviation:.2g} (standard deviation): {source}")
     collapse = "collapses" if records == 1 else "collapse"
     interval = answer.attrs[INTERVAL]
     click.echo(f"share of {counted_runs(answer)} that {collapse} the wall ({interval}):\n")
@@ -409,22 +397,15 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
             "collapses": str(row["collapses"][index]),
             "share": row["collapse_probability"][index],
             "interval": _span(row[INTERVAL][index]),
-            **({"averaged over e": row[AVERAGED][index]} if AVERAGED in row else {}),
             **({"impulsive": row[IMPULSIVE][index]} if larger else {}),
         }
         for index, intensity in enumerate(answer[measure.lower()].values.tolist())
         for row in rows
     ]
     print_table(shares, {measure: unit})
-    if AVERAGED in rows[0]:
-        from rockdamp.assessment.table import RULE_WEIGHTS
-
-        rules = ", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items())
-        error = max(max(row["averaging_error"]) for row in rows)
-        click.echo(f"\naveraged over e: about its rules ({rules}, a judgement); the integral errs by some {error:.1g}")
     if larger:
         e = float(answer["restitution_impulsive"])
-        click.echo(f"impulsive: with e = {e:.4g} of rigid mechanics, which is worse here than the tests' e")
+        click.echo(f"\nimpulsive: with e = {e:.4g} of rigid mechanics, which is worse here than the tests' e")
     click.echo("\nfragility, lognormal, with 95 % bootstrap intervals over stations; record-to-record scatter alone:\n")
     fragilities = [
         {

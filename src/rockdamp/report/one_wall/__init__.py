@@ -26,7 +26,6 @@ from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import REPLICATES
 from rockdamp.assessment.checks import TIE_STRENGTH, Check, Moved, sensitivity
 from rockdamp.assessment.collapses import LEAST_OF_DAMPER, STRIPES, TURNED, UNITS, side_by_side
-from rockdamp.assessment.table import RULE_WEIGHTS
 from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, program_inputs, stop_damper, stop_errors
 from rockdamp.figures.mechanism import wall_figure
 from rockdamp.figures.one_sided import history_figure, one_sided_wall_figure
@@ -146,7 +145,6 @@ def build(subject: Subject) -> str:
         releases=RELEASES,
         overstates=percent(SMALL_RELEASE_OVERSTATES),
         **_losses(subject),
-        rules=", ".join(f"{rule} {weight:g}" for rule, weight in RULE_WEIGHTS.items()),
         close_together=SMALL,
         frequency=frequency,
         period=period,
