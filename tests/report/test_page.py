@@ -82,12 +82,11 @@ def test_a_claim_links_to_the_figure_that_shows_it(page, short):
     assert not [link for link in few.all("a") if "article" in link["within"]]
 
 
-def test_the_answer_comes_first_then_the_bridge_the_explorer_earthquakes_figures_and_claims(page):
+def test_the_answer_comes_first_then_the_bridge_earthquakes_figures_and_claims(page):
     order = [section["attrs"]["id"] for section in page.all("section")]
     assert order == [
         "answer",
         "bridge",
-        "explorer",
         "earthquakes",
         "one-side",
         "measurement",

@@ -9,8 +9,8 @@ import xarray as xr
 
 from rockdamp.equivalence.programs import OFFERS, refers_to
 from rockdamp.mechanics.damping import damper_classes
+from rockdamp.mechanics.damping.ecd import normalisation
 from rockdamp.report import earthquake_criterion as criterion
-from rockdamp.report import interactive
 from rockdamp.report.earthquake_criterion import off
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import DASH, counted, number, percent, plain
@@ -43,7 +43,7 @@ def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
         "model": RECOMMENDED,
         "title": damper_classes()[RECOMMENDED].title,
         "order": RECOMMENDED_ORDER,
-        "normalisation": number(interactive.exact_dampers()[RECOMMENDED]["normalisation"]),
+        "normalisation": number(normalisation(RECOMMENDED_ORDER)),
         "at": at,
         "e": [plain(e) for e in whole["restitution"].values],
         "ratios": ratios(data, a1),

@@ -2,15 +2,16 @@
 // The first screen by its slider, chips that show the claims of one verdict, and links that open what they point to.
 
 (function () {
-  const data = JSON.parse(document.getElementById("explorer-data").textContent);
   const slider = document.getElementById("answer-e");
+  const answer = document.getElementById("answer").dataset;
 
   // The damping ratio of least Err at e, between those of the neighbouring e of the study.
   function leastError(model, e) {
-    const ratio = data.least.ratio[model];
+    const least = JSON.parse(answer.ratios);
+    const ratio = least.ratio[model];
     if (!ratio) return "–";
-    const above = Math.max(1, data.least.e.findIndex((one) => one >= e));
-    const [low, high] = [data.least.e[above - 1], data.least.e[above]];
+    const above = Math.max(1, least.e.findIndex((one) => one >= e));
+    const [low, high] = [least.e[above - 1], least.e[above]];
     return (100 * (ratio[above - 1] + ((ratio[above] - ratio[above - 1]) * (e - low)) / (high - low))).toFixed(2);
   }
 
@@ -19,7 +20,7 @@
     const e = Number(slider.value);
     document.getElementById("answer-shown").textContent = slider.value;
     for (const cell of document.querySelectorAll("#answer [data-model]")) cell.textContent = leastError(cell.dataset.model, e);
-    const off = JSON.parse(document.getElementById("answer").dataset.e).map((studied) => Math.abs(Number(studied) - e));
+    const off = JSON.parse(answer.e).map((studied) => Math.abs(Number(studied) - e));
     const nearest = off.indexOf(Math.min(...off));
     document.getElementById("answer-nearest").textContent = off[nearest] > 1e-9 ? `, the nearest studied to ${slider.value}` : "";
     for (const part of document.querySelectorAll("[data-by-e]")) part.textContent = JSON.parse(part.dataset.byE)[nearest];
@@ -51,5 +52,5 @@
   }
 
   addEventListener("hashchange", reveal);
-  addEventListener("load", reveal); // the pictures have their sizes, the plots now too
+  addEventListener("load", reveal); // the pictures have their sizes now
 })();

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import importlib
-import json
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -23,20 +22,19 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.errors import InputError
 from rockdamp.figures.one_sided import middle_of
-from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import CONTACT_STEP, CONTACT_STIFFNESS
 from rockdamp.pipeline.tables import FIGURES
-from rockdamp.report import earthquakes, interactive, tables
+from rockdamp.report import earthquakes, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import DASH, listed, number, percent, plain, span
-from rockdamp.vocabulary import PAPER_MODELS, RECOMMENDED, REFERENCE
+from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
 TEMPLATE = "report.html.j2"
 STYLE = "report.css"
-SCRIPTS = ("closed_form.js", "decay.js", "least_error.js", "chart.js", "page.js", "wall.js", "explorer.js")
+SCRIPT = "page.js"
 ROCKING = "fig_measured_rocking"  # what measured free rocking says of each damper
 TIMES = 100  # less likely is excluded, as in data/claims.yaml
 ONE_SIDE = "fig_one_sided"  # how good the damper at the stop is
@@ -69,16 +67,10 @@ def build(content: Content) -> str:
     template = environment.from_string(_text(TEMPLATE))
     pictures = {figure["name"]: figure for figure in _figures(content)}
     short = answer(content.datasets, float(content.config.curve.yield_displacement_ratio))
-    accuracy, curve = content.datasets.get("accuracy"), content.config.curve
+    accuracy = content.datasets.get("accuracy")
     return template.render(
         style=Markup(_text(STYLE)),
-        scripts=[_script(text) for text in (interactive.formulas(), *map(_text, SCRIPTS))],
-        explorer=_explorer(content, curve, short),
-        controls=interactive.CONTROLS,
-        exact=list(interactive.exact_dampers()),
-        styles=interactive.styles(),
-        reference=REFERENCE,
-        recommended=RECOMMENDED,
+        script=Markup(_text(SCRIPT)),
         verdicts=tables.judged(content.claims),
         of_trials=tables.judged(content.measured) if content.measured else [],
         parts=tables.PARTS,
@@ -115,25 +107,6 @@ def write(content: Content, path: str | os.PathLike[str]) -> None:
 
 def _text(name: str) -> str:
     return files("rockdamp.report").joinpath(name).read_text(encoding="utf-8")
-
-
-def _script(text: str) -> Markup:
-    """Return a script for use inside the page: what would end its element is written another way."""
-    return Markup(text.replace("</script", "<\\/script").replace("<!--", "<\\!--"))
-
-
-def _explorer(content: Content, curve: TrilinearCurve, short: Mapping[str, Any] | None) -> Markup:
-    loops, config = content.datasets["damping_force"], content.config
-    explorer = interactive.data(
-        curve,
-        config.wall,
-        config.solver.step,
-        float(content.datasets["match/amplitude"]["response_length"]),
-        float(loops["restitution"]),
-        float(loops["release_amplitude"]),
-    )
-    explorer["least"] = short and short["ratios"]
-    return Markup(json.dumps(explorer, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))
 
 
 def measurement(datasets: Datasets) -> dict[str, Any] | None:

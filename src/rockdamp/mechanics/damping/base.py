@@ -22,9 +22,7 @@ costs it nothing, as the compiler drops it. A damper can have
 9. `amplitude_independent` and `exact_damping_ratio`: if every half cycle loses the same fraction of its energy,
    xi follows from e alone, exactly. The other closed forms take `formula` and need nothing;
 10. `step_kind`, by which the solvers choose the step: ``viscous``, a force C v, if none is said; or ``impact``, a
-    factor on the velocity at x = 0;
-11. `javascript`: C by xi, z, f, doubleV, v and w1, for the report's explorer; without it the explorer leaves the damper
-    out.
+    factor on the velocity at x = 0.
 """
 
 from __future__ import annotations
@@ -147,7 +145,6 @@ class Damping(ByValue, metaclass=_Named):
     linear_branches: Any = 0
     secant_exponent: Any = None
     amplitude_independent: ClassVar[bool] = False
-    javascript: ClassVar[str | None] = None
     ranges: ClassVar[Mapping[str, tuple[str, Callable[[Array], Any], str]]] = RANGES
 
     restitution: Quantity

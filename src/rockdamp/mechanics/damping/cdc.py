@@ -17,7 +17,6 @@ class ConstantCoefficient(SecantDamper):
     colour = "#0072B2"
     secant_exponent = 0.0
     linear_branches = 3
-    javascript = "2 * xi * w1"
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         return (2 * curve.initial_frequency * self.damping_ratio,)

@@ -18,7 +18,6 @@ class ConstantRatio(SecantDamper):
     title = "constant damping ratio"
     colour = "#D55E00"
     secant_exponent = 1.0
-    javascript = "2 * xi * Math.sqrt(f / z)"
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         return (2 * self.damping_ratio,)

@@ -171,10 +171,6 @@ class EnergyConsistent(Damping):
     defaults: ClassVar[Mapping[str, float]] = {"order": 0.0}
     fades = True
     amplitude_independent = True
-    javascript = (
-        "((size, root, both) => (size * f) / (root * (1 - (m > 0 ? Math.min((size * v * root) / both, 0.95) : 0))))"
-        "(2 * xi * N * ((v * v) / (v * v + doubleV)) ** m, Math.sqrt(doubleV), v * v + doubleV)"
-    )
 
     def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
         super().__init__(model, *values, **named)

@@ -16,7 +16,6 @@ class StiffnessProportionalRatio(SecantDamper):
     title = "stiffness proportional damping ratio"
     colour = "#009E73"
     secant_exponent = 2.0
-    javascript = "(2 * xi * f) / z / w1"
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
         return (2 * self.damping_ratio / curve.initial_frequency,)
