@@ -1,7 +1,6 @@
 """`assess` at the command line: what it prints and writes is what the package computes."""
 
 import re
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -92,9 +91,8 @@ def test_several_intensities_give_lists_and_g_is_that_of_the_earth():
 
 
 def test_what_is_written_is_what_is_printed(tmp_path, answer):
-    names = {"output": "a.nc", "plot": "a.png", "nrml": "a.xml"}
+    names = {"output": "a.nc", "plot": "a.png"}
     options = [part for option, name in names.items() for part in (f"--{option}", tmp_path / name)]
-    options += ["--taxonomy", "MUR/LWAL", "--modelling-dispersion", 0.3]
     result = run("assess", *WALL, *RECORDS, "--pgv", 0.6, *options)
     assert result.exit_code == 0, result.output
     assert "0.171 g" in result.stdout and "as given" in result.stdout and "Wilson" in result.stdout
@@ -102,9 +100,6 @@ def test_what_is_written_is_what_is_printed(tmp_path, answer):
     dataset.check(stored, "assessment")
     assert stored["median_pgv"].values.tolist() == answer["median_pgv"].values.tolist()
     assert (tmp_path / "a.png").stat().st_size > 1000
-    functions = ElementTree.parse(tmp_path / "a.xml").getroot().findall(".//{*}fragilityFunction")
-    assert "MUR_LWAL-CR-discrete" in [function.get("id") for function in functions]
-    assert "a modelling dispersion of 0.3" in (tmp_path / "a.xml").read_text(encoding="utf-8")
 
 
 def test_the_rules_are_those_of_the_package():
@@ -118,7 +113,6 @@ def test_the_rules_are_those_of_the_package():
     [
         ((*WALL, *RECORDS), "either --pgv or --pga"),
         ((*WALL, *RECORDS, "--pgv", 0.4, "--project", "x"), "--project must be given with --report"),
-        ((*WALL, *RECORDS, "--pgv", 0.4, "--taxonomy", "x"), "--taxonomy must be given with --nrml"),
         ((*WALL, "--pgv", 0.4), "--records"),
         ((*WALL, "--records", "none/*.AT2", "--pgv", 0.4), "'none/*.AT2' matches no file"),
         ((*WALL, "--id", "a", *RECORDS, "--pgv", 0.4), "--id is a row of --walls"),

@@ -2,11 +2,9 @@
 
 import csv
 import json
-from xml.etree import ElementTree
 
 import pytest
 from command_line import printed, run
-from report_content import of_name
 
 from rockdamp.assessment.answers import COLUMNS
 from rockdamp.storage import dataset
@@ -62,16 +60,13 @@ def test_columns_may_be_named_on_the_command_line(table, tmp_path):
     assert twice.exit_code == 2 and "--column names id 2 times" in twice.stderr
 
 
-def test_netcdf_and_nrml_are_written_too(table, tmp_path):
-    out, nrml = tmp_path / "out.nc", tmp_path / "f.xml"
-    result = run("batch", table, *RECORDS, "--pga", "0.3g", "--output", out, "--nrml", nrml)
+def test_netcdf_is_written_too(table, tmp_path):
+    out = tmp_path / "out.nc"
+    result = run("batch", table, *RECORDS, "--pga", "0.3g", "--output", out)
     assert result.exit_code == 0, result.output
     stored = dataset.open(out)
     dataset.check(stored, "batch")
     assert float(stored["pga"]) == pytest.approx(2.941995)
-    functions = ElementTree.parse(nrml).getroot().findall(".//{*}fragilityFunction")
-    assert {function.get("id").partition("-")[0] for function in functions} == {"one", "three"}
-    assert {function.find("{*}imls").get("imt") for function in functions} == {"PGA"}
 
 
 @pytest.mark.parametrize(
@@ -87,30 +82,3 @@ def test_bad_input_is_told_and_nothing_is_written(text, options, said, tmp_path)
     result = run("batch", tmp_path / "walls.csv", *RECORDS, *options, "--output", tmp_path / "out.csv")
     assert result.exit_code == 2 and said in result.stderr and result.stdout == ""
     assert [path.name for path in tmp_path.iterdir()] == ["walls.csv"]
-
-
-def test_the_built_population_is_exported_with_its_measure(tmp_path):
-    population = of_name("population")
-    dataset.write(population, tmp_path / "population.nc", "population", config={}, code_version="test")
-    assert run("nrml", tmp_path / "population.nc", tmp_path / "population.xml").exit_code == 0
-    functions = ElementTree.parse(tmp_path / "population.xml").getroot().findall(".//{*}fragilityFunction")
-    assert {function.find("{*}imls").get("imt") for function in functions} == {"PGV"}
-    names = {function.get("id") for function in functions}
-    assert {f"population-{model}-discrete" for model in population["damping_model"].values} <= names
-
-
-def test_a_population_without_a_fragility_is_told(tmp_path):
-    population = of_name("population")
-    population["median_intensity"] = population["median_intensity"] * float("nan")
-    population["dispersion"] = population["dispersion"] * float("nan")
-    dataset.write(population, tmp_path / "population.nc", "population", config={}, code_version="test")
-    told = run("nrml", tmp_path / "population.nc", tmp_path / "population.xml").stderr
-    assert "population-CR" in told and "no continuous function, as the shares that collapse define none" in told
-
-
-def test_what_is_no_population_is_not_exported(tmp_path, table):
-    run("batch", table, *RECORDS, "--pgv", 0.5, "--output", tmp_path / "out.nc")
-    result = run("nrml", tmp_path / "out.nc", tmp_path / "f.xml")
-    assert result.exit_code == 2 and "out.nc: is no dataset of the population, as" in result.stderr
-    assert "population: not in the glossary" in result.stderr
-    assert not (tmp_path / "f.xml").exists()

@@ -14,11 +14,9 @@ import pytest
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
 from command_line import run
-from report_content import of_name
 from repository import ROOT
 
 from rockdamp.cli import main
-from rockdamp.storage import dataset
 from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES
 
 
@@ -37,8 +35,6 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
     shutil.copy(ROOT / "data/sin-03-00-synthetic.csv", "data")
     for example in ("my-walls.csv", "my-test-raw.csv", "my-free-rocking-raw.csv", "my-free-rocking-2.csv"):
         shutil.copy(ROOT / "examples" / example, "examples")
-    if name == "nrml":
-        dataset.write(of_name("population"), "results/population.nc", "population", config={}, code_version="test")
     if name == "verify":  # the project, and results that it made
         for file in ("config/default.yaml", "config/minimal.yaml"):
             Path(file).parent.mkdir(parents=True, exist_ok=True)

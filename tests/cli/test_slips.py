@@ -224,14 +224,6 @@ def test_a_record_whose_columns_have_other_names_is_read_by_them(record, tmp_pat
     assert "--column names others" in run(*PULSE, other).stderr
 
 
-def test_a_modelling_dispersion_that_is_none_is_refused_before_anything_is_written(record, tmp_path):
-    written = (tmp_path / "a.csv", tmp_path / "a.xml")
-    given = ("--pgv", 1, "--output", written[0], "--nrml", written[1], "--modelling-dispersion", 30)
-    result = run("batch", EXAMPLE, "--records", record, *given)
-    assert result.exit_code == 2 and "was it in per cent (0.3)?" in result.stderr
-    assert not any(path.exists() for path in written)
-
-
 def test_a_rule_for_e_is_that_of_the_wall(record):
     wall = rd.Wall(0.3, 4.5)
     for rule, e in (("measured", wall.restitution_measured), ("analytical", wall.restitution_rigid)):

@@ -1,24 +1,20 @@
-"""What is written of walls: values for JSON, lines of tables, fragility functions for OpenQuake, damping ratios."""
+"""What is written of walls: values for JSON, lines of tables, damping ratios."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from math import isfinite
 from typing import Any, TypedDict
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
-from scipy.special import ndtr
 
 from rockdamp.assessment.assess import FEWEST_STATIONS, alike, stacked
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.equivalence.equivalent import least_error, longest_step
 from rockdamp.equivalence.matching import of_each
-from rockdamp.errors import InputError, require
-from rockdamp.plausibility import per_cent, warn
-from rockdamp.storage.nrml import Collapse
+from rockdamp.errors import InputError
 from rockdamp.text import counted
 from rockdamp.vocabulary import VISCOUS_MODELS
 
@@ -46,7 +42,6 @@ OF_LOSS = ("loss_exponent", "reference_amplitude")  # columns where the loss has
 BY_INTENSITY = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
 IMPULSIVE = "collapse_probability_impulsive"  # of a wall, by the rule measured
 HALVING = ("unconverged", "median_uncertainty", "dispersion_uncertainty")
-WIDEST = 2.0  # of a modelling dispersion
 
 
 def measure_of(answer: xr.Dataset) -> str:
@@ -142,70 +137,6 @@ def lines(answer: xr.Dataset) -> Iterator[dict[str, Any]]:
         elif filled["median_intensity"] == "":
             filled["reason"] = no_fragility(counts, int(answer["records"]))
         yield dict.fromkeys(columns(answer), "") | filled
-
-
-# --- OpenQuake --------------------------------------------------------------------------------------------------------
-
-
-def fragilities(answer: xr.Dataset, taxonomies: Iterable[str]) -> Iterator[Collapse]:
-    """Yield the fragility of one wall, or of several in the order of their taxonomies, for each damping model."""
-    measure = measure_of(answer)
-    walls = answer if "wall" in answer.dims else answer.expand_dims("wall")
-    for index, taxonomy in enumerate(taxonomies):
-        wall = walls.isel(wall=index)
-        if "row_error" in wall and wall["row_error"].item():
-            continue
-        share = wall["stripe_collapses"] / answer["records"]
-        yield from _by_model(wall, taxonomy, f"median_{measure}", f"stripe_{measure}", share)
-
-
-def population_fragilities(population: xr.Dataset) -> list[Collapse]:
-    """Return the fragility under each damping model, by peak ground velocity, of `population.nc`."""
-    return _by_model(population, "population", "median_intensity", "intensity", population["collapse_fraction"])
-
-
-def _by_model(dataset: xr.Dataset, name: str, median: str, level: str, share: xr.DataArray) -> list[Collapse]:
-    return [
-        Collapse(
-            f"{name}-{model}",
-            float(dataset[median].sel(damping_model=model)),
-            float(dataset["dispersion"].sel(damping_model=model)),
-            dataset[level].values.tolist(),
-            share.sel(damping_model=model).values.tolist(),
-        )
-        for model in map(str, dataset["damping_model"].values)
-    ]
-
-
-def description(modelling: float) -> str:
-    """Return what a fragility model says of its dispersions."""
-    also = f", and a modelling dispersion of {modelling:g}" if modelling else " alone"
-    of_records = "Intensities are those of the records themselves, before a building or a floor changes them."
-    return f"Collapse of rocking walls, by rockdamp. {of_records} Dispersions are record to record{also}."
-
-
-def require_modelling(modelling: float) -> None:
-    """Raise `InputError` for a modelling dispersion that is none."""
-    slip = per_cent(modelling, lambda each: (each >= 0) & (each <= WIDEST))
-    require(0 <= modelling <= WIDEST, "modelling_dispersion", modelling, f"between 0 and {WIDEST:g}{slip}")
-
-
-def with_modelling(collapses: Iterable[Collapse], modelling: float) -> Iterator[Collapse]:
-    """Yield fragilities with a modelling dispersion besides that of the records: the root of the sum of squares.
-
-    The shares at the stripes become those of the wider function. A fragility without a function keeps its stripes, and
-    is warned of.
-    """
-    require_modelling(modelling)
-    for collapse in collapses:
-        if not modelling or not np.isfinite(collapse.dispersion):
-            if modelling:
-                warn([f"{collapse.name!r} has no lognormal function; the modelling dispersion is not in its stripes"])
-            yield collapse
-            continue
-        total = float(np.hypot(collapse.dispersion, modelling))
-        share = ndtr(np.log(np.asarray(collapse.intensity) / collapse.median) / total)
-        yield replace(collapse, dispersion=total, share=share.tolist())
 
 
 # --- damping ratios, without a record ---------------------------------------------------------------------------------

@@ -46,7 +46,7 @@ TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height", "tie_rupture")
 ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "a3", "softening", "preset")
 LOADS, EMPTY_LOAD = {"overburden", "overburden_ratio"}, "the overburden is empty, and taken as 0"
-COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", "taxonomy", *DIAPHRAGM, *ONE_SIDED)
+COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", *DIAPHRAGM, *ONE_SIDED)
 LENGTHS = ("thickness", "height", "width", "eccentricity", *TIE[2:])
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
 REMARK = "#"
@@ -58,8 +58,7 @@ EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 class Row:
     """A row of the table, by its line in the file and its id: a wall, its curve, e and its reason.
 
-    `taxonomy` is what an exposure model calls it, the id if none is stated; `doubts` are the warnings about it;
-    `diaphragm` is the flexible floor that holds its top, if one does.
+    `doubts` are the warnings about it; `diaphragm` is the flexible floor that holds its top, if one does.
     """
 
     line: int
@@ -69,7 +68,6 @@ class Row:
     restitution: float
     reason: str
     doubts: tuple[str, ...] = ()
-    taxonomy: str = ""
     diaphragm: Diaphragm | None = None
 
 
@@ -238,7 +236,7 @@ def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str], store
         e, reason = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
         diaphragm = _diaphragm(filled)
     doubts = tuple(dict.fromkeys(f"line {line}: {each.message}" for each in caught))
-    return Row(line, filled["id"], wall, curve, e, reason, doubts, filled.get("taxonomy", filled["id"]), diaphragm)
+    return Row(line, filled["id"], wall, curve, e, reason, doubts, diaphragm)
 
 
 def _wall(filled: Mapping[str, str]) -> Wall | Parapet:

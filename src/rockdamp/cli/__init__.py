@@ -11,7 +11,7 @@ from rockdamp.cli.calibration import calibrate_command
 from rockdamp.cli.command import Main
 from rockdamp.cli.histories import decay, respond_command
 from rockdamp.cli.record import record
-from rockdamp.cli.results import nrml, verify
+from rockdamp.cli.results import verify
 from rockdamp.cli.single import equivalent_command, presets, wall
 
 __all__ = ["main"]
@@ -38,6 +38,5 @@ for command in (
     calibrate_command,
     presets,
     verify,
-    nrml,
 ):
     main.add_command(command)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rockdamp.cli.command import (
-    NUMBER,
     Command,
     OutputFile,
     command_line,
@@ -74,7 +73,6 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
     from rockdamp.storage.input_file import Column
-    from rockdamp.storage.nrml import Collapse
 
 
 shaking_options = all_of(
@@ -91,13 +89,6 @@ shaking_options = all_of(
     building_options,
     top_record_option,
 )
-nrml_option = click.option("--nrml", type=OutputFile(".xml"), help="Write the fragility for OpenQuake, in NRML 0.5.")
-modelling_option = with_default(
-    "--modelling-dispersion",
-    type=NUMBER,
-    default=0.0,
-    help="Dispersion of the model in NRML, beside that of the records: the root of the sum of squares.",
-)
 
 
 @click.command(
@@ -107,7 +98,7 @@ modelling_option = with_default(
         'rockdamp assess --thickness 0.25 --height 3 --preset new --records "fema-p695:far-field/[1-5]/*" --pgv 0.4',
         "rockdamp assess --thickness 102mm --height 2.754m --hinge-ratio 0.57 --overburden-ratio 6.2 --a1 0.03 --b1 0.8"
         ' --restitution 0.85 --records "fema-p695:far-field/[1-5]/*" --pga 0.2g:0.6g:0.2g --plot fragility.png'
-        " --nrml fragility.xml --report wall.html",
+        " --report wall.html",
         'rockdamp assess --thickness 250mm --height 4m --preset new --records "fema-p695:far-field/*" --pga 0.25g'
         " --building-period 0.25s --storeys 3 --storey 3",
         "rockdamp assess --thickness 0.8 --height 12 --parapet --one-sided --a1 0.04 --b1 0.85 --tie-stiffness 2e6N/m/m"
@@ -130,9 +121,6 @@ modelling_option = with_default(
 @shaking_options
 @click.option("--output", type=OutputFile(".nc"), help="Write the answer as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the fragility.")
-@nrml_option
-@click.option("--taxonomy", help="Name of the wall in --nrml, to which an exposure model's taxonomy is mapped.")
-@modelling_option
 @click.option("--report", type=OutputFile(".html"), help="Write a page to print.")
 @click.option("--name", help="Name of the wall on the page of --report.")
 @click.option("--project", default="", help="Project on the page of --report.")
@@ -161,12 +149,7 @@ def assess_command(
     """
     if report is None:
         refuse_unused(("name", "project", "date", "paper"), "--report")
-    if options["nrml"] is None:
-        refuse_unused(("taxonomy", "modelling_dispersion"), "--nrml")
     require_one(pgv, pga)
-    from rockdamp.assessment.answers import require_modelling
-
-    require_modelling(options["modelling_dispersion"])
     of_walls, of_records = columns_of_both(options["columns"])
     wall, curve, e, reason, of_row = _wall(walls, identifier, of_walls, options)
     buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
@@ -211,11 +194,6 @@ def assess_command(
         from rockdamp.figures.single import fragility_figure
 
         write_figure(fragility_figure(answer), options["plot"])
-    if options["nrml"] is not None:
-        from rockdamp.assessment.answers import fragilities
-
-        taxonomy, modelling = options["taxonomy"] or identifier or "wall", options["modelling_dispersion"]
-        write_nrml(fragilities(answer, [taxonomy]), answer.attrs["intensity_measure"], options["nrml"], modelling)
     taken = float(answer["restitution"])
     taken = taken if one_sided else max(taken, LEAST_OF_DAMPER)
     with as_meant():  # what is unlikely of e was said where it was stated
@@ -270,16 +248,6 @@ def require_one(pgv: list[float] | None, pga: list[float] | None) -> None:
 def content_of(motions: Iterable[GroundMotion]) -> str:
     """Return the names of records and the digests of their files, for the attributes of a dataset."""
     return " ".join(f"{motion.name} {motion.record.digest}" for motion in motions)
-
-
-def write_nrml(collapses: Iterable[Collapse], measure: str, path: Path, modelling: float = 0.0) -> None:
-    """Write fragility functions as NRML, with a modelling dispersion besides that of the records."""
-    from rockdamp.assessment.answers import description, with_modelling
-    from rockdamp.storage import nrml
-
-    text = nrml.text(with_modelling(collapses, modelling), measure, path.stem, description(modelling))
-    with writing(path):
-        nrml.write(path, text)
 
 
 def _wall(

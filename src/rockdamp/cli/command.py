@@ -190,7 +190,7 @@ HEADINGS = {
     "What holds the wall": (
         "building_period storeys storey building_damping shape diaphragm_period diaphragm_damping top_records".split()
     ),
-    "Files to write": "output plot nrml taxonomy modelling_dispersion report name project date paper csv".split(),
+    "Files to write": "output plot report name project date paper csv".split(),
 }
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
@@ -213,7 +213,6 @@ ALSO_CALLED = {  # an option, and what others call it where its spelling is no h
     "--storeys": ("--floors", "--stories"),
     "--posterior": ("--bayes", "--bayesian", "--mcmc", "--samples", "--draws"),
     "--output": ("--csv", "--out", "--save", "--netcdf"),
-    "--nrml": ("--openquake", "--xml", "--fragility"),
 }
 
 
@@ -407,7 +406,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
 
-    files = ("output", "plot", "nrml", "report", "table", "as_json", "units", "name", "project", "date", "paper")
+    files = ("output", "plot", "report", "table", "as_json", "units", "name", "project", "date", "paper")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
     version = code_version(module, "rockdamp.storage.dataset", dataset=kind)
     with writing(path):
