@@ -2,7 +2,7 @@
 
     .venv/bin/python benchmarks/many_walls.py [--walls 512] [--of 10000]
 
-The walls are drawn over the ranges of the population in config/default.yaml; the records are the far-field set of FEMA
+The walls differ in everything; the records are the far-field set of FEMA
 P695. Time grows with the walls in proportion, as each share of them is run by itself; memory does not. Run it on a
 quiet machine.
 """

@@ -1,8 +1,8 @@
 """Rockdamp beside C and JAX loops, OpenSeesPy, SciPy and numba, and against its targets: one command, run by hand.
 
-    .venv-peers/bin/python benchmarks/side_by_side.py [--quick] [--earthquakes] [--population] [--only SECTION ...]
+    .venv-peers/bin/python benchmarks/side_by_side.py [--quick] [--earthquakes] [--only SECTION ...]
 
-Prints the tables and writes README.md and two plots beside this file; `--quick` tries everything out in small and
+Prints the tables and writes README.md and a plot beside this file; `--quick` tries everything out in small and
 writes to build/benchmarks. Each ratio is between things measured in turn in the same run. A machine with nothing else
 to do is needed, and no C compiler or OpenSeesPy has to be there: what needs them is left out.
 """
@@ -21,7 +21,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import answer
-import candidates
 import growth
 import kernel
 import matplotlib
@@ -33,7 +32,7 @@ from peers import FLAGS, c_version
 
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build/benchmarks"  # what each section found last
-COMMAND = ".venv-peers/bin/python benchmarks/side_by_side.py --earthquakes --population"
+COMMAND = ".venv-peers/bin/python benchmarks/side_by_side.py --earthquakes"
 PACKAGES = ("numpy", "numba", "scipy", "snakemake", "openseespy", "jax")
 GIBIBYTE = 2**30
 
@@ -56,19 +55,18 @@ def main() -> None:
     print(text)
     (folder / "README.md").write_text(text, encoding="utf-8")
     _plot(sections, folder)
-    print(f"Written: README.md and the plots in {os.path.relpath(folder)}")
+    print(f"Written: README.md and the plot in {os.path.relpath(folder)}")
     if failed:
         sys.exit(f"These sections failed; what stands of them is from an earlier run, or nothing: {', '.join(failed)}")
 
 
-SECTIONS = ("kernel", "answer", "pipeline", "cli", "memory", "growth", "population", "earthquakes", "candidates")
+SECTIONS = ("kernel", "answer", "pipeline", "cli", "memory", "growth", "earthquakes")
 
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="small sizes, to see that everything works")
     parser.add_argument("--earthquakes", action="store_true", help="also build the study of earthquakes from nothing")
-    parser.add_argument("--population", action="store_true", help="run all 100,000 walls, not a part of them")
     parser.add_argument(
         "--only",
         nargs="+",
@@ -89,8 +87,6 @@ def _sections(options: argparse.Namespace) -> dict[str, Callable[[bool], Section
         "cli": pipeline.command_line,
         "memory": growth.memory,
         "growth": growth.growth,
-        "candidates": candidates.section,
-        "population": lambda quick: growth.whole_population(quick, options.population),
     }
     return {**found, "earthquakes": pipeline.earthquakes} if options.earthquakes else found
 
@@ -126,14 +122,13 @@ def _readme(sections: list[Section]) -> str:
         "Time and memory of rockdamp, beside C and JAX loops, OpenSeesPy, SciPy and a plain numba loop, and against"
         " targets. The command below writes this page.",
         f"```\n{COMMAND}\n```",
-        "`make peers` sets up what the command needs. Without `--earthquakes` that study is not built anew; without"
-        " `--population` a part of the walls stands for all. `--only` measures a part anew, so parts may be of"
+        "`make peers` sets up what the command needs. Without `--earthquakes` that study is not built anew."
+        " `--only` measures a part anew, so parts may be of"
         " different runs. A part that was not measured is left out.",
         f"## Machine\n\n{_machine()}",
         f"## Targets\n\n{met} of {len(targets)} are met.",
         "\n".join(["| part | what | target | measured | |", "| --- | --- | --- | ---: | --- |", *rows]),
         "![Cost of a step](kernel.png)",
-        "![Growth](growth.png)",
     ]
     for section in sections:
         parts += [f"## {section.title}", *(table.markdown() for table in section.tables), *section.notes]
@@ -177,8 +172,6 @@ def _plot(sections: list[Section], folder: Path) -> None:
     by_title = {section.title: section for section in sections}
     if "Kernel" in by_title:
         _plot_kernel(by_title["Kernel"], folder / "kernel.png")
-    if "Growth" in by_title:
-        _plot_growth(by_title["Growth"], folder / "growth.png")
 
 
 def _plot_kernel(section: Section, path: Path) -> None:
@@ -201,20 +194,6 @@ def _plot_kernel(section: Section, path: Path) -> None:
         ax.set_axis_off()
     axes[-1, -1].legend(*axes[0, 0].get_legend_handles_labels(), loc="center")
     figure.suptitle("Cost of a step under a record")
-    figure.savefig(path, dpi=120)
-
-
-def _plot_growth(section: Section, path: Path) -> None:
-    figure = Figure(figsize=(6.5, 4.5), layout="constrained")
-    ax = figure.subplots()
-    for (name, (x, seconds)), style in zip(
-        section.series.items(), ("o-", "s-", "^-")[: len(section.series)], strict=True
-    ):
-        ax.loglog(x, seconds, style, label=f"against {name}", markersize=4)
-    ax.set_xlabel("count")
-    ax.set_ylabel("time [s]")
-    ax.grid(alpha=0.3)
-    figure.legend(fontsize="small", loc="outside upper center")
     figure.savefig(path, dpi=120)
 
 

@@ -74,7 +74,6 @@ INPUTS += (
     "earthquakes/check",
     "earthquakes/walls",
     "earthquakes/orders",
-    "population/check",
     "amplitude_dependence",
     "loss_law",
     "supports",
@@ -243,16 +242,13 @@ def sources(data: Data) -> str:
 
 
 def checks(data: Data) -> str:
-    """How the histories of the study and of the population compare with the event-driven solver, by stratum."""
+    """How the histories of the study compare with the event-driven solver, by stratum."""
     head = ["histories", "in all", "solved again", "end otherwise", "beyond the bound", "median difference", "largest"]
     rows = []
     shares = ("otherwise_share", "beyond_bound_share", "median_difference", "largest_difference")
-    for name, label in (("earthquakes/check", ""), ("population/check", "population: ")):
-        for stratum, one in models(data[name], "stratum"):
-            counts = [str(int(one[key])) for key in ("study_count", "checked_count")]
-            rows.append(
-                [f"{label}{STRATA[stratum]}", *counts, *(share(one[key]) if key in one else "–" for key in shares)]
-            )
+    for stratum, one in models(data["earthquakes/check"], "stratum"):
+        counts = [str(int(one[key])) for key in ("study_count", "checked_count")]
+        rows.append([STRATA[stratum], *counts, *(share(one[key]) for key in shares)])
     return table(head, rows)
 
 

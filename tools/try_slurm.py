@@ -1,8 +1,8 @@
-"""Build a small population by a real Slurm: `sudo .venv/bin/python tools/try_slurm.py`, some ten minutes.
+"""Build a small study of earthquakes by a real Slurm: `sudo .venv/bin/python tools/try_slurm.py`, some ten minutes.
 
 Run by hand on Debian or Ubuntu (`apt-get install slurm-wlm munge`). Slurm runs on this machine as one node. The
-population is built without Slurm, by Slurm, and by Slurm while a computing job is cancelled. Each must give the same
-files. It prints the seconds of each, which docs/howto/cluster.md states.
+study is built without Slurm, by Slurm, and by Slurm while a computing job is cancelled. Each must give the same files.
+It prints the seconds of each.
 
 Slurm's programs read their configuration in /etc/slurm alone, since Snakemake's executor strips SLURM_* from the
 environment. So this runs in name spaces of its own: the mount is private, and no process in there outlives it.
@@ -25,7 +25,7 @@ import yaml
 ROOT = Path(__file__).resolve().parents[1]
 CORES, PATIENCE = 2, 120.0  # processors of the node; s, for what takes seconds on an idle machine
 NOT_COPIED = (".*", "results", "logs", "build", "dist")
-STUDY = {"walls": 400, "chunk": 100, "records": ["fema-p695:far-field/[1-4]/a"], "step": 0.05}
+STUDY = {"records": ["fema-p695:far-field/[1-4]/*"], "earthquakes": {"chunk": 2, "step": 0.01}}
 BY_SLURM = (
     "--workflow-profile profiles/slurm --slurm-no-account --slurm-status-command squeue"
     " --slurm-init-seconds-before-status-checks 3 --latency-wait 5"
@@ -61,7 +61,7 @@ def main() -> None:
 
 
 def inside(folder: Path) -> None:
-    """Build the population three times and compare."""
+    """Build the study three times and compare."""
     tree = folder / "tree"
     shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(*NOT_COPIED))
     (tree / ".git").mkdir()
@@ -76,9 +76,13 @@ def inside(folder: Path) -> None:
 
 
 def build(tree: Path, case: str, options: str, disturb: Callable[[], None] | None = None) -> dict[str, bytes]:
-    """Build the population of a case, and return its files by name."""
-    (tree / f"{case}.yaml").write_text(yaml.safe_dump({"results": f"results/{case}", "population": STUDY}))
-    command = [sys.executable, "-m", *f"snakemake population --configfile {case}.yaml {options}".split()]
+    """Build the study of a case, and return its files by name."""
+    (tree / f"{case}.yaml").write_text(yaml.safe_dump({"results": f"results/{case}", **STUDY}))
+    command = [
+        sys.executable,
+        "-m",
+        *f"snakemake earthquakes --configfile config/minimal.yaml {case}.yaml {options}".split(),
+    ]
     environment = {**os.environ, "PYTHONPATH": str(tree / "src")}
     start, said = time.monotonic(), tree / f"{case}.txt"
     with said.open("wb") as log:
@@ -114,16 +118,16 @@ def start_slurm(folder: Path) -> None:
 
 
 def cancel() -> None:
-    """Cancel a job of the population that computes while another waits."""
+    """Cancel a job that computes histories while another waits."""
     wait_for(lambda: jobs("RUNNING") and jobs("PENDING"), "no job runs while another waits")
     time.sleep(2)
     subprocess.run(["scancel", jobs("RUNNING")[0]], check=True)
 
 
 def jobs(state: str = "all") -> list[str]:
-    """Return the numbers of the jobs in a state that compute walls."""
+    """Return the numbers of the jobs in a state that compute histories."""
     lines = said_by(f"squeue --noheader --states={state} --format=%i|%k").splitlines()
-    return [line.split("|")[0] for line in lines if "population_chunk" in line]
+    return [line.split("|")[0] for line in lines if "earthquake_records" in line]
 
 
 def said_by(command: str) -> str:

@@ -125,11 +125,10 @@ def test_each_stage_names_keys_that_the_config_has(minimal):
 
 
 def test_plain_values_are_those_that_stages_compute_with():
-    plain = configured().part(["wall", "restitution", "matching", "population.correlations"]).plain()
+    plain = configured().part(["wall", "restitution", "matching"]).plain()
     assert plain["wall"]["height"] == pytest.approx(4.5) and "slenderness" not in plain["wall"]
     assert plain["restitution"] == [round(0.70 + 0.01 * i, 2) for i in range(29)]
     assert plain["matching"]["response_length"] == DEFAULT_RESPONSE_LENGTH
-    assert plain["population"]["correlations"] == {"restitution.slenderness": 0.5}
 
 
 def test_a_default_that_is_written_out_changes_no_plain_value():
@@ -139,7 +138,7 @@ def test_a_default_that_is_written_out_changes_no_plain_value():
 
 def test_sections_of_a_study_that_are_null_are_left_out():
     config = configured({"earthquakes": None, "pulses": None})
-    assert not config.has(["solver", "earthquakes.walls"]) and config.has(["solver", "population"])
+    assert not config.has(["solver", "earthquakes.walls"]) and config.has(["solver", "bilinear"])
     assert config.plain()["pulses"] is None
     with pytest.raises(ValueError, match="wall"):
         configured({"wall": None})
@@ -225,19 +224,6 @@ BAD = [
     ),
     ("identification.prior.damping_ratio.low", -0.1, "damping_ratio.low is -0.1; it must be a number at least 0"),
     ("identification.prior.order.low", 0.0, "prior.order.low is 0.0; it must be greater than 0 for loguniform"),
-    ("population.parameters.thickness.low", 0.6, "thickness.high is 0.5; it must be greater than low, 0.6"),
-    ("population.parameters.overburden_ratio.low", -1, "overburden_ratio.low is -1; it must be a number at least 0"),
-    (
-        "population.parameters.thickness.mean",
-        0.2,
-        "thickness cannot be used: distribution is 'uniform'; mean and",
-    ),
-    (
-        "population.parameters.strength_ratio.high",
-        0.9,
-        "yield_displacement_ratio.high is 0.14; it must be less",
-    ),
-    ("population.correlations.thickness", {"thickness": 0.5}, "population.correlations.thickness states thickness"),
     # a wall or a curve that cannot be
     ("curve.yield_displacement_ratio", 0.16, "curve.yield_displacement_ratio is 0.16; it must be less than a2"),
     (
@@ -279,11 +265,6 @@ BAD = [
         "damping_force.rigid cannot be used: thickness is 0.4 m and height 0.1 m, which is h/t = 0.25; it must be",
     ),
     ("validation.wall.hinge_ratio", 0.004, "e is -0.0122 by Eq. (7); it must be above 0"),
-    (
-        "population.parameters.slenderness.low",
-        1.3,
-        "parameters.slenderness.low makes a wall that cannot rock",
-    ),
     ("accuracy.rigid.slenderness", [1.1, 20], "accuracy.rigid.slenderness makes a wall that cannot rock"),
     ("earthquakes.walls", [{**PRESET, "hinge_ratio": 0.5, "parapet": True}], "walls[0].hinge_ratio is not a key"),
     ("earthquakes.walls", [PRESET], "earthquakes.walls[0].hinge_ratio is missing"),
@@ -448,7 +429,6 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
             0.1,
             "wall makes an unlikely wall: the height is 1.5 m, less than a storey has; was it half",
         ),
-        ("population.parameters.hinge_ratio.low", 0.07, "hinge_ratio is unlikely: hinge_ratio is 0.07 of the height"),
         ("one_sided.restitution", [0.85, 0.9], "was it that of rocking to both sides?"),
         ("one_sided.facades[4].tie_gap", 5, "the slack of the ties is 5 m, more than 0.5; was it in millimetres?"),
         ("wall.density", 18, "wall makes an unlikely wall: density is 18 kg m-3, less than 300; was it in kN m-3"),
@@ -460,12 +440,6 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
             "one_sided.facades[0].yield_displacement_ratio",
             0.0004,
             "facades[0] makes an unlikely curve: yield_displacement_ratio (a1) is 0.0004",
-        ),
-        ("population.parameters.thickness.high", 2.4, "population.parameters.thickness.high makes an"),
-        (
-            "population.intensity.start",
-            4.5,
-            "population.intensity is beyond what is recorded: PGV is 4.5 m s-1, more than 4",
         ),
     ],
 )

@@ -23,7 +23,6 @@ def tree(tmp_path_factory):
         ("my-test", "your-test"),
         ("my-wall", "your-wall"),
         ("my-records", "your-records"),
-        ("my-population", "cluster"),
     ],
 )
 def test_the_page_shows_the_example_as_it_is_shipped_in_ten_lines(name, page):

@@ -156,22 +156,3 @@ def test_a_second_axis_has_the_ground_velocity_of_each_scale(comparison, name, s
         (second,) = axes.child_axes
         scales, velocities = (getattr(each, f"get_{side}lim")() for each in (axes, second))
         assert velocities == pytest.approx([unit * scale for scale in scales])
-
-
-def test_the_population_s_medians_intervals_and_indices_are_those_of_the_dataset():
-    population = earthquakes.population()
-    fragility, ratios, sensitivity = FIGURES["fig_population"](population).axes
-    (cr,) = (line for line in fragility.get_lines() if line.get_label() == "CR")
-    x, y = cr.get_data()
-    median, beta = (float(population[name].sel(damping_model="CR")) for name in ("median_intensity", "dispersion"))
-    for deviations in (-1, 0, 1):  # a lognormal curve: so many of beta from the logarithm of the median
-        expected = median * np.exp(deviations * beta)
-        assert np.interp(ndtr(deviations), y, x) == pytest.approx(expected, rel=1e-3)
-    for row, model in enumerate(VISCOUS):
-        one = population.sel(damping_model=model)
-        ends, (point,) = (line.get_xdata() for line in coloured(ratios, model))
-        np.testing.assert_allclose(ends, one["median_intensity_ratio_interval"])
-        assert point == one["median_intensity_ratio"]
-        assert ratios.get_yticklabels()[row].get_text() == model
-    widths = [bar.get_width() for bar in sensitivity.patches]
-    np.testing.assert_allclose(widths, population["first_order_index"].sel(damping_model="CR"))

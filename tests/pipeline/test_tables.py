@@ -114,9 +114,9 @@ def test_a_study_that_is_left_out_takes_what_reads_it_with_it():
     left = built(config)
     gone = set(STAGES) - set(left)
     assert {"earthquake_walls", "earthquake_records", "earthquakes", "comparison", "loss_law"} <= gone
-    assert {"recommendation", "earthquake_orders"} <= gone and "population" in left
+    assert {"recommendation", "earthquake_orders"} <= gone and "response_lengths" in left
     shown = drawn(reported(left.values()))
-    assert not {"fig_ida", "fig_order"} & set(shown) and {"fig8", "fig_population"} <= set(shown)
+    assert not {"fig_ida", "fig_order"} & set(shown) and "fig8" in shown
     assert set(built(configured())) == set(STAGES) and set(drawn(reported(STAGES.values()))) == set(FIGURES)
 
 
@@ -127,7 +127,7 @@ def test_what_only_joins_chunks_runs_again_with_any_of_them():
 
 def test_the_report_is_given_every_study_and_no_decays():
     assert {f"match/{study}" for study in STUDIES} <= set(reported(STAGES.values()))
-    assert not {"decay/amplitude", "earthquakes/records-0", "population/walls"} & set(reported(STAGES.values()))
+    assert not {"decay/amplitude", "earthquakes/records-0"} & set(reported(STAGES.values()))
 
 
 def test_a_fifth_study_stands_in_every_list(monkeypatch):

@@ -50,9 +50,7 @@ def test_every_file_of_the_tables_has_an_origin(expected):
         "coefficients.csv",
     } <= set(expected)
     assert {stage.file for stage in STAGES.values() if "{" not in stage.file} <= set(expected)
-    assert {"decay/amplitude.nc", "match/slenderness.nc", "earthquakes/records-1.nc", "population/walls-0.nc"} <= set(
-        expected
-    )
+    assert {"decay/amplitude.nc", "match/slenderness.nc", "earthquakes/records-1.nc"} <= set(expected)
 
 
 def test_results_of_a_build_are_verified_wherever_they_lie(folder, expected):

@@ -70,12 +70,10 @@ def sample():
 def test_samples_solved_event_by_event_are_told_by_stratum_where_there_are_any():
     assert "event by event" not in told()
     text = told(**{"earthquakes/check": sample()}).replace("\u202f", " ")
-    assert "Histories of the study, solved again event by event" in text and "of the population" not in text
+    assert "Histories of the study, solved again event by event" in text
     assert "survives, peak below 0.5 u ins 12 345 40 0 % 2.5 % 0.040 % 1.1 %" in text
     assert "outcome depends on the step 20 20 5 % – 0.20 % 13 %" in text
     assert "survives, 0.5 to 0.8 u ins" not in text
-    text = told(**{"population/check": sample().drop_vars("beyond_bound_share")})
-    assert "Histories of the population" in text and "40 0 % – 0.040 % 1.1 %" in text
 
 
 def test_histories_whose_bound_exceeds_their_peak_are_named_once():

@@ -211,30 +211,3 @@ def walls():
         coords={name: COORDS[name] for name in ("wall", "restitution", "damping_model", "damping_ratio_source")},
     )
     return complete(data, "earthquake_walls")
-
-
-def population():
-    """A lognormal population whose medians differ by `FACTOR`, and indices that sum to one."""
-    intensity = np.geomspace(0.1, 5.0, 9)
-    median = 0.8 / FACTOR
-    parameters = ["thickness", "slenderness", "overburden_ratio", "restitution"]
-    index = np.array([0.05, 0.3, 0.5, 0.15])[:, None] * np.ones(len(MODELS))
-    data = xr.Dataset(
-        {
-            "collapse_fraction": (("intensity", "damping_model"), ndtr(np.log(intensity[:, None] / median) / BETA)),
-            **_statistic("median_intensity", ("damping_model",), median),
-            **_statistic("dispersion", ("damping_model",), np.full(len(MODELS), BETA)),
-            **_statistic("median_intensity_ratio", ("damping_model",), median / median[0]),
-            "first_order_index": (("parameter", "damping_model"), index),
-            "first_order_index_confidence": (("parameter", "damping_model"), 0.1 * index),
-            "records": 10,
-        },
-        coords={
-            "damping_model": MODELS,
-            "intensity": intensity,
-            "parameter": parameters,
-            "bound": ["lower", "upper"],
-            "wall": np.arange(40),
-        },
-    )
-    return complete(data, "population")

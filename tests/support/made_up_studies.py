@@ -428,5 +428,4 @@ def made_up():
         "earthquakes": earthquakes.earthquakes(),
         "earthquakes/walls": earthquakes.walls(),
         "comparison": earthquakes.comparison(),
-        "population": earthquakes.population(),
     }

@@ -123,7 +123,6 @@ def test_a_stage_is_given_records_and_datasets_by_the_names_of_its_arguments(bou
         **vars(described.params),
         function="made_stage.compute",
         kind="convergence",
-        lazy=False,
         config={},
         config_keys=["convergence"],
         records=["record", "series"],

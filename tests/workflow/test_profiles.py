@@ -42,14 +42,14 @@ def test_both_profiles_agree_on_what_is_no_matter_of_the_place():
 
 
 @pytest.mark.long
-def test_a_population_is_planned_for_slurm_as_it_is_for_one_machine(tmp_path):
+def test_the_earthquakes_are_planned_for_slurm_as_it_is_for_one_machine(tmp_path):
     tree = workflow_tree.Tree(tmp_path / "tree")
     plans = [
-        tree.snakemake("population", "--dry-run", *profile)
+        tree.snakemake("earthquakes", "--dry-run", *profile)
         for profile in ((), ("--workflow-profile", "profiles/slurm"))
     ]
     for run in plans:
         assert run.returncode == 0, run.stdout + run.stderr
     here, there = (run.stdout.partition("Job stats:")[2].partition("Reasons:")[0] for run in plans)
-    assert "population_chunk" in here
+    assert "earthquake_records" in here
     assert there.rpartition("Job stats:")[2] == here.rpartition("Job stats:")[2]

@@ -22,7 +22,6 @@ for stage in STAGES.values():
             params:
                 function=stage.function,
                 kind=stage.name,
-                lazy=stage.lazy,
                 records=list(stage.records),
                 datasets=list(stage.inputs),
                 attributes=expected_attributes,

@@ -66,29 +66,24 @@ def open_datasets(snakemake):
     return [open_dataset(snakemake, path) for path in snakemake.input.datasets]
 
 
-def open_dataset(snakemake, path, lazily=False):
+def open_dataset(snakemake, path):
     """Return a dataset that a job reads; it must state the config and the code of this run."""
     from rockdamp.storage import dataset
 
-    opened = dataset.connect(path) if lazily else dataset.open(path)
+    opened = dataset.open(path)
     dataset.require_attributes(opened, path, snakemake.params.attributes[path])
     return opened
 
 
 @contextmanager
-def files_named(records, datasets):
-    """Name the record in an error of the input, and the dataset whose values cannot be read."""
+def records_named(records):
+    """Name the record in an error of the input."""
     from rockdamp.errors import InputError
-    from rockdamp.storage import dataset
 
     try:
         yield
     except InputError as error:
         raise InputError(": ".join([*records, str(error)])) from error
-    except RuntimeError:
-        for path in datasets:
-            dataset.open(path)  # raises where this is the one that cannot be read
-        raise
 
 
 def call(function, *arguments, **named):

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from boundary import call, files_named, job, open_dataset
+from boundary import call, job, open_dataset, records_named
 
 with job(snakemake):
     from rockdamp.laboratory.sections import LaboratoryConfig
@@ -21,8 +21,8 @@ with job(snakemake):
         if isinstance(records, list):
             given[name] = {Path(path).stem: record for path, record in zip(paths[name], records, strict=True)}
     for name in params.datasets:
-        given[name] = each(lambda path: open_dataset(snakemake, path, params.lazy), paths[name])
+        given[name] = each(lambda path: open_dataset(snakemake, path), paths[name])
     alone = [paths[name] for name in params.records if isinstance(paths[name], str)]
-    with files_named(alone, params.attributes):
+    with records_named(alone):
         result = call(params.function, *snakemake.wildcards, config, **given)
     dataset.write(result, snakemake.output[0], params.kind, config=params.config, code_version=params.version)

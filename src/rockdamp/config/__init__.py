@@ -19,7 +19,6 @@ from rockdamp.config.earthquakes import (
     Earthquakes,
     LossLaw,
     OneSided,
-    Population,
     Supports,
 )
 from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
@@ -104,7 +103,6 @@ class Config(Section):
     one_sided: Annotated[OneSided, OrNull] = Field(
         description="Facades that rock to one side against a stop, with restitution and with a damper at the stop."
     )
-    population: Annotated[Population, OrNull] = Field(description="Many walls, drawn at random, under earthquakes.")
     convergence: Annotated[Convergence, OrNull] = Field(
         description="The ensemble on which the order of both schemes is measured."
     )

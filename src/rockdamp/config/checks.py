@@ -16,7 +16,6 @@ from pydantic import ValidationError
 from rockdamp import plausibility
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import PARAMETERS, PopulationParameters
 from rockdamp.config.files import Problem, problems, refuse_braces
 from rockdamp.config.study import Study
 from rockdamp.errors import InputError
@@ -24,9 +23,9 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import has_displacement, read_record
-from rockdamp.stated import of_hinge, of_stated, of_stop
+from rockdamp.stated import of_stated, of_stop
 from rockdamp.storage.yaml_file import path_of
-from rockdamp.vocabulary import PRESETS, STANDARD_GRAVITY, STUDIES
+from rockdamp.vocabulary import PRESETS, STUDIES
 
 FEWEST = 3  # values of e: the polynomials of Fig. 7 have three coefficients
 
@@ -232,20 +231,6 @@ def amplitude_dependence_has_both_variants(config: Config) -> Problems:
             yield "amplitude_dependence.ultimate_displacement_ratio", text
 
 
-def population_has_room_for_every_plateau(config: Config) -> Problems:
-    """The largest a1 of the population must fit beside its largest b1, and a parameter correlates with others alone."""
-    if population := config.population:
-        a1, b1 = population.parameters.yield_displacement_ratio.high, population.parameters.strength_ratio.high
-        if not a1 < 1 - b1:
-            limit = f"{1 - b1:.6g} at population.parameters.strength_ratio.high = {b1}"
-            text = f"is {a1}; it must be less than 1 - b1, {limit}"
-            yield "population.parameters.yield_displacement_ratio.high", text
-        for name, other in population.correlations:
-            if name == other:
-                text = f"states {name} itself; it must state other parameters"
-                yield f"population.correlations.{name}", text
-
-
 def records_are_files(config: Config) -> Problems:
     """The records of the test must be there, differ in their names, and hold the measured displacement."""
     series = {f"validation.test_series[{index}]": path for index, path in enumerate(config.validation.test_series)}
@@ -267,10 +252,6 @@ def records_are_files(config: Config) -> Problems:
 def squat_walls_rock(config: Config) -> Problems:
     """Walls that are drawn or compared by their shape must rock, down to the most squat."""
     squat = {}
-    if config.population:
-        drawn = config.population.parameters
-        sizes = (drawn.thickness.low, drawn.slenderness.low, drawn.hinge_ratio.low)
-        squat["population.parameters.slenderness.low"] = sizes
     if config.accuracy:
         rigid = config.accuracy.rigid
         sizes = (config.damping_force.rigid.thickness, min(rigid.slenderness), min(rigid.hinge_ratio))
@@ -287,7 +268,6 @@ RULES: tuple[Rule, ...] = (
     grids_hold_what_is_looked_up,
     changed_restitution_stays_possible,
     amplitude_dependence_has_both_variants,
-    population_has_room_for_every_plateau,
     records_are_files,
     squat_walls_rock,
 )
@@ -320,13 +300,6 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     for key, wall in walls.items():
         for doubt in of_stated(replace(wall, eccentricity=0.0)):  # it may have its load in the study of those
             yield key, f"makes an unlikely wall: {doubt}"
-    if config.population:
-        thickness, slenderness = config.population.parameters.thickness, config.population.parameters.slenderness
-        for doubt in plausibility.of_wall(thickness.high, thickness.high * slenderness.high):
-            yield "population.parameters.thickness.high", f"makes an unlikely wall: {doubt}"
-        for doubt in plausibility.of_velocity(np.min(config.population.intensity)):  # the weakest of them
-            yield "population.intensity", f"is beyond what is recorded: {doubt}"
-        yield from _of_population(config.population.parameters)
     if config.one_sided:
         for doubt in of_stop(config.one_sided.restitution):
             yield "one_sided.restitution", f"is unlikely: {doubt}"
@@ -345,22 +318,6 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
         section = getattr(config, name) if name else config
         for doubt in plausibility.of_restitution(section.restitution) if section else ():
             yield f"{name}.restitution".strip("."), f"is unlikely: {doubt}"
-
-
-def _of_population(parameters: PopulationParameters) -> Iterable[tuple[str, str]]:
-    """Yield what is unlikely of the ends of the distributions, by parameter."""
-    ends = {name: (getattr(parameters, name).low, getattr(parameters, name).high) for name in PARAMETERS}
-    thickest, highest = (ends[name][1] for name in ("thickness", "slenderness"))
-    weight = Wall.density * STANDARD_GRAVITY * thickest**2 * highest  # N m-1
-    found = {
-        "overburden_ratio": plausibility.of_overburden(ends["overburden_ratio"], weight),
-        "hinge_ratio": of_hinge(ends["hinge_ratio"]),
-        "yield_displacement_ratio": plausibility.of_curve(ends["yield_displacement_ratio"], ends["strength_ratio"]),
-        "restitution": plausibility.of_restitution(ends["restitution"][1]),
-    }
-    for name, doubts_of in found.items():
-        for doubt in doubts_of:
-            yield f"population.parameters.{name}", f"is unlikely: {doubt}"
 
 
 # --- ground motions and folders --------------------------------------------------------------------------------------

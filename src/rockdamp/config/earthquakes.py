@@ -1,4 +1,4 @@
-"""The sections of the config of walls under earthquakes, of one-sided walls and of the population."""
+"""The sections of the config of walls under earthquakes and of one-sided walls."""
 
 from __future__ import annotations
 
@@ -9,11 +9,8 @@ from pydantic import Field
 
 from rockdamp.arrays import Array
 from rockdamp.config.kinds import (
-    AboveZero,
     AtLeastZero,
-    AtMostOne,
     Bands,
-    BelowOne,
     Count,
     Duration,
     Fraction,
@@ -29,13 +26,11 @@ from rockdamp.config.kinds import (
     Text,
     Whole,
     ascending,
-    distribution,
     made_of,
 )
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall, Tie
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.statistics.distribution import KINDS, Distribution
 
 # --- walls under records ---------------------------------------------------------------------------------------------
 
@@ -216,68 +211,7 @@ class Supports(Section):
     step: float = Field(ge=1e-4, lt=0.5, description="Step, times the first branch's angular frequency, at most. [-]")
 
 
-# --- the population --------------------------------------------------------------------------------------------------
-
-
-class PopulationParameters(Section):
-    """What describes a wall of the population."""
-
-    thickness: Annotated[Distribution, distribution(KINDS, AboveZero)] = Field(description="Thickness t. [m]")
-    slenderness: Annotated[Distribution, distribution(KINDS, AboveZero)] = Field(description="Slenderness h/t. [-]")
-    overburden_ratio: Annotated[Distribution, distribution(KINDS, AtLeastZero)] = Field(
-        description="Overburden ratio O/W, at least 0. [-]"
-    )
-    hinge_ratio: Annotated[Distribution, distribution(KINDS, AboveZero, BelowOne)] = Field(
-        description="Height h1 of the hinge over h, between 0 and 1. [-]"
-    )
-    yield_displacement_ratio: Annotated[Distribution, distribution(KINDS, AboveZero, BelowOne)] = Field(
-        description="a1 = u1/u_ins; its largest must leave room for the largest plateau. [-]"
-    )
-    strength_ratio: Annotated[Distribution, distribution(KINDS, AboveZero, BelowOne)] = Field(
-        description="b1 = F_y/F0, between 0 and 1. [-]"
-    )
-    restitution: Annotated[Distribution, distribution(KINDS, AboveZero, AtMostOne)] = Field(
-        description="Coefficient of restitution e, greater than 0 and at most 1. [-]"
-    )
-
-
-PARAMETERS = tuple(PopulationParameters.model_fields)
-
-_Parameter = Literal[PARAMETERS]  # type: ignore[valid-type]
-_Correlation = Annotated[float, Field(gt=-1, lt=1)]
-
-
-def _by_pair(correlations: dict[str, dict[str, float]]) -> dict[tuple[str, str], float]:
-    return {(name, other): value for name, others in correlations.items() for other, value in others.items()}
-
-
-class Population(Section):
-    walls: Count = Field(description="Number of walls.")
-    seed: Seed = Field(description="Seed of the Latin hypercube that the walls are drawn from.")
-    chunk: Count = Field(description="Walls that one job runs; fewer make more jobs, for more cores and machines.")
-    records: Records = Field(description="Records, as the top level's records. None may be named twice.")
-    parameters: PopulationParameters = Field(description="Distributions of what describes a wall.")
-    correlations: Annotated[
-        dict[tuple[str, str], float], made_of(dict[_Parameter, dict[_Parameter, _Correlation]], _by_pair)
-    ] = Field(
-        description="Correlation of two parameters' normal scores, as parameter - other parameter - value; none where"
-        " not stated."
-    )
-    intensity: Geometric = Field(
-        description="Peak ground velocities that every record is scaled to; a geometric sequence. [m s-1]"
-    )
-    step: float = Field(
-        ge=1e-4,
-        lt=2,
-        description="Longest step, times the angular frequency of the first branch; a record's step is divided until it"
-        " is no longer. [-]",
-    )
-    tail: Duration = Field(description="Rest after the record. [s]")
-    bootstrap: Bootstrap = Field(description="Resampling of the stations.")
-    check: Check = Field(
-        description="Histories that are solved again, event by event: as many of each stratum, from walls far from"
-        " collapse to those that just collapse."
-    )
+# --- walls that rock to one side -------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

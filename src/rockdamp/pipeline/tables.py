@@ -37,7 +37,6 @@ class Stage:
     records: Mapping[str, str] = field(default_factory=dict)
     trials: str = ""
     motions: str = ""
-    lazy: bool = False
     optional: bool = False
     intermediate: bool = False
 
@@ -66,9 +65,7 @@ class Stage:
         """Return the numbers that {chunk} stands for in its file; `count` returns how many motions a list names."""
         if not self.chunks_of:
             return range(1)
-        whole = attrgetter(self.chunks_of)(config)
-        total = whole if isinstance(whole, int) else count(whole)
-        return range(-(-total // attrgetter(self.per_chunk)(config)))
+        return range(-(-count(attrgetter(self.chunks_of)(config)) // attrgetter(self.per_chunk)(config)))
 
 
 def _checked(place: str, kind: type[Any], entry: Mapping[str, Any]) -> Any:

@@ -27,7 +27,6 @@ SOURCES = {"polynomial": "polynomials", "least error": "least error", "closed fo
 ENOUGH_STATIONS = 10  # intervals over fewer mean nothing
 CHECKS = {
     "earthquakes/check": "Histories of the study, solved again event by event",
-    "population/check": "Histories of the population, which has one step, a longer one, solved again event by event",
 }
 STRATA = {
     "far": "survives, peak below 0.5 u_ins",

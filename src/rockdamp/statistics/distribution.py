@@ -1,4 +1,4 @@
-"""Distributions between two bounds: of a wall's parameters in a population, and of identified parameters."""
+"""Distributions between two bounds: of identified parameters."""
 
 from __future__ import annotations
 

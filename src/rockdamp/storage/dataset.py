@@ -132,10 +132,12 @@ def open(path: str | os.PathLike[str]) -> xr.Dataset:
 
 def connect(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a result without reading its values: each variable is read when it is first used. Raises as `open`."""
+    name = os.fspath(path)
+    if not os.path.lexists(path):
+        raise DatasetError(f"{name}: there is no such file")
     if not Path(path).is_file():  # to open a named pipe would be to wait for who writes to it
-        reason = "it is no regular file" if os.path.lexists(path) else "there is no such file"
-        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({reason}){ADVICE}")
+        raise DatasetError(f"{name} cannot be read as NetCDF (it is no regular file){ADVICE}")
     try:
         return xr.open_dataset(path, engine="netcdf4")
     except (OSError, ValueError, RuntimeError) as error:
-        raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){ADVICE}") from error
+        raise DatasetError(f"{name} cannot be read as NetCDF ({error}){ADVICE}") from error

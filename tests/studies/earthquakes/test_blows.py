@@ -9,12 +9,10 @@ import pytest
 import xarray as xr
 from configs import changed, configured
 
-from rockdamp.histories import loads
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.records import Record
-from rockdamp.solvers.response import COLLAPSED
-from rockdamp.studies.earthquakes import event_driven_check, incremental, population
+from rockdamp.studies.earthquakes import event_driven_check, incremental
 
 STEP = 0.001  # s, of the record: a thousandth of the walls' periods and less
 SIZE = 50.0  # m s-2
@@ -117,40 +115,3 @@ def test_the_check_s_peak_is_the_last_turn_where_the_history_ends_after_it(named
     peak, collapsed = event_driven_check.exact_peak(case, motion, named, tail=1.9 * quarter)
     assert not collapsed
     assert energy(named.curve, peak)[1] == pytest.approx(1.0, rel=0.01)
-
-
-# --- the population --------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def walls(config):
-    return population.walls(changed(config, {"population.walls": 8}))
-
-
-def test_the_population_s_walls_peak_in_the_rest_after_a_blow_where_its_velocity_takes_them(walls, motion):
-    peak, collapsed = population.run(motion, walls, np.array([0.15]), step=0.1, tail=2.0)
-    values = {name: walls[name].values for name in population.PARAMETERS}
-    wall, curve = population.mechanics(values)
-    velocity = 1.5 * 0.15 / (wall.frequency_parameter * wall.instability_displacement)
-    stands = ~collapsed[:, 0, 0]
-    assert stands.sum() >= 4
-    ratio = curve.energy(peak[:, 0, 0]) / (velocity**2 / 2)
-    np.testing.assert_allclose(ratio[stands], 1.0, rtol=0.02)
-    assert (velocity[~stands] ** 2 / 2 > 0.99 * curve.energy(1.0)[~stands]).all()
-
-
-@pytest.mark.parametrize("longest", [0.1, 0.037])
-def test_no_wall_of_the_population_has_a_longer_step_than_asked_for(walls, motion, longest, monkeypatch):
-    steps = []
-
-    def solve(curve, damping, *, step, substeps, load_factor, **_):
-        shape = np.broadcast_shapes(np.shape(step), np.shape(load_factor))
-        steps.append(np.ravel(np.asarray(step) * curve.initial_frequency))
-        return type("Ended", (), {"peak": np.zeros(shape), "outcome": np.full(shape, COLLAPSED)})
-
-    monkeypatch.setattr(loads, "solve", solve)
-    coarse = GroundMotion("coarse", "coarse", "own", Record(0.02 * np.arange(4), np.array([0.0, 1.0, 0.0, 0.0])))
-    population.run(coarse, walls, np.array([1.0]), step=longest, tail=0.0)
-    together = np.concatenate(steps)
-    assert together.size == walls.sizes["wall"] * len(population.MODELS)
-    assert longest / 2 < together.max() <= longest

@@ -6,10 +6,10 @@ import xarray as xr
 from configs import changed, configured
 from made_up_earthquakes import MODELS, histories
 
-from rockdamp.config.earthquakes import PARAMETERS, Bootstrap
+from rockdamp.config.earthquakes import Bootstrap
 from rockdamp.statistics.fragility import resample
 from rockdamp.studies import recommendation
-from rockdamp.studies.earthquakes import orders, population
+from rockdamp.studies.earthquakes import orders
 
 STATION = [f"s{station}" for station in range(12) for _ in range(1 + station % 3)]  # of one, two and three components
 SCALE = np.geomspace(0.2, 5.0, 9)
@@ -21,7 +21,7 @@ def config(replicates=1, seed=4):
     statistics = {"bands": BANDS, "splits": {"count": 1, "seed": 1}}
     config = configured({"comparison": statistics})
     made = Bootstrap.model_construct(**bootstrap)  # of a single replicate, which no file may ask for
-    return changed(config, {"comparison.bootstrap": made, "population.bootstrap": made})
+    return changed(config, {"comparison.bootstrap": made})
 
 
 def records():
@@ -62,28 +62,9 @@ def shares():
     )
 
 
-def walls():
-    return xr.Dataset({name: ("wall", np.linspace(0.1, 0.5, 7)) for name in PARAMETERS}, coords={"wall": np.arange(7)})
-
-
-def share():
-    """Collapses of seven walls, for a population."""
-    rng = np.random.default_rng(3)
-    capacity = rng.lognormal(0.0, 0.4, (len(STATION), 7, 1, len(MODELS)))
-    fell = SCALE[:, None] > capacity
-    return xr.Dataset(
-        {
-            "collapses": (("record", "intensity", "damping_model"), fell.sum(axis=1)),
-            "vulnerability": (("wall", "damping_model"), fell.mean(axis=(0, 2))),
-        },
-        coords={**records(), "intensity": SCALE, "damping_model": MODELS},
-    )
-
-
 STUDIES = {
     "comparison": (study, lambda data: recommendation.compare_dampers(config(), data)),
     "orders": (shares, lambda data: orders.compare_orders(config(), [data])),
-    "population": (share, lambda data: population.gather(config(), walls(), [data])),
 }
 
 

@@ -37,7 +37,7 @@ def test_a_ground_motion_in_the_wrong_unit_is_warned_of_in_one_line_whatever_it_
     files = ("big.AT2", "large.AT2")
     for file in files:
         (tree.place / file).write_text(AT2.format(peak=312), encoding="utf-8")
-    run = tree.snakemake("--dry-run", overlay="records: [big.AT2]\npopulation: {records: [big.AT2, large.AT2]}\n")
+    run = tree.snakemake("--dry-run", overlay="records: [big.AT2]\nbilinear: {records: [big.AT2, large.AT2]}\n")
     assert run.returncode == 0, run.stdout + run.stderr
     for file in files:
         (line,) = [line for line in run.stderr.splitlines() if file in line and "warning" in line.lower()]

@@ -15,12 +15,10 @@ CHANGES = {
         "accuracy",
         "comparison",
     ],
-    "studies: {cracked_stiffness: {yield_displacement_ratio: [0.02, 0.05, 0.17]}}\n"  # one a1
-    "population: {bootstrap: {replicates: 30}}": [
+    "studies: {cracked_stiffness: {yield_displacement_ratio: [0.02, 0.05, 0.17]}}": [  # one a1
         "decay/cracked_stiffness",
         "match/cracked_stiffness",
         "accuracy",
-        "population",
     ],
     "matching: {response_length: 9}": [
         "match/amplitude",
@@ -101,7 +99,7 @@ EDITS = {
     ),
     "a line of a kernel": (
         [("src/rockdamp/solvers/event_driven.py", "TOLERANCE = 1e-13", "TOLERANCE = 2e-13")],
-        ["accuracy", "earthquake_check", "population_check"],
+        ["accuracy", "earthquake_check"],
     ),
     "a limit of one stage and a label of all figures": (
         [

@@ -1,4 +1,4 @@
-"""Walls under earthquakes: incremental dynamic analysis, comparison of dampers, a population of walls.
+"""Walls under earthquakes: incremental dynamic analysis and comparison of dampers.
 
 The records are read in motions, fragilities are fitted in statistics.
 """

@@ -3,16 +3,12 @@
 Few histories come near to collapse, and there they fork: a random sample would hardly hold any. Hence equal numbers are
 drawn of histories far from collapse, near to it and at its edge, of those that just collapse, and of those whose
 outcome depends on the step.
-
-Check the population's peaks by the event-driven solver: its step is longer than the study's.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
-from operator import itemgetter
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,16 +17,14 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.config.earthquakes import PARAMETERS, NamedWall
+from rockdamp.config.earthquakes import NamedWall
 from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import track
 from rockdamp.solvers.event_driven import history
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER, NEAR
-from rockdamp.studies.earthquakes.population import mechanics
 from rockdamp.vocabulary import MODELS, OUTCOMES, REFERENCE
 
 EDGE = 0.8  # u/u_ins: of the peaks of walls that survive
@@ -175,62 +169,3 @@ def exact_end(curve: TrilinearCurve, damping: Damping, forcing: Forcing) -> tupl
     ended = history(curve, damping, [end], **forcing.event_driven())
     extremes = np.abs([*ended.turning_displacement, *ended.displacement])
     return float(np.nanmax(extremes, initial=0.0)), ended.outcome == OUTCOMES[1]
-
-
-HISTORY = ("wall", "record", "intensity", "damping_model")
-
-
-def check_population(config: Config, walls: xr.Dataset, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Solve a stratified sample of the population's histories again, event by event.
-
-    The dataset is that of `check_earthquakes`, without bounds: each history of a population is run at one step.
-    """
-    section = config.population
-    sample = draw([partial(_members, chunk) for chunk in chunks], section.check.histories, section.check.seed)
-    motions = catalogue.load_records(section.records)
-    wall, curve = mechanics({name: walls[name].values for name in PARAMETERS})
-    first = np.cumsum([0, *(chunk.sizes["wall"] for chunk in chunks)])
-    number = first[sample.part] + sample.place[:, 0]
-    e, ratio = walls["restitution"].values, walls["damping_ratio"].values
-    intensity, models = chunks[0]["intensity"].values, [str(model) for model in chunks[0]["damping_model"].values]
-
-    def solve(index: int) -> tuple[float, bool]:
-        _, record, level, model = sample.place[index].tolist()
-        i = int(number[index])
-        motion = motions[record].record
-        factor = intensity[level] / intensity_measures(motion).pgv
-        damping = Damping.from_values(models[model], restitution=float(e[i]), damping_ratio=float(ratio[i, model]))
-        forcing = Forcing.from_record(wall, motion, factor, tail=section.tail)
-        of_wall = replace(forcing, sampling=forcing.sampling[i], load_factor=forcing.load_factor[i])
-        return exact_end(curve.map(itemgetter(i)), damping, of_wall)
-
-    of_history = {
-        "wall": walls["wall"].values[number],
-        "record": np.array([motion.name for motion in motions])[sample.place[:, 1]],
-        "intensity": intensity[sample.place[:, 2]],
-        "damping_model": np.array(models)[sample.place[:, 3]],
-        "peak": _picked(chunks, "peak", sample).astype(float),
-        "collapsed": _picked(chunks, "collapsed", sample),
-    }
-    checked = xr.Dataset(
-        {name: ("history", values) for name, values in of_history.items()}
-        | solved(solve, len(sample.place), "Histories of the population, event by event"),
-        coords={"history": np.arange(len(sample.place)), "stratum": list(STRATA[: len(sample.study)])},
-    )
-    return checked.assign(rates(sample, checked))
-
-
-def _members(chunk: xr.Dataset) -> Members:
-    """Return the strata of one chunk; without finer steps, nothing is known to be unconverged."""
-    peak, collapsed = (chunk[name].transpose(*HISTORY).values for name in ("peak", "collapsed"))
-    of_all = strata(peak, collapsed, np.ones_like(collapsed), HISTORY.index("intensity"))
-    return of_all[: STRATA.index("unconverged")]
-
-
-def _picked(chunks: Sequence[xr.Dataset], name: str, sample: Sample) -> Array:
-    """Return a variable of each history of the sample."""
-    picked = np.empty(len(sample.place), dtype=chunks[0][name].dtype)
-    for number, chunk in enumerate(chunks):
-        own = sample.part == number
-        picked[own] = chunk[name].transpose(*HISTORY).values[*sample.place[own].T]
-    return picked
