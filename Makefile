@@ -33,16 +33,15 @@ endif
 
 .PHONY: all paper help setup test test-long test-nojit coverage lint docs docs-links peers test-peers benchmark lock clean distclean anew
 
-all: setup ## Set up, build every dataset, figure and the report, and verify them (the default)
+all: setup ## Set up, and build every dataset, figure and the report (the default)
 	$(bin)/snakemake --cores $(CORES)
-	$(bin)/rockdamp verify
 
 paper: setup ## Build Figs 1 to 8, their datasets, the paper's claims and the page of these alone
 	$(bin)/snakemake paper --cores $(CORES)
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
-	@echo "Variables: PYTHON=$(PYTHON) (3.11 or later), CORES=$(CORES), PYTEST_FLAGS, LOCK_FLAGS (--upgrade)"
+	@echo "Variables: PYTHON=$(PYTHON) (3.11 to 3.13), CORES=$(CORES), PYTEST_FLAGS, LOCK_FLAGS (--upgrade)"
 
 setup: .venv/.ready ## Make the environment in .venv, exactly as requirements.lock pins it
 
@@ -155,7 +154,7 @@ endef
 # One line that says what to install, instead of a traceback.
 define check-python
 @if test $$(pwd -P | wc -l) -gt 1 || pwd -P | grep -q '[$$`"\\:]'; then echo 'this folder, or one above it, has a line break or one of $$ ` " \ : in its name, which shells or Python environments take for something else: rename it' >&2; exit 1; fi
-@command -v "$(PYTHON)" >/dev/null || { echo "rockdamp needs Python 3.11 or later and finds no '$(PYTHON)': install python3, or name one with 'make PYTHON=python3.12'." >&2; exit 1; }
-@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "rockdamp needs Python 3.11 or later and '$(PYTHON)' is $$("$(PYTHON)" -V 2>&1): install a later one and name it with 'make PYTHON=python3.12'." >&2; exit 1; }
+@command -v "$(PYTHON)" >/dev/null || { echo "rockdamp needs Python 3.11 to 3.13 and finds no '$(PYTHON)': install python3, or name one with 'make PYTHON=python3.12'." >&2; exit 1; }
+@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' || { echo "rockdamp needs Python 3.11 to 3.13 and '$(PYTHON)' is $$("$(PYTHON)" -V 2>&1): install one of these and name it with 'make PYTHON=python3.12'." >&2; exit 1; }
 @"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { echo "'$(PYTHON)' has no ensurepip and cannot make an environment: install its venv package (on Debian and Ubuntu: apt-get install python3-venv)." >&2; exit 1; }
 endef

@@ -18,7 +18,7 @@ from rockdamp.errors import InputError, warnings_as_lines
 from rockdamp.laboratory.named_tests import require_possible_tests
 from rockdamp.laboratory.sections import LaboratoryConfig, broken
 from rockdamp.laboratory.trials import read_rocking_trials
-from rockdamp.pipeline import verification
+from rockdamp.pipeline.origins import origins
 from rockdamp.pipeline.tables import REPORT, built, drawn, each_study, reported, values_of
 from rockdamp.storage.atomic import tidy
 from rockdamp.vocabulary import STUDIES
@@ -69,7 +69,7 @@ include: "workflow/rules/common.smk"
 
 # Snakemake would end in a traceback on a file where a folder must be.
 if workflow.is_main_process:
-    subfolders = {os.path.dirname(file) for file in ORIGINS}
+    subfolders = {os.path.dirname(file) for file in RESULT_FILES}
     try:
         require_folders(RESULTS, subfolders, "the results")
         require_folders(LOGS, subfolders, "the logs")
@@ -96,8 +96,6 @@ include: "workflow/rules/stages.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
-include: "workflow/rules/dictionary.smk"
-include: "workflow/rules/checksums.smk"
 
 
 localrules:
@@ -107,8 +105,7 @@ localrules:
 rule all:
     default_target: True
     input:
-        rules.checksums.input.results,
-        rules.checksums.output,
+        [f"{RESULTS}/{file}" for file in RESULT_FILES],
     message:
         "Every dataset, every figure and the report are up to date"
 

@@ -20,7 +20,6 @@ extensions = [
     "config_keys",
     "docstrings",
     "mathml",
-    "rulegraph",
 ]
 templates_path: list[str] = []
 exclude_patterns = ["_extensions", "figures"]

@@ -17,7 +17,6 @@ import pandas as pd
 import xarray as xr
 from assumption_tables import assumed
 from identification_tables import coverage, free_rocking, random_tests, slips, support
-from mutate_sample import summary
 from one_sided_tables import one_sided, one_sided_collapse, one_sided_steps, shipped, two_sided
 from order_tables import by_band, forms, orders
 from rocking_tables import (
@@ -57,7 +56,7 @@ DOCS = (
     "measured",
     "one-sided",
 )
-PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md", "CONTRIBUTING.md")
+PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md")
 PICTURES = (
     "figures/fig_order.png",
     "figures/fig_measured_rocking.png",
@@ -369,11 +368,6 @@ def verdicts(data: Data) -> str:
     return table(("verdict", "claims"), ((verdict, str(int((given == verdict).sum()))) for verdict in VERDICTS))
 
 
-def mutations(_: Data) -> str:
-    """How many random mutations the tests noticed."""
-    return summary()
-
-
 _FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_law, checks, orders, dispersion, pulses)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution, rocking_blocks)
 _LAST = (
@@ -392,7 +386,6 @@ _LAST = (
     one_sided_steps,
     two_sided,
     verdicts,
-    mutations,
 )
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 

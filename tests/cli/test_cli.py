@@ -1,4 +1,4 @@
-"""The command line: `wall`, `equivalent`, `verify`, and what all commands share."""
+"""The command line: `wall`, `equivalent`, and what all commands share."""
 
 import csv
 import json
@@ -143,14 +143,6 @@ def test_a_load_with_its_unit_is_the_ratio_that_is_printed():
     both = refused("wall", *WALL, "--overburden", "12kN", "--overburden-ratio", 1)
     assert "--overburden and --overburden-ratio state the same" in both
     assert "'12' is no load with its unit" in refused("wall", *WALL, "--overburden", 12)
-
-
-# --- verify ---------------------------------------------------------------------------------------------------------
-
-
-def test_verify_asks_for_the_folder_of_the_project(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert "config/default.yaml: there is no such file; it must be YAML" in refused("verify")
 
 
 # --- bad input ------------------------------------------------------------------------------------------------------

@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 import click
-import made_up_results
 import pytest
 from click.shell_completion import ShellComplete
 from click.testing import CliRunner
@@ -35,13 +34,6 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
     shutil.copy(ROOT / "data/sin-03-00-synthetic.csv", "data")
     for example in ("my-walls.csv", "my-test-raw.csv", "my-free-rocking-raw.csv", "my-free-rocking-2.csv"):
         shutil.copy(ROOT / "examples" / example, "examples")
-    if name == "verify":  # the project, and results that it made
-        for file in ("config/default.yaml", "config/minimal.yaml"):
-            Path(file).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(ROOT / file, file)
-        for folder in ("data/test_series", "data/measured"):
-            shutil.copytree(ROOT / folder, folder)
-        made_up_results.make("results/minimal", made_up_results.minimal())
     found = examples(name)
     assert found
     for example in found:

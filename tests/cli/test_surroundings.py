@@ -16,7 +16,9 @@ RECORD = ROOT / "data/sin-03-00-synthetic.csv"
 DECAY = ["decay", "--preset", "moderate", "--damping-model", "CDR", "--damping-ratio", "0.05"]
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["presets", "--json"]])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["equivalent", "--restitution", "0.85", "--preset", "new", "--json"]]
+)
 def test_output_to_a_full_disk_is_one_line(arguments):
     with open("/dev/full", "w") as full:
         run = subprocess.run(

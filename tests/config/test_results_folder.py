@@ -55,7 +55,7 @@ def test_a_folder_with_files_that_git_tracks_is_refused(tree, tmp_path):
     require_own_folder(thesis / "new", tree)
 
 
-def test_the_data_dictionary_alone_may_be_tracked(tree):
+def test_the_readme_of_the_results_alone_may_be_tracked(tree):
     shutil.rmtree(tree / ".git")
     subprocess.run(["git", "init", "-q"], cwd=tree, check=True)
     (tree / "results/README.md").touch()

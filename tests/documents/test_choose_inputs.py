@@ -10,6 +10,7 @@ from repository import ROOT
 import rockdamp as rd
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.plausibility import as_meant
+from rockdamp.vocabulary import PRESETS
 
 PAGE = (ROOT / "docs/howto/choose-inputs.md").read_text(encoding="utf-8")
 
@@ -26,6 +27,11 @@ def test_the_table_of_the_weakest_hinge():
     assert row("r of least F0") == [f"{r:.2f}" for r in least]
     weakest = rd.Wall(thickness=0.24, height=3.0, overburden_ratio=overburden, hinge_ratio="weakest").hinge_ratio
     assert row("`weakest`") == [f"{r:.2f}" for r in weakest]
+
+
+def test_the_presets_have_the_stated_curves():
+    for name, (b1, a1) in PRESETS.items():
+        assert row(f"`{name}`") == [f"{a1:.2f}", f"{b1:.2f}"]
 
 
 def test_the_rule_measured_is_near_the_upper_end_of_the_tests_that_the_paper_quotes():

@@ -21,14 +21,6 @@ def tree(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def dictionary(tree):
-    """The data dictionary of what the pages built."""
-    script = "from rockdamp.pipeline import verification; verification.write_dictionary('results/minimal')"
-    python(tree, "-c", script)
-    return (tree.place / RESULTS / "dictionary.md").read_text(encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
 def page(tree):
     """The report of the copy, of made-up datasets: building all that the real one is given takes minutes."""
     return python(tree, "-c", REPORT)
@@ -63,15 +55,6 @@ def test_a_column_is_in_its_dataset_and_in_the_figure_that_shows_it(tree):
             "symbol": "F0",
         }
     assert (tree.place / RESULTS / "figures/fig1.png").stat().st_size > 1000
-
-
-def test_all_three_stand_in_the_data_dictionary(dictionary):
-    assert "`hinge_ratio` (hinge)" in dictionary
-    assert "Period of the undamped reference wall. Used by report." in dictionary
-    assert re.search(
-        r"`period` +. `release_amplitude` . 1 . dimensionless period of an undamped cycle . p T", dictionary
-    )
-    assert re.search(r"Used by .*fig_minima", dictionary)
 
 
 def test_all_three_stand_in_the_report(page):

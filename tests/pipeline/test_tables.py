@@ -138,7 +138,7 @@ def test_a_fifth_study_stands_in_every_list(monkeypatch):
 
 
 def test_what_the_snakefile_reads_at_every_start_takes_no_library_that_loads_for_long():
-    script = "import sys; from rockdamp.motions import catalogue; from rockdamp.pipeline import verification"
+    script = "import sys; from rockdamp.motions import catalogue; from rockdamp.pipeline import origins"
     script += "; print(*sys.modules)"
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert not {"xarray", "numba", "matplotlib", "scipy"} & set(run.stdout.split())

@@ -8,6 +8,5 @@ DATASETS = [f"{name}.nc" for stage in WHOLE if stage.dataset for name in each_st
 OUTPUTS = [
     *DATASETS,
     *(file for stage in WHOLE if not stage.dataset for file in (stage.file, *stage.also)),
-    "checksums.csv",
     *(f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("pdf", "png")),
 ]

@@ -20,7 +20,7 @@ def make(place, *arguments):
     return subprocess.run(["make", *arguments], cwd=place, capture_output=True, text=True)
 
 
-def test_clean_keeps_the_data_dictionary_and_removes_the_rest(tree):
+def test_clean_keeps_the_readme_of_the_results_and_removes_the_rest(tree):
     (tree / "results/figures").mkdir(parents=True)
     for name in ("README.md", "damping_force.nc", ".damping_force.nc.1.part", "figures/fig1.png"):
         (tree / "results" / name).touch()

@@ -16,8 +16,10 @@ def motion_count(entries):
 
 STUDY_OR_CHUNK = re.compile(r"\{(study|chunk)\}")
 
-# By which config and code each result must be made, by its file in the folder of the results.
-ORIGINS = verification.origins(CONFIG, motion_count)
+# By which config and code each dataset and table must be made, by its file in the folder of the results.
+ORIGINS = origins(CONFIG, motion_count)
+DRAWN = [f"figures/{name}.{suffix}" for name in FIGURES for suffix in CONFIG.figures.formats]
+RESULT_FILES = [*ORIGINS, *DRAWN, "report.html", "paper.html"]
 
 
 def expected_attributes(wildcards, input):

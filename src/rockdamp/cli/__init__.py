@@ -11,8 +11,7 @@ from rockdamp.cli.calibration import calibrate_command
 from rockdamp.cli.command import Main
 from rockdamp.cli.histories import decay, respond_command
 from rockdamp.cli.record import record
-from rockdamp.cli.results import verify
-from rockdamp.cli.single import equivalent_command, presets, wall
+from rockdamp.cli.single import equivalent_command, wall
 
 __all__ = ["main"]
 
@@ -36,7 +35,5 @@ for command in (
     batch,
     record,
     calibrate_command,
-    presets,
-    verify,
 ):
     main.add_command(command)

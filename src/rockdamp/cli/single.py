@@ -1,4 +1,4 @@
-"""`wall`, `equivalent` and `presets`: constants of a wall, without a history."""
+"""`wall` and `equivalent`: constants of a wall, without a history."""
 
 from __future__ import annotations
 
@@ -316,23 +316,3 @@ def _of_walls(walls: Path, release: float, as_json: bool, options: dict[str, Any
         click.echo(f"{failed} of {len(rows)} damping ratios were not found; the column error says why", err=True)
         if options["strict"]:
             click.get_current_context().exit(SOME_FAILED)
-
-
-@click.command(cls=Command, examples=["rockdamp presets"])
-@json_option
-def presets(as_json: bool) -> None:
-    """Curves by name, for --preset: Doherty's stages of degradation, of the joints of brick walls.
-
-    Rubble and masonry that disaggregates have no preset: they fall apart before they rock.
-    """
-    from rockdamp.vocabulary import PRESETS
-
-    rows = [
-        {"preset": name, "strength_ratio": b1, "yield_displacement_ratio": a1, "options": f"--a1 {a1:g} --b1 {b1:g}"}
-        for name, (b1, a1) in PRESETS.items()
-    ]
-    if as_json:
-        print_json([{key: value for key, value in row.items() if key != "options"} for row in rows])
-    else:
-        print_table(rows)
-        click.echo("\nof brick walls; rubble and masonry that disaggregates have no preset", err=True)

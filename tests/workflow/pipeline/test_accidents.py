@@ -1,4 +1,4 @@
-"""Accidents: folders that cannot be written, damaged results, kills. tools/hurt.py has more of them."""
+"""Accidents: folders that cannot be written, damaged results, kills."""
 
 import os
 import shutil

@@ -193,7 +193,7 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
     """Return the history of the largest peak that the wall survives, at the highest intensity that it may survive.
 
     It is run again at the finer step of `respond`; where it then collapses, the next largest peak is taken. The
-    dictionary is empty where the wall survives no record.
+    mapping is empty where the wall survives no record.
     """
     answer, motions = subject.answer, {motion.name: motion for motion in subject.motions}
     peaks = answer["peak"].sel(damping_model=REFERENCE)
