@@ -3,10 +3,9 @@
 import pytest
 
 import rockdamp as rd
-from rockdamp.assessment.table import COLUMNS, BadRow, read_walls, row_of
+from rockdamp.assessment.table import BadRow, read_walls
 from rockdamp.errors import InputError, InputWarning
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
-from rockdamp.storage.input_file import Column
 from rockdamp.vocabulary import PRESETS
 
 TABLE = """id,thickness,height,overburden_ratio,hinge_ratio,parapet,a1,b1,a3,softening,preset,restitution
@@ -85,35 +84,14 @@ def test_a_spreadsheet_s_byte_order_mark_and_line_ends_do_no_harm(table):
     assert len(read_walls(table("\ufeff" + TABLE.replace("\n", "\r\n")))) == 4
 
 
-OTHER = "Wall;Thickness [mm];Density;Load;State;Storeys\nA;250;18;12,5;new;2\nB;0;18;;new;1\n"
-NAMED = ["id=Wall", "thickness=Thickness [mm]:mm", "density=Density:kN/m3", "overburden=Load:kN/m", "preset=State"]
-
-
 @pytest.mark.parametrize("mark", [";", "\t"])
-def test_columns_of_any_name_and_unit_make_the_same_wall(mark, table):
-    """A spreadsheet's semicolons and decimal commas, and a column of feet and inches; what is not named is left out."""
-    text = OTHER.replace(";Storeys", ";Storeys;Height").replace(";2\n", ";2;9ft 10.5in\n").replace(";1\n", ";1;3\n")
-    columns = dict(Column.from_text(each, COLUMNS) for each in [*NAMED, "height=Height"])
-    with pytest.warns(InputWarning, match="columns that are not read: Storeys"):
-        made, bad = read_walls(table("\ufeff" + text.replace(";", mark)), columns)
-    height, density = 118.5 * 0.0254, 18000 / 9.80665
-    assert [float(made.wall.thickness), float(made.wall.height)] == pytest.approx([0.25, height], rel=1e-12)
-    assert float(made.wall.density) == pytest.approx(density, rel=1e-12)
-    assert float(made.wall.overburden / made.wall.width) == pytest.approx(12500, rel=1e-12)
-    assert isinstance(bad, BadRow) and "thickness is 0.0" in bad.error
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("thickness", "must be NAME=COLUMN or NAME=COLUMN:UNIT"),
-        ("thicknes=T:mm", "must be NAME=COLUMN"),
-        ("height=Hight", "line 1: there is no column 'Hight', named for height"),
-    ],
-)
-def test_a_column_that_cannot_be_is_refused(text, said, table):
-    with pytest.raises(InputError, match=said):
-        read_walls(table(TABLE), dict([Column.from_text(text, COLUMNS)]))
+def test_a_spreadsheet_s_decimal_commas_and_units_in_its_cells_are_read(mark, table):
+    text = "id;thickness;height;density;overburden;preset\nA;250mm;9ft 10.5in;18kN/m3;12.5kN/m;new\nB;0,25;3,2;;;new\n"
+    first, second = read_walls(table(text.replace(";", mark)))
+    assert [float(first.wall.thickness), float(first.wall.height)] == pytest.approx([0.25, 118.5 * 0.0254], rel=1e-12)
+    assert float(first.wall.density) == pytest.approx(18000 / 9.80665, rel=1e-12)
+    assert float(first.wall.overburden / first.wall.width) == pytest.approx(12500, rel=1e-12)
+    assert (float(second.wall.thickness), float(second.wall.height)) == (0.25, 3.2)
 
 
 def test_a_load_must_have_its_unit_and_stand_alone(table):
@@ -136,17 +114,6 @@ def test_the_overburden_has_a_mass_where_its_column_says_so(table):
     assert "overburden_mass is 1; nothing holds it on a parapet" in parapet.error
 
 
-def test_one_row_is_found_by_its_id_and_a_bad_one_refused(table):
-    path = table(f"{TABLE}x,,3,,,,,,,,new,\n")
-    assert row_of(path, "roof").line == 5
-    with pytest.raises(InputError, match="no wall whose id is 'west'"):
-        row_of(path, "west")
-    with pytest.raises(InputError, match="id is 'sout'; did you mean 'south'"):
-        row_of(path, "sout")
-    with pytest.raises(InputError, match=r"walls\.csv, line 7: thickness is empty"):
-        row_of(path, "x")
-
-
 def test_remarks_capitals_and_columns_of_other_names_do_no_harm(table):
     head, *rest = TABLE.splitlines()
     lines = ["# walls of the school", f"{head.upper()},Storey,restitutio", f"{rest[0]},2,1"]
@@ -155,13 +122,6 @@ def test_remarks_capitals_and_columns_of_other_names_do_no_harm(table):
         (row,) = read_walls(path)
     (north, *_) = read_walls(table(TABLE))
     assert (row.id, row.line, row.restitution) == ("north", 3, 0.85) and row.wall == north.wall
-
-
-def test_an_id_that_is_there_twice_is_not_taken(table):
-    path = table("id,thickness,height,preset\na,0.25,3,new\na,0.3,3,new\nb,0.3,3,new\n")
-    with pytest.raises(InputError, match="'a' is the id of lines 2 and 3; each wall must have its own"):
-        row_of(path, "a")
-    assert float(row_of(path, "b").wall.thickness) == 0.3
 
 
 @pytest.mark.parametrize(

@@ -115,10 +115,6 @@ def test_the_rules_are_those_of_the_package():
         ((*WALL, *RECORDS, "--pgv", 0.4, "--project", "x"), "--project must be given with --report"),
         ((*WALL, "--pgv", 0.4), "--records"),
         ((*WALL, "--records", "none/*.AT2", "--pgv", 0.4), "'none/*.AT2' matches no file"),
-        ((*WALL, "--id", "a", *RECORDS, "--pgv", 0.4), "--id is a row of --walls"),
-        (("--walls", "walls.csv", *RECORDS, "--pgv", 0.4), "--id is missing"),
-        (("--walls", "walls.csv", "--id", "a", "--preset", "new", *RECORDS, "--pgv", 0.4), "--preset"),
-        (("--walls", "walls.csv", "--id", "a", *RECORDS, "--pgv", 0.4), "walls.csv: there is no such file"),
     ],
 )
 def test_bad_input_is_told_in_a_line(arguments, said):

@@ -6,7 +6,6 @@ from command_line import printed, run
 from repository import ROOT
 
 import rockdamp as rd
-from rockdamp import units
 
 EXAMPLE = ROOT / "examples/my-walls.csv"
 WALL = ("--thickness", "0.3", "--height", "4.5", "--preset", "new")
@@ -193,37 +192,6 @@ def test_a_motion_that_would_rock_the_wall_without_its_damper_is_not_asked_to_be
     assert "the wall does not rock" in stiff.stderr and "in g" not in stiff.stderr
 
 
-def test_a_record_whose_columns_have_other_names_is_read_by_them(record, tmp_path):
-    """The same motion in milliseconds and g, beside a column of text that is not read."""
-    read = rd.read_record(record)
-    rows = [
-        f"{1000 * t};{a / 9.80665};{'ok' if t < 1 else ''}"
-        for t, a in zip(read.elapsed, read.ground_acceleration, strict=True)
-    ]
-    other = tmp_path / "other.csv"
-    other.write_text("\n".join(["Time [ms];a [g];remark", *rows]).replace(".", ","))
-    named = ("--column", "elapsed=Time [ms]:ms", "--column", "ground_acceleration=a [g]:g")
-    of_one = (*named[:3], "ground_acceleration=a [g]:% g")
-    pga = printed(*PULSE, record)["pga"]
-    assert printed(*PULSE, other, *of_one, "--scale", 100)["pga"] == pytest.approx(pga, rel=1e-9)
-    for name in ("peak_displacement", "pga", "duration"):
-        assert printed(*PULSE, other, *named)[name] == pytest.approx(printed(*PULSE, record)[name], rel=1e-9)
-    answers = [
-        printed("assess", *WALL, "--records", *file, "--pga", "0.3g")["models"] for file in ((record,), (other, *named))
-    ]
-    assert answers[0][0]["collapses"] == answers[1][0]["collapses"]
-    for wrong, said in (
-        (("--column", "elapsed=Time [ms]:ms"), "no column is named for ground_acceleration"),
-        ((*named[:3], "ground_acceleration=acc:g"), "has 0 columns 'acc'"),
-        ((*named[:3], "ground_acceleration=acc:mg"), "it must have one; what follows the colon is no unit, as m s-2"),
-        ((*named[:3], "ground_acceleration=a [g]:mm"), "has the unit 'mm', which is none of m s-2"),
-        (("--column", "time=t"), "NAME is elapsed, ground_acceleration, displacement"),
-    ):
-        result = run(*PULSE, other, *wrong)
-        assert result.exit_code == 2 and said in result.stderr
-    assert "--column names others" in run(*PULSE, other).stderr
-
-
 def test_a_rule_for_e_is_that_of_the_wall(record):
     wall = rd.Wall(0.3, 4.5)
     for rule, e in (("measured", wall.restitution_measured), ("analytical", wall.restitution_rigid)):
@@ -270,11 +238,9 @@ def test_a_ratio_with_a_unit_and_a_step_beyond_its_range_are_refused():
     assert refused.exit_code == 2 and "0.0085 for 0.85%, and 0.85 for 85%" in refused.stderr
 
 
-def test_a_column_in_per_cent_and_a_broken_workbook_are_refused(tmp_path):
+def test_a_broken_workbook_is_refused(tmp_path):
     (tmp_path / "walls.xlsx").write_bytes(b"PK\3\4" + bytes(100))
-    for given in ((EXAMPLE, "--column", "a1=a1:%"), (tmp_path / "walls.xlsx",)):
-        refused = run("equivalent", "--walls", *given)
-        assert refused.exit_code == 2 and ("divide the column by 100" in refused.stderr) == (len(given) > 1)
+    assert run("equivalent", "--walls", tmp_path / "walls.xlsx").exit_code == 2
 
 
 def test_a_frequency_for_a_period_is_named_with_its_period():
@@ -290,13 +256,6 @@ def test_a_storey_of_half_a_height_or_of_a_whole_building_is_asked_about(tmp_pat
     assert "line 2: the height is 1.5 m, less than a storey has; was it half of it (3 m)" in asked
     assert "line 4: the height is 9.6 m, more than a storey has; was it that of the building" in asked
     assert "line 3:" not in asked
-
-
-def test_a_column_in_gal_is_read():
-    from rockdamp.cli.options import named_columns
-
-    (column,) = named_columns(["ground_acceleration=acc:Gal"], ["ground_acceleration"]).values()
-    assert (column.name, units.size(column.unit, "m s-2")) == ("acc", 0.01)
 
 
 def test_an_e_that_no_wall_of_these_sizes_has_asks_about_the_sizes():

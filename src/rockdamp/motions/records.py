@@ -21,7 +21,6 @@ from rockdamp.motions import record_files
 from rockdamp.motions.record_files import COLUMNS, check_finite, check_time, step_of
 from rockdamp.storage import input_file
 from rockdamp.storage.atomic import replacing
-from rockdamp.storage.input_file import Column
 
 S = TypeVar("S", bound="Sampled")
 ANSWERS = {"yes": True, "no": False}
@@ -186,17 +185,12 @@ def read_record(path: str | os.PathLike[str]) -> Record:
     ...     rd.read_record(path).ground_acceleration
     array([0. , 1.5, 0. ])
     """
-    return record_of(path)
-
-
-def record_of(path: str | os.PathLike[str], columns: Mapping[str, Column] | None = None) -> Record:
-    """Read a record as `read_record`; `columns` names those of a CSV that are called otherwise, by what they hold."""
     path = file_path("path", path)
     if (other := OTHER_SERIES.get(path.suffix.lower())) is not None:
         raise InputError(f"{os.fspath(path)}: has PEER's suffix for {other}; the accelerations are in the file .AT2")
 
     def record(lines: Sequence[str], digest: str) -> Record:
-        parts = record_files.at2(lines) if path.suffix.lower() == ".at2" else record_files.csv(lines, columns)
+        parts = record_files.at2(lines) if path.suffix.lower() == ".at2" else record_files.csv(lines)
         return Record(*parts[:4], unit_of_file=parts.unit, digest=digest)
 
     return read_lines(path, "a record as CSV or PEER AT2", record)

@@ -8,10 +8,7 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Collection
-from dataclasses import dataclass
 
-from rockdamp import units
 from rockdamp.errors import InputError
 
 MOST_BYTES = 2**28  # of one file: over a day of ground motion at 200 Hz
@@ -80,29 +77,6 @@ def text(read: bytes, path: str | os.PathLike[str]) -> str:
 
 DIVIDERS = (";", "\t", ",")
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of a file, and the unit of its numbers; none is SI, or none is needed."""
-
-    name: str
-    unit: str = ""
-
-    @classmethod
-    def from_text(cls, text: str, contents: Collection[str]) -> tuple[str, Column]:
-        """Parse ``thickness=Thickness [mm]:mm``; the unit may be left out. Return what the column holds, and it.
-
-        What it holds is one of `contents`.
-        """
-        holds, equals, column = (part.strip() for part in text.partition("="))
-        if not equals or holds not in contents or not column:
-            raise InputError(f"column {text!r} must be NAME=COLUMN or NAME=COLUMN:UNIT; NAME is {', '.join(contents)}")
-        name, colon, unit = column.rpartition(":")
-        if colon and unit.strip() == "%":
-            raise InputError(f"column {text!r} is in per cent; it must be a fraction: divide the column by 100")
-        known = units.parse(unit) or units.size(unit, "m s-2")
-        return (holds, cls(name.strip(), unit.strip())) if colon and known else (holds, cls(column))
 
 
 def divider(line: str) -> str | None:
