@@ -84,7 +84,7 @@ benchmark: peers ## Measure speed and memory beside other programs, on a quiet m
 	.venv-peers/bin/python benchmarks/side_by_side.py
 
 lock: .venv/.made ## Bring the locks in line with pyproject.toml (LOCK_FLAGS=--upgrade: newest versions)
-	$(compile) pyproject.toml --extra records --extra laboratory --group dev --output-file requirements.lock
+	$(compile) pyproject.toml --extra records --group dev --output-file requirements.lock
 	$(compile) --group pyproject.toml:peers --constraint requirements.lock --output-file requirements-peers.lock
 
 compile = $(bin)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
@@ -123,7 +123,7 @@ others = sed '/^$(1)==/,/[^\\]$$/d' requirements.lock
 %/.ready: %/.made pyproject.toml
 	@$*/bin/python -m pip install --quiet --no-index --no-deps --no-build-isolation --editable .
 	@for link in $*/lib/python*/site-packages/_editable_impl_rockdamp.pth; do echo ../../../../src > "$$link"; done
-	@$*/bin/python -c "import matplotlib.pyplot, nautilus, snakemake.cli"
+	@$*/bin/python -c "import matplotlib.pyplot, snakemake.cli"
 	@echo "Compiling the solvers: half a minute, once."
 	@$*/bin/python -c "from os import cpu_count; from rockdamp.pipeline.compile_all import compile_all; compile_all(cpu_count() or 1)"
 	@$*/bin/rockdamp equivalent --restitution 0.85 --a1 0.04 --b1 0.85 >/dev/null

@@ -1,9 +1,8 @@
 """Simulate free-rocking tests by an integrator that shares no code with the package: SciPy's DOP853 with events.
 
-`.venv/bin/python tools/free_rocking_tests.py` writes the examples: examples/my-free-rocking-raw.csv, a logger's raw
-channels, and examples/my-free-rocking-2.csv, a second release of the same specimen. `tools/check_free_rocking.py` draws
-many specimens. Forces and masses are in N and kg, by the paper's Eqs. (2), (5), (6) and Section 3; the law of loss and
-its damper are of docs/theory.md, section 9.
+`.venv/bin/python tools/free_rocking_tests.py` writes the examples: two releases of one specimen. Forces and masses are
+in N and kg, by the paper's Eqs. (2), (5), (6) and Section 3; the law of loss and its damper are of docs/theory.md,
+section 9.
 """
 
 from __future__ import annotations
@@ -25,10 +24,9 @@ CAP = 0.95  # of the damper's kappa cos^(2m+1) sin
 
 @dataclass(frozen=True)
 class Specimen:
-    """A wall with its curve, its loss at impacts, or a damper in place of them.
+    """A wall with its curve and its loss at impacts, or with an order the damper of the law of loss in place of them.
 
-    The damper is C = 2 m w1 xi (w/w1)^n, or with an order that of the law of loss, whose e is that of `AT`; at order 0
-    without an exponent it is ECD.
+    With an exponent g, e is that of `AT`; at order 0 without an exponent the damper is ECD.
     """
 
     thickness: float
@@ -39,8 +37,6 @@ class Specimen:
     b1: float
     e: float
     scatter: float = 0.0  # standard deviation of ln e from impact to impact
-    xi: float = 0.0
-    n: float = 0.0
     g: float = 0.0
     order: float | None = None
 
@@ -108,12 +104,7 @@ class Specimen:
         _, _, mass = self.constants
         if self.order is not None:
             return -self.force(u) / mass - self.damping(u, v, taken) * v
-        loss = 0.0
-        if self.xi:
-            first = self.first
-            now = np.sqrt(self.force(u) / u / mass) if abs(u) > 1e-9 * self.u_ins else first
-            loss = 2 * first * self.xi * (now / first) ** self.n * v
-        return -self.force(u) / mass - loss
+        return -self.force(u) / mass
 
 
 def decay(specimen: Specimen, release: float, step: float, longest: float, least: float, random: Any):
@@ -155,8 +146,7 @@ def decay(specimen: Specimen, release: float, step: float, longest: float, least
             state = np.array([part.y[0, -1], 0.0])
             continue
         before = mass * part.y[1, -1] ** 2 / 2
-        scattered = specimen.scatter * random.standard_normal() if not specimen.xi else 0.0
-        kept = math.exp(specimen.lost(before, scattered)) if not specimen.xi else 1.0
+        kept = math.exp(specimen.lost(before, specimen.scatter * random.standard_normal()))
         impacts.append(kept)
         state = np.array([0.0, kept * part.y[1, -1]])
     return moved[times <= now], impacts
@@ -197,10 +187,6 @@ def examples() -> dict[str, str]:
             "synthetic": "yes",
         }
         lines = [f"# {key}: {value}" for key, value in header.items()]
-        if number == 1:  # a logger's raw channels: ms after it was switched on, mm from the sensor's zero
-            rows = [f"{1000 * t:.0f};{1000 * u + 12.5:.2f}" for t, u in zip(elapsed, shown, strict=True)]
-            texts["my-free-rocking-raw.csv"] = "\n".join([*lines, "t;d", *rows]) + "\n"
-            continue
         true = {"yield_displacement_ratio": EXAMPLE.a1, "strength_ratio": EXAMPLE.b1, "restitution": EXAMPLE.e}
         lines += ["# units: s, m", *(f"# generator_{name}: {value:g}" for name, value in true.items())]
         rows = [f"{t:.3f},{u:.5f}" for t, u in zip(elapsed, shown, strict=True)]

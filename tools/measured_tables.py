@@ -16,7 +16,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from assumption_tables import assumed
-from identification_tables import coverage, free_rocking, random_tests, slips, support
 from one_sided_tables import one_sided, one_sided_collapse, one_sided_steps, shipped, two_sided
 from order_tables import by_band, forms, orders
 from rocking_tables import (
@@ -52,7 +51,6 @@ DOCS = (
     "theory",
     "howto/order-m-damper-elsewhere",
     "assumptions",
-    "identification",
     "measured",
     "one-sided",
 )
@@ -60,7 +58,6 @@ PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md")
 PICTURES = (
     "figures/fig_order.png",
     "figures/fig_measured_rocking.png",
-    "figures/fig_identification.png",
 )
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
@@ -68,7 +65,6 @@ Data = dict[str, xr.Dataset]
 
 INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
 INPUTS += (
-    "identification",
     "measured_rocking",
     "earthquakes/check",
     "earthquakes/walls",
@@ -375,11 +371,6 @@ _LAST = (
     by_program,
     assumed,
     response_length,
-    coverage,
-    random_tests,
-    slips,
-    support,
-    free_rocking,
     *_ROCKING,
     one_sided,
     one_sided_collapse,

@@ -38,8 +38,6 @@ EXTRA_DAMPERS = ("POWER",)  # not compared everywhere; POWER lies between CDC, C
 MODELS = tuple(model for model in DAMPERS if model not in EXTRA_DAMPERS)
 REFERENCE = "CR"  # the model that the viscous dampers stand in for
 VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)
-ANY_ORDER = "ECD of order m"  # the damper whose order is a parameter too, where a record is identified
-CANDIDATES = (*MODELS, ANY_ORDER)
 PAPER_MODELS = ("CDC", "CDR", "SDR")  # the viscous dampers of the paper; the others go beyond it
 
 # Doherty's stages of degradation, quoted in section 3 of the paper: (b1, a1).

@@ -32,7 +32,7 @@ def test_every_example_in_the_help_runs(name, tmp_path, monkeypatch):
     for folder in ("data", "results", "examples"):
         Path(folder).mkdir()
     shutil.copy(ROOT / "data/sin-03-00-synthetic.csv", "data")
-    for example in ("my-walls.csv", "my-test-raw.csv", "my-free-rocking-raw.csv", "my-free-rocking-2.csv"):
+    for example in ("my-walls.csv", "my-free-rocking-1.csv", "my-free-rocking-2.csv"):
         shutil.copy(ROOT / "examples" / example, "examples")
     found = examples(name)
     assert found

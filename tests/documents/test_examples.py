@@ -11,6 +11,7 @@ from pkgutil import walk_packages
 
 import nbformat
 import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 from configs import configured
@@ -116,6 +117,22 @@ def test_the_notebook_runs_on_the_datasets(small_results, monkeypatch):
         output for cell in notebook.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})
     ]
     assert len(drawn) == 2
+
+
+def test_raw_channels_become_a_record(tmp_path):
+    """The noise of 100 Hz is gone, the wall is relative to the table, and zeros are those of the rest."""
+    elapsed = np.arange(1024) / 256
+    shaken = np.sin(4 * np.pi * elapsed) * np.exp(-(((elapsed - 2) / 0.4) ** 2))
+    noise = 0.01 * np.sin(200 * np.pi * elapsed)
+    channels = {"t": elapsed, "a": 0.5 * shaken + noise + 0.012, "wall": 30 * shaken + 5, "table": 10 * shaken + 3.1}
+    pd.DataFrame(channels).to_csv(tmp_path / "raw.csv", index=False)
+    files = [str(tmp_path / name) for name in ("raw.csv", "test.csv")]
+    subprocess.run([sys.executable, str(ROOT / "examples/raw_channels.py"), *files], check=True)
+    record = rd.read_record(files[1])
+    np.testing.assert_allclose(record.elapsed, elapsed, atol=1e-12)
+    inside = slice(50, -50)
+    np.testing.assert_allclose(record.ground_acceleration[inside], 0.5 * 9.80665 * shaken[inside], atol=1e-3)
+    np.testing.assert_allclose(record.displacement[inside], 0.02 * shaken[inside], atol=1e-6)
 
 
 ESM = "STATION_CODE: X\nSAMPLING_INTERVAL_S: 0.010000\nUNITS: cm/s^2\n0.0\n-150.0\n25.0\n"

@@ -3,7 +3,6 @@
 import io
 import re
 
-import identification_tables
 import made_up_claims
 import made_up_earthquakes
 import made_up_studies
@@ -14,14 +13,10 @@ import pytest
 import report_content
 import xarray as xr
 import yaml
-from posterior_records import row_of
 from published_models import PUBLISHED
 from repository import ROOT
-from scipy.special import ndtr
 
 from rockdamp.equivalence.programs import advice, advice_at_the_stop, false_safe, stop_errors
-from rockdamp.histories.measured_test import made_by
-from rockdamp.motions.records import read_record
 from rockdamp.report.earthquakes import STRATA
 from rockdamp.storage import dataset
 from rockdamp.vocabulary import MODELS, RECOMMENDED, RECOMMENDED_ORDER, STUDIES, VISCOUS_MODELS
@@ -77,7 +72,6 @@ def made_up():
         "loss_law": made_up_studies.loss_law(),
         "supports": made_up_studies.supports(),
         "response_lengths": response_lengths,
-        "identification": identification_as_configured(),
         "measured_rocking": made_up_studies.measured_rocking(),
         "one_sided": one_sided_as_configured(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
@@ -112,16 +106,6 @@ def one_sided_as_configured():
     return made_up.isel(repeated).assign_coords(wanted)
 
 
-def identification_as_configured():
-    """Made-up numbers of the records, noises and models of the paper's config."""
-    study = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["identification"]
-    wanted = {"record": study["test_series"], "noise_factor": study["noise"], "damping_model": study["damping_models"]}
-    made_up = made_up_studies.identification()
-    repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}
-    makers = [made_by(read_record(ROOT / path)) for path in study["test_series"]]
-    return made_up.isel(repeated).assign_coords(wanted).assign(record_made_by=("record", makers))
-
-
 def test_every_table_stands_on_a_page():
     assert list(SHOWN) == list(measured_tables.TABLES)
 
@@ -147,7 +131,7 @@ def test_writing_a_page_again_changes_nothing_but_the_tables(made_up):
         assert measured_tables.written(once, made_up) == once
 
 
-@pytest.mark.parametrize("name", ["random_tests", "forms", "free_rocking"])
+@pytest.mark.parametrize("name", ["forms"])
 def test_tables_of_kept_files_hold_their_numbers(name):
     assert SHOWN[name] == measured_tables.TABLES[name]({})
 
@@ -255,30 +239,3 @@ def test_the_recommended_order_is_the_one_that_the_full_study_found_enough_at_ev
     assert int(found[1]) == RECOMMENDED_ORDER
     (smallest,) = [line.split("|")[2:-1] for line in SHOWN["orders"].splitlines() if line.startswith("| all |")]
     assert max(map(float, smallest)) == RECOMMENDED_ORDER
-
-
-def test_coverage_is_told_by_parameter_with_what_chance_does_to_it(monkeypatch, tmp_path):
-    """Nine of ten truths at the mean, one five deviations off: 90 % are held by either interval, z deviates by 1.5."""
-    z = np.append(np.zeros(9), 5.0)
-    names = ("strength_ratio", "sensor_correlation")
-    rows = [row_of(n, name, at, 0, 1, ndtr(at), ndtr(at)) for name in names for n, at in enumerate(z)]
-    pd.DataFrame([*rows, *(row_of(10, name, *[np.nan] * 5) for name in names)]).to_csv(tmp_path / "rows.csv")
-    monkeypatch.setattr(identification_tables, "RECORDS", tmp_path / "rows.csv")
-    told = measured_tables.coverage({})
-    assert told.startswith(
-        "Of 11 records 10 were identified, and 1 refused. By chance a share differs from its level by"
-    )
-    (row,) = (numbers(line.replace("b1", "")) for line in told.splitlines() if line.startswith("| b1 |"))
-    assert row[:5] == pytest.approx([90, 90, 90, 90, 1.5])
-    assert "| its correlation from sample to sample |" in told
-
-
-def test_probabilities_are_means_over_the_records_of_a_maker_that_were_determined(made_up):
-    study = made_up_studies.identification()
-    study["log_evidence"][0, 1, 2] = np.nan
-    told = measured_tables.support({"identification": study}).splitlines()
-    assert told[0] == "| made by | noise | records | maker most probable | CR | ECD16 | ECD |"
-    assert told[2] == "| CR | × 1 | 2 of 2 | 1 | 0.55 | 0.45 | 0.00 |"
-    assert told[3] == "| CR | × 2 | 1 of 2 | 0 | 0.38 | 0.62 | 0.00 |"
-    assert told[4] == "| ECD | × 1 | 0 of 1 | 0 | – | – | – |"
-    assert told[-1].startswith("Of 18 evidences 3 were not determined; ")

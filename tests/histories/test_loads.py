@@ -9,7 +9,6 @@ from experimental_style import WALL
 import rockdamp as rd
 from rockdamp.histories.loads import Forcing
 from rockdamp.histories.measured_test import computed_response
-from rockdamp.laboratory.candidates import Candidate
 from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -44,9 +43,7 @@ def test_the_motion_of_a_test_is_smooth_between_its_samples():
 def test_one_motion_moves_the_wall_alike_in_every_use_of_a_test():
     record = test_record(128)
     record = replace(record, displacement=np.r_[np.zeros(100), 1e-3 * np.ones(record.elapsed.size - 100)])
-    fit = RecordFit.from_record(
-        record, WALL, Candidate.from_name("CR"), ultimate_displacement_ratio=1.0, softening="steeper", step=STEP
-    )
+    fit = RecordFit.from_record(record, WALL, ultimate_displacement_ratio=1.0, softening="steeper", step=STEP)
     forcing = Forcing.from_record(WALL, record)
     np.testing.assert_allclose(forcing.newmark(forcing.substeps(STEP))["ground_acceleration"], fit.motion, atol=1e-12)
     response = rd.respond(WALL, CURVE, DAMPING, record, step=STEP)

@@ -1,10 +1,7 @@
-"""Free-rocking tests identified: simulated ones give back what made them, and slips are named."""
+"""Free-rocking tests: simulated ones give back what made them, and bad ones are refused."""
 
-import check_free_rocking
-import check_losses
 import free_rocking_tests
 import numpy as np
-import pandas as pd
 import pytest
 from repository import ROOT
 from rounded_texts import assert_shipped
@@ -134,24 +131,37 @@ def test_a_rotation_is_a_displacement_over_the_height_of_the_hinge():
 
 @as_meant()
 def test_what_the_integrator_simulates_is_inside_the_intervals():
-    """A small part of tools/check_free_rocking.py, whose table is in docs/identification.md."""
+    """Of 90 %: of 24 no less than 71 % are, but for one time in a thousand."""
     inside = []
-    for number in range(4):
+    for number in range(6):
         random = np.random.RandomState([11, number])
-        wall = check_free_rocking.specimen(random)
-        tests, _ = check_free_rocking.tests_of(wall, random, most=1)
-        judged = check_free_rocking.judged(wall, check_free_rocking.fitted(wall, tests))
-        inside += [held for held, _ in judged.values()]
-    assert np.mean(inside) >= 0.75
+        made = drawn_specimen(random)
+        moved, _ = free_rocking_tests.decay(made, 0.5 * made.u_ins, 0.002, 15.0, 1e-3 * made.u_ins, random)
+        errors = {"noise": 1e-3 * made.u_ins, "drift": 1e-3 * made.u_ins, "random": random}
+        elapsed, shown = free_rocking_tests.channel(moved, 0.002, held=0.4, late=0.0, rest=1.0, **errors)
+        wall = rd.Wall(
+            made.thickness, made.height, hinge_ratio=made.hinge_ratio, overburden_ratio=made.overburden_ratio
+        )
+        fit = rd.calibrate_free_rocking(rd.FreeRocking(elapsed, shown), wall)
+        at = fit["restitution_at_amplitude_interval"].sel(amplitude=0.3).values
+        intervals = [*fit["interval"].values.T[:2], at, fit["loss_exponent_interval"].values]
+        true = (made.a1, made.b1, made.e, 0.0)
+        inside += [low <= value <= high for value, (low, high) in zip(true, intervals, strict=True)]
+    assert np.mean(inside) >= 0.71
 
 
-def test_the_stored_check_holds_for_e_and_g_of_every_maker_that_has_them_and_for_the_curve_of_walls_with_impacts():
-    rows = {(row["made_by"], row["parameter"]): row for row in pd.read_csv(check_free_rocking.FILE).to_dict("records")}
-    impacts = check_free_rocking.KNOWN[:2]
-    judged = [(maker, name) for maker in check_free_rocking.KNOWN for name in check_free_rocking.JUDGED]
-    judged += [(maker, name) for maker in impacts for name in ("a1", "b1")]
-    for row in (rows[key] for key in judged):
-        assert int(row["tests"]) == 200 and check_losses.good(row), row
+def drawn_specimen(random):
+    thickness = random.uniform(0.1, 0.4)
+    return free_rocking_tests.Specimen(
+        thickness=thickness,
+        height=thickness * random.uniform(8, 25),
+        hinge_ratio=random.uniform(0.5, 0.7),
+        overburden_ratio=random.uniform(0, 6),
+        a1=random.uniform(0.02, 0.10),
+        b1=random.uniform(0.65, 0.88),
+        e=random.uniform(0.80, 0.93),
+        scatter=random.uniform(0, 0.03),
+    )
 
 
 LOSSES = [
@@ -187,7 +197,7 @@ def test_the_shipped_examples_are_what_their_program_makes():
         (1e-4 * np.random.RandomState(5).standard_normal(2000), "the number of clear peaks is 0"),
     ],
 )
-def test_slips_are_named(displacement, said):
+def test_a_test_that_cannot_be_fitted_is_refused(displacement, said):
     with pytest.raises(rd.InputError, match=said):
         rd.calibrate_free_rocking(test_of(displacement), WALL)
 

@@ -117,7 +117,7 @@ BAD = {
     ),
     "uneven times": (
         "".join(f"{t / 100 + (t == 11) / 500:.3f},0,0\n" for t in range(20)),
-        f"elapsed_s is 0.12 on line {FIRST_ROW + 12}; .*`rockdamp record` makes them so",
+        f"elapsed_s is 0.12 on line {FIRST_ROW + 12}; .*be written with as many digits$",
     ),
     "a short row": (ROWS.replace(",0.002", ""), f"line {FIRST_ROW + 1} has 2 values; it must have 3"),
     "decimal commas": (ROWS.replace("0.2", "0,2"), f"line {FIRST_ROW + 1} has 4 values; it must have 3"),

@@ -93,7 +93,7 @@ def test_the_stages_of_a_module_name_the_sections_that_it_reads(module):
 
 @pytest.mark.parametrize("name", COMPUTED)
 def test_what_the_config_makes_for_a_stage_counts_among_its_sources(name):
-    """The modules of the config itself do not count; a `Wall` or a `Distribution` that it holds computes."""
+    """The modules of the config itself do not count; a `Wall` that it holds computes."""
     keys = [key.format(study="amplitude") for key in STAGES[name].config]
     made = {module for key in keys for module in modules_of_values(attrgetter(key)(configured()))}
     assert made - set(CONFIG) <= set(provenance.modules_of(*STAGES[name].sources.modules))

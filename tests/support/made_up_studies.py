@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from configs import configured
 from made_up_earthquakes import by_model, complete
-from made_up_trials import identification, measured_rocking
+from made_up_trials import measured_rocking
 
 from rockdamp.studies.amplitude_dependence import DAMPERS
 from rockdamp.studies.mechanism import mechanism as stage
@@ -417,7 +417,6 @@ def made_up():
         ),
         "equivalence": equivalence(),
         "validation": validation(),
-        "identification": identification(),
         "convergence": convergence(),
         "measured_rocking": measured_rocking(),
         "amplitude_dependence": amplitude_dependence(),

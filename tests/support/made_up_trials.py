@@ -64,24 +64,3 @@ def measured_rocking():
         },
     )
     return complete(data, "measured_rocking")
-
-
-def identification():
-    """Return the evidence of models for a test series of two origins, one of which is not determined."""
-    logarithm = np.array([[[-9.0, -10.0, -300.0]] * 2, [[-9.5, -9.0, -40.0]] * 2, [[-400.0, np.nan, -9.0]] * 2])
-    weights = np.nan_to_num(np.exp(logarithm))
-    dims = ("record", "noise_factor", "damping_model")
-    probability = np.where(np.isnan(logarithm), np.nan, weights / weights.sum(axis=-1, keepdims=True))
-    data = xr.Dataset(
-        {
-            "log_evidence": (dims, logarithm),
-            "probability": (dims, probability),
-            "record_made_by": ("record", ["CR", "CR", "ECD"]),
-        },
-        coords={
-            "record": ["cr-half", "cr-quarter", "ecd-half"],
-            "noise_factor": [1.0, 2.0],
-            "damping_model": ["CR", "ECD16", "ECD"],
-        },
-    )
-    return complete(data, "identification")

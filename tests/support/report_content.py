@@ -73,8 +73,6 @@ def made_up(kind, parameter=None):
     made = xr.Dataset(found)
     if kind == "match":
         made["strength_ratio"] = (parameter, np.full(sizes[parameter], 0.85))
-    if kind == "identification":
-        made["record_made_by"] = ("record", list(MODELS)[: sizes["record"]])
     for name in dimensions_of:
         made[name].attrs = {key: entries[name][key] for key in dataset.ATTRIBUTES if key in entries[name]}
     attributes = {"title": glossary.read()["datasets"][kind]["title"], "config_sha256": "ab" * 32}

@@ -10,7 +10,6 @@ import rockdamp as rd
 from rockdamp import units
 from rockdamp.assessment.table import BadRow, read_walls
 from rockdamp.config.files import refuse_unreadable
-from rockdamp.laboratory.channels import read_raw
 from rockdamp.storage import yaml_file
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -137,11 +136,6 @@ def _pulse_period(path, text):
     return rd.load_records(path)[0].pulse_period
 
 
-def _raw(path, text):
-    path.write_text(f"t;a\n0;0\n1;{text}\n2;0\n", encoding="utf-8")
-    return read_raw(path).values[1, 1]
-
-
 def _yaml(path, text):
     path.write_text(f"a: {text}\n", encoding="utf-8")
     value = yaml_file.read(path)["a"]
@@ -158,7 +152,7 @@ def _stated(path, text):
     return float(text)
 
 
-READERS = (_wall, _record, _pulse_period, _raw, _yaml, _stated, lambda _, text: units.quantity(text, "m"))
+READERS = (_wall, _record, _pulse_period, _yaml, _stated, lambda _, text: units.quantity(text, "m"))
 
 
 @pytest.mark.filterwarnings("ignore::rockdamp.InputWarning")

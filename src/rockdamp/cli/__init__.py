@@ -10,7 +10,6 @@ from rockdamp.cli.batch import batch
 from rockdamp.cli.calibration import calibrate_command
 from rockdamp.cli.command import Main
 from rockdamp.cli.histories import decay, respond_command
-from rockdamp.cli.record import record
 from rockdamp.cli.single import equivalent_command, wall
 
 __all__ = ["main"]
@@ -33,7 +32,6 @@ for command in (
     respond_command,
     assess_command,
     batch,
-    record,
     calibrate_command,
 ):
     main.add_command(command)

@@ -1,9 +1,8 @@
-"""`calibrate`: a curve and a damper from a measured record, by least squares or as a posterior."""
+"""`calibrate`: curve and restitution from a measured record, or from free-rocking tests."""
 
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -15,7 +14,6 @@ from rockdamp.cli.command import (
     Command,
     Measured,
     OutputFile,
-    Whole,
     concerning,
     known,
     print_json,
@@ -33,9 +31,7 @@ from rockdamp.cli.options import (
     refuse_unused,
     softening_options,
     wall_options,
-    with_default,
 )
-from rockdamp.vocabulary import ANY_ORDER, CANDIDATES, REFERENCE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,10 +40,9 @@ if TYPE_CHECKING:
 # --- tests without ground motion -------------------------------------------------------------------------------------
 
 FREE_ROCKING_EXAMPLE = (
-    "rockdamp calibrate --free-rocking examples/my-free-rocking-2.csv --thickness 250mm --height 3m"
-    " --hinge-ratio 0.6 --plot free-rocking.png"
+    "rockdamp calibrate --free-rocking examples/my-free-rocking-1.csv examples/my-free-rocking-2.csv"
+    " --thickness 250mm --height 3m --hinge-ratio 0.6 --plot free-rocking.png"
 )
-OF_RECORDS = ("record", "records", "posterior", "damping_model", "evidence", "loss_by_run", "priors", "seed")
 RELEASE = ("release_elapsed", "release_displacement", "sensor_zero", "sensor_drift")
 HALF_CYCLE = ("half_cycle_release", "peak_elapsed", "peak_displacement", "half_period", "half_period_fitted")
 IMPACT = ("impact_release", "impact_elapsed", "impact_amplitude", "impact_rocking", "impact_restitution")
@@ -76,7 +71,7 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
             raise click.UsageError(
                 f"{str(files[0])!r} stands without an option; it must follow --record or --free-rocking"
             )
-        if not any(options.get(name) for name in ("record", "records")):
+        if options["record"] is None:
             raise click.UsageError(
                 "there must be --record FILE, or --free-rocking FILE for a test without ground motion"
             )
@@ -86,16 +81,11 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[str, Any]) -> None:
-    from rockdamp.cli.options import was_given
     from rockdamp.laboratory.free_rocking import calibrate_free_rocking
     from rockdamp.laboratory.releases import read_free_rocking
 
-    for parameter in click.get_current_context().command.params:
-        if parameter.name in OF_RECORDS and was_given(parameter.name):
-            option = parameter.opts[0]
-            raise click.UsageError(
-                f"{option} belongs to a record with ground motion; --free-rocking must be without it"
-            )
+    if options["record"] is not None:
+        raise click.UsageError("--record belongs to a record with ground motion; --free-rocking must be without it")
     if not files:
         raise click.UsageError("--free-rocking must be followed by a file, or by several of one specimen")
     wall = make_wall(options)
@@ -227,8 +217,6 @@ def _span(ends: list[float | None]) -> str:
 # --- records ---------------------------------------------------------------------------------------------------------
 
 UNCERTAIN = {"thickness": "m", "height": "m", "hinge_ratio": "", "overburden_ratio": ""}
-REACH = 6.0  # standard deviations that a prior of a size has on either side
-MOST_CERTAIN = 0.99  # no probability is printed as 1 while the evidence of a model is missing
 
 
 def _with_uncertain_sizes(command: click.Command) -> click.Command:
@@ -250,84 +238,45 @@ def _with_uncertain_sizes(command: click.Command) -> click.Command:
     ],
 )
 @or_free_rocking
-@click.option(
-    "--record",
-    "records",
-    type=click.Path(path_type=Path),
-    multiple=True,
-    metavar="FILE",
-    help="Record to read: CSV of this project. Several, each with its own --record, are runs of one --posterior.",
-)
+@click.option("--record", type=click.Path(path_type=Path), metavar="FILE", help="Record to read: CSV of this project.")
 @wall_options()
 @softening_options
-@click.option("--posterior", is_flag=True, help="Sample the posterior, with the sensors' errors as unknowns.")
-@click.option(
-    "--damping-model",
-    type=click.Choice(CANDIDATES),
-    help=f"Damping model of --posterior; {ANY_ORDER!r} fits m too.  [default: {REFERENCE}]",
-)
-@click.option("--evidence", is_flag=True, help="Compare all damping models by --posterior.")
-@click.option("--loss-by-run", is_flag=True, help="Let e, or xi, differ between the records of --posterior.")
-@click.option("--priors", type=click.Path(path_type=Path), help="YAML file with priors of --posterior.")
-@with_default("--seed", type=Whole(0, 2**31), default=2017, help="Random seed of --posterior.")
 @click.option("--output", type=OutputFile(".nc"), help="Write the result and both histories as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw measured against fitted.")
 @json_option
-def calibrate_command(
-    records: tuple[Path, ...],
-    posterior: bool,
-    output: Path | None,
-    plot: Path | None,
-    as_json: bool,
-    **options: Any,
-) -> None:
+def calibrate_command(record: Path, output: Path | None, plot: Path | None, as_json: bool, **options: Any) -> None:
     """Fit a1, b1 and e to a measured record, or with --free-rocking to tests without ground motion, FILES.
 
-    By least squares, with a standard error for each; or as a posterior of these, or of xi, and of the damper's order m,
-    with the sensors' zero, drift and noise as unknowns. A posterior is refused where it cannot be drawn from. The
-    record must hold the ground acceleration and the measured displacement, with rest before the motion. The wall is
-    taken as known; its thickness, height, hinge and overburden may have a standard deviation, as 110mm±2mm or
-    0.11+-0.002. A record is refused if the best fit leaves far more of it than noise. Of free-rocking tests (pull and
-    release) each impact's e, and how the loss depends on the amplitude, are printed too; several tests of one specimen
-    go into one estimate.
+    By least squares, with a standard error for each. The record must hold the ground acceleration and the measured
+    displacement, with rest before the motion. The wall is taken as known; its thickness, height, hinge and overburden
+    may have a standard deviation, as 110mm±2mm or 0.11+-0.002. A record is refused if the best fit leaves far more of
+    it than noise. Of free-rocking tests (pull and release) each impact's e, and how the loss depends on the amplitude,
+    are printed too; several tests of one specimen go into one estimate.
     """
     from rockdamp.laboratory import calibration
-    from rockdamp.laboratory import posterior as sampled
     from rockdamp.motions.records import read_record
 
-    wall = make_wall(options)
-    known = {"ultimate_displacement_ratio": options["a3"], "softening": options["softening"]}
-    if posterior:
-        known |= _posterior_options(options)
-    else:
-        refuse_unused(("damping_model", "evidence", "loss_by_run", "priors", "seed"), "--posterior")
-        if len(records) > 1:
-            raise click.UsageError("several --record must be given with --posterior; without it, give one")
-        known["uncertain"] = _deviations(options)
-    measured = [read_record(path) for path in records]
-    with concerning(", ".join(map(str, records))):
-        fitted = (
-            sampled.posterior(measured, wall, **known)
-            if posterior
-            else calibration.calibrate(measured[0], wall, **known)
+    measured, deviations = read_record(record), _deviations(options)
+    with concerning(record):
+        fitted = calibration.calibrate(
+            measured,
+            make_wall(options),
+            ultimate_displacement_ratio=options["a3"],
+            softening=options["softening"],
+            uncertain=deviations,
         )
     if output is not None:
-        kind, module = ("posterior", "posterior") if posterior else ("calibration", "calibration")
-        kind = "joint_posterior" if len(records) > 1 else kind
-        read = {"records": [record.digest for record in measured], "deviations": _deviations(options)}
-        write_dataset(fitted, output, kind, f"rockdamp.laboratory.{module}", **read)
+        read = {"record": measured.digest, "deviations": deviations}
+        write_dataset(fitted, output, "calibration", "rockdamp.laboratory.calibration", **read)
     if plot is not None:
-        from rockdamp.laboratory.figures import calibration_figure, posterior_figure
+        from rockdamp.laboratory.figures import calibration_figure
 
-        write_figure((posterior_figure if posterior else calibration_figure)(fitted), plot)
-    if posterior:
-        _print_posterior(fitted, known["damping_model"], options["evidence"], as_json)
-        return
-    rows = _rows(fitted, "estimate", "standard_error")
+        write_figure(calibration_figure(fitted), plot)
+    rows, misfit = _rows(fitted), _misfit(fitted)
     if as_json:
-        print_json({"parameters": rows, **_misfit(fitted)})
+        print_json({"parameters": rows, **misfit})
         return
-    click.echo(f"{_misfit_in_words(fitted)}\n")
+    click.echo(f"the best fit leaves {calibration.Misfit(*misfit.values())}\n")
     print_table(without_unknown(rows))
 
 
@@ -337,100 +286,15 @@ def _deviations(options: dict[str, Any]) -> dict[str, float]:
     return {name: value.deviation for name, value in measured.items() if value.deviation > 0}
 
 
-def _posterior_options(options: dict[str, Any]) -> dict[str, Any]:
-    from dataclasses import replace
-
-    from rockdamp.laboratory.candidates import Prior
-    from rockdamp.statistics.distribution import Distribution
-    from rockdamp.storage import yaml_file
-
-    prior = Prior()
-    if options["priors"] is not None:
-        stated = yaml_file.read(options["priors"])
-        with concerning(options["priors"]):
-            prior = Prior.from_mapping(stated)
-    sizes: dict[str, Any] = {}
-    for name, deviation in _deviations(options).items():
-        middle, reach = float(options[name]), REACH * deviation
-        highest = 1 - REACH * 1e-6 if name == "hinge_ratio" else math.inf
-        low, high = max(middle - reach, 1e-6), min(middle + reach, highest)
-        sizes[name] = Distribution("normal", low, high, middle, deviation)
-    return {
-        "damping_model": options["damping_model"] or REFERENCE,
-        "compared": CANDIDATES if options["evidence"] else (),
-        "loss_by_run": options["loss_by_run"],
-        "prior": replace(prior, **sizes),
-        "seed": options["seed"],
-    }
-
-
 def _misfit(fitted: xr.Dataset) -> dict[str, Any]:
     """Return what the least squares leave: the root mean square [m], over the peak, over the noise at rest."""
-    of_record = {name: fitted[name] for name in ("residual_rms", "residual_over_peak", "residual_over_noise")}
-    return {name: list(map(known, of)) if of.ndim else known(of) for name, of in of_record.items()}
+    return {name: known(fitted[name]) for name in ("residual_rms", "residual_over_peak", "residual_over_noise")}
 
 
-def _misfit_in_words(fitted: xr.Dataset) -> str:
-    """Return the misfit of each record, in millimetres."""
-    from rockdamp.laboratory.calibration import Misfit
-
-    rows = [fitted.sel(run=run) for run in fitted["run"]] if "run" in fitted.dims else [fitted]
-    misfits = [Misfit(*_misfit(row).values()) for row in rows]
-    if len(misfits) == 1:
-        return f"the best fit leaves {misfits[0]}"
-    return "\n".join(f"record {run}: the best fit leaves {misfit}" for run, misfit in enumerate(misfits, start=1))
-
-
-def _print_posterior(fitted: xr.Dataset, damping_model: str, evidence: bool, as_json: bool) -> None:
-    rows = _rows(fitted, "mean", "standard_deviation")
-    for row in rows:
-        at_90 = fitted["interval"].sel(level=0.9, parameter=row["parameter"])
-        row |= {"interval_90": at_90.values.tolist(), "true_value": row.pop("true_value")}
-    compared = [_evidence_row(fitted.sel(damping_model=name)) for name in CANDIDATES] if evidence else []
-    if as_json:
-        log_evidence = {row["damping_model"]: row["log_evidence"] for row in compared}
-        undetermined = {row["damping_model"]: row["reason"] for row in compared if row["reason"]}
-        evidences = {"evidence": log_evidence, "undetermined": undetermined}
-        print_json({"damping_model": damping_model, "parameters": rows, **_misfit(fitted), **evidences})
-        return
-    effective = f"{float(fitted['effective_draws']):.0f} effective draws"
-    inside = float(fitted["share_inside"].mean())
-    click.echo(f"{damping_model}; {inside:.1%} of the record in its band of 90 %; {effective}\n")
-    click.echo(f"{_misfit_in_words(fitted)}\n")
-    plain = [{**row, "interval_90": "{:.5g} to {:.5g}".format(*row["interval_90"])} for row in rows]
-    print_table(without_unknown(plain))
-    if compared:
-        click.echo()
-        print_table(_evidence_in_words(compared))
-
-
-def _evidence_in_words(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Say which evidence is not determined and why; no model is certain while that of another is missing."""
-    missing = any(row["reason"] for row in rows)
-    shown = []
-    for row in rows:
-        probability = row["probability"]
-        if row["reason"]:
-            probability = f"not determined: {row['reason']}"
-        elif missing:
-            certain = probability > MOST_CERTAIN
-            probability = f"{f'over {MOST_CERTAIN}' if certain else f'{probability:.2g}'}, among those determined"
-        numbers = {name: row[name] for name in ("damping_model", "log_evidence", "log_evidence_error")}
-        shown.append({**numbers, "probability": probability})
-    return shown
-
-
-def _evidence_row(fitted: xr.Dataset) -> dict[str, Any]:
-    """One model; without numbers where the evidence could not be determined."""
-    determined = math.isfinite(fitted["log_evidence"])
-    names = ("log_evidence", "log_evidence_error", "probability")
-    values = {name: float(fitted[name]) if determined else None for name in names}
-    return {"damping_model": fitted["damping_model"].item(), **values, "reason": fitted["undetermined"].item()}
-
-
-def _rows(fitted: xr.Dataset, *names: str) -> list[dict[str, Any]]:
+def _rows(fitted: xr.Dataset) -> list[dict[str, Any]]:
     """Return a row for each parameter, with the true value where it is known."""
+    names = ("estimate", "standard_error", "true_value")
     return [
-        {"parameter": str(name), **{key: known(fitted[key].sel(parameter=name)) for key in (*names, "true_value")}}
+        {"parameter": str(name), **{key: known(fitted[key].sel(parameter=name)) for key in names}}
         for name in fitted["parameter"].values
     ]

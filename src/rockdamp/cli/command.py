@@ -210,7 +210,6 @@ ALSO_CALLED = {  # an option, and what others call it where its spelling is no h
     "--building-period": ("--period", "--t1"),
     "--storey": ("--floor", "--level", "--story"),
     "--storeys": ("--floors", "--stories"),
-    "--posterior": ("--bayes", "--bayesian", "--mcmc", "--samples", "--draws"),
     "--output": ("--csv", "--out", "--save", "--netcdf"),
 }
 

@@ -6,17 +6,16 @@ A kind is an annotated type, so that its bounds are checked and stand in the sch
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
-from typing import Annotated, Any, Literal
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, GetPydanticSchema, create_model
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, GetPydanticSchema
 from pydantic_core import core_schema
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.plausibility import as_meant
-from rockdamp.statistics.distribution import Distribution
 
 WHOLE = 1e-9  # how far from a whole number of steps a grid's end may lie, as a fraction of the number of steps
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
@@ -84,6 +83,7 @@ Length = Annotated[float, Field(gt=0, le=1000)]  # in tau
 Duration = Annotated[float, Field(gt=0, le=1000)]  # in seconds
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Restitution = Annotated[float, Field(gt=0, le=1)]
+AtLeastZero = Annotated[float, Field(ge=0, le=1e6)]
 Overburden = Annotated[float, Field(ge=0, le=1000)]  # O/W
 Edge = Annotated[float, Field(gt=0, le=10)]  # of a band of peaks, u/u_ins
 Order = Annotated[float, Field(ge=0, le=1000)]
@@ -174,34 +174,3 @@ class GeometricGrid(Section):
 
 
 Geometric = Annotated[Array, made_of(GeometricGrid, GeometricGrid.values)]
-
-
-# --- distributions ---------------------------------------------------------------------------------------------------
-
-_Bound = Annotated[float, Field(ge=-1e6, le=1e6)]
-
-
-def distribution(kinds: Sequence[str], low: Any = _Bound, high: Any = _Bound) -> GetPydanticSchema:
-    """Return the annotation of a `Distribution` of some kinds, whose bounds are of the kinds `low` and `high`."""
-    fields: dict[str, Any] = {
-        "distribution": (Literal[tuple(kinds)], Field(description="Kind of distribution.")),
-        "low": (low, Field(description="The smallest value.")),
-        "high": (high, Field(description="The largest value.")),
-    }
-    if "normal" in kinds:
-        fields |= {
-            "mean": (_Bound, Field(default=None, description="Mean of a normal distribution, before it is cut off.")),
-            "standard_deviation": (
-                Positive,
-                Field(default=None, description="Standard deviation of a normal one, before it is cut off."),
-            ),
-        }
-    section = create_model("Distribution", __base__=Section, **fields)
-    return made_of(section, lambda given: Distribution(**given.model_dump()))
-
-
-INTERVAL = ("uniform", "loguniform")
-AboveZero = Annotated[float, Field(gt=0, le=1e6)]
-AtLeastZero = Annotated[float, Field(ge=0, le=1e6)]
-BelowOne = Annotated[float, Field(ge=-1, lt=1)]
-AtMostOne = Annotated[float, Field(ge=-1, le=1)]

@@ -1,4 +1,4 @@
-"""Wall and damper from a measured record: the posterior of the parameters and the evidence of the models.
+"""Measured tests: curve and restitution from a record or from free rocking, and trials of rocking blocks.
 
 No commands and no files; figures and tables of the results lie above.
 """

@@ -1,55 +1,35 @@
 """Curve and coefficient of restitution from a measured record: least squares of a1, b1 and e on the CR model.
 
-The paper's own calibration is "not reported".
-
-A record that the best fit does not explain is refused, and a slip in it that does is named.
+The paper's own calibration is "not reported". A record that the best fit does not explain is refused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 
 import numpy as np
 import xarray as xr
-from numpy.polynomial import Polynomial
-from scipy.integrate import cumulative_trapezoid
 
-from rockdamp import units
-from rockdamp.arguments import instance
+from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.errors import InputError
-from rockdamp.histories.measured_test import record_attributes, rest_samples
-from rockdamp.laboratory.candidates import SEARCHED, Candidate, size_deviations, true_values
-from rockdamp.laboratory.least_squares import RecordFit, Solution
+from rockdamp.errors import InputError, require
+from rockdamp.histories.measured_test import record_attributes, true_values
+from rockdamp.laboratory.least_squares import HIGH, LOW, PARAMETERS, SEARCHED, RecordFit, Solution
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.records import Record
-from rockdamp.plausibility import ACCELERATIONS, LENGTHS, PER_CENT_OF_G, of_motion, warn
-from rockdamp.text import listed
-from rockdamp.vocabulary import REFERENCE
-
-# --- what a fit leaves of a record, and slips that explain it ---------------------------------------------------------
+from rockdamp.plausibility import warn
 
 # ASSUME: a wall that survives stays below u_ins, where it collapses; a sensor's drift and a slack measure may add
 # half of that. Tests that restitution explains well leave some per cent of the peak.
 FARTHEST = 1.5  # of u_ins
 SMALL = 0.005  # of the peak: a smaller rest gives no warning
-POOR, POOREST = 0.03, 0.10  # of the peak: from the first on slips are looked for, from the second on it is refused
+POOREST = 0.10  # of the peak: from there on it is refused
 NOISY = 3.0  # times the sensor's noise at rest, which a misfit must exceed besides
-BETTER = 3.0  # times smaller is the misfit of a record without its slip
-TABLE_DEGREE = 3  # of the polynomial that an integrated acceleration is known but for
-CLIPPED = 5  # neighbouring equal samples at an extreme, at least
-TOP_JUMP = 2.5  # steps of the logger from a cut-off top to the samples beside it, at least
-# Slips with the table's displacement, and how often it is added to what is shown to undo each.
-OF_TABLE = {
-    "not subtracted from": -1.0,
-    "subtracted once too often from": 1.0,
-    "added in place of subtracted from": -2.0,
-}
-ROUNDING = 1e-9  # of the largest value: a smaller difference is none
+ROUNDING = 1e-9  # of the peak: a smaller noise is none
+AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
+QUESTION = "are its units, signs and columns right?"
 
 
 @dataclass(frozen=True)
@@ -99,152 +79,28 @@ class Misfit:
 
 
 def require_possible(record: Record, wall: Wall | Parapet) -> None:
-    """Raise `InputError` for a displacement that no wall comes back from; it names a slip that is found."""
+    """Raise `InputError` for a displacement that no wall comes back from."""
     if record.displacement is None:
         return  # the fit refuses it
     u_ins = float(np.max(wall.instability_displacement))
-    peak, moved = (
-        float(np.abs(column - column[0]).max()) for column in (record.displacement, record.ground_acceleration)
-    )
+    peak = float(np.abs(record.displacement - record.displacement[0]).max())
     if peak == 0:
         raise InputError("the measured displacement is constant; it must be that of a wall that rocks")
-    if peak <= FARTHEST * u_ins:
-        return
-    stated = f"the largest measured displacement is {peak:.4g} m, {peak / u_ins:.3g} times u_ins = {u_ins:.4g} m"
-    lengths = [name for name, size in LENGTHS.items() if 0.01 < peak * size / u_ins <= 1]
-    asked = [f"was it in {' or '.join(lengths)}"] if lengths else []
-    least, words = min(_with_the_table(record), default=(np.inf, ""))
-    if least <= FARTHEST * u_ins:
-        asked = [f"was the table's displacement {words} the wall's"]
-        asked += ["is it that of the table itself"] if least <= POOREST * peak else []
-    if moved <= FARTHEST * u_ins and not of_motion(peak):
-        asked = ["were its column and that of the acceleration exchanged"]
-    elif least > FARTHEST * u_ins and (doubts := of_motion(moved)):  # then no guess about the displacement is any good
-        raise InputError(f"{stated}, beyond which the wall collapses; and {doubts[0]}: are the columns right?")
-    raise InputError(f"{stated}, beyond which the wall collapses{_ask(asked)}")
-
-
-def _with_the_table(record: Record) -> Iterator[tuple[float, str]]:
-    """Yield how far a displacement goes without each slip with the table's, known but for a polynomial. [m]"""
-    with suppress(InputError):  # of a record without rest
-        for words, times in OF_TABLE.items():
-            moved = _shown(record) + times * table_displacement(record)
-            drift = Polynomial.fit(record.elapsed, moved, TABLE_DEGREE)
-            yield float(np.abs(moved - drift(record.elapsed)).max()), words
-
-
-def _is_the_table(record: Record) -> bool:
-    """Say whether a displacement is the table's own, of either sign, known but for a polynomial."""
-    shown, table = _shown(record), table_displacement(record)
-    left = [
-        moved - Polynomial.fit(record.elapsed, moved, TABLE_DEGREE)(record.elapsed)
-        for moved in (shown - table, shown + table)
-    ]
-    return bool(min(np.abs(each).max() for each in left) <= POOREST * np.abs(shown - shown[0]).max())
-
-
-def require_explained(solution: Solution) -> Misfit:
-    """Return the misfit of the best fit, or raise `InputError`; it names a slip that is found.
-
-    Where the misfit is far above the noise, the record without each possible slip is fitted too.
-    """
-    misfit = Misfit.from_solution(solution)
-    stated = f"the best fit leaves {misfit}"
-    clipped = list(_clipped(solution.fit.record)) if misfit.exceeds(SMALL) else []
-    if clipped:
-        raise InputError(f"{stated}{_ask(clipped)}")
-    if not misfit.exceeds(POOR):
-        return misfit
-    if _is_the_table(solution.fit.record):
-        raise InputError(f"{stated}; is the displacement that of the table itself, in place of the wall's?")
-    tried: dict[str, Misfit] = {}
-    for words, corrected in slips(solution.fit):
-        with suppress(InputError):
-            tried[words] = Misfit.from_solution(corrected.solution())
-    # In metres: a displacement of the table that is added in vain makes the peak larger, and the share smaller.
-    words, better = min(tried.items(), key=lambda item: item[1].residual_rms, default=("", misfit))
-    if BETTER * better.residual_rms < misfit.residual_rms:
-        raise InputError(f"{stated}. If {words}, it leaves {better}: is that so?")
-    if misfit.exceeds(POOREST):
-        most = f"it must leave at most {100 * POOREST:.2g} % of the peak"
-        asked = f"It fits no better if {listed(list(tried))}: are the wall's sizes and load right?"
-        raise InputError(f"{stated}; {most}. {asked}")
-    return misfit
-
-
-def slips(fit: RecordFit) -> Iterator[tuple[str, RecordFit]]:
-    """Yield what may be wrong with a record, in words, and the fit of the record without it."""
-    record = fit.record
-    wrong = "the sign of the acceleration, or of the displacement, is wrong"
-    yield wrong, _of(fit, ground_acceleration=-record.ground_acceleration)
-    for words, times in OF_TABLE.items():
-        relative = _shown(record) + times * table_displacement(record)
-        yield (
-            f"the table's displacement is {words} the wall's",
-            replace(_of(fit, displacement=relative), trend_degree=TABLE_DEGREE),
+    if peak > FARTHEST * u_ins:
+        raise InputError(
+            f"the largest measured displacement is {peak:.4g} m, {peak / u_ins:.3g} times u_ins = {u_ins:.4g} m, beyond"
+            f" which the wall collapses; {QUESTION}"
         )
-    taken = units.size(record.unit_of_file, "m s-2") or 1.0
-    made = record.header.get("table_acceleration_channel", "")  # by `record`: "a, times 9.80665"
-    with suppress(ValueError):
-        taken *= float(made.rpartition(" times ")[2])
-    numbers = record.ground_acceleration / taken  # as they stand in the file
-    for unit, size in (ACCELERATIONS | PER_CENT_OF_G).items():
-        if size != taken and not of_motion(size * float(np.abs(numbers).max())):
-            scaled = size * numbers
-            yield f"the acceleration is in {unit}", _of(fit, ground_acceleration=scaled)
 
 
-def table_displacement(record: Record) -> Array:
-    """Integrate the ground acceleration, less its mean at rest, twice; it starts at rest. [m]"""
-    acceleration = record.ground_acceleration - record.ground_acceleration[: rest_samples(record)].mean()
-    velocity = cumulative_trapezoid(acceleration, dx=record.step, initial=0)
-    return np.asarray(cumulative_trapezoid(velocity, dx=record.step, initial=0))
-
-
-def _shown(record: Record) -> Array:
-    """Return the displacement as the sensor shows it, which a record that is fitted has. [m]"""
-    assert record.displacement is not None
-    return record.displacement
-
-
-def _of(fit: RecordFit, **changed: Any) -> RecordFit:
-    """Return the fit of a record with other channels."""
-    record = replace(fit.record, **changed)
-    return replace(fit, record=record).with_motion(record.ground_acceleration)
-
-
-def _clipped(record: Record) -> Iterator[str]:
-    """Yield the channels of which neighbouring samples at an extreme are equal, in words."""
-    for name, values in (("displacement", _shown(record)), ("acceleration", record.ground_acceleration)):
-        for extreme in (values.max(), values.min()):
-            count = _cut_off(values, extreme)
-            if count:
-                yield f"is the {name} clipped, of which {count} neighbouring samples are all {extreme:.4g}"
-                break
-
-
-def _cut_off(values: Array, extreme: float) -> int:
-    """Count the neighbouring samples at an extreme if they cut the channel off; 0 where its top is round.
-
-    Steps of a logger make the top of a slow motion flat too; but the samples beside it are then one step away.
-    """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], values == extreme, [False]])))
-    start, end = max(edges.reshape(-1, 2), key=lambda run: run[1] - run[0])
-    beside = [values[at] for at in (start - 1, end) if 0 <= at < values.size]
-    differences = np.abs(np.diff(values))
-    logger = float(differences[differences > ROUNDING * np.abs(values).max()].min(initial=np.inf))
-    cut = end - start >= CLIPPED and np.mean(np.abs(np.array(beside) - extreme)) > TOP_JUMP * logger
-    return int(end - start) if cut else 0
-
-
-def _ask(words: list[str]) -> str:
-    return f"; {' or '.join(words)}?" if words else ""
-
-
-# --- least squares ----------------------------------------------------------------------------------------------------
-
-PARAMETERS = Candidate(REFERENCE).searched
-AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
+def size_deviations(wall: Wall | Parapet, uncertain: Mapping[str, float] | None) -> dict[str, float]:
+    """Return the standard deviations of the wall's uncertain sizes, by name, or raise `InputError`."""
+    deviations = {}
+    for name, deviation in instance("uncertain", {} if uncertain is None else uncertain, Mapping).items():
+        one_of("a size that is uncertain", name, [field.name for field in fields(wall)])
+        deviations[name] = number(f"uncertain {name}", deviation)
+        require(deviations[name] > 0, f"uncertain {name}", deviations[name], "greater than 0")
+    return deviations
 
 
 def calibrate(
@@ -265,9 +121,6 @@ def calibrate(
     That of the accelerometer's noise, which the wall responds to, is propagated; near its strength the wall
     amplifies it, and it is then the larger. A third part is that of sizes of the wall that are uncertain, by fits
     with other sizes. Gains of the sensors are taken as exact: b1 takes up their errors.
-
-    Before all that a displacement is refused that no wall comes back from, and after the fit a misfit that is far above
-    the noise; slips that explain it are tried.
 
     Parameters
     ----------
@@ -292,8 +145,8 @@ def calibrate(
     Raises
     ------
     InputError
-        If the record has no displacement or no rest, the best fit lies at a bound of the search or leaves a misfit far
-        above the noise, or the record does not determine the parameters.
+        If the record has no displacement or no rest, or one that no wall comes back from; the best fit lies at a bound
+        of the search or leaves more than a tenth of the peak; or the record does not determine the parameters.
 
     Examples
     --------
@@ -310,22 +163,22 @@ def calibrate(
     0.845
     """
     a3 = ultimate_displacement_ratio
-    candidate = Candidate(REFERENCE)
     instance("record", record, Record)
     instance("wall", wall, Wall, Parapet)
     deviations = size_deviations(wall, uncertain)
     require_possible(record, wall)
-    fit = RecordFit.from_record(record, wall, candidate, ultimate_displacement_ratio=a3, softening=softening, step=step)
+    fit = RecordFit.from_record(record, wall, ultimate_displacement_ratio=a3, softening=softening, step=step)
     solution = fit.solution()
-    misfit = require_explained(solution)
+    misfit = Misfit.from_solution(solution)
+    if misfit.exceeds(POOREST):
+        raise InputError(
+            f"the best fit leaves {misfit}; it must leave at most {100 * POOREST:.2g} % of the peak: {QUESTION}"
+        )
     warn(misfit.doubts)
     estimate, computed, residual = solution.estimate, solution.computed, solution.residual
-    for name, value, low, high in zip(PARAMETERS, solution.point, *fit.range, strict=True):
+    for name, value, low, high in zip(PARAMETERS, solution.point, LOW, HIGH, strict=True):
         if min(value - low, high - value) < AT_BOUND * (high - low):
-            slip = "did the wall rock, and are its sizes and load right?"
-            raise InputError(
-                f"the best fit has {SEARCHED[name]} {value:.4g}; it must lie inside {low:g} to {high:g}: {slip}"
-            )
+            raise InputError(f"the best fit has {SEARCHED[name]} {value:.4g}; it must lie inside {low:g} to {high:g}")
     _check_rocking(computed, estimate, fit.u_ins)
     by_sensor, bandwidth = solution.covariance_by_sensor
     by_motion = solution.covariance_by_motion

@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from textwrap import fill
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.gridspec import SubplotSpec
-from matplotlib.ticker import MaxNLocator
 
-from rockdamp.figures.single import ACCELERATION, TIME, record_title
+from rockdamp.figures.single import TIME, record_title
 from rockdamp.figures.style import (
     DISPLACEMENT,
     GREY,
     PALE,
     line_of,
-    literal,
     new_figure,
     one_two_five,
     style_of,
     styled,
 )
 from rockdamp.figures.validation import MEASURED, MILLIMETRES, measured_name
-from rockdamp.laboratory.releases import FreeRocking
-from rockdamp.motions.records import Record
 from rockdamp.text import listed, number, percent, plain
-from rockdamp.vocabulary import CANDIDATES, PAPER_MODELS, REFERENCE
+from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 # --- records and least squares ----------------------------------------------------------------------------------------
 
@@ -38,27 +31,6 @@ PARAMETERS = {
     "strength_ratio": "$b_1 = {:.4f} \\pm {:.4f}$",
     "restitution": "$e = {:.4f} \\pm {:.4f}$",
 }
-
-
-@styled
-def record_figure(record: Record | FreeRocking) -> Figure:
-    """Draw the histories of a record, or that of a free-rocking test."""
-    shown = [(ACCELERATION, record.ground_acceleration)] if isinstance(record, Record) else []
-    if record.displacement is not None:
-        shown.append(("$u$ [mm]", MILLIMETRES * record.displacement))
-    if isinstance(record, FreeRocking) and record.rotation is not None:
-        shown.append((r"rotation [rad]", record.rotation))
-    figure = new_figure(20.0 + 42.0 * len(shown))
-    panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False).ravel()
-    for axes, (label, values) in zip(panels, shown, strict=True):
-        axes.plot(record.elapsed, values, color="black", linewidth=0.8)
-        axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-        axes.set_ylabel(label)
-    panels[-1].set_xlabel(TIME)
-    figure.align_ylabels(panels)
-    kind = "SYNTHETIC record" if record.synthetic else "Record"
-    figure.suptitle(fill(literal(f"{kind}: {record.header.get('source', 'not stated')}"), 120, max_lines=2), fontsize=8)
-    return figure
 
 
 @styled
@@ -82,194 +54,9 @@ def calibration_figure(calibration: xr.Dataset) -> Figure:
     return figure
 
 
-# --- identification ---------------------------------------------------------------------------------------------------
-
-SYMBOLS = {
-    "yield_displacement_ratio": "$a_1$",
-    "strength_ratio": "$b_1$",
-    "restitution": "$e$",
-    "damping_ratio": r"$\xi$",
-    "order": "$m$",
-    "thickness": "$t$ [m]",
-    "height": "$h$ [m]",
-    "hinge_ratio": "$h_1/h$",
-    "overburden_ratio": "$O/W$",
-}
-BINS = 28
-INK, MARK = "#0072B2", "#D55E00"
-ROW, BAND = 40.0, 66.0  # heights [mm]
-
-
-@styled
-def posterior_figure(posterior: xr.Dataset) -> Figure:
-    """Draw the record in its predictive band, the posterior in pairs of parameters, and any evidence."""
-    names = [name for name in posterior["parameter"].values.tolist() if _symbol(name)]
-    count, band = len(names), BAND if "predicted" in posterior else 0.0  # several runs have no band here
-    figure = new_figure(band + ROW * count)
-    parts = figure.add_gridspec(2, 1, height_ratios=[band, ROW * count]) if band else figure.add_gridspec(1, 1)
-    if band:
-        record = parts[0].subgridspec(2, 1)
-        above = figure.add_subplot(record[0])
-        _band(above, figure.add_subplot(record[1], sharex=above), posterior)
-    cells = parts[-1].subgridspec(count, count)
-    for row, name in enumerate(names):
-        for column, other in enumerate(names[: row + 1]):
-            axes = figure.add_subplot(cells[row, column])
-            _marginal(axes, posterior, name) if row == column else _pair(axes, posterior, other, name)
-            _label(axes, other, name, at_bottom=row == count - 1, at_left=0 == column < row)
-    if "log_evidence" in posterior:
-        _evidence(figure, cells[0, 1:], posterior)
-    figure.suptitle(f"{record_title(posterior)}; {posterior.attrs['identified_model']}", fontsize=8)
-    return figure
-
-
-def _symbol(name: str) -> str:
-    """Return the symbol of a parameter of wall or damper, of a run too, as of "restitution 2"; "" of another."""
-    symbol, run = SYMBOLS.get(name.split()[0], ""), name.split()[1:]
-    return f"{symbol[:-1]}_{run[0]}$" if symbol and run else symbol
-
-
-def _band(above: Axes, below: Axes, posterior: xr.Dataset) -> None:
-    """Draw the record, and it and the band from the band's middle, where the two can be told apart."""
-    elapsed = posterior["elapsed"]
-    low, high = (MILLIMETRES * posterior["predicted"].sel(bound=bound).values for bound in ("low", "high"))
-    measured, middle = MILLIMETRES * posterior["measured"].values, (low + high) / 2
-    name = measured_name(posterior)
-    above.plot(elapsed, measured, color="black", linewidth=0.9)
-    below.fill_between(
-        elapsed, low - middle, high - middle, color=INK, alpha=0.45, linewidth=0, label="predicted, 90 %"
-    )
-    below.plot(elapsed, measured - middle, color="black", linewidth=0.5, label=name)
-    below.set(ylabel="from middle [mm]", xlabel=TIME)
-    above.tick_params(labelbottom=False)
-    above.set(ylabel="$u$ [mm]", title=f"{float(posterior['share_inside']):.1%} of the record inside the band")
-    above.figure.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=2)
-
-
-def _marginal(axes: Axes, posterior: xr.Dataset, name: str) -> None:
-    of_name = posterior.sel(parameter=name)
-    axes.hist(of_name["draws"].values, BINS, color=INK, alpha=0.6)
-    for bound in of_name["interval"].sel(level=0.9).values:
-        axes.axvline(float(bound), color=GREY, linewidth=0.8, linestyle="dashed")
-    _true(axes.axvline, of_name)
-    axes.set_yticks([])
-    axes.set_title(f"{_symbol(name)} = {float(of_name['mean']):.4g} ± {float(of_name['standard_deviation']):.2g}")
-
-
-def _pair(axes: Axes, posterior: xr.Dataset, across: str, up: str) -> None:
-    x, y = (posterior["draws"].sel(parameter=name).values for name in (across, up))
-    axes.hist2d(x, y, BINS, cmap="Blues", rasterized=True)
-    _true(axes.axvline, posterior.sel(parameter=across))
-    _true(axes.axhline, posterior.sel(parameter=up))
-
-
-def _true(draw: Callable[..., Any], parameter: xr.Dataset) -> None:
-    """Mark the value that made the record, where it is known."""
-    value = float(parameter["true_value"])
-    if np.isfinite(value):
-        draw(value, color=MARK, linewidth=0.9)
-
-
-def _label(axes: Axes, across: str, up: str, *, at_bottom: bool, at_left: bool) -> None:
-    axes.xaxis.set_major_locator(MaxNLocator(3))
-    axes.tick_params(labelbottom=at_bottom)
-    if at_bottom:
-        axes.set_xlabel(_symbol(across))
-        axes.ticklabel_format(axis="x", useOffset=False)
-    if at_left:
-        axes.yaxis.set_major_locator(MaxNLocator(4))
-        axes.set_ylabel(_symbol(up))
-        axes.ticklabel_format(axis="y", useOffset=False)
-    elif across != up:
-        axes.tick_params(labelleft=False)
-
-
-def _evidence(figure: Figure, place: SubplotSpec, posterior: xr.Dataset) -> None:
-    """Draw by how much the logarithm of each model's evidence is below the best one's."""
-    axes = figure.add_subplot(place)
-    models = [name for name in CANDIDATES if name in posterior["damping_model"].values]
-    below = (posterior["log_evidence"].max() - posterior["log_evidence"]).sel(damping_model=models).values
-    axes.barh(models, np.nan_to_num(below), color=INK, alpha=0.6)
-    for place_of, value in enumerate(below):
-        text = f" {value:.1f}" if np.isfinite(value) else " not determined"
-        axes.text(float(np.nan_to_num(value)), place_of, text, va="center", fontsize=7)
-    axes.set_xlim(0, 1.25 * max(float(np.nanmax(below)), 1.0))
-    axes.invert_yaxis()
-    axes.set_title("logarithm of the evidence, below the best model's")
-
-
-@styled
-def fig_identification(identification: xr.Dataset) -> Figure:
-    """Draw which model the records of each maker support."""
-    table = confusion(identification).stack(row=("record_made_by", "noise_factor")).transpose("row", "damping_model")
-    figure = new_figure(35.0 + 8.0 * table.sizes["row"])
-    _supported(figure.subplots(), table, _origins(identification))
-    return figure
-
-
-def compared(identification: xr.Dataset) -> xr.DataArray:
-    """Return the probability of each model, NaN for a record of which the evidence of one was not determined."""
-    return identification["probability"].where(identification["log_evidence"].notnull().all("damping_model"))
-
-
-def confusion(identification: xr.Dataset) -> xr.DataArray:
-    """Return the mean probability of each model, over the records of one origin, at each noise."""
-    return compared(identification).groupby(identification["record_made_by"]).mean()
-
-
-def _origins(identification: xr.Dataset) -> dict[tuple[str, float], tuple[int, int]]:
-    """Return of how many records, by maker and noise, the evidence of all models was determined, and how many exist."""
-    known = compared(identification).notnull().all("damping_model").groupby(identification["record_made_by"])
-    return {
-        (str(maker), float(factor)): (int(of.sel(noise_factor=factor).sum()), of.sizes["record"])
-        for maker, of in known
-        for factor in of["noise_factor"].values
-    }
-
-
-def _supported(axes: Axes, table: xr.DataArray, origins: dict[tuple[str, float], tuple[int, int]]) -> None:
-    """Draw the mean probability of each model for the records of each origin, at each noise."""
-    models = [str(model) for model in table["damping_model"].values]
-    shown = np.ma.masked_invalid(table.values)
-    axes.set_facecolor(PALE)  # of what is not determined, which is no 0
-    axes.imshow(shown, cmap="Blues", vmin=0, vmax=1.6, aspect="auto")
-    for row, column in np.ndindex(table.shape):
-        value = float(table[row, column])
-        text = f"{value:.2f}" if np.isfinite(value) else "not determined"
-        axes.text(column, row, text, ha="center", va="center", fontsize=7)
-    keys = [(str(maker), float(factor)) for maker, factor in table["row"].values]
-    rows = [f"{maker}; noise × {factor:g} ({count_of(origins[maker, factor])})" for maker, factor in keys]
-    axes.set_yticks(np.arange(len(rows)), rows, fontsize=7)
-    axes.set_xticks(np.arange(len(models)), models)
-    axes.set_ylabel("record made by (records)")
-    axes.set_xlabel("damping model that explains it")
-    axes.set_title("mean probability of the models [-]")
-
-
-def count_of(known: tuple[int, int]) -> str:
-    """Return how many records a mean is of: "4", or "3 of 4" where one was not determined."""
-    return str(known[1]) if known[0] == known[1] else f"{known[0]} of {known[1]}"
-
-
-def fig_identification_caption(identification: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-    origins, shares = _origins(identification), confusion(identification)
-    own = [
-        f"{number(shares.sel(record_made_by=maker, noise_factor=factor, damping_model=maker), 2)} ({maker},"
-        f" {count_of(known)} records{f', noise × {factor:g}' if factor != 1 else ''})"
-        for (maker, factor), known in origins.items()
-        if maker in identification["damping_model"].values and known[0]
-    ]
-    whose = f"The mean probability of the model that made the records is {listed(own)}." if own else ""
-    missing = sum(count - known for known, count in origins.values())
-    left_out = "records are left out, for which the evidence of a model was not determined."
-    return f"""
-    {whose} The models are equally probable before. {f"{missing} {left_out}" if missing else ""}
-    """
-
-
 # --- free rocking -----------------------------------------------------------------------------------------------------
 
+INK = "#0072B2"
 MARKERS = ("o", "s", "^", "D", "v")
 FREE_ROCKING_HEIGHT = 150.0  # [mm]
 

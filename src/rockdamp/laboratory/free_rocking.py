@@ -15,8 +15,8 @@ from rockdamp.arguments import instance, number, one_of, several
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
-from rockdamp.histories.measured_test import record_attributes
-from rockdamp.laboratory.candidates import require_unlike, size_deviations, true_values
+from rockdamp.histories.measured_test import record_attributes, true_values
+from rockdamp.laboratory.calibration import size_deviations
 from rockdamp.laboratory.excursions import LEVEL, Excursions, Losses, Solution, exponent_of, restitution_at
 from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -111,7 +111,7 @@ def calibrate_free_rocking(
     if not all(isinstance(test, FreeRocking) for test in given):
         raise InputError("tests must be FreeRocking(elapsed, displacement), or what read_free_rocking reads")
     require(np.asarray(len(given) > 0), "the number of tests", len(given), "at least 1")
-    require_unlike("tests", [test.measured for test in given])
+    _require_unlike(given)
     if least_peak is not None:
         least_peak = number("least_peak", least_peak)
         require(least_peak > 0, "least_peak", least_peak, "greater than 0 [m]")
@@ -135,6 +135,15 @@ def calibrate_free_rocking(
     fitted.attrs = record_attributes(given[0]) | {"record_synthetic": synthetic}
     warn(doubts(fitted, len(given), int(np.isnan(resting).sum())))
     return fitted
+
+
+def _require_unlike(tests: Sequence[FreeRocking]) -> None:
+    """Refuse a test that is given twice: it would count twice, and the errors come out too small."""
+    first: dict[bytes, int] = {}
+    for place, test in enumerate(tests, start=1):
+        same = first.setdefault(test.measured.tobytes(), place)
+        if same != place:
+            raise InputError(f"tests {same} and {place} have the same displacements; each must be given once")
 
 
 def _solution(

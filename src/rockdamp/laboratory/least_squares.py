@@ -1,4 +1,4 @@
-"""Least squares of a1, b1 and a damper's parameter to a measured record, from a scan of all there may be."""
+"""Least squares of a1, b1 and e of CR to a measured record, from a scan of all there may be."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError, require
 from rockdamp.histories.loads import Forcing
 from rockdamp.histories.measured_test import measured_displacement, motion_noise, rest_samples
-from rockdamp.laboratory.candidates import GRID, RANGE, Candidate
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -24,9 +23,23 @@ from rockdamp.motions.records import Record
 from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.tangent import derivatives
 from rockdamp.vocabulary import SOFTENING
 
+PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
+# ASSUME: where a masonry wall is looked for. a1 is searched as a1/a2, which keeps it below the plateau's end a2;
+# Doherty's stages span a1/a2 = 0.21 to 0.40 and b1 = 0.50 to 0.72, the paper's walls 0.13 to 0.4 and 0.75 to 0.85.
+SEARCHED = {
+    "yield_displacement_ratio": "yield_displacement_ratio over the plateau's end (a1/a2)",
+    "strength_ratio": "strength_ratio (b1)",
+    "restitution": "restitution (e)",
+}
+LOW, HIGH = np.array([0.02, 0.40, 0.50]), np.array([0.90, 0.95, 1.00])
+WIDTH = HIGH - LOW
+GRID = {
+    "yield_displacement_ratio": np.geomspace(0.03, 0.65, 11),
+    "strength_ratio": np.linspace(0.42, 0.94, 53),
+    "restitution": np.linspace(0.56, 1.00, 12),
+}
 SCAN_STEP = 0.03  # in tau, at most: enough to tell the minima apart, and below the stability limit of all of the scan
 # The misfit has long bent valleys, in which a descent gets stuck: the best points of the scan are refined together.
 KEPT, REFINEMENTS, ROUNDS = 64, 6, 4
@@ -44,30 +57,26 @@ LOST = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that stan
 
 @dataclass(frozen=True)
 class RecordFit:
-    """A candidate fitted to a record. A *point* has the coordinates of the search, *parameters* are the candidate's."""
+    """CR fitted to a record. A *point* has the coordinates of the search, a1/a2, b1, e; *parameters* are a1, b1, e."""
 
     record: Record
     wall: Wall | Parapet
-    candidate: Candidate
     ultimate_displacement_ratio: float
     softening: str
     step: float
     motion: Array  # the ground acceleration at the solver's steps [m s-2]
-    sizes: tuple[str, ...] = ()  # of the wall, that are the last parameters; the others are known
-    trend_degree: int = 1  # of the polynomial that the sensor shows beside the displacement
 
     @classmethod
     def from_record(
         cls,
         record: Record,
         wall: Wall | Parapet,
-        candidate: Candidate,
         *,
         ultimate_displacement_ratio: float,
         softening: str,
         step: float,
     ) -> RecordFit:
-        """Prepare the fit of a candidate to a record, with steps of the solver of at most `step` in tau."""
+        """Prepare the fit to a record, with steps of the solver of at most `step` in tau."""
         require(
             np.ndim(wall.load_factor) == 0, "the number of dimensions of wall", np.ndim(wall.load_factor), "0: one wall"
         )
@@ -76,15 +85,12 @@ class RecordFit:
         softening = one_of("softening", softening, SOFTENING)
         require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
         measured_displacement(record), rest_samples(record)  # refuses a record without a response or a rest
-        return cls(record, wall, candidate, a3, softening, step, np.empty(0)).with_motion(record.ground_acceleration)
+        return cls(record, wall, a3, softening, step, np.empty(0)).with_step(step)
 
     def with_step(self, step: float) -> RecordFit:
         """Return the same fit with another step of the solver."""
-        return replace(self, step=step).with_motion(self.record.ground_acceleration)
-
-    def with_motion(self, ground_acceleration: Array) -> RecordFit:
-        """Return the same fit under another motion, sampled as the record is. [m s-2]"""
-        return replace(self, motion=self.at_steps(ground_acceleration))
+        other = replace(self, step=step)
+        return replace(other, motion=other.at_steps(self.record.ground_acceleration))
 
     def at_steps(self, motions: Array) -> Array:
         """Return motions, shape (..., samples), at the solver's steps, by a spline: lines would cut a pulse's peak."""
@@ -107,7 +113,7 @@ class RecordFit:
         """The sensor's noise: the displacement in two thirds of the rest, less its zero and drift. [m]"""
         # ASSUME: a drift would pass for noise, and so would the wall's motion while the ground's is within noise.
         measured = self.measured[: 2 * rest_samples(self.record) // 3]
-        basis = np.linalg.qr(self.trend[: measured.size, :2])[0]
+        basis = np.linalg.qr(self.trend[: measured.size])[0]
         return np.asarray(measured - basis @ (basis.T @ measured))
 
     @property
@@ -117,9 +123,9 @@ class RecordFit:
 
     @cached_property
     def trend(self) -> Array:
-        """Offset and drift of the sensor, shape (samples, 2), or more where the trend's degree is higher."""
+        """Offset and drift of the sensor, shape (samples, 2)."""
         elapsed = self.record.elapsed - self.record.elapsed[0]
-        return np.stack([elapsed**power for power in range(self.trend_degree + 1)], axis=1)
+        return np.stack([np.ones_like(elapsed), elapsed], axis=1)
 
     @cached_property
     def basis(self) -> Array:
@@ -131,59 +137,20 @@ class RecordFit:
         """Instability displacement of the wall. [m]"""
         return float(self.wall.instability_displacement)
 
-    @cached_property
-    def range(self) -> tuple[Array, Array]:
-        """The lowest and the highest point."""
-        low, high = np.array([RANGE[name] for name in self.candidate.searched]).T
-        return low, high
-
-    @property
-    def width(self) -> Array:
-        """Widths of the range."""
-        return self.range[1] - self.range[0]
-
     def physical(self, points: Array) -> Array:
         """Turn points into parameters, or a batch of them, shape (..., 3)."""
         end = (1.0 if self.softening == "steeper" else self.ultimate_displacement_ratio) - points[..., 1]
         return np.stack([points[..., 0] * end, points[..., 1], points[..., 2]], axis=-1)
 
-    def mechanism(self, parameters: Array) -> Wall | Parapet:
-        """Return the wall, or a batch of walls, with the sizes that are parameters."""
-        if not self.sizes:
-            return self.wall
-        with as_meant():  # of an unlikely size the wall itself was warned of
-            sizes = np.moveaxis(self._split(parameters)[1], -1, 0)
-            return replace(self.wall, **dict(zip(self.sizes, sizes, strict=True)))
+    def computed(self, parameters: Array) -> Array:
+        """Return the displacement for parameters of shape (batch, 3), shape (batch, samples). [m]"""
+        return self._displacement(*self._wall(parameters), self.wall.load_factor, self.motion)
 
-    def followed(self, parameters: Array) -> Array:
-        """Return those parameters that the noise of the motion follows: all but the order of a damper."""
-        of_wall, sizes = self._split(parameters)
-        return np.concatenate([of_wall[..., :3], sizes], axis=-1)
-
-    def _split(self, parameters: Array) -> tuple[Array, Array]:
-        at = parameters.shape[-1] - len(self.sizes)
-        return parameters[..., :at], parameters[..., at:]
-
-    def computed(self, parameters: Array, motions: Array | None = None, factors: Array | None = None) -> Array:
-        """Return the displacement for parameters of shape (batch, 3 or more), shape (batch, samples). [m]
-
-        Further motions `at_steps` of the solver [m s-2], each times a factor of shape (motions, batch), are added to
-        the ground acceleration.
-        """
-        wall, motion = self.mechanism(parameters), self.motion
-        load_factor = np.asarray(wall.load_factor, dtype=float)
-        if motions is not None and factors is not None:
-            load_factor = load_factor * np.concatenate([np.ones((1, len(parameters))), factors])
-            motion = np.concatenate([motion[None], motions])
-        return self._displacement(wall, *self._wall(parameters), load_factor, motion)
-
-    def _displacement(
-        self, wall: Wall | Parapet, curve: TrilinearCurve, damping: Damping, load_factor: Quantity, motion: Array
-    ) -> Array:
+    def _displacement(self, curve: TrilinearCurve, damping: Damping, load_factor: Quantity, motion: Array) -> Array:
         response = solve(
             curve,
             damping,
-            step=wall.frequency_parameter * self.record.step / self._substeps,
+            step=self.wall.frequency_parameter * self.record.step / self._substeps,
             steps=self.motion.size - 1,
             load_factor=load_factor,
             ground_acceleration=motion,
@@ -191,14 +158,13 @@ class RecordFit:
         ).displacement
         # Collapsed walls must stay comparable numbers, and lose.
         response[np.isnan(response)] = LOST
-        return np.asarray(wall.instability_displacement)[..., None] * response
+        return self.u_ins * response
 
     def _wall(self, parameters: Array) -> tuple[TrilinearCurve, Damping]:
-        """Curve and damping of parameters of shape (..., 3 or more)."""
-        a1, b1, *of_damper = np.moveaxis(self._split(parameters)[0], -1, 0)
+        """Curve and damping of parameters of shape (batch, 3)."""
+        a1, b1, e = parameters.T
         with as_meant():  # a point of the search
-            curve = TrilinearCurve(a1, b1, self.ultimate_displacement_ratio, self.softening)
-        return curve, self.candidate.damping(*of_damper)
+            return TrilinearCurve(a1, b1, self.ultimate_displacement_ratio, self.softening), Damping.cr(e)
 
     @property
     def _substeps(self) -> int:
@@ -218,45 +184,10 @@ class RecordFit:
 
     def derivative(self, parameters: Array, *, at_point: bool = False) -> Array:
         """Derivative of the computed history by the parameters, or at a point by the point; shape (samples, 3)."""
-        h = DIFFERENCE * self.width
+        h = DIFFERENCE * WIDTH
         sides = np.concatenate([parameters + np.diag(h), parameters - np.diag(h)])
         computed = self.without_trend(self.computed(self.physical(sides) if at_point else sides))
         return ((computed[:3] - computed[3:]) / (2 * h[:, None])).T
-
-    def tangent(self, parameters: Array, directions: Array) -> tuple[Array, Array]:
-        """Return derivatives of the computed history along it: by directions of the motion, and by what that follows.
-
-        Unlike differences of histories they are free of the solver's roughness; those by a size are differences. The
-        directions are histories of the motion [m s-2]. The shapes are (directions, samples) [m] and (3 or more,
-        samples).
-        """
-        low, high, h = *self.range, DIFFERENCE * self.width
-        # Differences must not step over a bound: 1 is the largest e there is.
-        middle = parameters.copy()
-        middle[2] = np.clip(parameters[2], low[2] + h[2], high[2] - h[2])
-        steps = np.diag(h) @ np.eye(3, parameters.size)
-        sides = [(self._wall(middle + d), self._wall(middle - d), 2 * d.sum()) for d in steps]
-        wall = self.mechanism(parameters)
-        u_ins = float(wall.instability_displacement)
-        by_motion, by_parameters = derivatives(
-            self._wall(parameters),
-            directions,
-            sides,
-            step=float(wall.frequency_parameter) * self.record.step / self._substeps,
-            substeps=self._substeps,
-            load_factor=float(wall.load_factor),
-            ground_acceleration=self.motion,
-        )
-        return u_ins * by_motion, np.concatenate([u_ins * by_parameters, self._by_sizes(parameters)])
-
-    def _by_sizes(self, parameters: Array) -> Array:
-        """Return the derivative of the computed history by the sizes that are parameters, shape (sizes, samples)."""
-        if not self.sizes:
-            return np.empty((0, self.measured.size))
-        apart = np.zeros((len(self.sizes), parameters.size))
-        apart[:, -len(self.sizes) :] = np.diag(DIFFERENCE * self._split(parameters)[1])
-        more, less = (self.computed(parameters + side * apart) for side in (1.0, -1.0))
-        return np.asarray((more - less) / (2 * apart.sum(axis=1)[:, None]))
 
     def shifts_by_motion(self, parameters: Array, computed: Array) -> Array:
         """Draw what the accelerometer's noise adds to the computed history, to first order; shape (DRAWS, samples). [m]
@@ -270,11 +201,11 @@ class RecordFit:
         draws = size * np.random.RandomState(DRAWS_SEED).standard_normal((DRAWS, acceleration.size))
         motions = self.at_steps(acceleration + draws)
 
-        wall, (curve, damping) = self.mechanism(parameters), self._wall(parameters[None])
+        curve, damping = self._wall(parameters[None])
         parts = [motions[at : at + TOGETHER] for at in range(0, DRAWS, TOGETHER)]
         # Each lane has a motion alone: the others times 0.
         responses = [
-            self._displacement(wall, curve, damping, wall.load_factor * np.eye(len(part)), part)
+            self._displacement(curve, damping, self.wall.load_factor * np.eye(len(part)), part)
             for part in track(parts, "noise of the motion")
         ]
         return (np.concatenate(responses) - computed) / DRAWN
@@ -288,10 +219,10 @@ class RecordFit:
 
     def search(self) -> tuple[Array, Array]:
         """Return the point of least misfit, and the local minima that the scan found, the lowest first."""
-        axes = [GRID[name] for name in self.candidate.searched]
+        axes = list(GRID.values())
         grid = np.array(list(product(*axes)))
         coarse = self.with_step(max(SCAN_STEP, self.step))
-        misfit = coarse.misfit(grid, "scan of a1, b1 and the damper").reshape([len(axis) for axis in axes])
+        misfit = coarse.misfit(grid, "scan of a1, b1 and e").reshape([len(axis) for axis in axes])
         minima = np.flatnonzero(misfit == minimum_filter(misfit, size=3, mode="nearest"))
         lowest = np.argsort(misfit, axis=None, kind="stable")
         points, found = grid[lowest[:KEPT]], grid[lowest[np.isin(lowest, minima)]]
@@ -307,7 +238,7 @@ class RecordFit:
 
     def _refine(self, points: Array) -> Array:
         """Look around each point, keep the best of all, halve the distance, and so on; return the best."""
-        a1, *others = (GRID[name] for name in self.candidate.searched)
+        a1, *others = GRID.values()
         spacing = np.array([np.log(a1[1] / a1[0]), *(axis[1] - axis[0] for axis in others)])
         misfit = self.misfit(points)
         for _ in track(range(REFINEMENTS), "refinement of the scan"):
@@ -315,7 +246,7 @@ class RecordFit:
             around = np.stack([points] * len(NEARBY))
             around[..., 0] *= np.exp(NEARBY[:, None, 0] * spacing[0])
             around[..., 1:] += NEARBY[:, None, 1:] * spacing[1:]
-            around = np.clip(around.reshape(-1, 3), *self.range)
+            around = np.clip(around.reshape(-1, 3), LOW, HIGH)
             # Three of four are another point's neighbours too, but for rounding.
             _, first, which = np.unique(around.round(11), axis=0, return_index=True, return_inverse=True)
             points, misfit = np.concatenate([points, around]), np.append(misfit, self.misfit(around[first])[which])
@@ -331,11 +262,10 @@ class RecordFit:
 
         def derivative(point: Array) -> Array:
             # Central differences must not step over a bound: 1 is the largest e there is.
-            low, high = self.range
-            inside = DIFFERENCE * self.width
-            return self.derivative(np.clip(point, low + inside, high - inside), at_point=True)
+            inside = DIFFERENCE * WIDTH
+            return self.derivative(np.clip(point, LOW + inside, HIGH - inside), at_point=True)
 
-        return least_squares(residual, start, derivative, bounds=self.range, x_scale=self.width, **DESCENT)
+        return least_squares(residual, start, derivative, bounds=(LOW, HIGH), x_scale=WIDTH, **DESCENT)
 
 
 @dataclass(frozen=True)

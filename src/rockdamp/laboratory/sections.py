@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
@@ -14,67 +14,13 @@ from rockdamp.config import Config
 from rockdamp.config.earthquakes import Bootstrap
 from rockdamp.config.kinds import (
     INTEGRAL,
-    INTERVAL,
-    AboveZero,
-    AtLeastZero,
-    AtMostOne,
-    BelowOne,
     OrNull,
-    Positive,
     Section,
     Seed,
-    Step,
     Text,
     Whole,
     ascending,
-    distribution,
-    names,
-    values,
 )
-from rockdamp.statistics.distribution import Distribution
-from rockdamp.vocabulary import CANDIDATES
-
-Model = Literal[CANDIDATES]  # type: ignore[valid-type]
-AboveMinusOne = Annotated[float, Field(gt=-1, le=1e6)]
-Correlation = Annotated[Distribution, distribution(INTERVAL, AboveMinusOne, BelowOne)]
-OfPositive = Annotated[Distribution, distribution(INTERVAL, AboveZero)]
-
-
-class PriorSection(Section):
-    yield_displacement_ratio: OfPositive = Field(description="a1 = u1/u_ins; also below the end of the plateau. [-]")
-    strength_ratio: Annotated[Distribution, distribution(INTERVAL, AboveZero, BelowOne)] = Field(
-        description="b1 = F_y/F0, between 0 and 1. [-]"
-    )
-    restitution: Annotated[Distribution, distribution(INTERVAL, AboveZero, AtMostOne)] = Field(
-        description="Coefficient of restitution e, greater than 0 and at most 1. [-]"
-    )
-    damping_ratio: Annotated[Distribution, distribution(INTERVAL, AtLeastZero)] = Field(
-        description="Damping ratio xi, at least 0. [-]"
-    )
-    order: Annotated[Distribution, distribution(INTERVAL, AtLeastZero)] = Field(
-        description="Order m of the damper of any order, at least 0. [-]"
-    )
-    sensor_deviation: OfPositive = Field(description="Standard deviation of the displacement sensor's noise. [m]")
-    sensor_correlation: Correlation = Field(
-        description="Correlation of that noise between a sample and the next, between -1 and 1. [-]"
-    )
-    sensor_zero: Positive = Field(description="Standard deviation of the sensor's zero beyond its mean at rest. [m]")
-    sensor_drift: Positive = Field(description="Standard deviation of the sensor's drift. [m s-1]")
-
-
-class Identification(Section):
-    prior: PriorSection = Field(
-        description="Independent distributions of all parameters; e, xi and m where a damping model has them."
-    )
-    step: Step = Field(description="Longest step in tau; the record's step is divided until it is no longer. [-]")
-    seed: Seed = Field(description="Seed of the draws, and of the noise that is added.")
-    test_series: Annotated[tuple[str, ...], names()] = Field(
-        description="Synthetic records whose damping models are compared, seen from the folder of the run."
-    )
-    noise: Annotated[Array, values(Annotated[float, Field(ge=1, le=1000)])] = Field(
-        description="Noise of both channels over that of the records, at least 1; white noise is added. [-]"
-    )
-    damping_models: Annotated[tuple[str, ...], names(Model)] = Field(description="Models that are compared.")
 
 
 class SimulatedTrials(Section):
@@ -121,9 +67,6 @@ class MeasuredRocking(Section):
 class LaboratoryConfig(Config):
     """The paper's study, as config/default.yaml states it; null leaves a study out, and with it all that reads it."""
 
-    identification: Annotated[Identification, OrNull] = Field(
-        description="Which damping models the records of test series support."
-    )
     measured_rocking: Annotated[MeasuredRocking, OrNull] = Field(
         description="Which damping model the ratios of velocity of measured free rocking support."
     )
@@ -131,10 +74,6 @@ class LaboratoryConfig(Config):
 
 def broken(config: LaboratoryConfig) -> Iterator[tuple[str, str]]:
     """Yield what breaks a rule between keys of measured tests: the key, and what is wrong."""
-    for index, path in enumerate(config.identification.test_series if config.identification else ()):
-        if not Path(path).is_file():
-            text = f"is {path!r}; it must be a file, seen from the folder of the run"
-            yield f"identification.test_series[{index}]", text
     if measured := config.measured_rocking:
         shown, used = measured.shown_impacts, measured.impacts_used.tolist()
         if shown not in used:

@@ -100,7 +100,6 @@ def rocking_csv(lines: Sequence[str]) -> tuple[Array, tuple[Array | None, Array 
     """Parse a free-rocking test: times, the displacement and the rotation, of which one is None, and the header."""
     header, names, lines, start = _names(lines, (COLUMNS[0], " or ".join(ROCKING_COLUMNS)))
     allowed = f"the columns must be {COLUMNS[0]} and one of {', '.join(ROCKING_COLUMNS)}"
-    allowed += "; `rockdamp record --free-rocking` makes them of others"
     if sorted(names) not in [sorted((COLUMNS[0], column)) for column in ROCKING_COLUMNS]:
         hint = "; a free-rocking test has no motion of the ground" if set(names) & set(ACCELERATIONS) else ""
         raise InputError(f"columns on line {start + 1} are {', '.join(names)}; {allowed}{hint}")
@@ -313,6 +312,6 @@ def check_time(elapsed: Array, place: Place) -> None:
         late = int(np.argmax(np.abs(intervals - usual))) + 1
         raise InputError(
             f"elapsed_s is {elapsed[late]} {place(late)}; it must be {elapsed[late - 1] + usual:.9g}: times must be "
-            f"uniform to {UNIFORM:g} of a step, and be written with as many digits; "
-            + ("are samples missing?" if intervals[late - 1] > 1.5 * usual else "`rockdamp record` makes them so")
+            f"uniform to {UNIFORM:g} of a step, and be written with as many digits"
+            + ("; are samples missing?" if intervals[late - 1] > 1.5 * usual else "")
         )

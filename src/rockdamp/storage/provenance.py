@@ -47,8 +47,6 @@ CONFIG = (
 )
 # Numbers in words. Stages need them for errors alone; figures, pages and claims show them.
 NUMBERS_IN_WORDS = ("rockdamp.text",)
-# It stores the words of its package's errors as the reason why there is no evidence: they are data.
-STORES_WORDS = "rockdamp.laboratory.posterior"
 
 
 def modules_of(*names: str) -> dict[str, Path]:
@@ -82,12 +80,11 @@ def code_version(*names: str, dataset: str = "", without: tuple[str, ...] = ()) 
     says of a kind of `dataset`, and leaves out the modules `without` and those of `NO_SCIENCE`.
     """
     modules = modules_of(*names)
-    stores_words = STORES_WORDS in modules
     parts: dict[str, bytes] = {}
     for name, path in modules.items():
         if name not in NO_SCIENCE and name not in CONFIG and name not in without:
             module = _read(name, path)
-            parts[name] = (stores_words and module.with_words) or module.science
+            parts[name] = module.science
             parts |= {file.relative_to(ROOT).as_posix(): file.read_bytes() for file in module.data_files}
     if dataset:
         said = glossary.read()["datasets"][dataset]["title"], glossary.variables(dataset)
@@ -136,7 +133,6 @@ class _Module(NamedTuple):
     imports: frozenset[str]
     data_files: frozenset[Path]
     science: bytes
-    with_words: bytes  # the same with the words of errors, where they may be stored
 
 
 @cache
@@ -168,10 +164,9 @@ def _read(name: str, path: Path) -> _Module:
             node
         ):
             node.body = node.body[1:] or [ast.Pass()]
-    with_words = ast.unparse(tree) if here == STORES_WORDS.rpartition(".")[0] else ""
     for node in nodes:
         _silence(node)
-    return _Module(frozenset(imports), frozenset(files), ast.unparse(tree).encode(), with_words.encode())
+    return _Module(frozenset(imports), frozenset(files), ast.unparse(tree).encode())
 
 
 def _imported(node: ast.AST, here: str) -> set[str]:
