@@ -388,24 +388,16 @@ def of_end(stored: Callable[[ArrayLike], Any], peak: Any, displacement: ArrayLik
     return [f"at the end of the run the wall is so fast that it may rock {beyond}; let it rest, by a tail of 5 s"]
 
 
-def of_level(strongest: float, onset: float, measure: str, asked: float, walls: str = "the wall") -> list[str]:
-    """Return a warning where the intensity asked for, in PGA [m s-2] or PGV [m s-1], does not make the wall rock.
+def of_level(measure: str, asked: float, onset: float, walls: str = "the wall") -> list[str]:
+    """Return a warning of an intensity, in PGA [m s-2] or PGV [m s-1], at which no record makes walls rock.
 
-    `strongest` is the largest PGA of the supports at that intensity, and `onset` the acceleration whose static load
-    makes the wall rock. [m s-2]
+    `onset` is the acceleration whose static load makes the easiest of them rock. [m s-2]
     """
-    if strongest >= onset:
-        return []
-    level, question = f"PGA is {in_g(strongest)}", ""
-    if measure == "PGV":
-        level = f"PGV is {asked:g} m s-1, and the strongest record's {level}"
-    else:
-        if not np.isclose(asked, strongest, rtol=1e-3):  # in a building
-            level = f"PGA is {in_g(asked)}, and at the supports at most {in_g(strongest)}"
-        question = was_g(asked, onset * asked / strongest) if _typed(asked) else ""
+    level = f"PGA is {in_g(asked)}" if measure == "PGA" else f"PGV is {asked:g} m s-1"
+    question = was_g(asked, onset) if measure == "PGA" and _typed(asked) else ""
     if not question and onset > EASIEST_OF_LOADED * STANDARD_GRAVITY:
         question = "; are the overburden and the sizes right?"
-    return [f"{level}; {walls} begins to rock at {in_g(onset)}{question}"]
+    return [f"{level}: no record makes {walls} rock, which {in_g(onset)} does as a static load{question}"]
 
 
 def _typed(number: float) -> bool:

@@ -144,9 +144,9 @@ def assess(
     runs = collapses_of(wall)(wall, curve, e, motions, measure, intensity, loss=loss, step=step, tail=tail)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
-    plausibility.warn(below_onset(answer, measure, float(intensity[-1])))
+    plausibility.warn(at_rest(answer, measure, float(intensity[-1])))
     answer = (
-        answer.drop_vars("strongest")
+        answer.drop_vars("rocks")
         .assign(restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall"))
         .assign(_stated(loss))
     )
@@ -216,9 +216,9 @@ def assess_rows(
             answer = answer.assign(building_period=("wall", np.full(answer.sizes["wall"], building.period)))
         everywhere.append(answer)
     answer = everywhere[0] if len(everywhere) == 1 else _worst(everywhere, f"median_{measure.lower()}")
-    plausibility.warn(below_onset(answer, measure, intensity))
+    plausibility.warn(at_rest(answer, measure, intensity))
     plausibility.warn(plausibility.of_joints_of_walls(apart, SMALL))
-    answer = answer.drop_vars("strongest").reindex(wall=[row.line for row in rows], fill_value=MISSING)
+    answer = answer.drop_vars("rocks").reindex(wall=[row.line for row in rows], fill_value=MISSING)
     answer = answer.assign(
         records=len(motions), tail=tail, row_error=("wall", [errors.get(row.line, "") for row in rows]), **_stated(loss)
     ).assign_coords(wall=[row.id for row in rows])
@@ -372,18 +372,17 @@ def ground_motions(records: Records) -> list[GroundMotion]:
     return motions
 
 
-def below_onset(answer: xr.Dataset, measure: str, intensity: float) -> list[str]:
-    """Return a warning where the intensity does not reach the onset of rocking of walls: how many, and of the easiest.
+def at_rest(answer: xr.Dataset, measure: str, intensity: float) -> list[str]:
+    """Return a warning where no record makes walls rock: how many walls, and the onset of the easiest of them.
 
-    `answer` is of one wall or of several.
+    `answer` is of one wall or of several; a wall rocks where it goes beyond u1 under restitution, or collapses. Below
+    the static onset too it may, as it vibrates on its first branch.
     """
-    onset, strongest = np.atleast_1d(answer["rocking_onset"]), np.atleast_1d(answer["strongest"])
-    still = strongest < onset
+    onset, still = np.atleast_1d(answer["rocking_onset"]), ~np.atleast_1d(answer["rocks"])
     if not still.any():
         return []
-    several = f"its load stays below the strength of {still.sum()} of {still.size} walls: the easiest of them"
-    walls = several if still.size > 1 else "the wall"
-    return plausibility.of_level(strongest[still].max(), onset[still].min(), measure, intensity, walls)
+    walls = f"{still.sum()} of {still.size} walls" if still.size > 1 else "the wall"
+    return plausibility.of_level(measure, intensity, onset[still].min(), walls)
 
 
 # --- from runs to an answer -------------------------------------------------------------------------------------------
@@ -397,7 +396,11 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
     fine, coarse = (fit_fragility(STRIPES, by_wall[step], records) for step in ("collapsed", "coarser"))
     unit, by_model = runs["stripe_intensity"].values[:, :1] / STRIPES[0], ("wall", "damping_model")
     count = runs["collapsed"].sum("record")
-    onset = np.broadcast_to(wall.rocking_onset(curve.strength_ratio), runs.sizes["wall"])
+    onset, a1 = (
+        np.broadcast_to(value, runs.sizes["wall"])
+        for value in (wall.rocking_onset(curve.strength_ratio), curve.yield_displacement_ratio)
+    )
+    cr = runs.sel(damping_model=REFERENCE, drop=True).isel(intensity=-1)
     return xr.Dataset(
         {
             "damping_ratio": runs["damping_ratio"],
@@ -405,7 +408,7 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
             name: runs["asked"],
             f"stripe_{name}": runs["stripe_intensity"],
             "rocking_onset": ("wall", onset),
-            "strongest": ("wall", np.full(runs.sizes["wall"], float(runs["strongest"].max()))),
+            "rocks": (cr["peak"].fillna(np.inf) > xr.DataArray(a1, dims="wall")).any("record"),
             "collapses": count,
             "collapse_probability": count / records,
             f"median_{name}": (by_model, unit * fine.median),

@@ -98,7 +98,7 @@ def collapses(
         By ``wall``, ``damping_model``, ``record`` and ``intensity``: ``peak``, the largest \\|u\\|/u_ins, NaN where the
         wall collapses, and ``collapsed``. By stripe ``stripe_collapsed``, and ``stripe_coarser``, the same at twice the
         finest step of each history, at each wall's ``stripe_intensity``. ``scale_factor`` are the factors on the
-        records' accelerations, ``strongest`` is the largest PGA of the scaled records. [m s-2]
+        records' accelerations.
     """
     dampings = side_by_side(restitution, loss)
     supports = [intensity_measures(motion.record) for motion in motions]
@@ -128,7 +128,6 @@ def collapses(
             "stripe_intensity": (("wall", "stripe"), stripe),
             "asked": ("intensity", intensity),
             "scale_factor": (("record", "intensity"), factor),
-            "strongest": ("intensity", np.max(factor * [[level.pga] for level in supports], axis=0)),
             **{name: (("damping_model", "wall"), np.array(values)) for name, values in by_wall.items()},
         },
         coords={"damping_model": list(MODELS)},
@@ -281,7 +280,6 @@ def one_sided_collapses(
             "stripe_intensity": (("wall", "stripe"), stripe[None]),
             "asked": ("intensity", intensity),
             "scale_factor": (("record", "intensity"), factor),
-            "strongest": ("intensity", np.max(factor * [[level.pga] for level in supports], axis=0)),
             "damping_ratio": (("damping_model", "wall"), [[np.nan], [stop_damping_ratio(e)]]),
             "order": (("damping_model", "wall"), [[np.nan], [np.nan]]),
         },

@@ -232,7 +232,6 @@ def content_of(motions: Iterable[GroundMotion]) -> str:
 
 # --- the answer as tables and as JSON --------------------------------------------------------------------------------
 
-SHARE = "collapse_probability"
 INTERVAL = "collapse_probability_interval"  # the attribute that names the kind of interval
 
 
@@ -305,10 +304,6 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
         in_g = {f"{name} in g": None if value is None else value / STANDARD_GRAVITY} if measure == "PGA" else {}
         return {name: None if value is None else value / size, **in_g}
 
-    # Rigid mechanics stands beside the tests where it is the worse.
-    larger = any(
-        worse > share for row in rows for worse, share in zip(row.get(IMPULSIVE, ()), row[SHARE], strict=False)
-    )
     shares = [
         {
             **level(measure, intensity),
@@ -316,15 +311,15 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
             "collapses": str(row["collapses"][index]),
             "share": row["collapse_probability"][index],
             "interval": _span(row[INTERVAL][index]),
-            **({"impulsive": row[IMPULSIVE][index]} if larger else {}),
+            **({"impulsive": row[IMPULSIVE][index]} if IMPULSIVE in row else {}),
         }
         for index, intensity in enumerate(answer[measure.lower()].values.tolist())
         for row in rows
     ]
     print_table(shares, {measure: unit})
-    if larger:
+    if "restitution_impulsive" in answer:
         e = float(answer["restitution_impulsive"])
-        click.echo(f"\nimpulsive: with e = {e:.4g} of rigid mechanics, which is worse here than the tests' e")
+        click.echo(f"\nimpulsive: with e = {e:.4g} of rigid mechanics, which no test has confirmed")
     click.echo("\nfragility, lognormal, with 95 % bootstrap intervals over stations; record-to-record scatter alone:\n")
     fragilities = [
         {

@@ -261,6 +261,8 @@ def _too_few(answer: xr.Dataset) -> bool:
 
 def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") -> None:
     """Print the answer in a sentence, the onset of rocking and the peaks, for each intensity; `system` of units."""
+    from rockdamp.assessment.answers import IMPULSIVE
+
     answer = placed.answer
     measure = answer.attrs["intensity_measure"]
     if placed.values is not None and len(placed.values["periods"]) > 1:
@@ -271,16 +273,18 @@ def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") ->
             for row in placed.values["periods"]
         ]
         print_table(rows, {"building_period": "s", "median_intensity": unit})
-    shares = answer["collapse_probability"].sel(damping_model=REFERENCE).values.tolist()
+    cr = answer.sel(damping_model=REFERENCE)
     verb = "collapses" if int(answer["records"]) == 1 else "collapse"
-    for index, (check, share) in enumerate(zip(checks, shares, strict=True)):
+    for index, check in enumerate(checks):
         where = f" of the ground, {placed.place}" if placed.place else ""
         at = f"at {in_unit(measure, check.intensity, system)}{where}"
         if _too_few(answer):
-            count = int(answer["collapses"].sel(damping_model=REFERENCE)[index])
+            count = int(cr["collapses"][index])
             click.echo(f"\n{count} of {counted_runs(answer)} {verb} the wall {at}: too few stations for a probability")
         else:
-            click.echo(f"\nprobability of collapse {at}: {share:.0%}")
+            share = f"{float(cr['collapse_probability'][index]):.0%}"
+            other = f", {float(cr[IMPULSIVE][index]):.0%} with e by impulsive" if IMPULSIVE in cr else ""
+            click.echo(f"\nprobability of collapse {at}: {share}{other}")
         if int(answer["records"]) == 1:  # of which a median says nothing: it exists only where the outcome alternates
             _print_weakest(answer, check.intensity)
         elif isfinite(check.margin):
