@@ -6,7 +6,6 @@ It imports nothing heavy, so that `--help` stays quick.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from decimal import Decimal
 from math import isfinite
 from typing import NamedTuple
@@ -42,20 +41,6 @@ def _table() -> dict[str, Unit]:
 
 
 UNITS = _table()
-IMPERIAL = {  # what is printed in place of a unit
-    "m": "in",
-    "mm": "in",
-    "kg": "lb",
-    "N": "lbf",
-    "kN": "lbf",
-    "kN/m": "lbf/ft",
-    "m s-1": "in s-1",
-    "m s-2": "ft s-2",
-    "kg m-3": "lb ft-3",
-    "N m-1": "lbf in-1",
-    "N s m-1": "lbf s in-1",
-}
-
 # The number is atomic, (?>...): of "4e-1%" the unit is "%", and not "e-1%".
 _QUANTITY = re.compile(
     r"(?P<number>(?>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?))\s*(?P<unit>[^\W\d_].*)?", re.DOTALL
@@ -126,13 +111,6 @@ def size(text: str, wanted: str) -> float | None:
     """Return the size of a unit in the SI unit `wanted`, as 0.01 for "cm/s2" in "m s-2"; None if it has none."""
     factor = _size(text, wanted)
     return None if factor is None else float(factor)
-
-
-def printed(unit: str, system: str, imperial: Mapping[str, str] = IMPERIAL) -> tuple[str, float]:
-    """Return the unit in which a value in `unit` is printed, and its size in that; `system` is si or imperial."""
-    name = imperial.get(unit, unit) if system == "imperial" else unit
-    sizes = [known.size for known in map(parse, (name, unit)) if known]
-    return name, float(sizes[0] / sizes[-1]) if sizes else 1.0
 
 
 def quantity(text: str, wanted: str) -> float:

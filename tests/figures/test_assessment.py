@@ -45,13 +45,3 @@ def test_curve_stripes_and_interval_are_drawn(measure):
     spans = sorted(segment[:, 1].tolist() for segment in bars.get_segments())
     np.testing.assert_allclose(spans, [[0.1, 0.4], [0.3, 0.7]])
     assert measure.upper() in axes.get_xlabel() and "40 records" in axes.get_ylabel()
-
-
-def test_an_imperial_page_has_its_intensities_in_feet_or_inches():
-    for measure, unit, size in (("pgv", "in s$^{-1}$", 0.0254), ("pga", "ft s$^{-2}$", 0.3048)):
-        (axes,) = fragility_figure(made_up(measure), "imperial").axes
-        assert axes.get_xlabel() == f"{measure.upper()} [{unit}]"
-        (curve,) = (line for line in axes.get_lines() if f"median {0.5 / size:.3g}" in str(line.get_label()))
-        assert curve.get_ydata()[0] == pytest.approx(norm.cdf(np.log(0.1 / 0.5) / 0.4))
-        (bars,) = axes.collections
-        assert sorted(one[0, 0] for one in bars.get_segments()) == pytest.approx([0.3 / size, 0.6 / size])

@@ -47,12 +47,3 @@ def test_the_sketch_has_stop_and_tie_and_the_force_with_and_without_it():
     at = np.argmin(np.abs(x - 200.0))  # mm, where the tie yields: its force counts twice in F
     _, own = forces.get_lines()[1].get_data()
     assert force[at] - own[at] == pytest.approx(2 * 6.0, rel=1e-9)
-
-
-def test_imperial_pictures_have_inches_and_pounds():
-    sketch, forces = one_sided_wall_figure(TIED, CURVE, "imperial").axes
-    assert "$t$ = 2.62 ft, $h$ = 39.4 ft" in {text.get_text() for text in sketch.texts}
-    assert (forces.get_xlabel(), forces.get_ylabel()) == ("$u$ [in]", "force $F$ [lbf]")
-    metric = one_sided_wall_figure(TIED, CURVE).axes[1].get_lines()[2].get_data()
-    for drawn_in, one, size in zip(forces.get_lines()[2].get_data(), metric, (25.4, 4.4482216152605e-3), strict=True):
-        assert drawn_in == pytest.approx(one / size)

@@ -59,16 +59,3 @@ def test_a_response_is_drawn_in_millimetres_and_over_u_ins_up_to_a_collapse():
     (beside,) = axes.child_axes
     assert beside.get_ylim()[1] == pytest.approx(axes.get_ylim()[1] / (1000 * U_INS))
     assert figure.get_suptitle() == "SYNTHETIC record: a wall (times 2)"
-
-
-def test_an_imperial_response_is_in_inches_and_feet_over_seconds_squared():
-    response = histories("elapsed")
-    figure = response_figure(response, "imperial")
-    figure.draw_without_rendering()
-    ground, axes = figure.axes
-    assert (ground.get_ylabel(), axes.get_ylabel()) == (r"$\ddot u_g$ [ft s$^{-2}$]", "$u$ [in]")
-    np.testing.assert_allclose(ground.get_lines()[0].get_ydata(), response["ground_acceleration"] / 0.3048)
-    in_inches = response["control_displacement"].sel(damping_model="CR") / 0.0254
-    np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), in_inches)
-    (beside,) = axes.child_axes
-    assert beside.get_ylim()[1] == pytest.approx(axes.get_ylim()[1] * 0.0254 / U_INS)

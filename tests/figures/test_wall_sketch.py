@@ -34,13 +34,3 @@ def test_the_curve_is_drawn_whole_beside_the_rigid_law():
     np.testing.assert_allclose(rigid.get_ydata(), strength * (1 - ratio), atol=1e-12)
     np.testing.assert_allclose(corners.get_xdata(), u_ins * np.array([0.04, 0.15, 1.0]))
     assert axes.get_ylim()[0] == 0 and axes.get_ylim()[1] >= strength
-
-
-def test_an_imperial_page_has_them_in_feet_inches_and_pounds():
-    shown = all_text(wall_figure(WALL, CURVE, "imperial"))
-    assert "$h$ = 9.84 ft" in shown and "$t$ = 0.82 ft" in shown and "$h_1$ = 5.91 ft" in shown
-    _, axes = wall_figure(WALL, CURVE, "imperial").axes
-    rigid, *_ = axes.get_lines()
-    np.testing.assert_allclose(rigid.get_xdata()[-1], float(WALL.instability_displacement) / 0.0254)
-    np.testing.assert_allclose(rigid.get_ydata()[0], float(WALL.rigid_strength) / 4.4482216152605)
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$u$ [in]", "force [lbf]")

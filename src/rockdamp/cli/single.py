@@ -36,13 +36,11 @@ from rockdamp.cli.options import (
     strict_option,
     table_of_walls,
     tell_overburden,
-    units_option,
     wall_options,
     walls_option,
     with_default,
 )
 from rockdamp.cli.supports import constants as one_sided_constants
-from rockdamp.units import printed
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -93,7 +91,7 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
     examples=[
         "rockdamp wall --thickness 0.3 --height 4.5 --overburden-ratio 2",
         "rockdamp wall --thickness 102mm --height 2.75m --preset moderate",
-        'rockdamp wall --thickness 12in --height 15ft --density "112 lb/ft^3" --units imperial',
+        'rockdamp wall --thickness 12in --height 15ft --density "112 lb/ft^3"',
     ],
 )
 @wall_options()
@@ -105,9 +103,8 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
     type=RESTITUTION,
     help=f"{RESTITUTION_MEANT}, or a rule for it.  [default: measured]",
 )
-@units_option
 @json_option
-def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: Any) -> None:
+def wall(amplitude: list[float] | None, as_json: bool, **options: Any) -> None:
     """Constants of a wall's motion, onset of rocking, restitution, periods.
 
     Restitution is printed by each formula, with its source; one is recommended. Periods are printed for several
@@ -145,44 +142,35 @@ def wall(amplitude: list[float] | None, units: str, as_json: bool, **options: An
     if options["one_sided"]:
         stated = options["restitution"]
         stop = one_sided_constants(made, curve, stated if isinstance(stated, float) else None)
-    shown = {key: printed(unit, units)[0] for key, unit in UNITS.items()}
-    values, rows = _converted(values, units), [_converted(row, units) for row in rows]
     restitutions = _restitutions(built)
     if as_json:
         damping = {} if typed is None else _damping(typed, e)
         periods = {} if amplitude is None else {"periods": rows}
-        units_of = {key: shown.get(key, "1") for key in (*values, *(rows[0] if periods else ()))}
+        units_of = {key: UNITS.get(key, "1") for key in (*values, *(rows[0] if periods else ()))}
         units_of |= {"rocking_onset_g": "g"} | ({"damping_coefficient": "N s m-1"} if damping else {})
         more = {"restitutions": restitutions, "units": units_of, **damping, **periods}
         print_json({**values, "rocking_onset_g": in_g, **more, **({"one_sided": stop} if stop else {})})
         return
     constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
-    print_values(constants, shown | {"rocking_onset": f"{shown['rocking_onset']}, which is {in_g:.4g} g"})
-    tell_overburden(built, units)
+    print_values(constants, UNITS | {"rocking_onset": f"m s-2, which is {in_g:.4g} g"})
+    tell_overburden(built)
     click.echo()
     for row in restitutions:
         recommended = " (recommended)" if row["recommended"] else ""
         click.echo(f"{'restitution':26s} {row['restitution']:10.5g}  {row['reason']}{recommended}")
     click.echo()
-    print_table(rows, shown)
+    print_table(rows, UNITS)
     if stop:
         click.echo("\nagainst a stop, and the damper at it where u is measured:")
-        named = {key: printed(unit, units) for key, unit in ONE_SIDED_UNITS.items()}
-        in_system = {key: value / named[key][1] if key in named else value for key, value in stop.items()}
-        print_values(in_system, {key: unit for key, (unit, _) in named.items()})
+        print_values(stop, ONE_SIDED_UNITS)
     if typed:
-        show_damping(typed, of_curve, e, units)
+        show_damping(typed, of_curve, e)
 
 
 def _damping(typed: list[ProgramInput], e: float) -> dict[str, Any]:
-    """Return the dampers for the JSON, which is in SI here; C by itself for each that can be a dashpot."""
+    """Return the dampers for the JSON; C by itself for each that can be a dashpot."""
     constant = {row["damping_model"]: row["damping_coefficient"] for row in typed if row["damping_coefficient"]}
     return {"damping_restitution": e, "damping_coefficient": constant, "damping": typed}
-
-
-def _converted(values: dict[str, float], units: str) -> dict[str, float]:
-    """Convert the values whose names have a unit to those of --units."""
-    return {key: value / printed(UNITS.get(key, ""), units)[1] for key, value in values.items()}
 
 
 def _restitutions(wall: Wall | Parapet) -> list[dict[str, Any]]:

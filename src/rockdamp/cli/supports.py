@@ -232,15 +232,9 @@ def check_values(check: Check) -> dict[str, Any]:
     return values | {"rocks": check.rocks}
 
 
-def in_unit(measure: str, intensity: float, system: str = "si") -> str:
+def in_unit(measure: str, intensity: float) -> str:
     """Return an intensity with its unit: a PGA in g."""
-    unit, size = units.printed("m s-1", system)
-    return f"{intensity / STANDARD_GRAVITY:.3g} g" if measure == "PGA" else f"{intensity / size:.3g} {unit}"
-
-
-def _with_unit(value: float, unit: str, system: str) -> str:
-    shown, size = units.printed(unit, system)
-    return f"{value / size:.3g} {shown}"
+    return f"{intensity / STANDARD_GRAVITY:.3g} g" if measure == "PGA" else f"{intensity:.3g} m s-1"
 
 
 def counted_runs(answer: xr.Dataset) -> str:
@@ -259,25 +253,20 @@ def _too_few(answer: xr.Dataset) -> bool:
     return len(set(answer["station"].values.tolist())) < FEWEST_STATIONS
 
 
-def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") -> None:
-    """Print the answer in a sentence, the onset of rocking and the peaks, for each intensity; `system` of units."""
+def print_checks(placed: Placed, checks: Sequence[Check]) -> None:
+    """Print the answer in a sentence, the onset of rocking and the peaks, for each intensity."""
     from rockdamp.assessment.answers import IMPULSIVE
 
     answer = placed.answer
     measure = answer.attrs["intensity_measure"]
     if placed.values is not None and len(placed.values["periods"]) > 1:
         click.echo("\nby the period of the building, of which the worst counts:\n")
-        unit, size = units.printed(UNITS[measure], system)
-        rows = [
-            row | {"median_intensity": row["median_intensity"] and row["median_intensity"] / size}
-            for row in placed.values["periods"]
-        ]
-        print_table(rows, {"building_period": "s", "median_intensity": unit})
+        print_table(placed.values["periods"], {"building_period": "s", "median_intensity": UNITS[measure]})
     cr = answer.sel(damping_model=REFERENCE)
     verb = "collapses" if int(answer["records"]) == 1 else "collapse"
     for index, check in enumerate(checks):
         where = f" of the ground, {placed.place}" if placed.place else ""
-        at = f"at {in_unit(measure, check.intensity, system)}{where}"
+        at = f"at {in_unit(measure, check.intensity)}{where}"
         if _too_few(answer):
             count = int(cr["collapses"][index])
             click.echo(f"\n{count} of {counted_runs(answer)} {verb} the wall {at}: too few stations for a probability")
@@ -293,7 +282,7 @@ def print_checks(placed: Placed, checks: Sequence[Check], system: str = "si") ->
         verdict = check.rocking_in_words(int(answer["records"]))
         click.echo(f"  force: supports peak at {shaken:.3g} g (median), rocking starts at {onset:.3g} g: {verdict}")
         for name, peak in (("median", check.median_peak), ("84 %", check.upper_peak)):
-            reached = _with_unit(1000 * peak, "mm", system) if isfinite(peak) else "collapse"
+            reached = f"{1000 * peak:.3g} mm" if isfinite(peak) else "collapse"
             click.echo(f"  displacement: {name} peak {reached}")
     if placed.joint_offset:
         click.echo(
@@ -375,9 +364,8 @@ def show_one_sided(
     bare: Mapping[str, Any] | None,
     needed: Mapping[str, float] | None,
     answer: xr.Dataset,
-    system: str = "si",
 ) -> None:
-    """Print what a wall against a stop has beside any other; `system` of units."""
+    """Print what a wall against a stop has beside any other."""
     from rockdamp.equivalence.programs import advice_at_the_stop
     from rockdamp.text import counted
 
@@ -393,18 +381,18 @@ def show_one_sided(
             without = f"{counts} of {counted_runs(answer)} collapse it"
         click.echo(
             f"without the ties: {without}"
-            + ("" if median is None else f", median {measure} {in_unit(measure, median, system)}")
-            + f"; with them as above, of {_with_unit(float(wall.tie.strength) / 1000, 'kN', system)}"
+            + ("" if median is None else f", median {measure} {in_unit(measure, median)}")
+            + f"; with them as above, of {float(wall.tie.strength) / 1000:.3g} kN"
         )
         largest = float(answer["peak"].sel(damping_model=REFERENCE).max()) * float(wall.instability_displacement)
         if isfinite(largest):
             reached, rupture = float(wall.tie.stretch(largest)), float(wall.tie.rupture)
-            what = f"are stretched by up to {_with_unit(1000 * reached, 'mm', system)}"
+            what = f"are stretched by up to {1000 * reached:.3g} mm"
             end = "; they never break, unless --tie-rupture says so" if not isfinite(rupture) else ""
             click.echo(f"where the wall survives, the ties {what}{' and break' if reached == rupture else end}")
     if needed is not None:
-        strength = _with_unit(needed["tie_strength"] / 1000, "kN", system)
-        stretch = _with_unit(1000 * needed["tie_stretch"], "mm", system)
+        strength = f"{needed['tie_strength'] / 1000:.3g} kN"
+        stretch = f"{1000 * needed['tie_stretch']:.3g} mm"
         leave = f"leave {needed['collapse_probability']:.0%}"
         ties = f"ties of {strength} in all, stiff in proportion, {leave} and are stretched by up to {stretch}"
         click.echo(
@@ -413,8 +401,8 @@ def show_one_sided(
         )
     click.echo(
         "in a program of your own, at the stop and where u is measured: a spring of "
-        f"{_with_unit(values['stop_stiffness'], 'N m-1', system)} with a dashpot of "
-        f"{_with_unit(values['stop_damping_coefficient'], 'N s m-1', system)} that act in compression alone,"
+        f"{values['stop_stiffness']:.3g} N m-1 with a dashpot of "
+        f"{values['stop_damping_coefficient']:.3g} N s m-1 that act in compression alone,"
         f" and steps of at most {1000 * values['stop_step']:.2g} ms; STOP is this"
     )
     click.echo(f"{advice_at_the_stop(float(answer['restitution']))} More: docs/one-sided.md")

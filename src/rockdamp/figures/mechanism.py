@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon, Rectangle
 
 from rockdamp.arrays import Array
-from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, SINGLE_COLUMN, in_units, length, new_figure, styled
+from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, SINGLE_COLUMN, new_figure, styled
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.text import number, plain
@@ -57,7 +57,7 @@ def wall_corners(thickness: float, height: float, hinge_ratio: float, offset: fl
     return [(corners + (thickness / 2, 0.0)) * (side, 1.0) for corners in bodies]
 
 
-# --- one wall, in the units of its page -------------------------------------------------------------------------------
+# --- one wall ---------------------------------------------------------------------------------------------------------
 
 
 DRAWN = 0.6  # of the thickness: the displacement of the sketch
@@ -66,16 +66,16 @@ POINTS = 400  # of the curve
 
 
 @styled
-def wall_figure(wall: Wall | Parapet, curve: TrilinearCurve, system: str = "si") -> Figure:
-    """Draw a wall with its sizes, displaced, and its curve beside the rigid law; `system` of units."""
+def wall_figure(wall: Wall | Parapet, curve: TrilinearCurve) -> Figure:
+    """Draw a wall with its sizes, displaced, and its curve beside the rigid law."""
     figure = new_figure(70.0)
     sketch, forces = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
-    _draw_sketch(sketch, wall, system)
-    _draw_curve(forces, wall, curve, system)
+    _draw_sketch(sketch, wall)
+    _draw_curve(forces, wall, curve)
     return figure
 
 
-def _draw_sketch(axes: Axes, wall: Wall | Parapet, system: str) -> None:
+def _draw_sketch(axes: Axes, wall: Wall | Parapet) -> None:
     thickness, height = float(wall.thickness), float(wall.height)
     hinge = float(wall.hinge_ratio) if isinstance(wall, Wall) else np.nan
     offset = DRAWN * thickness
@@ -88,11 +88,11 @@ def _draw_sketch(axes: Axes, wall: Wall | Parapet, system: str) -> None:
     axes.plot([-2 * thickness, 2 * thickness], [0, 0], color="black", linewidth=1.2)
     side = -1.6 * thickness
     axes.annotate("", (side, 0), (side, height), arrowprops={"arrowstyle": "<->", "color": GREY, "linewidth": 0.8})
-    axes.text(side, height / 2, f"$h$ = {length(height, system)} ", ha="right", va="center")
-    axes.text(0, -0.03 * height, f"$t$ = {length(thickness, system)}", ha="center", va="top")
+    axes.text(side, height / 2, f"$h$ = {height:g} m ", ha="right", va="center")
+    axes.text(0, -0.03 * height, f"$t$ = {thickness:g} m", ha="center", va="top")
     if np.isfinite(hinge):
         level = float(bodies[0][3, 1])
-        words = f"hinge, $h_1$ = {length(float(f'{hinge * height:.3g}'), system)}"
+        words = f"hinge, $h_1$ = {hinge * height:.3g} m"
         axes.annotate(words, (offset, level), (2.0 * thickness, level), va="center")
     if float(wall.overburden_ratio) > 0:
         arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.0}
@@ -103,10 +103,9 @@ def _draw_sketch(axes: Axes, wall: Wall | Parapet, system: str) -> None:
     axes.spines[:].set_visible(False)
 
 
-def _draw_curve(axes: Axes, wall: Wall | Parapet, curve: TrilinearCurve, system: str) -> None:
-    (of_u, millimetre), (of_force, kilonewton) = in_units("mm", system), in_units("kN", system)
-    u_ins = 1000 * float(wall.instability_displacement) / millimetre
-    strength = float(wall.rigid_strength) / 1000 / kilonewton
+def _draw_curve(axes: Axes, wall: Wall | Parapet, curve: TrilinearCurve) -> None:
+    u_ins = 1000 * float(wall.instability_displacement)
+    strength = float(wall.rigid_strength) / 1000
     ratio = np.linspace(0.0, 1.0, POINTS)
     axes.plot(u_ins * ratio, strength * (1.0 - ratio), color=GREY, linestyle="dashed", label="rigid wall")
     axes.plot(u_ins * ratio, strength * curve.force(ratio), color="black", label="this wall")
@@ -115,7 +114,7 @@ def _draw_curve(axes: Axes, wall: Wall | Parapet, curve: TrilinearCurve, system:
     axes.plot(at, force, "o", color="black", markersize=3.5)
     for nth, corner in enumerate(zip(at, force, strict=True), start=1):
         axes.annotate(f"$u_{nth}$", corner, xytext=(4, 5), textcoords="offset points")
-    axes.set(xlim=(0, None), ylim=(0, 1.12 * strength), xlabel=f"$u$ [{of_u}]", ylabel=f"force [{of_force}]")
+    axes.set(xlim=(0, None), ylim=(0, 1.12 * strength), xlabel="$u$ [mm]", ylabel="force [kN]")
     axes.legend(loc="upper right")
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
 from rockdamp.figures.mechanism import wall_corners
-from rockdamp.figures.style import GREY, PALE, STOP_COLOUR, in_units, length, new_figure, styled
+from rockdamp.figures.style import GREY, PALE, STOP_COLOUR, new_figure, styled
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall, height_of_u
 from rockdamp.mechanics.wall import Wall
@@ -26,39 +26,38 @@ LINES = ("solid", "dashed", "dotted", "dashdot", (0, (5.0, 1.2, 1.0, 1.2)))
 
 
 @styled
-def history_figure(history: xr.Dataset, system: str = "si") -> Figure:
-    """Draw the ground's motion as it acts and the response of a wall against a stop, of one sign; `system` of units."""
-    (of_u, millimetre), (of_ground, acceleration) = in_units("mm", system), in_units("m s-2", system)
+def history_figure(history: xr.Dataset) -> Figure:
+    """Draw the ground's motion as it acts and the response of a wall against a stop, of one sign."""
     one = history.isel(sign=0) if "sign" in history.dims else history
-    displacement = one["control_displacement"] * (MILLIMETRES / millimetre)
+    displacement = MILLIMETRES * one["control_displacement"]
     figure = new_figure(110.0)
     ground, axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 2.2]})
-    ground.plot(one["elapsed"], one["ground_acceleration"] / acceleration, color="black", linewidth=0.8)
-    ground.set_ylabel(rf"$\ddot u_g$ [{of_ground}]")
-    label = f"CR, largest displacement {float(displacement.max()):.3g} {of_u}"
+    ground.plot(one["elapsed"], one["ground_acceleration"], color="black", linewidth=0.8)
+    ground.set_ylabel(r"$\ddot u_g$ [m s$^{-2}$]")
+    label = f"CR, largest displacement {float(displacement.max()):.3g} mm"
     if bool(one["collapsed"]):
         label = f"CR, collapses at {float(one['outcome_elapsed']):.2f} s"
     axes.plot(one["elapsed"], displacement, color="black", linewidth=0.9, label=label)
     axes.axhspan(-0.04 * axes.get_ylim()[1], 0.0, color=STONE)
     for each in (ground, axes):
         each.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    axes.set(xlabel="time $t$ [s]", ylabel=f"$u$ away from the stop [{of_u}]")
+    axes.set(xlabel="time $t$ [s]", ylabel="$u$ away from the stop [mm]")
     figure.align_ylabels([ground, axes])
     figure.legend(loc="outside lower center")
     return figure
 
 
 @styled
-def one_sided_wall_figure(wall: OneSidedWall, curve: TrilinearCurve, system: str = "si") -> Figure:
-    """Draw a wall against its stop, displaced, with its tie; its force with the tie and without; `system` of units."""
+def one_sided_wall_figure(wall: OneSidedWall, curve: TrilinearCurve) -> Figure:
+    """Draw a wall against its stop, displaced, with its tie; its force with the tie and without."""
     figure = new_figure(70.0)
     sketch, forces = figure.subplots(1, 2, gridspec_kw={"width_ratios": [1.0, 1.7]})
-    _draw_wall(sketch, wall, system)
-    _draw_force(forces, wall, curve, system)
+    _draw_wall(sketch, wall)
+    _draw_force(forces, wall, curve)
     return figure
 
 
-def _draw_wall(axes: Axes, wall: OneSidedWall, system: str) -> None:
+def _draw_wall(axes: Axes, wall: OneSidedWall) -> None:
     mechanism = wall.mechanism
     thickness, height = float(mechanism.thickness), float(mechanism.height)
     hinge = float(mechanism.hinge_ratio) if isinstance(mechanism, Wall) else np.nan
@@ -77,17 +76,16 @@ def _draw_wall(axes: Axes, wall: OneSidedWall, system: str) -> None:
         axes.plot([start, end], [at * level] * 2, color=STOP_COLOUR, linewidth=1.4, marker="|", markersize=5)
         axes.text(end + 1.3 * thickness, at * level, "tie", va="center", color=STOP_COLOUR)
     axes.plot([behind - 2.4 * thickness, 3 * thickness], [0, 0], color="black", linewidth=1.2)
-    sizes = f"$t$ = {length(thickness, system)}, $h$ = {length(height, system)}"
+    sizes = f"$t$ = {thickness:g} m, $h$ = {height:g} m"
     axes.text(0.6 * thickness, -0.03 * height, sizes, ha="left", va="top")
     axes.set(ylim=(-0.12 * height, 1.1 * height), aspect="equal", xticks=[], yticks=[])
     axes.set_xlim(-0.75 * height, 0.75 * height)
     axes.spines[:].set_visible(False)
 
 
-def _draw_force(axes: Axes, wall: OneSidedWall, curve: TrilinearCurve, system: str) -> None:
-    (of_u, millimetre), (of_force, kilonewton) = in_units("mm", system), in_units("kN", system)
-    u_ins = MILLIMETRES * float(wall.instability_displacement) / millimetre
-    strength = float(wall.mechanism.rigid_strength) / 1000 / kilonewton
+def _draw_force(axes: Axes, wall: OneSidedWall, curve: TrilinearCurve) -> None:
+    u_ins = MILLIMETRES * float(wall.instability_displacement)
+    strength = float(wall.mechanism.rigid_strength) / 1000
     x = np.linspace(0.0, 1.0, POINTS)
     axes.plot(u_ins * x, strength * (1.0 - x), color=GREY, linestyle="dashed", label="rigid wall")
     force = wall.force(curve)
@@ -97,7 +95,7 @@ def _draw_force(axes: Axes, wall: OneSidedWall, curve: TrilinearCurve, system: s
     if kt > 0:
         tension = np.where(x - gap > rupture, 0.0, np.clip(kt * (x - gap), 0.0, ft))
         axes.plot(u_ins * x, strength * (own + tension), color=STOP_COLOUR, label="with its ties, stretched once")
-    axes.set(xlim=(0, None), ylim=(0, None), xlabel=f"$u$ [{of_u}]", ylabel=f"force $F$ [{of_force}]")
+    axes.set(xlim=(0, None), ylim=(0, None), xlabel="$u$ [mm]", ylabel="force $F$ [kN]")
     axes.legend(loc="upper right")
 
 

@@ -16,7 +16,6 @@ from rockdamp.figures.style import (
     GREY,
     PALE,
     TAU,
-    in_units,
     line_of,
     literal,
     new_figure,
@@ -63,24 +62,19 @@ def decay_figure(decay: xr.Dataset) -> Figure:
 
 
 @styled
-def response_figure(response: xr.Dataset, system: str = "si") -> Figure:
-    """Draw the ground's motion and the response under each model, up to a cross where the wall collapses.
-
-    `system` is that of the units, si or imperial.
-    """
-    (of_u, millimetre), (of_ground, acceleration) = in_units("mm", system), in_units("m s-2", system)
-    per_metre = MILLIMETRES / millimetre
+def response_figure(response: xr.Dataset) -> Figure:
+    """Draw the ground's motion and the response under each model, up to a cross where the wall collapses."""
     figure = new_figure(110.0)
     ground, axes = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 2.2]})
-    ground.plot(response["elapsed"], response["ground_acceleration"] / acceleration, color="black", linewidth=0.8)
+    ground.plot(response["elapsed"], response["ground_acceleration"], color="black", linewidth=0.8)
     ground.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    ground.set_ylabel(rf"$\ddot u_g$ [{of_ground}]")
+    ground.set_ylabel(r"$\ddot u_g$ [m s$^{-2}$]")
     for model in map(str, response["damping_model"].values):
-        _history(axes, response, model, per_metre)
+        _history(axes, response, model)
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
-    axes.set(xlabel=TIME, ylabel=f"$u$ [{of_u}]")
+    axes.set(xlabel=TIME, ylabel="$u$ [mm]")
     right = axes.secondary_yaxis(
-        "right", functions=scaling(1 / (per_metre * float(response["instability_displacement"])))
+        "right", functions=scaling(1 / (MILLIMETRES * float(response["instability_displacement"])))
     )
     right.set_ylabel(DISPLACEMENT)
     axes.spines["right"].set_visible(True)
@@ -99,11 +93,11 @@ def record_title(dataset: xr.Dataset) -> str:
     return fill(literal(f"{kind}: {name}{factor}"), 120, max_lines=2)
 
 
-def _history(axes: Axes, response: xr.Dataset, model: str, per_metre: float) -> None:
+def _history(axes: Axes, response: xr.Dataset, model: str) -> None:
     of_model = response.sel(damping_model=model)
     label, collapsed = label_of(response, model), str(of_model["outcome"].item()) == "collapsed"
     label += f", collapses at {float(of_model['outcome_elapsed']):.2f} s" if collapsed else ""
-    displacement = per_metre * of_model["control_displacement"].values
+    displacement = MILLIMETRES * of_model["control_displacement"].values
     axes.plot(of_model["elapsed"], displacement, label=label, **line_of(model))
     if collapsed:
         last = int(np.flatnonzero(np.isfinite(displacement))[-1])
@@ -124,32 +118,28 @@ def _legend(figure: Figure, axes: Axes) -> None:
 
 # --- fragility --------------------------------------------------------------------------------------------------------
 
-UNITS = {"pgv": "m s-1", "pga": "m s-2"}
+UNITS = {"pgv": "m s$^{-1}$", "pga": "m s$^{-2}$"}
 POINTS = 200  # of a curve
 
 
 @styled
-def fragility_figure(answer: xr.Dataset, system: str = "si") -> Figure:
-    """Draw the fragility under each damping model, with its stripes and the share at the intensities asked for.
-
-    `system` is that of the units, si or imperial.
-    """
+def fragility_figure(answer: xr.Dataset) -> Figure:
+    """Draw the fragility under each damping model, with its stripes and the share at the intensities asked for."""
     figure = new_figure(66.0)
-    draw_fragility(figure.subplots(), answer, system)
+    draw_fragility(figure.subplots(), answer)
     figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
-def draw_fragility(axes: Axes, answer: xr.Dataset, system: str) -> None:
+def draw_fragility(axes: Axes, answer: xr.Dataset) -> None:
     """Draw the fragility into a panel."""
     measure = str(answer.attrs["intensity_measure"]).lower()  # pgv or pga
-    unit, one = in_units(UNITS[measure], system)
     records = int(answer["records"])
-    stripes = answer[f"stripe_{measure}"].values / one
+    stripes = answer[f"stripe_{measure}"].values
     levels = np.geomspace(stripes[0], stripes[-1], POINTS)
     for model in map(str, answer["damping_model"].values):
         of_model = answer.sel(damping_model=model)
-        median, dispersion = float(of_model[f"median_{measure}"]) / one, float(of_model["dispersion"])
+        median, dispersion = float(of_model[f"median_{measure}"]), float(of_model["dispersion"])
         style = style_of(model)
         # CR's are larger and open, so that those of a damper that lie on them are seen.
         size: dict[str, Any] = {"markersize": 5, "markerfacecolor": "none"} if model == REFERENCE else {"markersize": 3}
@@ -161,23 +151,23 @@ def draw_fragility(axes: Axes, answer: xr.Dataset, system: str) -> None:
             axes.plot(levels, ndtr(np.log(levels / median) / dispersion), label=text, **line_of(model))
         else:
             axes.plot([], [], style.marker, color=style.colour, label=f"{model}: no lognormal curve")
-    _draw_asked(axes, answer, measure, one)
+    _draw_asked(axes, answer, measure)
     axes.set_xscale("log")
     one_two_five(axes.xaxis)
     axes.set_xlim(stripes[0], stripes[-1])
     axes.set_ylim(-0.03, 1.03)
-    axes.set_xlabel(f"{measure.upper()} [{unit}]")
+    axes.set_xlabel(f"{measure.upper()} [{UNITS[measure]}]")
     runs = "histories" if "STOP" in answer["damping_model"].values else "records"  # against a stop each acts both ways
     axes.set_ylabel(f"share of {records} {runs} that collapse")
 
 
-def _draw_asked(axes: Axes, answer: xr.Dataset, measure: str, one: float) -> None:
+def _draw_asked(axes: Axes, answer: xr.Dataset, measure: str) -> None:
     """Draw the share under restitution at the intensities asked for, with its interval."""
     cr = answer.isel(damping_model=0)
     share, bounds = cr["collapse_probability"].values, cr["collapse_probability_interval"].values
     error: Any = np.abs(bounds.T - share)
     axes.errorbar(
-        cr[measure] / one,
+        cr[measure],
         share,
         error,
         fmt="_",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
@@ -19,7 +18,6 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from rockdamp.errors import printable
 from rockdamp.mechanics.damping import damper_classes
 from rockdamp.text import by_name, number
-from rockdamp.units import IMPERIAL, printed
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
@@ -183,18 +181,3 @@ def texts(values: Sequence[float]) -> list[str]:
 def scaling(factor: float) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
     """Return what a second axis needs to show `factor` times the first."""
     return (lambda value: value * factor), (lambda value: value / factor)
-
-
-def in_units(unit: str, system: str) -> tuple[str, float]:
-    """Return the unit in which a value in `unit` is drawn, as a label has it, and its size in that.
-
-    `system` is si or imperial.
-    """
-    name, size = printed(unit, system, {**IMPERIAL, "m": "ft"})
-    return re.sub(r"-\d", r"$^{\g<0>}$", name), size
-
-
-def length(metres: float, system: str) -> str:
-    """Write a length: as it was given in metres, in feet with three digits."""
-    unit, size = in_units("m", system)
-    return f"{metres:g} {unit}" if size == 1 else f"{metres / size:.3g} {unit}"

@@ -42,7 +42,6 @@ from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
 from rockdamp.storage.atomic import replacing
 from rockdamp.text import DASH, RAISED, counted, number, percent, plain
-from rockdamp.units import IMPERIAL, printed
 from rockdamp.vocabulary import (
     RECOMMENDED_ORDER,
     REFERENCE,
@@ -62,20 +61,6 @@ Row = tuple[str, str, Any, str]  # name, symbol, value and unit of a quantity
 
 
 @dataclass(frozen=True)
-class About:
-    """What the page says of itself: project, date and command as the user gave them.
-
-    Units are si or imperial, paper is a4 or letter.
-    """
-
-    project: str = ""
-    date: str = ""
-    command: str = ""
-    units: str = "si"
-    paper: str = "a4"
-
-
-@dataclass(frozen=True)
 class Placement:
     """Where a wall stands, in words; what `assess --json` says of its building, and the check at each intensity."""
 
@@ -89,15 +74,14 @@ class Placement:
 
 @dataclass(frozen=True)
 class Subject:
-    """A wall, its records, and the dataset that `rockdamp.assess` returned for them."""
+    """A wall, its records, the dataset that `rockdamp.assess` returned for them, and the command as it was typed."""
 
-    name: str
     wall: Wall | Parapet | OneSidedWall
     curve: TrilinearCurve
     motions: Sequence[GroundMotion]
     answer: xr.Dataset
-    about: About = About()
     placement: Placement = Placement()
+    command: str = ""
 
     @property
     def mechanism(self) -> Wall | Parapet:
@@ -115,13 +99,10 @@ def build(subject: Subject) -> str:
     """Return the page as HTML, which needs nothing but itself."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "percent": percent, "span": _span}
-    environment.globals["in_units"] = partial(_in_units, system=subject.about.units)
-    environment.filters["displacement"] = partial(_displacement, subject.about.units)
-    environment.filters["level"] = partial(_level, subject.answer, subject.about.units)
+    environment.filters |= {"unit": _unit, "displacement": _displacement, "level": partial(_level, subject.answer)}
     environment.globals |= {"number": number, "percent": percent, "isfinite": np.isfinite, "gravity": STANDARD_GRAVITY}
     answer, placement, worst = subject.answer, subject.placement, worst_standing(subject)
     measure = answer.attrs["intensity_measure"]
-    intensity_unit, intensity_size = _in_units(UNITS[measure], subject.about.units)
     name, asked, last = measure.lower(), answer[measure.lower()].values, answer.sizes["intensity"] - 1
     both = answer.rename({f"median_{name}": "median", f"median_{name}_interval": "median_interval", name: "asked"})
     frequency, period = map(number, frequencies(subject.wall, subject.curve))
@@ -131,13 +112,12 @@ def build(subject: Subject) -> str:
     )
     cr = both.isel(intensity=-1).sel(damping_model=REFERENCE)
     return environment.from_string(_text(TEMPLATE)).render(
-        style=Markup(_text(STYLE).replace("size: A4", f"size: {subject.about.paper}")),
-        name=subject.name,
-        about=subject.about,
+        style=Markup(_text(STYLE)),
+        command=subject.command,
         wall=subject.mechanism,
         kind=_kind(subject.wall),
         inputs=_inputs(subject),
-        show_input=partial(number, digits=4) if subject.about.units == "imperial" else plain,
+        plain=plain,
         derived=_derived(subject),
         ties=_ties(subject),
         reason=answer.attrs["restitution_reason"],
@@ -148,7 +128,7 @@ def build(subject: Subject) -> str:
         close_together=SMALL,
         frequency=frequency,
         period=period,
-        moved=[_in_its_unit(subject.about.units, row) for row in moved],
+        moved=[_in_kilonewtons(row) for row in moved],
         untied=next((row for row in moved if row.name == TIE_STRENGTH and not row.value), None),
         missing=list(dict.fromkeys(why for model in subject.models for why in reasons(answer, model))),
         outcomes=int(answer["records"]) * answer.sizes["stripe"],
@@ -164,13 +144,12 @@ def build(subject: Subject) -> str:
         placement=placement,
         check=placement.checks[-1] if placement.checks else None,
         measure=measure,
-        intensity_unit=intensity_unit,
-        intensity_size=intensity_size,
+        intensity_unit=_unit(UNITS[measure]),
         records=_records(subject.motions),
         worst=worst,
         images={
             "wall": _image(_sketch(subject)),
-            "fragility": _image(fragility_figure(answer, subject.about.units)),
+            "fragility": _image(fragility_figure(answer)),
             "response": _image(worst["figure"]) if worst else "",
         },
         recommended=subject.models[1],
@@ -209,14 +188,14 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
                     "intensity": intensity,
                     "peak": peak,
                     "histories": histories,
-                    "figure": figure(histories, subject.about.units),
+                    "figure": figure(histories),
                 }
     return {}
 
 
 def _response(
     subject: Subject, motion: GroundMotion, scale: float
-) -> tuple[xr.Dataset, float, Callable[[xr.Dataset, str], Figure]]:
+) -> tuple[xr.Dataset, float, Callable[[xr.Dataset], Figure]]:
     """Return the history under a record, its peak under restitution, NaN after a collapse, and what draws it."""
     e, tail, wall = float(subject.answer["restitution"]), float(subject.answer["tail"]), subject.wall
     if isinstance(wall, OneSidedWall):
@@ -309,12 +288,11 @@ def _ties(subject: Subject) -> list[Row]:
     ]
 
 
-def _in_its_unit(system: str, row: Moved) -> Moved:
-    """Return what was changed with the strength of ties in the page's unit."""
+def _in_kilonewtons(row: Moved) -> Moved:
+    """Return what was changed with the strength of ties in kN."""
     if row.name != TIE_STRENGTH:
         return row
-    unit, size = _in_units("kN", system)
-    return row._replace(name=TIE_STRENGTH.replace("[N]", f"[{unit}]"), value=row.value / 1000 / size)
+    return row._replace(name=TIE_STRENGTH.replace("[N]", "[kN]"), value=row.value / 1000)
 
 
 def _derived(subject: Subject) -> list[Row]:
@@ -332,30 +310,28 @@ def _derived(subject: Subject) -> list[Row]:
     ]
 
 
-def _in_units(unit: str, system: str) -> tuple[str, float]:
-    name, size = printed(unit, system, {**IMPERIAL, "m": "ft", "kN m-1": "lbf in-1"})
-    return (name if name == "-" else name.translate(RAISED)), size
+def _unit(unit: str) -> str:
+    """Return a unit with raised exponents."""
+    return unit if unit == "-" else unit.translate(RAISED)
 
 
-def _displacement(system: str, metres: SupportsFloat, digits: int = 3) -> str:
-    """Return a displacement in millimetres or inches."""
-    unit, size = _in_units("mm", system)
-    return f"{number(1000 * float(metres) / size, digits)}\u00a0{unit}"
+def _displacement(metres: SupportsFloat, digits: int = 3) -> str:
+    """Return a displacement in millimetres."""
+    return f"{number(1000 * float(metres), digits)}\u00a0mm"
 
 
 def _span(bounds: xr.DataArray, show: Callable[[float], str] = number) -> str:
     return " to ".join(map(show, bounds.values)) if np.isfinite(bounds).all() else DASH
 
 
-def _level(answer: xr.Dataset, units: str, value: SupportsFloat, digits: int = 4) -> str:
+def _level(answer: xr.Dataset, value: SupportsFloat, digits: int = 4) -> str:
     """Return an intensity with its unit, an acceleration in g too; a dash where it is not finite."""
     value = float(value)
     if not np.isfinite(value):
         return DASH
     measure = answer.attrs["intensity_measure"]
-    unit, size = _in_units(UNITS[measure], units)
     also = f" ({value / STANDARD_GRAVITY:.3g} g)" if measure == "PGA" else ""
-    return f"{value / size:.{digits}g} {unit}{also}"
+    return f"{value:.{digits}g} {_unit(UNITS[measure])}{also}"
 
 
 def _records(motions: Sequence[GroundMotion]) -> str:
@@ -373,8 +349,8 @@ def _records(motions: Sequence[GroundMotion]) -> str:
 
 def _sketch(subject: Subject) -> Figure:
     if isinstance(subject.wall, OneSidedWall):
-        return one_sided_wall_figure(subject.wall, subject.curve, subject.about.units)
-    return wall_figure(subject.wall, subject.curve, subject.about.units)
+        return one_sided_wall_figure(subject.wall, subject.curve)
+    return wall_figure(subject.wall, subject.curve)
 
 
 def _image(figure: Figure) -> str:
