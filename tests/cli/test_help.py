@@ -56,7 +56,7 @@ def test_every_option_is_described(name):
 @pytest.mark.parametrize("name", ["wall", "equivalent", "decay", "respond", "assess", "batch"])
 def test_help_says_at_which_amplitude_e_is_meant(name):
     told = " ".join(run(name, "--help").stdout.split())
-    unsafe = f"one of 0.1 u_ins is unsafe by some {100 * SMALL_RELEASE_OVERSTATES:.0f} % of the intensity"
+    unsafe = f"one of 0.1 u_ins overstates the intensity of collapse by {SMALL_RELEASE_OVERSTATES}"
     assert f"of releases from {RELEASES} ({unsafe}, going by measured blocks)" in told
 
 

@@ -73,8 +73,8 @@ STRENGTH = Read(lambda text: units.of_ties(text, "N"), "[N|N m-1]", "one, as 3kN
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
 RESTITUTION = Read(word_or_number(*RULES), f"NUMBER|{'|'.join(RULES)}", f"one, or one of {', '.join(RULES)}")
 RESTITUTION_MEANT = (
-    f"Restitution e of releases from {RELEASES} (one of 0.1 u_ins is unsafe by some"
-    f" {100 * SMALL_RELEASE_OVERSTATES:.0f} % of the intensity, going by measured blocks)"
+    f"Restitution e of releases from {RELEASES} (one of 0.1 u_ins overstates the intensity of collapse by"
+    f" {SMALL_RELEASE_OVERSTATES}, going by measured blocks)"
 )
 
 

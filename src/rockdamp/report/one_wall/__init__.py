@@ -123,7 +123,7 @@ def build(subject: Subject) -> str:
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
         releases=RELEASES,
-        overstates=percent(SMALL_RELEASE_OVERSTATES),
+        overstates=SMALL_RELEASE_OVERSTATES,
         **_losses(subject),
         close_together=SMALL,
         frequency=frequency,
