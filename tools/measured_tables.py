@@ -36,11 +36,9 @@ from rockdamp.report.earthquake_criterion import by_source
 from rockdamp.report.earthquakes import SOURCES, STRATA, recommended
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
-from rockdamp.studies.accuracy.small_rotations import PULSE
-from rockdamp.studies.accuracy.stage import HALVES, THOUSANDTH, relative_uncertainty
 from rockdamp.studies.amplitude_dependence import BEST
 from rockdamp.text import number
-from rockdamp.vocabulary import RECOMMENDED_SOURCE, STUDIES
+from rockdamp.vocabulary import RECOMMENDED_SOURCE, STUDIES, VISCOUS_MODELS
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
@@ -61,9 +59,12 @@ PICTURES = (
 )
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
+STEP = 0.0025  # of the solver, in tau
+THOUSANDTH = 1e-3
+
 Data = dict[str, xr.Dataset]
 
-INPUTS = ("accuracy", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
+INPUTS = ("convergence", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
 INPUTS += (
     "measured_rocking",
     "earthquakes/check",
@@ -77,39 +78,45 @@ INPUTS += (
 
 
 def solver(data: Data) -> str:
-    """Orders and errors of the solver at its step, against the event-driven solution."""
-    accuracy = data["accuracy"]
-    at = accuracy.isel(step=nearest(accuracy["step"].values.tolist(), float(accuracy["solver_step"])))
-    head = ["model", "order, free", "order, forced", "median error", "largest error", "largest difference"]
+    """Orders of both schemes, and the error of the default one at the solver's step."""
+    head = [
+        "model",
+        "order, free",
+        "order, forced",
+        "median error",
+        "printed, free",
+        "printed, forced",
+    ]
+    default, printed = (data["convergence"].sel(scheme=scheme) for scheme in ("newmark", "paper"))
     rows = [
-        [model, *(f"{float(order):.2f}" for order in one["convergence_order"])]
-        + [power(one[name].max()) for name in ("median_solver_error", "largest_solver_error", "largest_history_error")]
-        for model, one in models(at)
+        [
+            model,
+            *(f"{float(order):.2f}" for order in one["convergence_order"]),
+            power(one["solver_error"].isel(step=nearest(one["step"].values.tolist(), STEP)).max()),
+            *(f"{float(order):.2f}" for order in printed["finest_convergence_order"].sel(damping_model=model)),
+        ]
+        for model, one in models(default)
     ]
     return table(head, rows)
 
 
 def ratios(data: Data) -> str:
     """Uncertainties of the published damping ratios, and which are the largest."""
-    accuracy = data["accuracy"]
-    head = ["model", "uncertainty below 0.1 %", "largest uncertainty", "largest difference, sample"]
-    head += [f"within the uncertainty, {half}" for half in HALVES]
-    rows = [
-        [
-            model,
-            f"{100 * float(one['share_within_thousandth']):.1f} %",
-            percent(one["uncertainty_quantile"].max()),
-            power(abs(one["sample_difference"]).max()),
-            *(f"{100 * float(share):g} %" for share in one["share_within_uncertainty"]),
-        ]
-        for model, one in models(accuracy, "viscous_model")
-    ]
+    matches = {parameter: data[f"match/{study}"] for study, parameter in STUDIES.items()}
+    uncertain = {
+        parameter: match["damping_ratio_uncertainty"] / match["damping_ratio"] for parameter, match in matches.items()
+    }
+    rows = []
+    for model in VISCOUS_MODELS:
+        of_model = np.concatenate([each.sel(damping_model=model).values.ravel() for each in uncertain.values()])
+        rows.append([model, f"{100 * (of_model < THOUSANDTH).mean():.1f} %", percent(of_model.max())])
     exceptions = [
         f"- {model}, e = {e:.2f}, {parameter.replace('_', ' ')} {value:g}: {percent(uncertainty)}"
-        for study, parameter in STUDIES.items()
-        for (model, value, e), uncertainty in relative_uncertainty(data[f"match/{study}"]).to_series().items()
+        for parameter, each in uncertain.items()
+        for (model, value, e), uncertainty in each.to_series().items()
         if uncertainty >= THOUSANDTH
     ]
+    head = ["model", "uncertainty below 0.1 %", "largest uncertainty"]
     return "\n".join([table(head, rows), "", "Uncertainties of 0.1 % or more:", "", *(exceptions or ["- none"])])
 
 
@@ -126,68 +133,6 @@ def fits(data: Data) -> str:
     ]
     last = max(equivalence["restitution"].values.tolist())
     return f"{table(head, rows)}\n\nEach range begins beyond the one before; e ends at {last:.2f}."
-
-
-def rotations(data: Data) -> str:
-    """Least slenderness at which the slender limit is within each tolerance of the two rigid bodies."""
-    accuracy = data["accuracy"]
-    least, smallest = accuracy["least_slenderness"], float(accuracy["slenderness"].min())
-    columns = [(hinge, bound) for hinge in accuracy["hinge_ratio"].values.tolist() for bound in (0.05, 0.01)]
-    head = ["", *(f"h1/h = {hinge:g}, {100 * bound:g} %" for hinge, bound in columns)]
-    releases = accuracy["rocking_release_amplitude"].values.tolist()
-    wanted = [("p", releases[0], "p, with the mass at u = 0")]
-    for feature in ("first impact", "peaks"):
-        wanted += [(feature, release, f"{feature}, released at {release:g} u_ins") for release in releases]
-    rows = []
-    for feature, release, name in wanted:
-        one = least.sel(rocking_feature=feature, rocking_release_amplitude=release)
-        values = [float(one.sel({"hinge_ratio": hinge, "tolerance": bound})) for hinge, bound in columns]
-        rows.append([name, *(f"{value:.1f}" if value > smallest else f"at most {smallest:g}" for value in values)])
-    slender, large = abs(accuracy["fig4_difference"].sel(rocking_feature="first impact"))
-    bound = math.ceil(np.log10(slender))  # samples do not tell the digits of so small a difference
-    return (
-        f"{table(head, rows)}\n\nThe first impact of the tri-linear wall of Fig. 4a differs in time by "
-        f"less than 1e{bound} of that of the slender limit,\nand by {power(large)} of that of two rigid bodies "
-        f"without approximation.\n\n{_forced(accuracy)}"
-    )
-
-
-def _forced(accuracy: xr.Dataset) -> str:
-    """What small rotations make of the first peak under a pulse, at a squat and at a slender wall."""
-    slenderness, texts = accuracy["slenderness"].values.tolist(), []
-    release = float(accuracy["rocking_release_amplitude"].min())
-    for wanted in (8, 20):
-        at = accuracy["forced_difference"].isel(slenderness=nearest(slenderness, wanted))
-        at = at.sel(rocking_release_amplitude=release)
-        light, heavy = (100 * at.isel(forced_mass=mass) for mass in (0, 1))
-        ends = [f"{float(one.min()):+.2g} to {float(one.max()):+.2g} %" for one in (light, heavy)]
-        texts.append(f"at h/t = {float(at['slenderness']):g} by {ends[0]} ({ends[1]})")
-    pulse = f"a half sine with a peak of {PULSE:g} times F0, as long as brings small rotations to {release:g} u_ins"
-    return (
-        f"Under {pulse},\nthe first peak of two rigid bodies differs from theirs {texts[0]}, and {texts[1]}:\n"
-        "with 2/3 m, and in brackets with the mass at u = 0, over both h1/h."
-    )
-
-
-def energy(data: Data) -> str:
-    """Energy that the audit leaves unaccounted for, and losses of the first half cycles in joules."""
-    accuracy = data["accuracy"]
-    at = accuracy.isel(audit_step=nearest(accuracy["audit_step"].values.tolist(), float(accuracy["solver_step"])))
-    reference = at.isel(audited_wall=0)
-    head = ["model", "order, free", "order, forced", "median residual", "residual in `damping_force.nc`"]
-    head += [f"loss of half cycle {n} [J]" for n in (1, 2, 3)]
-    rows = [
-        [model, *(f"{float(order):.2f}" for order in one["energy_order"])]
-        + [power(one["energy_residual"].max()), power(one["damping_force_energy_residual"])]
-        + [f"{float(lost):.1f}" for lost in one["energy_lost"][:3]]
-        for model, one in models(reference)
-    ]
-    return (
-        f"{table(head, rows)}\n\nIn the stored decays of the studies the largest residual is "
-        f"{power(at['decay_energy_residual'].max())}. The losses are those of the reference\nwall, which has "
-        f"{float(reference['release_energy']):.0f} J at the release, for e = "
-        f"{float(reference['audited_restitution']):g} and ξ of the least error."
-    )
 
 
 def earthquakes(data: Data) -> str:
@@ -364,7 +309,7 @@ def verdicts(data: Data) -> str:
     return table(("verdict", "claims"), ((verdict, str(int((given == verdict).sum()))) for verdict in VERDICTS))
 
 
-_FIRST = (solver, ratios, fits, rotations, energy, earthquakes, sources, loss_law, checks, orders, dispersion, pulses)
+_FIRST = (solver, ratios, fits, earthquakes, sources, loss_law, checks, orders, dispersion, pulses)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution, rocking_blocks)
 _LAST = (
     forms,

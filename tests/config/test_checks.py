@@ -256,7 +256,6 @@ BAD = [
         "damping_force.rigid cannot be used: thickness is 0.4 m and height 0.1 m, which is h/t = 0.25; it must be",
     ),
     ("validation.wall.hinge_ratio", 0.004, "e is -0.0122 by Eq. (7); it must be above 0"),
-    ("accuracy.rigid.slenderness", [1.1, 20], "accuracy.rigid.slenderness makes a wall that cannot rock"),
     ("earthquakes.walls", [{**PRESET, "hinge_ratio": 0.5, "parapet": True}], "walls[0].hinge_ratio is not a key"),
     ("earthquakes.walls", [PRESET], "earthquakes.walls[0].hinge_ratio is missing"),
     ("earthquakes.walls", [{**NAMED, "preset": "new"}], "earthquakes.walls[0].strength_ratio is not a key"),

@@ -242,6 +242,16 @@ def test_large_rotations_tend_to_the_slender_limit_with_the_square_of_the_slende
     assert orders == pytest.approx([2.0, 2.0], abs=0.1)
 
 
+@pytest.mark.parametrize(("slenderness", "later", "lower"), [(8, 0.064, 0.0014), (20, 0.0106, 0.00023)])
+def test_large_rotations_delay_the_first_impact_more_than_they_lower_the_next_peak(slenderness, later, lower):
+    """The numbers of docs/accuracy.md: h1/h = 0.5, from 0.5 u_ins at e = 0.955."""
+    wall, times = Wall(0.4, 0.4 * slenderness, hinge_ratio=0.5), np.linspace(0, 5, 20001)
+    slender, large = (decay(times, wall, 0.955, 0.5) for decay in (slender_decay, large_rotation_decay))
+    impacts, peaks = zip(*((times[np.argmax(x < 0)], -x.min()) for x in (slender, large)), strict=True)
+    assert impacts[1] / impacts[0] - 1 == pytest.approx(later, rel=0.01)
+    assert 1 - peaks[1] / peaks[0] == pytest.approx(lower, rel=0.02)
+
+
 def test_slender_peaks_follow_the_energy_of_each_impact_and_then_it_rests():
     e, x0 = 0.8, 0.9
     kept = e ** (2 * np.arange(60)) * (1 - (1 - x0) ** 2)

@@ -94,7 +94,6 @@ def test_the_answer_comes_first_then_the_bridge_earthquakes_figures_and_claims(p
         "claims",
         "errata",
         "assumptions",
-        "accuracy",
         "cite",
         "versions",
     ]

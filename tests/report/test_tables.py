@@ -5,7 +5,6 @@ import re
 
 from rockdamp import report
 from rockdamp.report import tables
-from rockdamp.text import number
 
 
 def test_ranges_by_half_cycle_become_a_table_and_the_parts_lists(short):
@@ -41,12 +40,3 @@ def test_prose_loses_its_title_its_links_into_the_tree_its_comments_and_any_mark
     assert "See this file, " in html and '<a href="https://example.org">that page</a>' in html
     assert "&lt;b&gt;now" in html
     assert "what a tool" not in html and "end" not in html and html.count("<tr>") == 2
-
-
-def test_quantities_are_told_by_model_or_by_their_extremes(content):
-    told = {row["name"]: row for row in tables.quantities(content.datasets["accuracy"])}
-    share = content.datasets["accuracy"]["share_within_thousandth"]
-    assert told["share_within_thousandth"]["value"].startswith(f"{number(share[0])} (CDC), ")
-    lost = content.datasets["accuracy"]["energy_lost"]
-    assert told["energy_lost"]["value"] == f"{number(lost.min())} to {number(lost.max())}"
-    assert told["energy_lost"]["units"] == "J"

@@ -24,7 +24,7 @@ MODULES = [
     "studies.mechanism",
     "studies.validation",
     "laboratory.calibration",
-    "studies.accuracy.convergence",
+    "studies.convergence",
 ]
 
 

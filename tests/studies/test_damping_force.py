@@ -24,7 +24,7 @@ def test_loops_hold_the_force_of_each_damper(config):
 
 
 def test_the_nearly_rigid_history_is_that_of_the_event_driven_solver(paper):
-    """At the paper's step, as closely as docs/accuracy.md says of it: to a twentieth of what it says of any other."""
+    """At the paper's step, as closely as docs/accuracy.md says."""
     found = mechanism.damping_force(paper)["rocking_displacement"].sel(rocking_model="tri-linear")
     rigid = paper.damping_force.rigid
     exact = event_driven.history(

@@ -13,9 +13,7 @@ from report_content import of_name
 
 from rockdamp.pipeline.tables import FIGURES as TABLE
 
-# Drawn in studies/accuracy/test_stage.py, beside what makes their dataset.
-ELSEWHERE = ("fig_accuracy", "fig_rigid")
-INPUTS = {name: figure.inputs for name, figure in TABLE.items() if name not in ELSEWHERE}
+INPUTS = {name: figure.inputs for name, figure in TABLE.items()}
 SERIES = "fig8 of a test series"  # which looks unlike that of one record
 INPUTS[SERIES] = INPUTS["fig8"]
 

@@ -25,7 +25,6 @@ COORDINATES = {
     "viscous_model": list(VISCOUS_MODELS),
     "curve_name": ["bi-linear", "tri-linear", "steeper", "translated", "new", "moderate", "severe"],
     "rocking_model": ["tri-linear", "slender", "large rotation"],
-    "rocking_feature": ["first impact", "peaks", "p"],
     "scheme": ["newmark", "paper"],
     "excitation": ["free", "forced"],
     "parameter": ["a1", "b1", "e"],

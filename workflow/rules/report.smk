@@ -36,7 +36,7 @@ for page, kind, figures, datasets, measured in (
             sources=REPORT,
             version=REPORT.version(),
         message:
-            "The report: claims, figures, accuracy and versions on one page"
+            "The report: claims, figures and versions on one page"
             if page == "report"
             else "The page of the paper alone: its claims and figures"
         script:

@@ -23,7 +23,6 @@ from rockdamp.config.earthquakes import (
 )
 from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
 from rockdamp.config.sections import (
-    Accuracy,
     AmplitudeDependence,
     Convergence,
     Curve,
@@ -105,9 +104,6 @@ class Config(Section):
     )
     convergence: Annotated[Convergence, OrNull] = Field(
         description="The ensemble on which the order of both schemes is measured."
-    )
-    accuracy: Annotated[Accuracy, OrNull] = Field(
-        description="What the accuracy of solver, damping ratios, small rotations and energy is measured on."
     )
 
     def part(self, keys: Iterable[str]) -> Self:

@@ -246,30 +246,12 @@ def records_are_files(config: Config) -> Problems:
             yield key, text
 
 
-# --- walls -----------------------------------------------------------------------------------------------------------
-
-
-def squat_walls_rock(config: Config) -> Problems:
-    """Walls that are drawn or compared by their shape must rock, down to the most squat."""
-    squat = {}
-    if config.accuracy:
-        rigid = config.accuracy.rigid
-        sizes = (config.damping_force.rigid.thickness, min(rigid.slenderness), min(rigid.hinge_ratio))
-        squat["accuracy.rigid.slenderness"] = sizes
-    for key, (t, slenderness, hinge_ratio) in squat.items():
-        try:
-            Wall(t, t * slenderness, hinge_ratio=hinge_ratio)
-        except InputError as error:
-            yield key, f"makes a wall that cannot rock: {error}"
-
-
 RULES: tuple[Rule, ...] = (
     steps_are_stable,
     grids_hold_what_is_looked_up,
     changed_restitution_stays_possible,
     amplitude_dependence_has_both_variants,
     records_are_files,
-    squat_walls_rock,
 )
 RULES_OF_RELEASES: tuple[Rule, ...] = (responses_have_an_impact, decays_are_as_long_as_matches)  # of walls that survive
 

@@ -282,7 +282,7 @@ class DamperOrder(Section):
     pulses: OrderPulses = Field(description="A grid of pulses on the reference curve.")
 
 
-# --- accuracy, and figures -------------------------------------------------------------------------------------------
+# --- convergence, and figures -----------------------------------------------------------------------------------------
 
 
 class Convergence(Section):
@@ -291,37 +291,6 @@ class Convergence(Section):
     length: Length = Field(description="Length of the histories in tau, a whole number of the coarsest step. [-]")
     coarsest: Step = Field(description="The longest step in tau. [-]")
     halvings: Whole = Field(ge=1, le=15, description="How often the coarsest step is halved.")
-
-
-class RigidRocking(Section):
-    slenderness: Positives = Field(description="Slenderness h/t. [-]")
-    hinge_ratio: Fractions = Field(description="Height h1 of the hinge over h. [-]")
-    release_amplitude: Fractions = Field(description="Release amplitude u0/u_ins. [-]")
-    peaks: Whole = Field(ge=1, le=1000, description="Number of peaks after the release that are compared.")
-
-
-class Accuracy(Section):
-    seed: Seed = Field(description="Seed of the loads and of the sample of damping ratios.")
-    restitutions: Whole = Field(
-        ge=1, le=1000, description="Number of e at which the walls of the studies are run, spread evenly over theirs."
-    )
-    doublings: Whole = Field(
-        ge=0, le=10, description="How often solver.step is doubled for the coarsest step; all must be stable."
-    )
-    halvings: Whole = Field(ge=1, le=10, description="How often solver.step is halved for the finest step.")
-    minima: Whole = Field(
-        ge=2,
-        le=10_000,
-        description="Damping ratios of each model whose minimum of Err is found with the exact solver: half are those"
-        " of the largest Err, the others are drawn from the rest.",
-    )
-    bracket: Fraction = Field(
-        description="Where those minima are looked for, on both sides of the published value and as a fraction of it."
-        " [-]"
-    )
-    rigid: RigidRocking = Field(
-        description="Rigid rocking at large rotations against the slender limit, for walls as thick as that of Fig. 4a."
-    )
 
 
 def _with_png(formats: tuple[str, ...]) -> tuple[str, ...]:

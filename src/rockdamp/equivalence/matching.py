@@ -3,8 +3,7 @@
 The global minimum of Err, Eq. (17), is found against decays at the solver's step. What is published is the minimum next
 to it of the integral that Err tends to, followed to finer steps in the reference and in the model. The uncertainty is
 twice the largest difference from what the coarser of the last three steps give, and from what the inner half of the
-damping ratios tried gives at each of them. It is never less than the resolution of the minimiser. The stage `accuracy`
-measures how many exact minima lie within it.
+damping ratios tried gives at each of them. It is never less than the resolution of the minimiser.
 """
 
 from __future__ import annotations

@@ -67,7 +67,6 @@ def build(content: Content) -> str:
     template = environment.from_string(_text(TEMPLATE))
     pictures = {figure["name"]: figure for figure in _figures(content)}
     short = answer(content.datasets, float(content.config.curve.yield_displacement_ratio))
-    accuracy = content.datasets.get("accuracy")
     return template.render(
         style=Markup(_text(STYLE)),
         script=Markup(_text(SCRIPT)),
@@ -88,7 +87,6 @@ def build(content: Content) -> str:
         documents=content.documents,
         earthquakes=earthquakes.section(content.datasets, content.config),
         assumptions=Markup(tables.prose(content.assumptions)),
-        accuracy=tables.quantities(accuracy) if accuracy is not None else [],
         citation=tables.citation(content.citation),
         config=_yaml(content.stated),
         software=tables.software(),

@@ -10,15 +10,11 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
-import xarray as xr
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from markupsafe import Markup, escape
 
-from rockdamp.figures.style import by_model
 from rockdamp.storage import yaml_file
-from rockdamp.text import number, span
 
 # How each verdict is marked, by shape and word as well as colour; first what a reader must know of most.
 VERDICTS = {
@@ -61,28 +57,6 @@ def inline(text: str) -> Markup:
     html = re.sub(r"(?<![\w])-(?=\d)", "−", html)
     html = re.sub(r"(?<=\d)%", "&nbsp;%", html)
     return Markup(html.replace("u_ins", "u<sub>ins</sub>"))
-
-
-def quantities(dataset: xr.Dataset) -> list[dict[str, str]]:
-    """Return name, meaning, value and units of every variable: of each model where those are its only dimension, else
-    the least and the greatest value."""
-    return [
-        {
-            "name": str(name),
-            "meaning": str(variable.attrs.get("long_name", "")),
-            "value": _value(variable),
-            "over": ", ".join(map(str, variable.dims)),
-            "units": "-" if (units := str(variable.attrs.get("units", ""))) == "1" else units,
-        }
-        for name, variable in dataset.data_vars.items()
-        if variable.dtype.kind in "fiu" and np.isfinite(variable.values).any()
-    ]
-
-
-def _value(variable: xr.DataArray) -> str:
-    if variable.dims in (("damping_model",), ("viscous_model",)):
-        return by_model(variable, number, str(variable.dims[0]))
-    return span(variable, number)
 
 
 def prose(markdown: str) -> str:

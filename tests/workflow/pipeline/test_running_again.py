@@ -12,13 +12,11 @@ CHANGES = {
     "figures: {resolution: 90}": list(FIGURES),
     "validation: {restitution: 0.84}\ncomparison: {bootstrap: {replicates: 60}}": [
         "validation",
-        "accuracy",
         "comparison",
     ],
     "studies: {cracked_stiffness: {yield_displacement_ratio: [0.02, 0.05, 0.17]}}": [  # one a1
         "decay/cracked_stiffness",
         "match/cracked_stiffness",
-        "accuracy",
     ],
     "matching: {response_length: 9}": [
         "match/amplitude",
@@ -26,7 +24,6 @@ CHANGES = {
         "amplitude_dependence",
         "pulses",
         "earthquakes/walls",
-        "accuracy",
     ],
 }
 
@@ -94,7 +91,7 @@ EDITS = {
     ),
     "a line of a kernel": (
         [("src/rockdamp/solvers/event_driven.py", "TOLERANCE = 1e-13", "TOLERANCE = 2e-13")],
-        ["accuracy", "earthquake_check"],
+        ["earthquake_check"],
     ),
     "a limit of one stage and a label of all figures": (
         [

@@ -21,7 +21,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.event_driven import history
 from rockdamp.solvers.newmark import solve
-from rockdamp.studies.accuracy import convergence
+from rockdamp.studies import convergence
 from rockdamp.vocabulary import MODELS, RECOMMENDED
 
 SAMPLES, SAMPLE = 33, 0.2  # of the load, in tau; the histories are compared at them

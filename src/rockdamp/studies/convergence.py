@@ -1,0 +1,113 @@
+"""Order of convergence of both schemes for each damper, measured on an ensemble of walls, free and forced."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from rockdamp.arrays import Array
+from rockdamp.config import Config
+from rockdamp.equivalence.closed_form import exact_ratio
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.progress import track
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import COMPLETED
+from rockdamp.studies.decays import step_count
+from rockdamp.vocabulary import MODELS
+
+SCHEMES = ("newmark", "paper")
+EXCITATIONS = ("free", "forced")
+
+
+def fitted_order(steps: ArrayLike, error: ArrayLike) -> Array:
+    """Return the slope of log(error) against log(step), fitted over the last axis. [-]"""
+    logs = np.log(np.asarray(error, dtype=float))
+    slope = np.polyfit(np.log(np.asarray(steps, dtype=float)), logs.reshape(-1, logs.shape[-1]).T, 1)[0]
+    return np.asarray(slope.reshape(logs.shape[:-1]))
+
+
+@dataclass(frozen=True)
+class SeededWalls:
+    """Seeded walls and a shared load. A single history's error is erratic: its corners fall anywhere in a step."""
+
+    curve: TrilinearCurve
+    release_amplitude: Array
+    restitution: Array
+    load_factor: Array
+    ground: Array
+
+
+def draw(seed: int, lanes: int, samples: int, sample: float) -> SeededWalls:
+    """Draw walls and a band-limited load sampled every `sample` in tau."""
+    rng = np.random.default_rng(seed)
+    curve = TrilinearCurve(rng.uniform(0.02, 0.12, lanes), rng.uniform(0.5, 0.85, lanes))
+    tau = sample * np.arange(samples)
+    frequency, phase = rng.uniform(0.3, 3.0, (2, 12))
+    ground = np.sin(frequency[:, None] * tau + 2 * np.pi * phase[:, None]).sum(axis=0)
+    return SeededWalls(
+        curve,
+        rng.uniform(0.2, 0.8, lanes),
+        rng.uniform(0.75, 0.95, lanes),
+        rng.uniform(0.01, 0.05, lanes),
+        ground,
+    )
+
+
+def convergence(config: Config) -> xr.Dataset:
+    """Measure the error of the displacement against the step, and its order.
+
+    The error of a history is the root mean square over the times of the coarsest step, against the default scheme at a
+    sixteenth of the finest step. That of the ensemble is the median, which a wall near collapse does not govern.
+    """
+    settings = config.convergence
+    coarsest, finest = settings.coarsest, 16 * 2**settings.halvings
+    steps = coarsest / 2.0 ** np.arange(settings.halvings + 1)
+    ensemble = draw(settings.seed, settings.lanes, step_count(settings.length, coarsest) + 1, coarsest)
+    shape = (len(SCHEMES), len(EXCITATIONS), len(MODELS), steps.size)
+    error = np.empty(shape)
+    cells = [(x, m) for x in range(len(EXCITATIONS)) for m in range(len(MODELS))]
+    for x, m in track(cells, "orders"):
+        exact = _histories(ensemble, MODELS[m], EXCITATIONS[x], "newmark", coarsest, finest)
+        for s, scheme in enumerate(SCHEMES):
+            for k in range(steps.size):
+                displacement = _histories(ensemble, MODELS[m], EXCITATIONS[x], scheme, coarsest, 2**k)
+                of_lane = np.sqrt(np.mean((displacement - exact) ** 2, axis=-1))
+                error[s, x, m, k] = np.nanmedian(of_lane)
+    dims = ("scheme", "excitation", "damping_model")
+    return xr.Dataset(
+        {
+            "solver_error": ((*dims, "step"), error),
+            "convergence_order": (dims, fitted_order(steps, error)),
+            "finest_convergence_order": (dims, np.log2(error[..., -2] / error[..., -1])),
+        },
+        coords={
+            "scheme": list(SCHEMES),
+            "excitation": list(EXCITATIONS),
+            "damping_model": list(MODELS),
+            "step": steps,
+        },
+    )
+
+
+def _histories(ensemble: SeededWalls, model: str, excitation: str, scheme: str, sample: float, substeps: int) -> Array:
+    """Displacements at the samples of the load; NaN in lanes that collapse."""
+    damping = Damping.from_values(
+        model, restitution=ensemble.restitution, damping_ratio=exact_ratio(ensemble.restitution)
+    )
+    response = solve(
+        ensemble.curve,
+        damping,
+        release_amplitude=ensemble.release_amplitude,
+        load_factor=ensemble.load_factor if excitation == "forced" else 0.0,
+        ground_acceleration=ensemble.ground if excitation == "forced" else (),
+        step=sample / substeps,
+        substeps=substeps,
+        steps=(ensemble.ground.size - 1) * substeps,
+        store_every=substeps,
+        scheme=scheme,
+    )
+    return np.where((response.outcome == COMPLETED)[:, None], response.displacement, np.nan)
