@@ -43,8 +43,7 @@ if workflow.is_main_process:
         with warnings_as_lines():
             CONFIG = validate(LaboratoryConfig, config, FILES, [broken])
             built_here = built(CONFIG).values()
-            named = values_of(CONFIG, built_here, "records")
-            tests = [path for value in named for path in ([value] if isinstance(value, str) else value)]
+            tests = values_of(CONFIG, built_here, "records")
             require_readable_motions(tests, values_of(CONFIG, built_here, "motions"))
             require_possible_tests(tests, CONFIG.validation.wall)
             for path in values_of(CONFIG, built_here, "trials"):

@@ -292,7 +292,6 @@ BAD = [
     ("restitution.step", 0.03, "restitution.step is 0.03; it must be such that a whole number of steps leads from"),
     ("restitution.step", 0.28, "restitution.step makes 2 values; there must be at least 3 values"),
     ("release_amplitude", 0.4, "release_amplitude is 0.4; it must be among studies.amplitude.release_amplitude"),
-    ("validation.restitution", 0.6, "validation.restitution is 0.6; it must lie within the e of the polynomials"),
     ("validation.fit_yield_displacement_ratios", [0.01], "ratios[0] is 0.01; it must lie within the a1 of the poly"),
     ("studies.cracked_stiffness.yield_displacement_ratio", [0.17], "has no value with the plateau of curve"),
     ("matching.scan.smallest", 3.0, "matching.scan.largest is 3.0; it must be greater than smallest, 3"),
@@ -309,12 +308,6 @@ BAD = [
     ("damper_order.restitution_change", 0.16, "damper_order.restitution_change is 0.16; every e of damper_order"),
     ("validation.record", "data/none.csv", "validation.record is 'data/none.csv'; it must be a file"),
     ("validation.record", "pyproject.toml", "a record without displacement_m; it must hold the wall's displacement"),
-    ("validation.test_series", ["data/none.csv"], "validation.test_series[0] is 'data/none.csv'; it must be a file"),
-    (
-        "validation.test_series",
-        ["data/test_series/cr-half.csv", "./data/test_series/cr-half.csv"],
-        "validation.test_series[1] is named 'cr-half', as one before it; each must have a name of its own",
-    ),
     # what no computer can run, key by key
     (
         "convergence.lanes",

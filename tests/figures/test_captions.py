@@ -6,7 +6,7 @@ import re
 
 import pytest
 from figure_functions import CAPTIONS
-from made_up_studies import made_up, records_of_series
+from made_up_studies import made_up
 from report_content import of_name
 
 from rockdamp.pipeline.tables import FIGURES
@@ -85,15 +85,3 @@ def test_the_lowest_error_is_named_with_its_range_of_restitution():
     study["error"].loc[{"damping_model": "CDR", "restitution": [0.85, 0.9]}] = 0.5
     study["error"].loc[{"damping_model": "SDR", "restitution": [0.8, 0.95]}] = 0.5
     assert "CDR at e = 0.85 to 0.90 and SDR at e = 0.80 and 0.95" in written("fig6_error", study)
-
-
-def test_a_test_series_is_told_by_model_and_amplitude_and_what_depends_on_what_made_it():
-    """Made up: CR is off by 5 % at rest and by nothing at collapse, SDR by 30 %; each test series by once more."""
-    text = written("fig_test_series", records_of_series()).replace("\u00a0", " ")
-    assert "right within 10 % under CR at 0.06, 0.25, 0.50 and 0.88, CDC at 0.06, 0.25, 0.50 and 0.88" in text
-    assert "SDR at 0.88" in text
-    assert (
-        "the decrement of the free decay, under CR at 0.25, 0.50 and 0.88, CDC at 0.25, 0.50 and 0.88, CDR at none"
-        in text
-    )
-    assert "0.95 to 0.99 (CR), 0.91 to 0.99 (ECD) and 0.86 to 0.98 (CR, degrading)" in text

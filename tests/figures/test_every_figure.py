@@ -81,7 +81,7 @@ def test_figures_have_the_width_of_one_or_two_columns(name):
     assert height <= 240  # a page's text
 
 
-@pytest.mark.parametrize("name", ["fig3", "fig4", "fig6_error", "fig7", "fig8", "fig_test_series", "fig_convergence"])
+@pytest.mark.parametrize("name", ["fig3", "fig4", "fig6_error", "fig7", "fig8", "fig_convergence"])
 def test_a_model_has_one_colour_line_and_marker_everywhere(name):
     seen = set()
     for axes in drawn(name).axes:

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from rockdamp.errors import InputError
-from rockdamp.histories.measured_test import QUIET, decay_start, free_phase_start, quiet_level, rest_samples
-from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.wall import Wall
+from rockdamp.histories.measured_test import QUIET, quiet_level, rest_samples
 from rockdamp.motions.pulse_shapes import ricker
 from rockdamp.motions.records import Record
 
@@ -33,10 +31,3 @@ def test_noise_beyond_that_share_does_not_end_the_rest():
 def test_a_motion_that_is_there_from_the_first_sample_is_no_rest():
     with pytest.raises(InputError, match="samples at rest before the motion is .*; it must be at least 10"):
         rest_samples(Record(ELAPSED, np.sin(2 * np.pi * ELAPSED)))
-
-
-def test_the_load_no_longer_rocks_the_wall_from_a_third_of_its_strength_and_leaves_it_free_from_a_fiftieth():
-    wall, curve = Wall(thickness=0.25, height=3.0), TrilinearCurve(0.05, 0.8)
-    shares = np.repeat([1.0, 0.34, 0.33, 0.0205, 0.0195, 0.0], 100)  # of the plateau's strength
-    load = Record(ELAPSED, shares * curve.strength_ratio / float(wall.load_factor))
-    assert (decay_start(load, wall, curve), free_phase_start(load, wall, curve)) == (ELAPSED[200], ELAPSED[400])

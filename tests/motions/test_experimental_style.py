@@ -10,7 +10,10 @@ from experimental_style import synthetic_record
 from repository import ROOT
 from rounded_texts import assert_shipped
 
+from rockdamp.errors import InputError
+from rockdamp.figures.validation import SYNTHETIC
 from rockdamp.motions.records import read_record
+from rockdamp.vocabulary import STANDARD_GRAVITY
 
 SHIPPED = ROOT / "data" / "sin-03-00-synthetic.csv"
 U_INS = float(experimental_style.WALL.instability_displacement)
@@ -44,9 +47,29 @@ def test_the_shipped_record_says_that_it_is_synthetic_whose_it_is_and_what_made_
 # --- what the generator makes
 
 
-def test_the_wall_rocks_to_a_third_of_instability_and_comes_to_rest(clean):
+def test_the_pulse_is_a_ricker_wavelet_of_2_hz_and_the_header_says_so(clean):
+    assert clean.header["generator_pulse_frequency_hz"] == "2"
+    peak, crossing = 1.35 * STANDARD_GRAVITY, 1 / (np.pi * 2.0 * np.sqrt(2))
+    assert clean.ground_acceleration.max() == pytest.approx(peak, abs=5e-4)
+    inside = clean.elapsed[clean.ground_acceleration > 0]
+    assert np.ptp(inside) == pytest.approx(2 * crossing, abs=2 / 256)
+    assert clean.ground_acceleration.min() == pytest.approx(-2 * np.exp(-1.5) * peak, rel=2e-3)
+
+
+def test_the_wall_rocks_far_beyond_its_first_branch_and_comes_to_rest(clean):
     u = (clean.displacement - experimental_style.SENSOR_ZERO) / U_INS
-    assert 0.3 < np.abs(u).max() < 0.6
-    assert np.count_nonzero(np.diff(np.sign(u[np.abs(u) > 0.02]))) >= 8  # half cycles of clear rocking
+    assert np.abs(u).max() == pytest.approx(0.145, abs=5e-4)
+    assert np.count_nonzero(np.diff(np.sign(u[np.abs(u) > 0.02]))) >= 7  # half cycles of clear rocking
     assert np.abs(u[clean.elapsed < 0.6]).max() < 0.003
     assert np.abs(u[clean.elapsed > 4]).max() < 0.003
+
+
+def test_the_caption_of_fig8_says_how_steep_the_peak_is_in_the_motion():
+    for level, peak in ((1.30, "0.096"), (1.35, "0.145"), (1.40, "0.233")):
+        made = synthetic_record(noise=0, pulse_peak=level * STANDARD_GRAVITY)
+        reached = np.abs(made.displacement - experimental_style.SENSOR_ZERO).max() / U_INS
+        assert f"{reached:.3f}" == peak
+        assert peak in SYNTHETIC and f"{level:.2f}" in SYNTHETIC
+    with pytest.raises(InputError, match="pulse_peak"):
+        synthetic_record(noise=0, pulse_peak=1.45 * STANDARD_GRAVITY)
+    assert "collapses at 1.45 g" in SYNTHETIC

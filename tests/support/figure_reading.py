@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from figure_functions import FIGURES
-from made_up_studies import made_up, records_of_series
+from made_up_studies import made_up
 from matplotlib.axis import Axis
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
@@ -14,8 +14,6 @@ from report_content import of_name
 from rockdamp.pipeline.tables import FIGURES as TABLE
 
 INPUTS = {name: figure.inputs for name, figure in TABLE.items()}
-SERIES = "fig8 of a test series"  # which looks unlike that of one record
-INPUTS[SERIES] = INPUTS["fig8"]
 
 
 # --- made-up datasets: smooth functions of the right shape, no solver ------------------------------------------------
@@ -23,8 +21,6 @@ INPUTS[SERIES] = INPUTS["fig8"]
 
 def draw(name):
     """Draw a figure; a dataset of which no smooth one was made up has values of chance."""
-    if name == SERIES:
-        return FIGURES["fig8"](records_of_series())
     smooth = made_up()
     return FIGURES[name](*(smooth[source] if source in smooth else of_name(source) for source in INPUTS[name]))
 

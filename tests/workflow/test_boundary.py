@@ -99,8 +99,8 @@ COMPUTE = """
 import numpy as np
 import xarray as xr
 
-def compute(chunk, config, record, series, walls, chunks):
-    told = f"{chunk} {config.convergence.lanes} {record.step:g} {sorted(series)} {float(walls.x)} {len(chunks)}"
+def compute(chunk, config, record, walls, chunks):
+    told = f"{chunk} {config.convergence.lanes} {record.step:g} {float(walls.x)} {len(chunks)}"
     dims = ("scheme", "excitation", "damping_model")
     values = {"solver_error": ((*dims, "step"), np.ones((1, 1, 1, 1)))}
     values |= {name: (dims, np.ones((1, 1, 1))) for name in ("convergence_order", "finest_convergence_order")}
@@ -115,7 +115,7 @@ def test_a_stage_is_given_records_and_datasets_by_the_names_of_its_arguments(bou
     for name in ("a", "b", "c"):
         xr.Dataset({"x": 1.5}, attrs=ORIGIN).to_netcdf(f"{name}.nc")
     record = str(ROOT / "data/sin-03-00-synthetic.csv")
-    described.input = {"record": record, "series": [record], "walls": "a.nc", "chunks": ["b.nc", "c.nc"]}
+    described.input = {"record": record, "walls": "a.nc", "chunks": ["b.nc", "c.nc"]}
     described.output = ["made/result.nc"]
     described.wildcards = type("Wildcards", (list,), {"items": lambda self: [("chunk", "1")]})(["1"])
     described.config = stated(minimal=True)
@@ -125,11 +125,11 @@ def test_a_stage_is_given_records_and_datasets_by_the_names_of_its_arguments(bou
         kind="convergence",
         config={},
         config_keys=["convergence"],
-        records=["record", "series"],
+        records=["record"],
         datasets=["walls", "chunks"],
     )
     described.params.attributes = {f"{name}.nc": ORIGIN for name in ("a", "b", "c")}
     runpy.run_path(str(ROOT / "workflow/scripts/dataset.py"), {"snakemake": described})
     with xr.open_dataset("made/result.nc") as made:
         told = made.attrs["told"].split()
-    assert told[:2] == ["1", "64"] and 0 < float(told[2]) < 0.1 and told[3:] == ["['sin-03-00-synthetic']", "1.5", "2"]
+    assert told[:2] == ["1", "64"] and 0 < float(told[2]) < 0.1 and told[3:] == ["1.5", "2"]

@@ -1,7 +1,5 @@
 """A stage's dataset: one function of the package, called with wildcards, config and inputs by their names."""
 
-from pathlib import Path
-
 from boundary import call, job, open_dataset, records_named
 
 with job(snakemake):
@@ -9,20 +7,14 @@ with job(snakemake):
     from rockdamp.motions.records import read_record
     from rockdamp.storage import dataset
 
-    def each(read, named):
-        """Read a file, or several into a list."""
-        return read(named) if isinstance(named, str) else [read(path) for path in named]
-
     params, paths = snakemake.params, dict(snakemake.input.items())
     keys = [key.format(**dict(snakemake.wildcards.items())) for key in params.config_keys]
     config = LaboratoryConfig.model_validate(snakemake.config).part(keys)
-    given = {name: each(read_record, paths[name]) for name in params.records}
-    for name, records in given.items():
-        if isinstance(records, list):
-            given[name] = {Path(path).stem: record for path, record in zip(paths[name], records, strict=True)}
+    given = {name: read_record(paths[name]) for name in params.records}
     for name in params.datasets:
-        given[name] = each(lambda path: open_dataset(snakemake, path), paths[name])
-    alone = [paths[name] for name in params.records if isinstance(paths[name], str)]
-    with records_named(alone):
+        named = paths[name]
+        several = not isinstance(named, str)
+        given[name] = [open_dataset(snakemake, path) for path in named] if several else open_dataset(snakemake, named)
+    with records_named([paths[name] for name in params.records]):
         result = call(params.function, *snakemake.wildcards, config, **given)
     dataset.write(result, snakemake.output[0], params.kind, config=params.config, code_version=params.version)

@@ -104,11 +104,10 @@ def judge_one(claim: Claim, datasets: Datasets, judges: Mapping[str, Judge] = JU
             raise InputError(f"claim {claim['id']} has {problem}: {', '.join(sorted(names))}")
     parts = {name: judgements[name] for name in claim["parts"]}
     synthetic = any(dataset.attrs.get("record_synthetic") == "yes" for dataset in data.values())
-    missing = [str(item) for part in parts.values() if not part.testable for item in part.measured]
     capped = bool(claim.get("inferred"))
     ambiguous = bool(claim.get("ambiguous"))
-    if ambiguous or synthetic or missing:  # a record that a model made tells of that model alone
-        verdict, reasons = NOT_JUDGED, [claim["condition"]] * (ambiguous or synthetic) + missing
+    if ambiguous or synthetic:  # a record that a model made tells of that model alone
+        verdict, reasons = NOT_JUDGED, [claim["condition"]]
     else:
         verdict = combine(claim, parts, capped)
         reasons = [claim["condition"]] if capped and verdict == CONDITIONAL else []
@@ -118,7 +117,7 @@ def judge_one(claim: Claim, datasets: Datasets, judges: Mapping[str, Judge] = JU
         claim=claim["claim"],
         verdict=verdict,
         measured=sum((part.measured for part in parts.values()), ())
-        + (measured("the records are synthetic") if synthetic else ()),
+        + (measured("the record is synthetic") if synthetic else ()),
         threshold=claim["threshold"].format_map(claim["limits"]),
         reasons=tuple(reasons),
         finding=finding_of(claim, parts),

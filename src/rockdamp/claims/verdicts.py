@@ -47,7 +47,6 @@ class Part:
     measured: tuple[Measured, ...] = ()
     finding: Mapping[str, str] = field(default_factory=dict)  # fills the gaps of the claim's ``finding``
     where: str = ""  # the cases in which it holds, where these are enough but not all
-    testable: bool = True  # the datasets hold what decides; if not, `measured` says what is missing
 
 
 @dataclass(frozen=True)

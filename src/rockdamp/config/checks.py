@@ -189,9 +189,6 @@ def grids_hold_what_is_looked_up(config: Config) -> Problems:
     e, test = config.restitution, config.validation
     if len(e) < FEWEST:
         yield "restitution.step", f"makes {len(e)} values; there must be at least {FEWEST} values"
-    if not e[0] <= test.restitution <= e[-1]:
-        text = f"is {test.restitution}; it must lie within the e of the polynomials, {e[0]:g} to {e[-1]:g}"
-        yield "validation.restitution", text
     varied = config.study("cracked_stiffness")
     a1 = varied.values[varied.curve.strength_ratio == config.curve.strength_ratio]
     if not a1.size:
@@ -214,8 +211,7 @@ def changed_restitution_stays_possible(config: Config) -> Problems:
             text = f"is {spread}; e of earthquakes.orders, up to {highest:g}, must stay up to 1 with it"
             yield "earthquakes.orders.test_spread", text
     if order := config.damper_order:
-        e = [*order.restitution, config.validation.restitution]
-        cases.append(("damper_order", order.restitution_change, e))
+        cases.append(("damper_order", order.restitution_change, order.restitution))
     for key, change, e in cases:
         if not (min(e) - change > 0 and max(e) + change <= 1):
             text = f"is {change}; every e of {key}, {min(e):g} to {max(e):g}, must stay above 0 and up to 1 with it"
@@ -231,19 +227,13 @@ def amplitude_dependence_has_both_variants(config: Config) -> Problems:
             yield "amplitude_dependence.ultimate_displacement_ratio", text
 
 
-def records_are_files(config: Config) -> Problems:
-    """The records of the test must be there, differ in their names, and hold the measured displacement."""
-    series = {f"validation.test_series[{index}]": path for index, path in enumerate(config.validation.test_series)}
-    named = [Path(path).stem for path in series.values()]
-    for index, (key, name) in enumerate(zip(series, named, strict=True)):
-        if name in named[:index]:
-            yield key, f"is named {name!r}, as one before it; each must have a name of its own"
-    for key, path in {"validation.record": config.validation.record, **series}.items():
-        if not Path(path).is_file():
-            yield key, f"is {path!r}; it must be a file, seen from the folder of the run"
-        elif not has_displacement(path):
-            text = f"is {path!r}, a record without displacement_m; it must hold the wall's displacement"
-            yield key, text
+def record_is_a_file(config: Config) -> Problems:
+    """The record of the test must be there and hold the measured displacement."""
+    key, path = "validation.record", config.validation.record
+    if not Path(path).is_file():
+        yield key, f"is {path!r}; it must be a file, seen from the folder of the run"
+    elif not has_displacement(path):
+        yield key, f"is {path!r}, a record without displacement_m; it must hold the wall's displacement"
 
 
 RULES: tuple[Rule, ...] = (
@@ -251,7 +241,7 @@ RULES: tuple[Rule, ...] = (
     grids_hold_what_is_looked_up,
     changed_restitution_stays_possible,
     amplitude_dependence_has_both_variants,
-    records_are_files,
+    record_is_a_file,
 )
 RULES_OF_RELEASES: tuple[Rule, ...] = (responses_have_an_impact, decays_are_as_long_as_matches)  # of walls that survive
 
@@ -296,7 +286,7 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     for key, curve in curves.items():
         for doubt in plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio):
             yield key, f"makes an unlikely curve: {doubt}"
-    for name in ("", "damping_force", "validation", "earthquakes", "pulses", "damper_order"):
+    for name in ("", "damping_force", "earthquakes", "pulses", "damper_order"):
         section = getattr(config, name) if name else config
         for doubt in plausibility.of_restitution(section.restitution) if section else ():
             yield f"{name}.restitution".strip("."), f"is unlikely: {doubt}"

@@ -206,13 +206,11 @@ class Validation(Section):
         description="The record, seen from the folder of the run; a CSV with the columns elapsed_s,"
         " ground_acceleration_m_s2 and displacement_m."
     )
-    test_series: Annotated[tuple[str, ...], names(least=0)] = Field(
-        description="Records of the same wall that Fig. 8 compares in place of `record`, sampled alike; those of a"
-        " synthetic test series only while `record` is synthetic too. An empty list: `record` alone."
-    )
     wall: StatedWall = Field(description="The wall of the test.")
-    curve: Curve = Field(description="The curve of the test.")
-    restitution: Restitution = Field(description="Coefficient of restitution e of the test. [-]")
+    curve: Curve = Field(
+        description="The curve that is expected: its a3 and softening are kept, a1 and b1 are those of the calibration."
+    )
+    restitution: Restitution = Field(description="Coefficient of restitution e that is expected. [-]")
     fit_yield_displacement_ratios: Positives = Field(
         description="The a1 of the polynomials xi(e) whose mean is each viscous model's damping ratio. [-]"
     )

@@ -1,4 +1,4 @@
-"""The response to a measured record: its rest, its strong phase, its free decay."""
+"""The response to a measured record: its rest before the motion, and what a sensor shows."""
 
 from __future__ import annotations
 
@@ -19,8 +19,6 @@ from rockdamp.solvers.response import Histories
 
 # ASSUME: the paper gives no definitions of its own for any of these.
 QUIET = 0.02  # of the peak acceleration: before the motion first exceeds it the wall is at rest
-STRONG = 1 / 3  # of the plateau's strength: once the load stays below it, it can no longer make the wall rock
-FREE = 0.02  # of the plateau's strength: once the load stays below it, the motion is that of a free decay
 SHORTEST_REST = 10  # samples
 NOISY, MOST_NOISY = 5.0, 0.3  # of the accelerometer's noise, that is no motion; of the peak, that is one however noisy
 
@@ -38,14 +36,6 @@ def true_values(record: Sampled, names: Sequence[str]) -> Array:
         return np.array([float(value) for value in stated])
     except ValueError:
         raise InputError(f"the record's generator_* values are {stated}; they must be numbers") from None
-
-
-def made_by(record: Record) -> str:
-    """Return the damper that a synthetic record's header states, or "measured" for a record that is none."""
-    if not record.synthetic:
-        return "measured"
-    degrading = float(record.header.get("generator_cracked_stiffness_growth", "0")) > 0
-    return record.header.get("generator_damping_model", "CR") + ", degrading" * degrading
 
 
 def computed_response(
@@ -97,28 +87,3 @@ def measured_displacement(record: Record) -> tuple[Array, float]:
         )
     zero = float(np.mean(record.displacement[: rest_samples(record)]))
     return record.displacement - zero, zero
-
-
-def decay_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float:
-    """Return the time from which the load stays below `STRONG` of the plateau's strength; refuse none. [s]"""
-    start = _quiet_from(record, wall, curve, STRONG)
-    if np.isnan(start):
-        raise InputError("the motion is still strong at the end of the record; it must hold a decay after the motion")
-    return start
-
-
-def free_phase_start(record: Record, wall: Wall, curve: TrilinearCurve) -> float:
-    """Return the time from which the load stays below `FREE` of the plateau's strength; NaN if it never does. [s]
-
-    A load that can no longer make the wall rock still moves its peaks: at a third of the plateau by a third of u1 and
-    more.
-    """
-    return _quiet_from(record, wall, curve, FREE)
-
-
-def _quiet_from(record: Record, wall: Wall, curve: TrilinearCurve, share: float) -> float:
-    """Return the time from which on the load is below a share of the plateau's strength; NaN of none. [s]"""
-    load = np.abs(float(wall.load_factor) * record.ground_acceleration)
-    above = np.flatnonzero(load >= share * float(curve.strength_ratio))
-    first = int(above[-1]) + 1 if above.size else 0
-    return float(record.elapsed[first]) if first < record.elapsed.size else np.nan
