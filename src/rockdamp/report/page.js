@@ -43,7 +43,7 @@
 
   // What a link points to may be filtered out or folded.
   function reveal() {
-    const target = document.getElementById(decodeURIComponent(location.hash.slice(1).split("?")[0]));
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
     if (!target) return;
     const group = target.closest("#claims .group");
     if (group && group.hidden) show(null);

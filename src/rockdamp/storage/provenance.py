@@ -2,7 +2,7 @@
 
 Modules are read, not run, and their imports followed wherever they stand. What counts of a module is its code without
 docstrings, comments and the words of its errors and warnings, so that an edit of these makes nothing run again. A file
-of the package that a module names in a string, as ``presets.yaml``, belongs to that module. Of the glossary, the
+of the package that a module names in a string, as ``glossary.yaml``, belongs to that module. Of the glossary, the
 entries of a dataset's own names count.
 """
 
