@@ -46,7 +46,6 @@ def jax_peaks(batch: Any, normalisation: float) -> Callable[[], np.ndarray]:
         "CDC": lambda z, f, v: 2 * w1 * xi,
         "CDR": lambda z, f, v: 2 * xi * jnp.sqrt(f / z),
         "SDR": lambda z, f, v: 2 * xi / w1 * (f / z),
-        "POWER": lambda z, f, v: 2 * xi * w1 ** (1 - batch.exponent) * (f / z) ** (batch.exponent / 2),
         "ECD": lambda z, f, v: 2 * xi * f / jnp.sqrt(double_energy(z)),
         "ECD16": ecd16,
     }[batch.model]

@@ -28,9 +28,7 @@ from rockdamp.solvers import event_driven
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.solvers.response import Response
 
-MODELS = ("CR", "CDC", "CDR", "SDR", "POWER", "ECD", "ECD16")
-NAMES = {**{model: model for model in MODELS}, "POWER": "n = 1.3"}
-EXPONENT = 1.3
+MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", "ECD16")
 LANES = (1, 2, 4, 8, 64, 512, 4096)
 FEW = (1, 2, 4, 8)  # of which a call's own cost is told from that of its steps
 MOST = LANES[-1]
@@ -38,10 +36,6 @@ STEPS = 4000
 STEP = 0.005  # in tau
 SUBSTEPS = 4
 SEED = 2017
-POW = (
-    "The compiler of C vectorises pow by glibc's libmvec; the power that numba compiles is a call for each history, as"
-    " PyPI's llvmlite has no vectors of it."
-)
 SAME = 1e-9  # of the peaks, u/u_ins
 WANTED = 1e-4  # error at equal accuracy, u/u_ins
 
@@ -64,7 +58,6 @@ class Batch:
     steps: int
     step: float | np.ndarray = STEP
     substeps: int = SUBSTEPS
-    exponent: float = EXPONENT
 
     @property
     def lanes(self) -> int:
@@ -74,8 +67,6 @@ class Batch:
     @cached_property
     def damping(self) -> Damping:
         """Their damper."""
-        if self.model == "POWER":
-            return Damping.power(self.exponent, self.parameter)
         return Damping(self.model, self.parameter)
 
     def run(self, threads: int = 1, **asked: Any) -> Response:
@@ -164,15 +155,15 @@ def _peaks_alone(found: Section, quick: bool) -> None:
             for peer, ratio in ratios.items() if load in ("free", "record") else ():
                 worst[model, peer] = np.fmax(worst.get((model, peer), np.nan), ratio)
             cells = [*ns.values(), *ratios.values()]
-            table.rows.append([NAMES[model], load, *("-" if np.isnan(cell) else f"{cell:.2f}" for cell in cells)])
+            table.rows.append([model, load, *("-" if np.isnan(cell) else f"{cell:.2f}" for cell in cells)])
             print("  " + "  ".join(table.rows[-1]), flush=True)
     found.tables.append(table)
     limits = {"JAX": ("Peaks alone", 0.8), "C": ("Peaks alone", 1.15), "C, full": ("Full march", 1.25)}
     for (model, peer), ratio in worst.items():
         if not np.isnan(ratio):
             what, limit = limits[peer]
-            named = f"{what}: time over {peer}, {NAMES[model]}, {lanes} histories, worse of free and record"
-            found.target(named, float(ratio), limit, " times", reason=POW if model == "POWER" and peer != "JAX" else "")
+            named = f"{what}: time over {peer}, {model}, {lanes} histories, worse of free and record"
+            found.target(named, float(ratio), limit, " times")
 
 
 # --- loops ------------------------------------------------------------------------------------------------------------
@@ -241,7 +232,7 @@ def _loops(found: Section, library, quick: bool) -> dict[tuple[str, bool, int], 
                         c_second.append(ns["c"] / ns["c two"])
                 table.rows.append(
                     [
-                        NAMES[model],
+                        model,
                         "record" if forced else "free",
                         str(lanes),
                         *(cell.get(name, "-") for name in ("one", "two", "c", "scalar")),
@@ -310,7 +301,7 @@ def _few(found: Section, repetitions: int) -> None:
                     name: time.best for name, time in interleaved(functions, repetitions, clock=process_time).items()
                 }
                 step = {name: (timed[name] - timed[f"{name}, call"]) / (STEPS - SUBSTEPS) for name in calls}
-                row = [NAMES[model], "record" if forced else "free", str(lanes)]
+                row = [model, "record" if forced else "free", str(lanes)]
                 row += [f"{timed[f'{name}, call'] * 1e6:.0f}" for name in calls]
                 row += [f"{step[name] * 1e9:.1f}" for name in calls]
                 table.rows.append([*row, f"{step['plain'] / step['ours']:.2f}"])

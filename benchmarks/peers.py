@@ -46,7 +46,6 @@ C_ROWS = (
     "g",
     "e",
     "c",
-    "half_n",
 )
 
 
@@ -94,7 +93,6 @@ class CLoop:
             "SDR": 2 * xi / w1,
             "ECD": 2 * xi,
             "ECD16": 2 * NORMALISATION * xi,
-            "POWER": 2 * xi * w1 ** (1 - batch.exponent),
         }[batch.model]
         load = batch.load_factor * self.ground[0] if self.ground.size else 0.0
         rows = {
@@ -112,7 +110,6 @@ class CLoop:
             "g": batch.load_factor,
             "e": xi if batch.model == "CR" else 1.0,
             "c": c,
-            "half_n": batch.exponent / 2,
         }
         flat = np.zeros((len(C_ROWS), self.blocks * LANES))
         for row, name in enumerate(C_ROWS):
@@ -146,7 +143,7 @@ class CLoop:
         return self.work[:, C_ROWS.index(name)].reshape(-1)[: self.batch.lanes]
 
 
-SCALAR_MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", "POWER", "ECD16")
+SCALAR_MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", "ECD16")
 NORMALISATION = float(normalisation(16))  # N_m of ECD16
 
 
@@ -154,8 +151,8 @@ NORMALISATION = float(normalisation(16))  # N_m of ECD16
 
 
 @njit(fastmath=True, error_model="numpy")
-def _march_one(model, n, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground, substeps, steps):
-    """Peak, its step, crossings and last step of one history; models 0 to 6: those of `SCALAR_MODELS`."""
+def _march_one(model, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground, substeps, steps):
+    """Peak, its step, crossings and last step of one history; models 0 to 5: those of `SCALAR_MODELS`."""
     v, crossings, peak, peak_at, end = 0.0, 0, abs(x), 0, steps
     f = max(min(k1 * abs(x), b1, ks * (a3 - abs(x))), 0.0)
     p1 = ground[0] * g if ground.size else 0.0
@@ -192,17 +189,15 @@ def _march_one(model, n, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground,
             c = 2 * parameter * np.sqrt(f / z)
         elif model == 3:
             c = 2 * parameter / w1 * (f / z)
-        elif model == 4 or model == 6:
+        elif model >= 4:
             z1, z2, z3 = min(z, a1), min(max(z, a1), a2), min(max(z, a2), a3)
             double_v = k1 * z1 * z1 + 2 * b1 * (z2 - a1) + ks * (z3 - a2) * (2 * a3 - a2 - z3)
             c = 2 * parameter * f / np.sqrt(double_v)
-            if model == 6:
+            if model == 5:
                 speed = v + h * a if x > 0 else -v - h * a
                 total = speed**2 + double_v
                 q = 2 * parameter * NORMALISATION * (speed**2 / total) ** 16
                 c = f * q / (np.sqrt(double_v) * (1 - q * speed * np.sqrt(double_v) / total))
-        elif model == 5:
-            c = 2 * parameter * w1 ** (1 - n) * (f / z) ** (n / 2)
         a = (p1 - (f if x > 0 else -f) - c * half) / (1 + 0.5 * rest * c)
         v = half + 0.5 * rest * a
         if z > peak:
@@ -214,11 +209,10 @@ def _march_one(model, n, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground,
 
 
 @njit(fastmath=True, error_model="numpy")
-def _march_many(model, n, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground, substeps, steps, peak):
+def _march_many(model, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground, substeps, steps, peak):
     for i in range(peak.size):
         peak[i] = _march_one(
             model,
-            n,
             k1[i],
             b1[i],
             ks[i],
@@ -243,7 +237,6 @@ def scalar_peaks(batch: Any, lanes: int) -> np.ndarray:
     parameters = [np.broadcast_to(row, batch.lanes) for row in batch.curve.parameters()]
     _march_many(
         model,
-        batch.exponent,
         *parameters,
         batch.curve.initial_frequency,
         batch.parameter,

@@ -12,7 +12,7 @@
 typedef struct {
     double x[LANES], v[LANES], a[LANES], alive[LANES], end[LANES], peak[LANES], peak_at[LANES], crossings[LANES];
     double k1[LANES], b1[LANES], ks[LANES], a1[LANES], a2[LANES], a3[LANES], h[LANES], g[LANES], e[LANES];
-    double c[LANES], half_n[LANES];
+    double c[LANES];
 } Block;
 
 static inline double least(double a, double b) { return a < b ? a : b; }
@@ -118,7 +118,6 @@ VISCOUS(SDR, f / z)
 VISCOUS(ECD, f / sqrt(double_energy(w, i, z)))
 VISCOUS(ECD16, f / sqrt(double_energy(w, i, z))
                    * sixteenth_order(w->c[i], x < 0 ? -v - h * a : v + h * a, double_energy(w, i, z)))
-VISCOUS(POWER, pow(f / z, w->half_n[i]))
 
 #define MARCH(NAME)                                                                                      \
     void march_##NAME(Block *blocks, long count, const double *ground, long samples, long substeps, long steps) \
@@ -145,4 +144,3 @@ MARCH(CDR)
 MARCH(SDR)
 MARCH(ECD)
 MARCH(ECD16)
-MARCH(POWER)

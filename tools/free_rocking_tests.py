@@ -2,7 +2,7 @@
 
 `.venv/bin/python tools/free_rocking_tests.py` writes the examples: two releases of one specimen. Forces and masses are
 in N and kg, by the paper's Eqs. (2), (5), (6) and Section 3; the law of loss and its damper are of docs/theory.md,
-section 9.
+section 8.
 """
 
 from __future__ import annotations

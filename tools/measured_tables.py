@@ -17,7 +17,7 @@ import pandas as pd
 import xarray as xr
 from assumption_tables import assumed
 from one_sided_tables import one_sided, one_sided_collapse, one_sided_steps, shipped, two_sided
-from order_tables import by_band, forms, orders
+from order_tables import by_band, orders
 from rocking_tables import (
     rocking,
     rocking_blocks,
@@ -36,7 +36,6 @@ from rockdamp.report.earthquake_criterion import by_source
 from rockdamp.report.earthquakes import SOURCES, STRATA, recommended
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
-from rockdamp.studies.amplitude_dependence import BEST
 from rockdamp.text import number
 from rockdamp.vocabulary import RECOMMENDED_SOURCE, STUDIES, VISCOUS_MODELS
 
@@ -64,13 +63,13 @@ THOUSANDTH = 1e-3
 
 Data = dict[str, xr.Dataset]
 
-INPUTS = ("convergence", "equivalence", "response_lengths", "pulses", "comparison", "recommendation")
+INPUTS = ("convergence", "equivalence", "response_lengths", "comparison", "recommendation")
 INPUTS += (
     "measured_rocking",
     "earthquakes/check",
     "earthquakes/walls",
     "earthquakes/orders",
-    "amplitude_dependence",
+    "amplitude",
     "loss_law",
     "supports",
     "one_sided",
@@ -192,55 +191,25 @@ def checks(data: Data) -> str:
     return table(head, rows)
 
 
-def dispersion(data: Data) -> str:
+def closed_form(data: Data) -> str:
     """Spreads of the damping ratio over the amplitude, and the closed form's largest differences by e, in %."""
-    study = data["amplitude_dependence"]
-    differences = {
-        f"{ours} less {theirs}": study[f"damping_ratio_{one}"] / study[other] - 1
-        for theirs, other in (("peaks", "damping_ratio_peaks"), ("Err", "damping_ratio"))
-        for ours, one in (("closed form", "energy"), ("middle energy", "middle"))
-    }
-    spreads = {"closed form": "spread_energy", "peaks": "spread_peaks", "Err": "spread_error"}
+    study = data["amplitude"]
+    measures = {"closed form": "damping_ratio_energy", "peaks": "damping_ratio_peaks", "Err": "damping_ratio"}
     rows = []
     for model, one in models(study):
-        of_middle = [100 * one[name].isel(restitution=one.sizes["restitution"] // 2) for name in spreads.values()]
-        cells = [f"{float(percents.min()):.1f} to {float(percents.max()):.1f}" for percents in of_middle]
-        for each in differences.values():
-            of_model = 100 * each.sel(damping_model=model)
-            cells.append(
-                " / ".join(_largest(of_model.isel(restitution=at)) for at in range(of_model["restitution"].size))
-            )
-        rows.append(["best n" if model == BEST else model, *cells])
-    return table(["model", *(f"spread, {name}" for name in spreads), *differences], rows)
+        ratio = one.isel(restitution=one.sizes["restitution"] // 2)
+        spreads = [100 * float(np.log(ratio[name]).std()) for name in measures.values()]
+        away = [100 * (one["damping_ratio_energy"] / one[measures[name]] - 1) for name in ("peaks", "Err")]
+        largest = [" / ".join(_largest(at_e) for at_e in each.transpose("restitution", ...)) for each in away]
+        rows.append([model, *(f"{spread:.1f}" for spread in spreads), *largest])
+    head = ["model", *(f"spread, {name}" for name in measures), "closed form less peaks", "closed form less Err"]
+    return table(head, rows)
 
 
 def _largest(percents: xr.DataArray) -> str:
     """Return the value furthest from zero, as text with its sign; a zero has none."""
     text = f"{percents.values.ravel()[np.abs(percents).values.argmax()]:+.1f}"
     return "0.0" if float(text) == 0 else text
-
-
-def pulses(data: Data) -> str:
-    """The dampers against restitution under pulses at the middle e, with ξ of the least error, by band of the peak."""
-    study = data["pulses"]
-    shown = study.isel(restitution=study.sizes["restitution"] // 2).sel(damping_ratio_source=RECOMMENDED_SOURCE)
-    bands = [
-        f"{float(low):g}-{float(high):g}" for low, high in zip(shown["band_start"], shown["band_end"], strict=True)
-    ]
-    head = ["model", "xi", "all", *bands, "no impact before (pairs)", "collapses missed", "collapses added"]
-    rows = []
-    for model, one in models(shown):
-        medians, scatters = (
-            [float(one[f"{name}_all"]), *map(float, one[name])] for name in ("median_ratio", "log_dispersion")
-        )
-        ratios = [f"{median:.2f} ± {scatter:.2f}" for median, scatter in zip(medians, scatters, strict=True)]
-        counts = [
-            f"{int(one[wrong])} of {int(one[cases])}"
-            for wrong, cases in (("false_safe", "reference_collapses"), ("false_collapse", "reference_survivals"))
-        ]
-        before = f"{float(one['median_ratio_before_impact']):.2f} ({int(one['pairs_before_impact'])})"
-        rows.append([model, f"{float(one['damping_ratio']):.4f}", *ratios, before, *counts])
-    return table(head, rows)
 
 
 def loss_law(data: Data) -> str:
@@ -309,10 +278,9 @@ def verdicts(data: Data) -> str:
     return table(("verdict", "claims"), ((verdict, str(int((given == verdict).sum()))) for verdict in VERDICTS))
 
 
-_FIRST = (solver, ratios, fits, earthquakes, sources, loss_law, checks, orders, dispersion, pulses)
+_FIRST = (solver, ratios, fits, earthquakes, sources, loss_law, checks, orders, closed_form)
 _ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution, rocking_blocks)
 _LAST = (
-    forms,
     by_program,
     assumed,
     response_length,

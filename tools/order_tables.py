@@ -1,10 +1,6 @@
 """Tables of docs/earthquakes.md: how far the recommended damper is off, and which order of ECD is enough."""
 
-from collections.abc import Iterable
-from pathlib import Path
-
 import numpy as np
-import pandas as pd
 import xarray as xr
 from table_text import models, percent, table
 
@@ -19,12 +15,11 @@ from rockdamp.report.earthquake_criterion import (
     smallest,
 )
 from rockdamp.report.earthquakes import Choice
-from rockdamp.studies.earthquakes.orders import SIDES, smallest_order
+from rockdamp.studies.earthquakes.orders import SIDES
 from rockdamp.text import listed, number, plain
 from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
 
 Data = dict[str, xr.Dataset]
-FORMS = Path(__file__).with_name("forms.csv")  # of compare_forms.py
 
 
 def by_band(data: Data, chosen: tuple[Choice, list[Choice]] | None) -> str:
@@ -95,52 +90,4 @@ def _typical(everywhere: xr.Dataset, named: dict[str, str]) -> str:
         f"Order {RECOMMENDED_ORDER} by error, collapses missed and added, beside the side of each change that it is"
         " compared with:"
         f"\n\n{table(head, rows)}"
-    )
-
-
-ALONE = {
-    "ξ": "damping_ratio",
-    "√(Err/k)": "rms_error",
-    "time of a half cycle": "duration_error",
-    "force": "force",
-    "slope": "slope",
-    "peak by a coarse step": "step",
-}
-LOADED = {
-    "error, pulses": "pulse_error",
-    "error, records": "log_error",
-    "median": "median_ratio",
-    "missed": "false_safe_rate",
-    "added": "false_collapse_rate",
-}
-
-
-def forms(_: Data) -> str:
-    """ECD of order m with the denominator and without, beside restitution: the stored comparison."""
-    stored = pd.read_csv(FORMS).set_index(["restitution", "order", "form"]).to_xarray()
-    at_e = stored["restitution"].values.tolist()
-    bands = {str(name): str(name) for name in stored if " to " in str(name)}
-
-    def cells(one: xr.Dataset, names: Iterable[str]) -> list[str]:
-        shown = (one[name].sel(form=["with", "without"]).values for name in names)
-        return [f"{first:.3g}; {second:.3g}" for first, second in shown]
-
-    at_order = stored.sel(order=RECOMMENDED_ORDER, method="nearest")
-    alone = [
-        [f"{e:g}", f"{m:g}", *cells(stored.sel(restitution=e, order=m), ALONE.values())]
-        for e in at_e[::2]
-        for m in stored["order"].values.tolist()[::2]
-    ]
-    loaded, more = [], at_order.sel(form="with")
-    for e in at_e:
-        bounds = (f"{float(more[f'more_{end}'].sel(restitution=e)):.2g}" for end in ("low", "high"))
-        loaded.append([f"{e:g}", " to ".join(bounds), *cells(at_order.sel(restitution=e), [*LOADED.values(), *bands])])
-    verdicts = stored["verdict"].transpose("form", "restitution", "order")
-    least = smallest_order(stored["order"].values, verdicts.sel(form=["with", "without"]).values)
-    enough = [[f"{e:g}" for e in at_e], [f"{a:g}; {b:g}" for a, b in least.T]]
-    return (
-        f"{table(['e', 'm', *ALONE], alone)}\n\nOrder {RECOMMENDED_ORDER} under load:\n\n"
-        f"{table(['e', 'error, more with it', *LOADED, *bands], loaded)}\n\n"
-        "The smallest order that is enough beside a changed loss:\n\n"
-        f"{table(['e', *enough[0]], [['m', *enough[1]]])}"
     )

@@ -32,10 +32,8 @@ DAMPERS = {
     "SDR": "sdr:StiffnessProportionalRatio",
     "ECD": "ecd:EnergyConsistent",
     RECOMMENDED: "ecd:RecommendedOrder",
-    "POWER": "secant:GeneralExponent",
 }
-EXTRA_DAMPERS = ("POWER",)  # not compared everywhere; POWER lies between CDC, CDR and SDR
-MODELS = tuple(model for model in DAMPERS if model not in EXTRA_DAMPERS)
+MODELS = tuple(DAMPERS)
 REFERENCE = "CR"  # the model that the viscous dampers stand in for
 VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)
 PAPER_MODELS = ("CDC", "CDR", "SDR")  # the viscous dampers of the paper; the others go beyond it

@@ -39,7 +39,7 @@ def test_the_answer_says_its_law_and_without_an_exponent_nothing_changes(wall, c
     assert (float(found["loss_exponent"]), float(found["reference_amplitude"])) == (0.26, 0.1)
     dataset.check(found, "assessment")
     xi = found["damping_ratio"].sel(damping_model="ECD16").item()
-    assert xi == pytest.approx((1 - 0.85**0.52) / (2 * np.pi * 0.26), rel=1e-12)  # docs/theory.md, section 9
+    assert xi == pytest.approx((1 - 0.85**0.52) / (2 * np.pi * 0.26), rel=1e-12)  # docs/theory.md, section 8
 
 
 def test_rows_take_the_law_and_a_row_whose_curve_ends_before_the_amplitude_has_an_error(wall, curve, motions):

@@ -16,7 +16,7 @@ LAW = ("--exponent", 0.26, "--at", 0.1)
 
 @pytest.mark.parametrize("damper", [(), ("--damping-model", "ECD16")])
 def test_the_peaks_of_a_decay_follow_the_law(damper):
-    """E^g falls by K = E_r^g (1 - e^2g) in each half cycle: docs/theory.md, section 9."""
+    """E^g falls by K = E_r^g (1 - e^2g) in each half cycle: docs/theory.md, section 8."""
     rows = printed("decay", *CURVE, *damper, "--restitution", 0.85, *LAW, "--release", 0.4)
     curve = rd.TrilinearCurve(0.04, 0.85)
     left = curve.energy([row["peak"] for row in rows[:6]]) ** 0.26

@@ -137,9 +137,9 @@ def test_a_default_that_is_written_out_changes_no_plain_value():
 
 
 def test_sections_of_a_study_that_are_null_are_left_out():
-    config = configured({"earthquakes": None, "pulses": None})
+    config = configured({"earthquakes": None, "amplitude": None})
     assert not config.has(["solver", "earthquakes.walls"]) and config.has(["solver", "bilinear"])
-    assert config.plain()["pulses"] is None
+    assert config.plain()["amplitude"] is None
     with pytest.raises(ValueError, match="wall"):
         configured({"wall": None})
 
@@ -214,7 +214,11 @@ BAD = [
     ("wall.height", 4.5, "wall.height is not a key; state slenderness, the height over the thickness"),
     ("curve.strength_ratio", 85, "greater than 0 and less than 1; was it in per cent (0.85)?"),
     ("figures.formats", ["pdf"], "figures.formats is ['pdf']; png must be among them"),
-    ("pulses.restitution", [i / 2000 for i in range(1, 1002)], "has 1001 of them; it must be a list of at least 1 and"),
+    (
+        "amplitude.restitution",
+        [i / 2000 for i in range(1, 1002)],
+        "has 1001 of them; it must be a list of at least 1",
+    ),
     # a wall or a curve that cannot be
     ("curve.yield_displacement_ratio", 0.16, "curve.yield_displacement_ratio is 0.16; it must be less than a2"),
     (
@@ -232,16 +236,6 @@ BAD = [
         "damping_force.rigid.yield_displacement_ratio",
         0.2,
         "damping_force.rigid.yield_displacement_ratio is 0.2; it must be less than a2",
-    ),
-    (
-        "amplitude_dependence.yield_displacement_ratio",
-        [0.04, 0.3],
-        "amplitude_dependence.yield_displacement_ratio has a curve that can",
-    ),
-    (
-        "amplitude_dependence.ultimate_displacement_ratio",
-        0.3,
-        "amplitude_dependence.ultimate_displacement_ratio is 0.3; a3 must be greater than 1 - b1",
     ),
     ("wall.eccentricity", -0.2, "wall.eccentricity is -0.2; it must be"),
     (
@@ -269,8 +263,6 @@ BAD = [
     ("solver.step", 0.15, "solver.step is 0.15; it must be less than the stability limit 2 sqrt(a1/b1), 0.142134"),
     ("earthquakes.walls", [{**NAMED, "yield_displacement_ratio": 1e-6}], "stability limit 2 sqrt(a1/b1), 0.00216"),
     ("validation.step", 0.5, "validation.step is 0.5; it must be less than the stability limit"),
-    ("pulses.step", 0.5, "pulses.step is 0.5; it must be less than the stability limit"),
-    ("damper_order.pulses.step", 0.5, "damper_order.pulses.step is 0.5; it must be less than the stability limit"),
     ("earthquakes.walls", [{**NAMED, "strength_ratio": 0.005}], "earthquakes.walls[0] has its first impact at 1"),
     ("release_amplitude", 1.0, "release_amplitude is 1.0; it must be less than a3, 1, where the wall collapses"),
     ("studies.amplitude.release_amplitude", [0.5, 1.2], "release_amplitude[1] is 1.2; it must be less than a3"),
@@ -278,7 +270,7 @@ BAD = [
     ("matching.response_length", 2, "matching.response_length is 2.0; it must be greater than 2.99"),
     ("matching.response_length", 81, "matching.response_length is 81.0; it must be at most response_lengths.stop, 80"),
     ("damping_force.response_length", 1.5, "damping_force.response_length is 1.5; it must be greater than 2.99"),
-    ("amplitude_dependence.release_share", [0.5, 0.9999], "must come before the end of matching.response_length"),
+    ("amplitude.release_share", [0.5, 0.9999], "must come before the end of matching.response_length"),
     ("studies.overburden.overburden_ratio", [0, 200], "overburden_ratio[1] is 200; at "),
     ("studies.slenderness.slenderness", [15, 3000], "slenderness[1] is 3000; at "),
     # grids, and what other stages look up in them
@@ -287,7 +279,7 @@ BAD = [
         [20, 10],
         "slenderness[1] is 10; it must be greater than the value before it",
     ),
-    ("pulses.frequency.stop", 0.1, "frequency.stop is 0.1; it must be greater than start, 0.5"),
+    ("bilinear.velocity_ratio.stop", 0.1, "velocity_ratio.stop is 0.1; it must be greater than start, 0.2"),
     ("restitution.stop", 0.5, "restitution.stop is 0.5; it must be greater than start, 0.7"),
     ("restitution.step", 0.03, "restitution.step is 0.03; it must be such that a whole number of steps leads from"),
     ("restitution.step", 0.28, "restitution.step makes 2 values; there must be at least 3 values"),
@@ -418,7 +410,7 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
         ("earthquakes.walls[4].overburden_ratio", 20, "walls[4] makes an unlikely wall: overburden_ratio is 20"),
         ("wall.width", 0.1, "wall makes an unlikely wall: width is 0.1 m, less than the thickness of 0.3 m"),
         ("wall.hinge_ratio", 0.07, "wall makes an unlikely wall: hinge_ratio is 0.07 of the height"),
-        ("pulses.restitution", [0.05], "pulses.restitution is unlikely: restitution (e) is 0.05, less than 0.5"),
+        ("amplitude.restitution", [0.05], "amplitude.restitution is unlikely: restitution (e) is 0.05, less than 0.5"),
         (
             "one_sided.facades[0].yield_displacement_ratio",
             0.0004,

@@ -79,8 +79,8 @@ def test_files_are_read_by_yaml_1_2(tmp_path, text, value):
 
 def test_values_of_the_command_line_are_what_they_are_in_a_file():
     """Snakemake leaves all that is nested as text, and null too."""
-    said = ["earthquakes=null", "pulses=", "restitution={start: 0.7, stop: 0.95, step: 5e-2}", "records=[a.csv, 2]"]
+    said = ["earthquakes=null", "amplitude=", "restitution={start: 0.7, stop: 0.95, step: 5e-2}", "records=[a.csv, 2]"]
     found = merged([], parse_config([*said, "solver={scheme: paper}", "release_amplitude=0.4"]))
     assert found.pop("restitution") == {"start": 0.7, "stop": 0.95, "step": 0.05}
-    assert found.pop("earthquakes") is None and found.pop("pulses") is None
+    assert found.pop("earthquakes") is None and found.pop("amplitude") is None
     assert found == {"records": ["a.csv", 2], "solver": {"scheme": "paper"}, "release_amplitude": 0.4}

@@ -27,23 +27,18 @@ def stated(page, pattern):
     return [float(number) for number in (found if isinstance(found, tuple) else (found,))]
 
 
-def off_middle(model):
-    of = built("amplitude_dependence").sel(damping_model=model)
-    return 100 * float(np.abs(of["damping_ratio_middle"] / of["damping_ratio_peaks"] - 1).max())
+def test_the_closed_form_is_within_what_is_stated():
+    study = built("amplitude")
 
+    def off(measure, model, e):
+        one = study.sel(damping_model=model, restitution=e)
+        return 100 * float(np.abs(one["damping_ratio_energy"] / one[measure] - 1).max())
 
-def test_the_closed_form_at_the_middle_energy_is_within_what_is_stated():
-    secant, constant = stated("docs/theory.md", r"is within ([\d.]+) % for CDR, SDR .*? within ([\d.]+) % for CDC")
-    assert 0.9 * secant < max(map(off_middle, ("CDR", "SDR"))) <= secant
-    assert 0.95 * constant < off_middle("CDC") <= constant
-
-
-def test_before_the_first_impact_peaks_are_too_small_by_what_is_stated():
-    study = built("pulses")
-    shown = study.isel(restitution=study.sizes["restitution"] // 2).sel(damping_ratio_source="least error")
-    least, most = stated("docs/theory.md", r"out (\d) to (\d) % too small in the median")
-    short = 100 * (1 - shown["median_ratio_before_impact"].sel(damping_model=["CDC", "CDR", "SDR", "ECD"]))
-    assert (round(float(short.min())), round(float(short.max()))) == (least, most)
+    cdr, sdr = stated("docs/theory.md", r"For CDR the closed form is within (\d) % .*?, for SDR within (\d) % at 0.85")
+    assert cdr - 1 < max(off("damping_ratio_peaks", "CDR", e) for e in (0.75, 0.85, 0.95)) <= cdr
+    assert sdr - 2 < max(off("damping_ratio_peaks", "SDR", e) for e in (0.85, 0.95)) <= sdr
+    low, high = stated("docs/theory.md", r"up to (\d+) % low for CDR and up to (\d+) % high for SDR")
+    assert low - 1 < off("damping_ratio", "CDR", 0.75) <= low and high - 1 < off("damping_ratio", "SDR", 0.75) <= high
 
 
 def test_damping_ratios_of_the_studies_are_as_certain_as_is_stated():

@@ -8,12 +8,10 @@ import pytest
 import sympy as sp
 from exact_cases import cr_peaks
 from repository import ROOT
-from scipy.integrate import solve_ivp
 
 from rockdamp.equivalence import matching
 from rockdamp.equivalence.closed_form import (
     damping_ratio_energy,
-    damping_ratio_middle,
     equivalence_factor,
     exact_ratio,
     giannini_masiani,
@@ -155,16 +153,15 @@ def test_the_elementary_forms_are_antiderivatives():
 
 
 @pytest.mark.parametrize("model", ["CDC", "CDR", "SDR"])
-def test_the_closed_form_is_first_order_in_the_loss_and_second_at_the_middle_energy(model):
-    """Halving the loss halves the relative error of the one and quarters that of the other, to the next order."""
+def test_the_closed_form_is_first_order_in_the_loss(model):
+    """Halving the loss halves its relative error, to the next order."""
     curve, x0 = CURVES["paper"], 0.6
     away = []
     for xi in (0.0025, 0.00125):
         run = event_driven.history(curve, Damping(model, xi), [0.6 * float(curve.period(x0))], release_amplitude=x0)
         e = float(np.sqrt(curve.energy(run.turning_displacement[0]) / curve.energy(x0)))  # takes what the damper took
-        forms = (damping_ratio_energy, damping_ratio_middle)
-        away.append([float(form(curve, model, e, x0)) / xi - 1 for form in forms])
-    np.testing.assert_allclose(np.divide(*away), [2.0, 4.0], rtol=0.08)
+        away.append(float(damping_ratio_energy(curve, model, e, x0)) / xi - 1)
+    assert np.divide(*away) == pytest.approx(2.0, rel=0.08)
 
 
 # --- 3. a damper for which the amplitude does not matter -------------------------------------------------------------
@@ -219,36 +216,6 @@ def test_trajectories_are_those_of_the_linear_oscillator(curve):
     amplitude = np.hypot(wd * v, y + xi * v)
     expected = wd * np.sqrt(2 * float(curve.energy(x0))) * np.exp(-xi * phase / wd) / wd
     np.testing.assert_allclose(amplitude, expected, rtol=1e-8)
-
-
-def decrement_of_sides(coefficient_before, coefficient_after):
-    """ln of the ratio of the peaks of x'' + C x' + x = 0 in a half cycle, C one value before x = 0 and one after it."""
-
-    def peak(_, state):
-        return state[1]
-
-    def motion(_, state):
-        x, v = state
-        return v, -x - (coefficient_before if x > 0 else coefficient_after) * v
-
-    peak.terminal, peak.direction = True, 1
-    crossing = solve_ivp(motion, (0, 9), (1.0, -1e-12), events=[lambda _, s: s[0], peak], rtol=1e-11, atol=1e-13)
-    return -np.log(-crossing.y_events[1][0][0])
-
-
-def test_a_damper_that_is_not_even_loses_another_fraction_from_each_side_in_second_order():
-    """A linear spring with C = 2 xi (1 + k) on one side and 2 xi (1 - k) on the other."""
-    k = 0.4
-    apart = []
-    for xi in (0.08, 0.04, 0.02):
-        sides = 2 * xi * (1 + k), 2 * xi * (1 - k)
-        there, back = decrement_of_sides(*sides), decrement_of_sides(*sides[::-1])
-        assert there + back == pytest.approx(2 * np.pi * xi, rel=0.02)
-        apart.append(there - back)
-    # Before the crossing pi/2 + arcsin(xi) of the phase is damped, after it pi/2 - arcsin(xi): 8 k xi^2 in all.
-    np.testing.assert_allclose(apart, [8 * k * xi**2 for xi in (0.08, 0.04, 0.02)], rtol=0.05)
-    # An even damper with the same work from both sides has no such term.
-    assert decrement_of_sides(0.1, 0.1) == pytest.approx(np.pi * 0.05 / np.sqrt(1 - 0.05**2), rel=1e-7)
 
 
 # --- 5. where it ends ------------------------------------------------------------------------------------------------

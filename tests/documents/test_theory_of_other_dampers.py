@@ -1,4 +1,4 @@
-"""docs/theory.md, sections 4 and 8: what others had, and what dampers that are exact in free decay do under a load."""
+"""docs/theory.md, sections 4 and 7: what others had, and what dampers that are exact in free decay do under a load."""
 
 import numpy as np
 import pytest

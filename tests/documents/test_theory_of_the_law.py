@@ -1,4 +1,4 @@
-"""docs/theory.md, section 9: a loss that depends on the amplitude, and its damper, by the event-driven solver."""
+"""docs/theory.md, section 8: a loss that depends on the amplitude, and its damper, by the event-driven solver."""
 
 import math
 import re

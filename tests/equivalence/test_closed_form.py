@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from rockdamp.equivalence.closed_form import (
     damping_ratio_energy,
-    damping_ratio_middle,
     equivalence_factor,
     exact_ratio,
     giannini_masiani,
@@ -25,7 +24,7 @@ CURVES = [
     TrilinearCurve(0.06, 0.72, 0.9, "translated"),
     TrilinearCurve(0.20, 0.50),
 ]
-QUADRATURES = [*(Damping(model, 1.0) for model in (*PAPER_MODELS, "ECD")), Damping.power(1.37, 1.0)]
+QUADRATURES = [Damping(model, 1.0) for model in (*PAPER_MODELS, "ECD")]
 
 
 def factor_by_mpmath(curve, damping, x0):
@@ -43,7 +42,7 @@ def factor_by_mpmath(curve, damping, x0):
     def c(x):
         if damping.model == "ECD":
             return 2 * f(x) / mpmath.sqrt(2 * v(x))
-        n = float(damping.exponent) if damping.model == "POWER" else {"CDC": 0, "CDR": 1, "SDR": 2}[damping.model]
+        n = {"CDC": 0, "CDR": 1, "SDR": 2}[damping.model]
         return 2 * mpmath.sqrt(k1) * (f(x) / x / k1) ** (mpmath.mpf(n) / 2)
 
     x0 = mpmath.mpf(x0)
@@ -115,20 +114,6 @@ def test_restitution_has_no_viscous_factor():
 def test_an_amplitude_without_a_half_cycle_is_named(x0):
     with pytest.raises(InputError, match="release_amplitude"):
         equivalence_factor(CURVES[0], Damping("CDR", 1.0), x0)
-
-
-@pytest.mark.parametrize("model", Damping.exact_models()[1:])
-def test_the_ratio_of_a_damper_that_is_exact_is_exact_at_the_middle_energy_too(model):
-    e = np.array([[0.6], [0.9]])
-    found = damping_ratio_middle(TrilinearCurve(0.04, 0.85), model, e, [0.02, 0.5, 0.9])
-    exact = Damping.of_restitution(e, model).damping_ratio
-    np.testing.assert_array_equal(found, np.broadcast_to(exact, (2, 3)))
-
-
-def test_a_power_law_without_an_exponent_is_a_constant_coefficient():
-    curve = TrilinearCurve(0.04, 0.85)
-    for ratio_of in (damping_ratio_energy, damping_ratio_middle):
-        assert ratio_of(curve, "POWER", 0.85, 0.5) == ratio_of(curve, "CDC", 0.85, 0.5)
 
 
 @pytest.mark.parametrize(

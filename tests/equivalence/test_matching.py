@@ -10,10 +10,10 @@ from rockdamp.mechanics.curve import TrilinearCurve
 STEP, STEPS = 0.01, 800
 
 
-def released(restitution, exponent=0.0):
+def released(restitution):
     e = np.asarray(restitution, dtype=float)
     curve = TrilinearCurve(0.04, 0.85).map(lambda p: np.full(e.size, p))
-    return Cases.released(curve, np.full(e.size, 0.5), e, step=STEP, steps=STEPS, exponent=exponent)
+    return Cases.released(curve, np.full(e.size, 0.5), e, step=STEP, steps=STEPS)
 
 
 @pytest.fixture(scope="module")
@@ -83,11 +83,6 @@ def test_equal_cases_are_matched_once(cases, matched, monkeypatch):
     monkeypatch.setattr(matching, "global_minima", search)
     matching.solve(cases, ["CDR"], STEPS, refinement=2)
     assert searched == [[0.75, 0.9]]
-
-
-def test_cases_of_unlike_exponents_are_not_equal():
-    first, which = released([0.8, 0.8, 0.8], exponent=np.array([1.5, 1.2, 1.5])).unlike()
-    assert first.tolist() == [1, 0] and which.tolist() == [1, 0, 1]
 
 
 def test_the_scheme_and_the_scan_are_those_asked_for(cases):

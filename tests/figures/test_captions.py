@@ -61,8 +61,8 @@ def smooth(name):
 def test_a_caption_states_differences_without_their_sign_and_the_largest_of_either():
     """Medians differ by the square of 0.9 and of 1.08; the closed form by -3 % of the slopes 0.3 and -0.6."""
     assert "19 % and 19 % (SDR)" in smooth("fig_ida") and "17 % and 17 % (CDC)" in smooth("fig_ida")
-    assert "0.90 % (SDR)" in smooth("fig_closed_form") and "1.8 % (CDC)" in smooth("fig_closed_form")
-    assert "−" not in smooth("fig_ida") + smooth("fig_closed_form")
+    assert "0.90 % (SDR)" in smooth("fig_amplitude") and "1.8 % (CDC)" in smooth("fig_amplitude")
+    assert "−" not in smooth("fig_ida") + smooth("fig_amplitude")
 
 
 def test_a_spread_is_that_of_the_largest_and_the_smallest_over_the_mean():

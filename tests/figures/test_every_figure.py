@@ -13,7 +13,7 @@ from rockdamp.figures import style
 from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, style_of
 from rockdamp.mechanics.damping import damper_classes
 from rockdamp.pipeline.tables import FIGURES as TABLE
-from rockdamp.vocabulary import EXTRA_DAMPERS, PAPER_MODELS
+from rockdamp.vocabulary import PAPER_MODELS
 
 LINES = rc_params_from_file(style.STYLE, use_default_template=False)
 SMALLEST_TEXT = 7  # [pt], the house's limit for print
@@ -115,7 +115,7 @@ def test_models_are_told_apart_without_colour_those_without_a_chosen_style_too(m
     monkeypatch.setattr(
         style, "damper_classes", lambda: damper_classes() | dict.fromkeys(spare, damper_classes()["CR"])
     )
-    for one, other in combinations([style_of(model) for model in (*ALL, *EXTRA_DAMPERS, *spare)], 2):
+    for one, other in combinations([style_of(model) for model in (*ALL, *spare)], 2):
         assert one.linestyle != other.linestyle and one.marker != other.marker
         assert strokes(one.linestyle) != strokes(other.linestyle)
 

@@ -127,7 +127,7 @@ def test_without_histories_the_rest_is_the_same_and_memory_does_not_grow_with_th
 
 def test_every_variable_says_its_unit_and_meaning():
     for history in (
-        rd.free_decay(CURVE, rd.Damping.power(1.3, [0.05, 0.06]), length=2.0, points=3),
+        rd.free_decay(CURVE, rd.Damping("ECD", [0.05, 0.06], order=2), length=2.0, points=3),
         rd.respond(WALL, rd.TrilinearCurve([0.02, 0.04], 0.85), rd.Damping("ECD", [0.05]), pulse(), scale=[1, 2]),
     ):
         for name, variable in history.variables.items():

@@ -27,12 +27,6 @@ def test_the_paper_s_dampers_follow_their_power_law_to_first_order_in_the_loss(m
     np.testing.assert_allclose(found.log_energy, law.log_energy, rtol=0.05)
 
 
-def test_the_general_damper_is_the_paper_s_at_n_of_0_1_and_2():
-    for model, n in (("CDC", 0.0), ("CDR", 1.0), ("SDR", 2.0)):
-        general = by_solver(BLOCK, "POWER", 6, n)(LOSS).ratio
-        np.testing.assert_allclose(general, by_solver(BLOCK, model, 6)(LOSS).ratio, rtol=1e-9)
-
-
 @pytest.mark.parametrize("model", ["CR", "CDR", "SDR"])
 def test_the_losses_are_those_of_the_event_driven_solver(model):
     several = dampings(BLOCK, model)

@@ -13,7 +13,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping, damper_classes
 from rockdamp.solvers.newmark_kernel import STEPS
-from rockdamp.vocabulary import EXTRA_DAMPERS, MODELS, PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
 X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])
@@ -31,17 +31,6 @@ def test_the_paper_s_three_coefficients_are_eqs_10_11_and_12():
     expected = {"CDC": 2 * w1 * XI * np.ones_like(X), "CDR": 2 * w * XI, "SDR": 2 * w * (XI * w / w1)}
     for model in PAPER_MODELS:
         np.testing.assert_allclose(Damping(model, XI).coefficient(CURVE, X), expected[model], rtol=1e-14, atol=1e-300)
-
-
-@pytest.mark.parametrize("exponent", [0.0, 0.4, 1.0, 1.7, 2.0, 3.5])
-def test_the_general_exponent_scales_the_damping_ratio_with_a_power_of_the_frequency(exponent):
-    w, w1 = secant_frequency(X), CURVE.initial_frequency
-    expected = 2 * w1 * XI * (w / w1) ** exponent
-    found = Damping.power(exponent, XI).coefficient(CURVE, X)
-    np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-300)
-    for damping in (Damping(model, XI) for model in VISCOUS_MODELS):
-        if damping.secant_exponent == exponent:
-            np.testing.assert_allclose(found, damping.coefficient(CURVE, X), rtol=1e-13, atol=1e-300)
 
 
 def test_the_energy_consistent_coefficient_holds_the_force_over_the_root_of_the_stored_energy():
@@ -75,7 +64,7 @@ def test_the_restitution_model_has_no_damping_force_in_the_batch_s_shape():
 def test_coefficients_broadcast_curves_ratios_and_displacements():
     curves = TrilinearCurve(np.array([0.02, 0.05])[:, None, None], 0.8)
     ratios = np.array([0.02, 0.05, 0.1])[:, None]
-    for damping in (*(Damping(model, ratios) for model in VISCOUS_MODELS), Damping.power(1.3, ratios)):
+    for damping in (Damping(model, ratios) for model in VISCOUS_MODELS):
         many = damping.coefficient(curves, X)
         assert many.shape == (2, 3, X.size)
         one = damping.replace(damping_ratio=0.05).coefficient(TrilinearCurve(0.05, 0.8), X)
@@ -83,7 +72,7 @@ def test_coefficients_broadcast_curves_ratios_and_displacements():
 
 
 def test_the_table_of_names_has_each_damper_s_class_and_each_has_a_title_and_a_colour_alone():
-    assert [kind.model for kind in damper_classes().values()] == [*MODELS, *EXTRA_DAMPERS]
+    assert [kind.model for kind in damper_classes().values()] == [*MODELS]
     for texts in (
         [kind.title for kind in damper_classes().values()],
         [kind.colour for kind in damper_classes().values()],
@@ -92,9 +81,9 @@ def test_the_table_of_names_has_each_damper_s_class_and_each_has_a_title_and_a_c
 
 
 def test_a_damper_is_not_changed_but_made_anew():
-    damping = Damping.power([1.0, 2.0], XI)
-    np.testing.assert_array_equal(damping.map(lambda parameter: 2 * parameter).exponent, [2.0, 4.0])
-    assert damping.replace(exponent=3.0).parameters == {"damping_ratio": XI, "exponent": 3.0}
+    damping = Damping("ECD", XI, order=[1.0, 2.0])
+    np.testing.assert_array_equal(damping.map(lambda parameter: 2 * parameter).order, [2.0, 4.0])
+    assert damping.replace(order=3.0).parameters == {"damping_ratio": XI, "order": 3.0}
     with pytest.raises(AttributeError, match="damping_ratio cannot be set"):
         damping.damping_ratio = 0.1
     assert damping.parameters["damping_ratio"] == XI and damping.shape == (2,)
@@ -114,7 +103,7 @@ BAD = [
     (lambda: equivalent(0.0, 0.04, 0.85), r"restitution \(e\) is 0\.0; it must be greater than 0"),
     (lambda: Damping.cr(np.array([0.9, 1.2])), r"restitution \(e\) is 1\.2; it must be"),
     (lambda: Damping("CDC", -0.01), r"damping_ratio \(xi\) is -0\.01; it must be at least 0"),
-    (lambda: Damping.power(-1.0, 0.1), r"exponent is -1\.0; it must be at least 0"),
+    (lambda: Damping.cr(0.9, exponent=-1.0), r"exponent is -1\.0; it must be at least 0"),
     (
         lambda: Damping("CDR", 0.1, 1.0),
         r"CDR takes damping_ratio and nothing else; it was given damping_ratio, another value",

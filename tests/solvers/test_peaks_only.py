@@ -11,7 +11,7 @@ from rockdamp.solvers.response import COLLAPSED, ComparedPeaks, Peaks, Reference
 from rockdamp.vocabulary import MODELS
 
 ORDERS = (1, 3, 8, 2.5)
-DAMPERS = (*MODELS, "POWER", *(f"ECD {order}" for order in ORDERS))
+DAMPERS = (*MODELS, *(f"ECD {order}" for order in ORDERS))
 LANES, STEPS, SUBSTEPS = 240, 3000, 3
 CURVE = TrilinearCurve(np.linspace(0.03, 0.12, LANES), np.linspace(0.85, 0.6, LANES), 0.95)
 SHAKES = np.concatenate([np.full(250, 0.2), np.full(500, 0.02), np.full(251, 1.0)])  # the strongest comes last
@@ -22,8 +22,6 @@ def damping_of(name, lanes=LANES):
     spread = np.linspace(0.01, 0.15, lanes)
     if name == "CR":
         return Damping.cr(1 - 2 * spread)
-    if name == "POWER":
-        return Damping.power(1.3, spread)
     model, *order = name.split()
     return Damping("ECD", spread, order=float(order[0])) if order else Damping(model, spread)
 

@@ -5,7 +5,7 @@ import pytest
 from configs import changed, configured
 
 from rockdamp.equivalence.minima import Cases, global_minima
-from rockdamp.studies import mechanism, polynomial_fits, pulses
+from rockdamp.studies import mechanism, polynomial_fits
 from rockdamp.studies.decays import study as decay_study
 from rockdamp.studies.earthquakes import incremental
 from rockdamp.studies.matches import match
@@ -55,17 +55,16 @@ def test_studies_agree_where_they_meet(matches):
 
 @pytest.mark.parametrize("scheme", ["newmark", "paper"])
 def test_every_stage_publishes_the_same_damping_ratio_of_a_wall(config, scheme):
-    """The reference wall at one e: by the studies, the loops, the pulses and the earthquakes, in either scheme."""
+    """The reference wall at one e: by the studies, the loops and the earthquakes, in either scheme."""
     e = 0.82
     values = {"solver.scheme": scheme, "restitution": np.array([0.78, e, 0.86]), "damping_force.restitution": e}
     values |= {"studies.cracked_stiffness.yield_displacement_ratio": np.array([0.04])}
-    values |= {"pulses.restitution": np.array([0.8, e]), "earthquakes.restitution": np.array([e])}
+    values |= {"earthquakes.restitution": np.array([e])}
     small = changed(config, values)
     studied = match("cracked_stiffness", small, decay_study("cracked_stiffness", small))
     published = studied["damping_ratio"].sel(restitution=e).squeeze().values
     looped = mechanism.damping_force(small)["damping_ratio"].values[1:]
-    pulsed = pulses.damping_ratios(small)[pulses.SOURCES.index("least error"), :, 1]
     shaken = incremental.walls(small, polynomial_fits.fit(small, studied))["damping_ratio"]
     top_storey = shaken.sel(wall="top storey", damping_ratio_source="least error", restitution=e).values[1:]
-    for other in (looped, pulsed, top_storey):
+    for other in (looped, top_storey):
         np.testing.assert_array_equal(other, published)

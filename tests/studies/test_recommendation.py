@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from configs import configured
-from made_up_studies import pulses
 
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.storage import dataset
 from rockdamp.studies.recommendation import MULTIPLE, TOLERANCE, holds, recommend, under_earthquakes
-from rockdamp.vocabulary import RECOMMENDED, VISCOUS_MODELS
+from rockdamp.vocabulary import VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)
 E = [0.8, 0.85, 0.9]
@@ -114,14 +113,9 @@ def others():
         {"recommended_order": ("change", [4.0, 8.0, 0.0]), "restitution_change": 0.02, "records": 7},
         coords={"change": ["e", "loss", "tests"]},
     )
-    values = np.arange(6.0).reshape(3, 2)
     by_order = xr.Dataset(
-        {
-            "pulse_before_impact_log_error": (("order", "restitution"), values),
-            "shown_damping_force": (("order", "tau"), [[-0.3, 0.1], [-1.2, 0.4], [-2.0, 0.5]]),
-            "shown_restitution": 0.86,
-        },
-        coords={"order": [0.0, 8.0, 32.0], "restitution": [0.7, 0.9]},
+        {"shown_damping_force": (("order", "tau"), [[-0.3, 0.1], [-1.2, 0.4], [-2.0, 0.5]])},
+        coords={"order": [0.0, 8.0, 32.0]},
     )
     return orders, by_order
 
@@ -132,9 +126,8 @@ def config():
 
 
 def test_the_dataset_is_what_the_glossary_says_and_holds_the_numbers_of_each_study(config, others):
-    advice = recommend(config, made_up.comparison(), *others, pulses())
+    advice = recommend(config, made_up.comparison(), *others)
     dataset.check(advice, "recommendation")
-    assert float(advice["before_impact_log_error"]) == 3.0  # order 8 at e = 0.9
     assert (float(advice["recommended_order"]), int(advice["records"])) == (8.0, 7)
     for model in VISCOUS_MODELS:
         ratio = damping_ratio_energy(CURVE, model, np.array(E), 0.5)
@@ -156,24 +149,9 @@ def test_a_damper_stands_beside_the_smaller_of_what_a_lower_and_a_higher_e_do(co
     for name in ("safe", "collapse"):
         rate = xr.where(variation == "lower e", 0.3, xr.where(variation == "higher e", 0.1, 0.9))
         compared[f"varied_false_{name}_rate"] = xr.zeros_like(compared[f"varied_false_{name}_rate"]) + rate
-    advice = recommend(config, compared, *others, pulses())
+    advice = recommend(config, compared, *others)
     for ending, smaller in (("", 0.06), ("_median", 0.02), ("_90", 0.05)):
         np.testing.assert_allclose(advice[f"sensitivity_to_restitution{ending}"], smaller)
         np.testing.assert_allclose(advice[f"near_collapse_sensitivity_to_restitution{ending}"], smaller)
     np.testing.assert_allclose(advice["sensitivity_false_safe_rate"], 0.3)
     np.testing.assert_allclose(advice["sensitivity_false_collapse_rate"], 0.1)
-
-
-def test_errors_under_pulses_are_those_of_the_slowest_and_the_quickest_that_stand(config, others):
-    made = pulses()
-    for name in ("collapsed", "reference_collapsed"):
-        made[name] = made[name] * 0
-    made["peak"] = made["reference_peak"] * np.exp(0.1 * (1 + made["pulse_frequency"]))
-    expected = 0.1 * (1 + made["pulse_frequency"].values[[0, -1]])
-    made["collapsed"][{"load_ratio": 0}] = 1
-    made["peak"][{"load_ratio": 0}] = 9.9
-    at = {"damping_model": RECOMMENDED}
-    advice = recommend(config, made_up.comparison(), *others, made.isel(pulse_frequency=slice(None, None, -1))).sel(at)
-    np.testing.assert_allclose([advice["slow_pulse_log_error"], advice["quick_pulse_log_error"]], expected)
-    made["collapsed"] = made["collapsed"] * 0 + 1
-    assert np.isnan(recommend(config, made_up.comparison(), *others, made).sel(at)["slow_pulse_log_error"])

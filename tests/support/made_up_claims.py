@@ -41,24 +41,15 @@ def bilinear():
     """Every peak of the bi-linear curve is larger, but where no wall rocks, and one more of its runs collapses."""
     small, large = np.array([[0.03, 0.2, 0.4]] * 2), np.array([[0.001, 0.3, 0.5]] * 2)
     fell = np.array([[[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [0, 0, 1]]], dtype=np.int8)
-    pulse, record = (
-        ("force_curve", "pulse", "pulse_frequency", "load_ratio"),
-        ("force_curve", "record", "velocity_ratio"),
-    )
-    peak = np.stack([small, large])
+    dims = ("force_curve", "record", "velocity_ratio")
     return xr.Dataset(
         {
-            "peak_under_pulse": (pulse, peak[:, None]),
-            "pulse_collapsed": (pulse, fell[:, None]),
-            "peak_under_record": (record, peak),
-            "record_collapsed": (record, 0 * fell),
+            "peak": (dims, np.stack([small, large])),
+            "collapsed": (dims, fell),
             "yield_displacement_ratio": ("force_curve", [0.04, 0.005]),
         },
         coords={
             "force_curve": ["tri-linear", "bi-linear"],
-            "pulse": ["Ricker"],
-            "pulse_frequency": [1.0, 2.0],
-            "load_ratio": [1.0, 2.0, 3.0],
             "record": ["one", "two"],
             "velocity_ratio": [0.5, 1.0, 2.0],
         },

@@ -9,7 +9,7 @@ from configs import configured
 from made_up_earthquakes import by_model, complete
 from made_up_trials import measured_rocking
 
-from rockdamp.studies.amplitude_dependence import DAMPERS
+from rockdamp.studies.amplitude import DAMPERS
 from rockdamp.studies.mechanism import mechanism as stage
 from rockdamp.studies.supports import ANALYTICAL, ELASTIC, IMPULSIVE, KEEPS, MASS, STRUCK, VERTICAL, WHOLE, floor_case
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
@@ -175,83 +175,20 @@ def convergence():
     return complete(data, "convergence")
 
 
-def amplitude_dependence():
-    share, e = np.linspace(0.05, 0.95, 10), np.array([0.75, 0.85, 0.95])
-    models, a1, b1 = list(DAMPERS), np.array([0.02, 0.04, 0.2]), np.array([0.85, 0.85, 0.75])
-    slope = by_model(models, 0.1, CDC=-0.6, CDR=-0.2, SDR=0.3, POWER=0.01, ECD=0.0)[:, None, None, None]
-    peaks = (1 + slope * share[:, None] * (1 - a1)[:, None, None]) * (1 - e) / np.pi
-    spread = abs(slope[..., 0]) * np.ones((len(models), 3, 3)) * (1 - a1)[:, None]
-    dims, grid = ("damping_model", "case", "release_share", "restitution"), ("map_softening", "map_strength_ratio")
-    map_a1 = np.array([0.01, 0.04, 0.10, 0.20])
-    best = np.broadcast_to(1.1 + 2.5 * map_a1 - 0.02 * np.arange(2)[:, None], (3, 2, 4))
+def amplitude():
+    release, e = np.linspace(0.05, 0.95, 10), np.array([0.75, 0.85, 0.95])
+    slope = by_model(list(DAMPERS), 0.0, CDC=-0.6, CDR=-0.2, SDR=0.3)[:, None, None]
+    peaks = (1 + slope * release[:, None]) * (1 - e) / np.pi
+    dims = ("damping_model", "release_amplitude", "restitution")
     data = xr.Dataset(
         {
             "damping_ratio": (dims, 1.05 * peaks),
             "damping_ratio_peaks": (dims, peaks),
             "damping_ratio_energy": (dims, peaks * (1 - 0.2 * slope * (1 - e))),
-            "damping_ratio_middle": (dims, peaks * (1 + 0.05 * slope * (1 - e))),
-            **{f"spread_{name}": ((*dims[:2], dims[3]), spread) for name in ("error", "peaks", "energy")},
-            "map_best_exponent": ((*grid, "map_yield_displacement_ratio"), best),
-            "map_spread": (
-                ("damping_model", *grid, "map_yield_displacement_ratio"),
-                abs(slope) * np.broadcast_to(0.8 - map_a1, (3, 2, 4)),
-            ),
         },
-        coords={
-            "damping_model": models,
-            "case": ["stiff", "paper", "soft"],
-            "release_share": share,
-            "restitution": e,
-            "yield_displacement_ratio": ("case", a1),
-            "strength_ratio": ("case", b1),
-            "ultimate_displacement_ratio": ("case", np.ones(3)),
-            "softening": ("case", ["none"] * 3),
-            "release_amplitude": (("case", "release_share"), np.tile(share, (3, 1))),
-            "map_softening": ["none", "steeper", "translated"],
-            "map_strength_ratio": [0.75, 0.85],
-            "map_yield_displacement_ratio": map_a1,
-        },
+        coords={"damping_model": list(DAMPERS), "release_amplitude": release, "restitution": e},
     )
-    return complete(data, "amplitude_dependence")
-
-
-def pulses():
-    frequency, load, e = np.geomspace(0.5, 8, 9), np.geomspace(0.5, 16, 11), np.array([0.8, 0.85, 0.9])
-    cells = ("pulse", "pulse_frequency", "load_ratio", "restitution")
-    peak = np.broadcast_to((load[:, None] / frequency[:, None, None] ** 2 * 0.3 / (1 + e)), (2, 9, 11, 3)).copy()
-    collapsed = peak > 1
-    ratio = by_model(VISCOUS, 1.05, CDC=1.1, CDR=1.0, SDR=0.9, ECD=0.98)[:, None, None, None, None]
-    by, bands = ("damping_ratio_source", "damping_model", "restitution"), 5
-    edges = np.array([0.01, 0.04, 0.1, 0.25, 0.5, 1.0])
-    median = np.broadcast_to(ratio[:, 0, 0, 0, :, None], (2, len(VISCOUS), 3, bands))
-    data = xr.Dataset(
-        {
-            "damping_ratio": (by, np.full((2, len(VISCOUS), 3), 0.05)),
-            "reference_peak": (cells, peak),
-            "reference_collapsed": (cells, collapsed.astype(np.int8)),
-            "peak": ((*by[:2], *cells), np.stack([ratio * peak] * 2)),
-            "collapsed": ((*by[:2], *cells), np.stack([ratio * peak > 1] * 2).astype(np.int8)),
-            "median_ratio": ((*by, "band"), median),
-            "log_dispersion": ((*by, "band"), 0.15 * median),
-            "median_ratio_all": (by, median[..., 0]),
-            "log_dispersion_all": (by, 0.15 * median[..., 0]),
-            **{name: (by, np.full((2, len(VISCOUS), 3), 7)) for name in ("false_safe", "false_collapse")},
-            **{name: ("restitution", np.full(3, 480)) for name in ("reference_collapses", "reference_survivals")},
-        },
-        coords={
-            "damping_ratio_source": ["closed form", "least error"],
-            "damping_model": VISCOUS,
-            "pulse": ["Ricker", "sine"],
-            "pulse_frequency": frequency,
-            "load_ratio": load,
-            "restitution": e,
-            "release_amplitude": 0.5,
-            "band": np.arange(bands),
-            "band_start": ("band", edges[:-1]),
-            "band_end": ("band", edges[1:]),
-        },
-    )
-    return complete(data, "pulses")
+    return complete(data, "amplitude")
 
 
 def loss_law():
@@ -380,8 +317,7 @@ def made_up():
         "validation": validation(),
         "convergence": convergence(),
         "measured_rocking": measured_rocking(),
-        "amplitude_dependence": amplitude_dependence(),
-        "pulses": pulses(),
+        "amplitude": amplitude(),
         "loss_law": loss_law(),
         "supports": supports(),
         "one_sided": one_sided(),

@@ -15,7 +15,7 @@ from rockdamp.pipeline.tables import FIGURES, STAGES, reported, writes
 from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset, glossary
-from rockdamp.studies.amplitude_dependence import DAMPERS
+from rockdamp.studies.amplitude import DAMPERS
 from rockdamp.studies.earthquakes.orders import SIDES
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
@@ -52,7 +52,7 @@ SCALARS = {
     "strength_ratio": 0.85,
     "plateau_end_ratio": 0.15,
 }
-WITHOUT_CR = {"match", "equivalence", "amplitude_dependence", "pulses", "response_lengths"}
+WITHOUT_CR = {"match", "equivalence", "amplitude", "response_lengths"}
 
 
 def made_up(kind, parameter=None):
@@ -87,7 +87,7 @@ def of_name(name):
 
 def coordinate(kind, dim):
     if dim == "damping_model" and kind in WITHOUT_CR:
-        return list(DAMPERS) if kind == "amplitude_dependence" else list(VISCOUS_MODELS)
+        return list(DAMPERS) if kind == "amplitude" else list(VISCOUS_MODELS)
     return COORDINATES.get(dim, [0, 1, 2])
 
 

@@ -34,7 +34,6 @@ CALLS = {
     "TrilinearCurve.amplitude": (CURVE.amplitude, {"energy": 0.1}),
     "Damping": (rd.Damping, {"model": "ECD", "damping_ratio": 0.05}),
     "Damping.cr": (rd.Damping.cr, {"restitution": 0.8}),
-    "Damping.power": (rd.Damping.power, {"exponent": 1.0, "damping_ratio": 0.1}),
     "Damping.of_restitution": (rd.Damping.of_restitution, {"restitution": 0.8}),
     "Damping.coefficient": (DAMPING.coefficient, {"curve": CURVE, "x": 0.3}),
     "solve": (rd.solve, RUN),

@@ -65,7 +65,6 @@ def test_a_model_asked_for_as_an_attribute_says_how_it_is_made(name, said):
 
 def test_names_are_taken_in_capitals_and_small_letters():
     assert rd.Damping("cdr", 0.05) == rd.Damping("CDR", 0.05) != rd.Damping("SDR", 0.05)
-    assert rd.Damping.power(1, 0.05).model == rd.Damping("power", 0.05, 1).model == "POWER"
     assert rd.Damping.of_restitution(0.8, "ecd16").model == "ECD16"
     assert rd.TrilinearCurve.preset("Moderate") == rd.TrilinearCurve.preset("moderate")
     assert rd.TrilinearCurve(0.04, 0.85, 0.95, "Translated").softening == "translated"

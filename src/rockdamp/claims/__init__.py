@@ -105,8 +105,7 @@ def judge_one(claim: Claim, datasets: Datasets, judges: Mapping[str, Judge] = JU
     parts = {name: judgements[name] for name in claim["parts"]}
     synthetic = any(dataset.attrs.get("record_synthetic") == "yes" for dataset in data.values())
     capped = bool(claim.get("inferred"))
-    ambiguous = bool(claim.get("ambiguous"))
-    if ambiguous or synthetic:  # a record that a model made tells of that model alone
+    if synthetic:  # a record that a model made tells of that model alone
         verdict, reasons = NOT_JUDGED, [claim["condition"]]
     else:
         verdict = combine(claim, parts, capped)

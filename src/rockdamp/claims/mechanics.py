@@ -85,23 +85,20 @@ def e_measured(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def bilinear_demand(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Divide peaks with the bi-linear by those with the tri-linear curve, in pairs."""
-    pairs, parts = data["bilinear"], {}
-    collapses = dict.fromkeys(("bi-linear", "tri-linear"), 0)
-    runs = 0
-    for name, case, noun in (("pulse", "pulse_frequency", "w/p"), ("record", "velocity_ratio", "intensity")):
-        ratio = paired_ratio(pairs, name)
-        others = [dim for dim in ratio.dims if dim != case]
-        median = ratio.median(others).dropna(case)
-        middle = number(ratio.median())
-        demand = measured(f"{name}s", f"median ratio {middle}, {between(median, times)} from {noun} to {noun}")
-        parts[f"{name}s"] = judged(median > limits["more"], demand, noun, limits["enough"], {f"{name}_ratio": middle})
-        for curve in collapses:
-            collapses[curve] += int(pairs[f"{name}_collapsed"].sel(force_curve=curve).sum())
-        runs += ratio.size
-    counts = {f"{curve.replace('-', '')}_collapses": f"{count} of {runs}" for curve, count in collapses.items()}
-    collapsed = (measured(f"{count} of {runs} collapse with the {curve} curve") for curve, count in collapses.items())
-    parts["collapses"] = Part(collapses["bi-linear"] > collapses["tri-linear"], sum(collapsed, ()), counts)
-    return parts
+    pairs = data["bilinear"]
+    ratio = paired_ratio(pairs)
+    median = ratio.median("record").dropna("velocity_ratio")
+    middle = number(ratio.median())
+    demand = measured(f"median ratio {middle}, {between(median, times)} from intensity to intensity")
+    collapses = {curve: int(pairs["collapsed"].sel(force_curve=curve).sum()) for curve in ("bi-linear", "tri-linear")}
+    counts = {f"{curve.replace('-', '')}_collapses": f"{count} of {ratio.size}" for curve, count in collapses.items()}
+    collapsed = [
+        measured(f"{count} of {ratio.size} collapse with the {curve} curve") for curve, count in collapses.items()
+    ]
+    return {
+        "records": judged(median > limits["more"], demand, "intensity", limits["enough"], {"record_ratio": middle}),
+        "collapses": Part(collapses["bi-linear"] > collapses["tri-linear"], sum(collapsed, ()), counts),
+    }
 
 
 def times(ratio: float) -> str:
@@ -109,9 +106,9 @@ def times(ratio: float) -> str:
     return "a collapse alone" if np.isinf(ratio) else number(ratio)
 
 
-def paired_ratio(pairs: xr.Dataset, name: str) -> xr.DataArray:
+def paired_ratio(pairs: xr.Dataset) -> xr.DataArray:
     """Return the bi-linear over the tri-linear peak; NaN where the latter does not rock or both collapse."""
-    peak = pairs[f"peak_under_{name}"].where(pairs[f"{name}_collapsed"] == 0, np.inf)
+    peak = pairs["peak"].where(pairs["collapsed"] == 0, np.inf)
     bilinear, trilinear = (peak.sel(force_curve=curve, drop=True) for curve in ("bi-linear", "tri-linear"))
     first_branch = float(pairs["yield_displacement_ratio"].sel(force_curve="tri-linear"))
     both = np.isinf(bilinear) & np.isinf(trilinear)

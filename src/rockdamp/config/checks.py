@@ -25,7 +25,7 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.records import has_displacement, read_record
 from rockdamp.stated import of_stated, of_stop
 from rockdamp.storage.yaml_file import path_of
-from rockdamp.vocabulary import PRESETS, STUDIES
+from rockdamp.vocabulary import STUDIES
 
 FEWEST = 3  # values of e: the polynomials of Fig. 7 have three coefficients
 
@@ -59,14 +59,6 @@ def studies_of(config: Config) -> list[Study]:
     return [config.study(name) for name in STUDIES]
 
 
-def amplitude_curves(config: Config) -> TrilinearCurve:
-    """Return the curves of the study of amplitude dependence with a3 = 1, and those of the presets."""
-    a1 = config.amplitude_dependence.yield_displacement_ratio
-    b1 = config.studies.cracked_stiffness.strength_ratio_beyond.at(a1, config.curve.strength_ratio)
-    presets = np.array(list(PRESETS.values()))
-    return TrilinearCurve(np.append(a1, presets[:, 1]), np.append(b1, presets[:, 0]))
-
-
 def walls_and_curves_exist(config: Config) -> Problems:
     """Walls and curves that are made of several sections must be possible."""
     for name, parameter in STUDIES.items():
@@ -77,11 +69,6 @@ def walls_and_curves_exist(config: Config) -> Problems:
                 yield f"studies.{name}.{parameter}", error.text
             else:
                 yield f"studies.{name}", f"cannot be used: {error}"
-    if config.amplitude_dependence:
-        try:
-            amplitude_curves(config)
-        except InputError as error:
-            yield "amplitude_dependence.yield_displacement_ratio", f"has a curve that cannot be: {error}"
 
 
 # --- time ------------------------------------------------------------------------------------------------------------
@@ -94,8 +81,6 @@ def steps_are_stable(config: Config) -> Problems:
         **{f"studies.{study.name}": study.curve for study in studies_of(config)},
         "damping_force.rigid": config.damping_force.rigid.curve,
     }
-    if config.amplitude_dependence:
-        of_solver["amplitude_dependence"] = amplitude_curves(config)
     if config.earthquakes:
         walls = enumerate(config.earthquakes.walls)
         of_solver |= {f"earthquakes.walls[{index}]": wall.curve for index, wall in walls}
@@ -103,10 +88,6 @@ def steps_are_stable(config: Config) -> Problems:
         ("solver.step", config.solver.step, of_solver),
         ("validation.step", config.validation.step, {"validation.curve": config.validation.curve}),
     ]
-    if config.pulses:
-        cases.append(("pulses.step", config.pulses.step, {"curve": config.curve}))
-    if config.damper_order:
-        cases.append(("damper_order.pulses.step", config.damper_order.pulses.step, {"curve": config.curve}))
     for key, step, curves in cases:
         limits = {name: 2 / float(np.max(curve.initial_frequency)) for name, curve in curves.items()}
         name = min(limits, key=limits.__getitem__)
@@ -144,13 +125,13 @@ def responses_have_an_impact(config: Config) -> Problems:
         if not response_length > impact:
             text = f"has its first impact at {impact:.6g} (in tau) from {x0}; that must come before the end of"
             yield f"earthquakes.walls[{index}]", f"{text} matching.response_length, {response_length}"
-    if config.amplitude_dependence:
-        share = config.amplitude_dependence.release_share[-1]
-        impact = float(np.max(_first_impact(amplitude_curves(config), share)))
+    if config.amplitude:
+        share = config.amplitude.release_share[-1]
+        impact = float(_first_impact(config.curve, share * config.curve.ultimate_displacement_ratio))
         if not response_length > impact:
             text = f"is {share}; the first impact from there, at {impact:.6g} in tau, must come"
             end = f"before the end of matching.response_length, {response_length}"
-            yield "amplitude_dependence.release_share", f"{text} {end}"
+            yield "amplitude.release_share", f"{text} {end}"
 
 
 def _first_impact(curve: TrilinearCurve, x0: Array) -> Array:
@@ -211,20 +192,11 @@ def changed_restitution_stays_possible(config: Config) -> Problems:
             text = f"is {spread}; e of earthquakes.orders, up to {highest:g}, must stay up to 1 with it"
             yield "earthquakes.orders.test_spread", text
     if order := config.damper_order:
-        cases.append(("damper_order", order.restitution_change, order.restitution))
+        cases.append(("damper_order", order.restitution_change, [*order.restitution]))
     for key, change, e in cases:
         if not (min(e) - change > 0 and max(e) + change <= 1):
             text = f"is {change}; every e of {key}, {min(e):g} to {max(e):g}, must stay above 0 and up to 1 with it"
             yield f"{key}.restitution_change", text
-
-
-def amplitude_dependence_has_both_variants(config: Config) -> Problems:
-    """The steeper variant of every curve of the amplitude study must exist."""
-    if section := config.amplitude_dependence:
-        b1 = min(float(np.min(amplitude_curves(config).strength_ratio)), float(section.map.strength_ratio[0]))
-        if not section.ultimate_displacement_ratio > 1 - b1:
-            text = f"is {section.ultimate_displacement_ratio}; a3 must be greater than 1 - b1, {1 - b1:.6g}"
-            yield "amplitude_dependence.ultimate_displacement_ratio", text
 
 
 def record_is_a_file(config: Config) -> Problems:
@@ -240,7 +212,6 @@ RULES: tuple[Rule, ...] = (
     steps_are_stable,
     grids_hold_what_is_looked_up,
     changed_restitution_stays_possible,
-    amplitude_dependence_has_both_variants,
     record_is_a_file,
 )
 RULES_OF_RELEASES: tuple[Rule, ...] = (responses_have_an_impact, decays_are_as_long_as_matches)  # of walls that survive
@@ -286,7 +257,7 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     for key, curve in curves.items():
         for doubt in plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio):
             yield key, f"makes an unlikely curve: {doubt}"
-    for name in ("", "damping_force", "earthquakes", "pulses", "damper_order"):
+    for name in ("", "damping_force", "earthquakes", "amplitude", "damper_order"):
         section = getattr(config, name) if name else config
         for doubt in plausibility.of_restitution(section.restitution) if section else ():
             yield f"{name}.restitution".strip("."), f"is unlikely: {doubt}"

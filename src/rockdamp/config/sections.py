@@ -13,10 +13,8 @@ from pydantic import AfterValidator, Field
 from rockdamp.arrays import Array
 from rockdamp.config.kinds import (
     ArithmeticGrid,
-    Bands,
     Fraction,
     Fractions,
-    Geometric,
     Length,
     Orders,
     Overburden,
@@ -217,52 +215,14 @@ class Validation(Section):
     step: Step = Field(description="Longest step in tau; the record's step is divided until it is no longer. [-]")
 
 
-class CurveMap(Section):
-    yield_displacement_ratio: Fractions = Field(description="a1 of the curves. [-]")
-    strength_ratio: Fractions = Field(
-        description="b1 of the curves, each more than 1 - amplitude_dependence.ultimate_displacement_ratio. [-]"
-    )
-
-
-class AmplitudeDependence(Section):
+class Amplitude(Section):
     release_share: Fractions = Field(description="Release amplitudes over the displacement of zero force, u0/u3. [-]")
     restitution: Fractions = Field(description="Coefficients of restitution e. [-]")
-    yield_displacement_ratio: Positives = Field(
-        description="The a1 of the curves, with the plateau that studies.cracked_stiffness has there. [-]"
-    )
-    ultimate_displacement_ratio: Fraction = Field(
-        description="a3 of the steeper and the translated variant of each curve; the translated one is left out where"
-        " a1 + b1 leaves no room for it. [-]"
-    )
     refinement: Whole = Field(
         ge=2,
         le=1000,
         multiple_of=2,
         description="Steps in place of each of the solver's in the last minimisation, as matching.refinement. [-]",
-    )
-    map: CurveMap = Field(
-        description="Curves for which the best exponent of the general damper is found; those that do not exist are"
-        " left out."
-    )
-
-
-# --- under load ------------------------------------------------------------------------------------------------------
-
-
-class OrderPulses(Section):
-    frequency: Geometric = Field(
-        description="Angular frequencies of the pulses over the frequency parameter, w/p; a geometric sequence. [-]"
-    )
-    load: Geometric = Field(description="Peaks of the load over the plateau's force; a geometric sequence. [-]")
-    step: Step = Field(description="Step in tau; below the stability limit 2 sqrt(a1/b1) of the reference curve. [-]")
-    tail: Length = Field(description="Rest after the pulse in tau. [-]")
-
-
-class Pulses(OrderPulses):
-    restitution: Fractions = Field(description="Coefficients of restitution e. [-]")
-    bands: Bands = Field(
-        description="Edges of the bands of the peak under restitution, u/u_ins, in which peaks are compared; ascending."
-        " [-]"
     )
 
 
@@ -273,11 +233,6 @@ class DamperOrder(Section):
         description="Change of e, down and up, that shows how sensitive restitution itself is; e stays within 0 and 1."
         " [-]"
     )
-    release_share: Fractions = Field(
-        description="Release amplitudes over the displacement of zero force, u0/u3, on each curve of the amplitude"
-        " dependence. [-]"
-    )
-    pulses: OrderPulses = Field(description="A grid of pulses on the reference curve.")
 
 
 # --- convergence, and figures -----------------------------------------------------------------------------------------

@@ -46,7 +46,7 @@ class Scan:
 
 
 def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitude: ArrayLike) -> Array:
-    r"""Return the factor g of the closed form, for the model and exponent of `damping` (its xi is not used).
+    r"""Return the factor g of the closed form, for the model of `damping` (its xi is not used).
 
     .. math::
         g(x_0; a_1, b_1, a_3) = \frac{V(x_0)}{\int_0^{x_0} \hat{c}(x) \sqrt{2 \, (V(x_0) - V(x))} \, \mathrm{d}x},
@@ -118,7 +118,6 @@ def damping_ratio_energy(
     damping_model: str,
     restitution: ArrayLike,
     release_amplitude: ArrayLike,
-    exponent: ArrayLike = 0.0,
 ) -> Array:
     r"""Return the damping ratio by the closed form; for ECD and ECD16 the exact one: every peak of a decay. [-]
 
@@ -134,13 +133,11 @@ def damping_ratio_energy(
     curve : TrilinearCurve
         Broadcasts.
     damping_model : str
-        A viscous model, or ``"POWER"`` for the general exponent.
+        A viscous model.
     restitution : float or ndarray
         e, in (0, 1], broadcasts. [-]
     release_amplitude : float or ndarray
         u0/u_ins, in (0, a3), broadcasts. [-]
-    exponent : float or ndarray
-        n of the general exponent, unused by the other models; broadcasts. [-]
 
     Returns
     -------
@@ -159,41 +156,15 @@ def damping_ratio_energy(
     >>> rd.damping_ratio_energy(curve, "ECD", [0.8, 0.9], 0.5).round(4)
     array([0.0709, 0.0335])
     """
-    e, n = check_restitution(restitution), numbers("exponent", exponent)
-    damping = Damping.from_values(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=n)
+    e = check_restitution(restitution)
+    damping = Damping.from_values(damping_model, damping_ratio=np.ones(()), restitution=e)
     x0, of = numbers("release_amplitude", release_amplitude), instance("curve", curve, TrilinearCurve)
     broadcast(restitution=e, release_amplitude=x0, curve=of)
     warn([*of_restitution(e), *of_exchanged(e, x0), *of_start(x0, of.yield_displacement_ratio)])
     g = equivalence_factor(curve, damping, release_amplitude)
     delta = 0.0 - np.log(e)
-    return _exact(damping, e, g) if damping.amplitude_independent else delta * g
-
-
-def damping_ratio_middle(
-    curve: TrilinearCurve,
-    damping_model: str,
-    restitution: ArrayLike,
-    release_amplitude: ArrayLike,
-    exponent: ArrayLike = 0.0,
-) -> Array:
-    r"""Return the damping ratio by the closed form at the half cycle's middle energy, second order in the loss. [-]
-
-    A half cycle from x0 runs from V(x0) to e^2 V(x0). With g at their geometric mean, V(xm) = e V(x0), in place of
-    g(x0), the terms of first order cancel, as reversing time turns -xi into xi and exchanges the two peaks:
-
-    .. math:: \xi = \pi \, g(x_m) \, \frac{\delta}{\sqrt{\pi^2 + \delta^2}},
-
-    exact on the first branch; for ECD and ECD16 the exact ratio. It takes what `damping_ratio_energy` takes.
-    """
-    e = check_restitution(restitution)
-    middle = curve.amplitude(e * curve.energy(release_amplitude))
-    damping = Damping.from_values(damping_model, damping_ratio=np.ones(()), restitution=e, exponent=exponent)
-    g = equivalence_factor(curve, damping, middle)
-    return _exact(damping, e, g) if damping.amplitude_independent else np.pi * g * exact_ratio(e)
-
-
-def _exact(damping: Damping, e: Array, g: Array) -> Array:
-    """Return the exact damping ratio, where there is one, in the shape of e and g."""
+    if not damping.amplitude_independent:
+        return delta * g
     ratio = Damping.of_restitution(e, damping.model).damping_ratio
     return np.broadcast_to(ratio, np.broadcast_shapes(e.shape, g.shape)).copy()
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import Scan
 from rockdamp.equivalence.minima import RESOLUTION, SCAN, Cases, error_at, global_minima, integral_minima
+from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers import newmark
 from rockdamp.solvers.newmark import available_threads
@@ -113,7 +114,7 @@ def _sums(cases: Cases, case: int, damping_model: str, ratios: Array, steps: int
     """Return the sum of the absolute differences for each of some damping ratios. [-]"""
     history = newmark.solve(
         cases.curve_of(case),
-        cases.damping_of(damping_model, ratios, case),
+        Damping(damping_model, ratios),
         step=cases.step,
         steps=steps,
         release_amplitude=float(cases.release_amplitude[case]),

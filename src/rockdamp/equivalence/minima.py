@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockdamp.arrays import Array, Quantity
+from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import Scan, damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
@@ -49,7 +49,6 @@ class Cases:
     restitution: Array
     displacement: Array  # of the reference, at each step of the solver, shape (cases, steps + 1) [-]
     step: float  # in tau
-    exponent: Quantity = 0.0  # n of the general exponent, for the model "POWER" alone [-]
 
     @classmethod
     def released(
@@ -61,12 +60,11 @@ class Cases:
         step: float,
         steps: int,
         scheme: str = "newmark",
-        exponent: Quantity = 0.0,
     ) -> Cases:
         """Release walls at rest: their decays under restitution over `steps` steps of the solver."""
         start: Options = {"release_amplitude": release_amplitude, "step": step, "steps": steps, "scheme": scheme}
         response = solve(curve, Damping.cr(restitution), store_every=1, **start)
-        return cls(curve, release_amplitude, restitution, response.displacement, step, exponent)
+        return cls(curve, release_amplitude, restitution, response.displacement, step)
 
     def refined(self, steps: int, refinement: float, scheme: str = "newmark") -> Cases:
         """Return the decays over `steps` steps again, with `refinement` steps in place of each, or nearly so.
@@ -75,7 +73,7 @@ class Cases:
         """
         finer = round(steps * refinement)
         released, step = (self.curve, self.release_amplitude, self.restitution), self.step * steps / finer
-        return Cases.released(*released, step=step, steps=finer, scheme=scheme, exponent=self.exponent)
+        return Cases.released(*released, step=step, steps=finer, scheme=scheme)
 
     @property
     def steps(self) -> int:
@@ -90,21 +88,11 @@ class Cases:
             self.restitution[case],
             self.displacement[case],
             self.step,
-            self.exponents[case],
         )
 
     def curve_of(self, case: Any) -> TrilinearCurve:
         """Return the curves of some cases."""
         return self.curve.map(lambda parameter: parameter[case])
-
-    @property
-    def exponents(self) -> Array:
-        """The exponent of each case."""
-        return np.broadcast_to(np.asarray(self.exponent, dtype=float), self.restitution.shape)
-
-    def damping_of(self, damping_model: str, damping_ratio: Array, case: Any) -> Damping:
-        """Return the dampers of some cases."""
-        return Damping.from_values(damping_model, damping_ratio=damping_ratio, exponent=self.exponents[case])
 
     def errors(
         self, damping_model: str, damping_ratio: Array, case: Any, marks: Any, scheme: str, every: int = 1
@@ -115,7 +103,7 @@ class Cases:
         """
         response = solve(
             self.curve_of(case),
-            self.damping_of(damping_model, damping_ratio, case),
+            Damping(damping_model, damping_ratio),
             release_amplitude=self.release_amplitude[case],
             step=self.step * every,
             steps=int(marks[-1]),
@@ -128,7 +116,7 @@ class Cases:
     def unlike(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the cases that differ, and which of these each case is: walls of one curve pose one problem in tau."""
         shape = [getattr(self.curve, name) for name in TEXTS]
-        problem = np.stack([*shape, self.release_amplitude, self.restitution, self.exponents], axis=1)
+        problem = np.stack([*shape, self.release_amplitude, self.restitution], axis=1)
         _, first, which = np.unique(problem, axis=0, return_index=True, return_inverse=True)
         return first, which
 
@@ -160,9 +148,7 @@ def global_minima(
     if lossy.size < cases.restitution.size:
         return _with_lossless(cases, damping_model, lengths, scan, scheme, lossy)
     _require_impacts(cases, lengths)
-    guess = damping_ratio_energy(
-        cases.curve, damping_model, cases.restitution, cases.release_amplitude, cases.exponents
-    )
+    guess = damping_ratio_energy(cases.curve, damping_model, cases.restitution, cases.release_amplitude)
     trial = guess[:, None] * np.geomspace(scan.smallest, scan.largest, scan.points)
     coarse = _scan(cases, damping_model, trial, lengths, scheme)
     lower = (coarse[..., 1:-1] < coarse[..., :-2]) & (coarse[..., 1:-1] <= coarse[..., 2:])

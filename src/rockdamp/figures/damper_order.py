@@ -33,14 +33,11 @@ NEAR = 0.35  # in tau, shown before and after the crossing
 
 @styled
 def fig_order(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -> Figure:
-    """Draw the error against the order under three loads, and force and velocity in the first half cycle of a decay."""
+    """Draw the error against the order, and force and velocity in the first half cycle of a decay."""
     figure = new_figure(135.0)
-    grid = figure.add_gridspec(2, 6, height_ratios=[1.0, 1.05])
-    decay, pulses, earthquakes = (figure.add_subplot(grid[0, 2 * i : 2 * i + 2]) for i in range(3))
+    (decay, earthquakes), (force, velocity) = figure.subplots(2, 2, height_ratios=[1.0, 1.05])
     _decay(decay, at_shown(damper_order))
-    _pulses(pulses, at_shown(damper_order))
     _earthquakes(earthquakes, earthquake_orders)
-    force, velocity = figure.add_subplot(grid[1, :3]), figure.add_subplot(grid[1, 3:])
     _force(force, damper_order)
     _velocity(velocity, damper_order)
     figure.legend(handles=force.get_legend_handles_labels()[0], loc="outside lower center", ncols=len(SHOWN) + 1)
@@ -74,34 +71,17 @@ def _by_order(axes: Axes, at_e: xr.Dataset, sensitivity: xr.DataArray) -> Sequen
     return places
 
 
-def _line(label: str, marker: str | None = None, **changed: Any) -> dict[str, Any]:
+def _line(label: str) -> dict[str, Any]:
     style = style_of("ECD")
-    return {"color": style.colour, "marker": marker or style.marker, "label": label, **changed}
+    return {"color": style.colour, "marker": style.marker, "label": label}
 
 
 def _decay(axes: Axes, at_e: xr.Dataset) -> None:
-    """Draw the error on the reference curve, its range over all curves and releases, and those of fitted dampers."""
-    places = _by_order(axes, at_e, at_e["varied_curve_rms_error"])
-    every = ("case", "release_share")
-    low, high = (at_e["rms_error"].reduce(end, every).values for end in (np.min, np.max))
-    axes.fill_between(
-        places, low, high, color=style_of("ECD").colour, alpha=0.2, linewidth=0, label="all curves, releases"
-    )
-    axes.plot(places, at_e["curve_rms_error"], **_line("ECD of order $m$"))
-    for model in map(str, at_e["damping_model"].values):
-        error = float(at_e["fitted_rms_error"].sel(damping_model=model))
-        axes.axhline(error, linewidth=0.9, label=f"{model}, fitted", **line_of(model))
+    """Draw the error on the reference curve."""
+    places = _by_order(axes, at_e, at_e["varied_rms_error"])
+    axes.plot(places, at_e["rms_error"], **_line("ECD of order $m$"))
     axes.set_ylabel(r"rms of $\Delta|u|/u_\mathrm{ins}$ [-]")
-    _titled(axes, f"(a) free decay, $e = {float(at_e['restitution']):g}$", columns=2)
-
-
-def _pulses(axes: Axes, at_e: xr.Dataset) -> None:
-    places = _by_order(axes, at_e, at_e["varied_pulse_log_error"])
-    axes.plot(places, at_e["pulse_log_error"], **_line("whole response"))
-    before = _line("before the first impact", marker="^", linestyle=(0, (4.0, 1.6)), markerfacecolor="white")
-    axes.plot(places, at_e["pulse_before_impact_log_error"], **before)
-    _peak_axis(axes)
-    _titled(axes, f"(b) pulses, $e = {float(at_e['restitution']):g}$")
+    _titled(axes, f"(a) free decay, $e = {float(at_e['restitution']):g}$")
 
 
 def _earthquakes(axes: Axes, earthquake_orders: xr.Dataset) -> None:
@@ -110,20 +90,16 @@ def _earthquakes(axes: Axes, earthquake_orders: xr.Dataset) -> None:
     low, high = (at_e["log_error_interval"].isel(bound=bound) for bound in (0, -1))
     axes.fill_between(places, low, high, color=style_of("ECD").colour, alpha=0.2, linewidth=0, label="95 % interval")
     axes.plot(places, at_e["log_error"], **_line("all walls"))
-    _peak_axis(axes)
-    _titled(axes, f"(c) {int(at_e['records'])} records, $e = {float(at_e['restitution']):g}$")
-
-
-def _peak_axis(axes: Axes) -> None:
     for set_formatter in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
         set_formatter(FormatStrFormatter("%g"))
     axes.set_ylabel("rms of ln(peak ratio) [-]")
+    _titled(axes, f"(b) {int(at_e['records'])} records, $e = {float(at_e['restitution']):g}$")
 
 
-def _titled(axes: Axes, title: str, columns: int = 1) -> None:
+def _titled(axes: Axes, title: str) -> None:
     """Give a panel its title and a legend below it, where no line passes."""
     axes.set_title(title)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.24), ncols=columns)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.24))
 
 
 # --- in the first half cycle -----------------------------------------------------------------------------------------
@@ -171,7 +147,7 @@ def _force(axes: Axes, damper_order: xr.Dataset) -> None:
     axes.set_xlim(release, -release)  # as time goes, from left to right
     axes.set_xlabel(DISPLACEMENT)
     axes.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
-    axes.set_title(f"(d) the first half cycle of a decay, $e = {float(damper_order['shown_restitution']):g}$")
+    axes.set_title(f"(c) the first half cycle of a decay, $e = {float(damper_order['shown_restitution']):g}$")
 
 
 def _velocity(axes: Axes, damper_order: xr.Dataset) -> None:
@@ -185,14 +161,12 @@ def _velocity(axes: Axes, damper_order: xr.Dataset) -> None:
     axes.axvline(0, color=GREY, linewidth=0.4, zorder=0)
     axes.set_xlabel(r"dimensionless time from the impact $p\,t$ [-]")
     axes.set_ylabel(r"$\dot u/(p\,u_\mathrm{ins})$ [-]")
-    axes.set_title("(e) its velocity at the crossing")
+    axes.set_title("(d) its velocity at the crossing")
 
 
 def fig_order_caption(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -> str:
     """Write the caption, HTML."""
-    at_e, earthquakes, order = at_shown(damper_order), at_middle(earthquake_orders), damper_order["order"]
-    within = at_e["pulse_log_error"] <= at_e["varied_pulse_log_error"].min("variation")
-    peak_error = max(float(damper_order[name].max()) for name in ("peak_error", "curve_peak_error"))
+    earthquakes = at_middle(earthquake_orders)
     judged = earthquake_orders.sel(change=DECISIVE_CHANGE)
     enough, everywhere = judged["smallest_order"].isel(record_set=0), judged["recommended_order"]
     return f"""
@@ -200,9 +174,8 @@ def fig_order_caption(damper_order: xr.Dataset, earthquake_orders: xr.Dataset) -
     {percent(judged["loss_change"], 1)} does, in errors, collapses missed and collapses added alike,
     {_onwards(enough.sel(restitution=earthquakes["restitution"]), judged["order"])} at
     e&nbsp;=&nbsp;{plain(earthquakes["restitution"])}, and {_onwards(everywhere, judged["order"])} at every e studied.
-    Under pulses, at e&nbsp;=&nbsp;{plain(at_e["restitution"])}, the error of ECD of order m is below the grey band
-    {_onwards(order.where(within).min(), order)}. Over all orders, curves, releases and e of the study the peaks in free
-    decay differ from those under CR by {at_most(peak_error)} at most.
+    Over all orders and e of the study the peaks in free decay differ from those under CR by
+    {at_most(damper_order["peak_error"].max())} at most.
     """
 
 

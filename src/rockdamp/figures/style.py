@@ -45,7 +45,6 @@ CHOSEN: dict[str, tuple[str | tuple[float, tuple[float, ...]], str]] = {
     "SDR": ("dashdot", "D"),
     "ECD": ("dotted", "v"),
     RECOMMENDED: ((0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
-    "POWER": ((0, (8.0, 1.4, 2.6, 1.4)), "P"),
     "STOP": ((0, (4.5, 1.4, 1.0, 1.4, 1.0, 1.4)), "h"),
 }
 STOP_COLOUR = "#8C510A"  # of the damper at the stop, which is no damper of a wall

@@ -19,9 +19,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.motions.pulse_shapes import PULSES, pulse
 from rockdamp.motions.records import Record, followed_by_rest
-from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Options, Peaks
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -166,57 +164,7 @@ def require_affordable(steps: float, cause: str) -> None:
 
 # --- many loads -------------------------------------------------------------------------------------------------------
 
-CELLS = ("pulse", "pulse_frequency", "load_ratio")
 HISTORIES = ("record", "velocity_ratio", "wall")
-
-
-def under_pulses(
-    curve: TrilinearCurve,
-    dampings: Mapping[str, Damping],
-    frequency: Array,
-    load: Array,
-    *,
-    step: float,
-    tail: float,
-    plateau: float | None = None,
-    dims: Sequence[str] = (),
-    description: str = "",
-) -> xr.Dataset:
-    """Run curves with each damper under pulses of every shape, frequency and load.
-
-    Parameters
-    ----------
-    curve, dampings : TrilinearCurve and Damping by name
-        Of numbers, or of arrays that broadcast to the dimensions that `dims` names.
-    frequency, load : ndarray
-        Angular frequency over p, and the peak of the load over the plateau. [-]
-    step, tail : float
-        Step of the solver and rest after the pulse, in tau. [-]
-    plateau : float, optional
-        By default that of the curve. [-]
-    dims : sequence of str
-        Names of the dimensions of curves and dampers.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``peak`` and ``collapsed``, as `solve` with `peaks_only` has them, over ``damping_model``, `CELLS` and `dims`.
-    """
-    b1 = float(curve.strength_ratio) if plateau is None else plateau
-    shape = np.broadcast_shapes(curve.shape, *(damping.shape for damping in dampings.values()))
-    ends = _Ends(len(dampings), len(PULSES), frequency.size, load.size, *shape)
-    for i, name in enumerate(PULSES):
-        for j, w in enumerate(track(frequency, f"{name} pulses{description}")):
-            forcing = pulse_load(name, float(w), b1 * load.reshape(-1, *(1 for _ in shape)), step, tail)
-            for row, damping in enumerate(dampings.values()):
-                ends[row, i, j] = solve(curve, damping, peaks_only=True, **forcing.newmark())
-    coords = {"pulse": list(PULSES), "pulse_frequency": frequency, "load_ratio": load}
-    return ends.dataset(("damping_model", *CELLS, *dims), {"damping_model": list(dampings), **coords})
-
-
-def pulse_load(name: str, frequency: float, peak: Array, step: float, tail: float) -> Forcing:
-    """Return a pulse of some peaks as the load, sampled at the solver's step, with the rest after it. [-]"""
-    return Forcing(followed_by_rest(pulse(name, frequency, step), step, tail), step, peak)
 
 
 def under_records(

@@ -301,7 +301,7 @@ class Losses:
 def law_of_loss(log_energy: Array, decrement: float, g: float) -> Array:
     """Return the losses by the energies before the impacts, ln E less ln of that at which the loss is `decrement`.
 
-    The energy left to the power g falls by the same at each impact, docs/theory.md, section 9:
+    The energy left to the power g falls by the same at each impact, docs/theory.md, section 8:
     delta(E) = -ln(1 - (1 - exp(-2 g delta_r)) (E_r/E)^g) / (2 g). A wall that the impact stops loses infinitely much.
     """
     return _law_and_slope(log_energy, decrement, g)[0]

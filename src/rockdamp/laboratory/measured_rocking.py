@@ -72,7 +72,6 @@ def measured_rocking(config: LaboratoryConfig) -> xr.Dataset:
     parts = [
         models,
         study.by_curve(fits),
-        study.by_exponent(shown),
         study.by_amplitude(),
         study.by_law(),
         study.by_error_model(),
@@ -162,23 +161,6 @@ class _Study:
                 "yield_displacement_ratio": s.yield_displacement_ratio,
                 "release_amplitude": s.release_amplitude,
             },
-        )
-
-    def by_exponent(self, start: TrialsFit) -> xr.Dataset:
-        """Return the log-likelihood of the general damper C ~ w^n by its exponent n."""
-        n, impacts = self.settings.exponent, self.settings.shown_impacts
-        values = []
-        for exponent in track(n, "general exponent"):
-            start = fit(self.shown, _fixed(by_solver(self.block, "POWER", impacts, float(exponent))), start=start)
-            values.append(start.log_likelihood)
-        best, interval, _ = profile(n, np.array(values))
-        return xr.Dataset(
-            {
-                "log_likelihood_by_exponent": ("exponent", values),
-                "general_exponent": best,
-                "general_exponent_interval": ("bound", interval),
-            },
-            coords={"exponent": n, "bound": ["lower", "upper"]},
         )
 
     def by_amplitude(self) -> xr.Dataset:

@@ -51,9 +51,6 @@ class MeasuredRocking(Section):
         description="a1 of the curve on which the models are compared. [-]"
     )
     shown_release_amplitude: _Release = Field(description="The release from which the models are compared. [-]")
-    exponent: Annotated[Array, ascending(Annotated[float, Field(ge=0, le=5)], 3)] = Field(
-        description="Exponents n of the general damper, ascending. [-]"
-    )
     amplitude_exponent: Annotated[Array, ascending(Annotated[float, Field(ge=-2, le=2)], 3)] = Field(
         description="Exponents of the energy left with which the loss per impact may go, ascending. [-]"
     )

@@ -164,13 +164,12 @@ class NearlyRigid:
         return TrilinearCurve(self.yield_displacement_ratio, 1.0 - 2.0 * self.yield_displacement_ratio)
 
 
-def dampings(block: NearlyRigid, model: str, exponent: float = 0.0) -> Damping:
+def dampings(block: NearlyRigid, model: str) -> Damping:
     """Return a damper with values that lose from nothing to more than the largest of `LOSSES` at the first impact."""
     restitution = np.exp(-BEYOND * LOSSES)
     if model == REFERENCE:
         return Damping.cr(restitution)
-    ratio = damping_ratio_energy(block.curve, model, restitution, block.release_amplitude, exponent)
-    return Damping.from_values(model, damping_ratio=ratio, exponent=exponent)
+    return Damping(model, damping_ratio_energy(block.curve, model, restitution, block.release_amplitude))
 
 
 def losses_by_impact(block: NearlyRigid, damping: Damping, impacts: int) -> Array:
@@ -193,9 +192,9 @@ def losses_by_impact(block: NearlyRigid, damping: Damping, impacts: int) -> Arra
     return np.nan_to_num(-0.5 * np.diff(np.log(energy), axis=1), nan=MOST).clip(0.0, MOST)
 
 
-def by_solver(block: NearlyRigid, model: str, impacts: int, exponent: float = 0.0) -> Callable[[Array], Prediction]:
+def by_solver(block: NearlyRigid, model: str, impacts: int) -> Callable[[Array], Prediction]:
     """Return what predicts the ratios for first losses: the solver's decays, linear between them in the first loss."""
-    loss = losses_by_impact(block, dampings(block, model, exponent), impacts)
+    loss = losses_by_impact(block, dampings(block, model), impacts)
     order = np.argsort(loss[:, 0])
     first, relative = loss[order, 0], loss[order] / loss[order, :1]
 

@@ -86,7 +86,7 @@ def power_law(losses: Array, exponent: float, impacts: int) -> Prediction:
 
 
 def law_of_loss(losses: Array, exponent: float, impacts: int) -> Prediction:
-    """Return the prediction of the law of docs/theory.md, section 9, with the exponent g, above 0.
+    """Return the prediction of the law of docs/theory.md, section 8, with the exponent g, above 0.
 
     V^g falls at each impact by V_1^g (1 - exp(-2 g delta_1)), until nothing is left and the block stops: from there on
     the loss is `MOST`.

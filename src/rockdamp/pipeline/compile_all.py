@@ -30,7 +30,7 @@ def compile_all(processes: int = 1) -> None:
     from rockdamp.vocabulary import MODELS
 
     models = [Damping(model, 0.5) for model in MODELS]
-    dampers = [*models, Damping.power(1.3, 0.05), Damping("ECD", 0.05, order=8)]
+    dampers = [*models, Damping("ECD", 0.05, order=8)]
     runs = [partial(_run_oscillator)]  # the quickest tells whether anything is to be compiled
     runs += [partial(_run, damping, peaks_only=True) for damping in dampers]
     # Dampers may share a law, and one run compiles it for all: two processes would both compile it.

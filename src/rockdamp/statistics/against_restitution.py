@@ -61,16 +61,6 @@ def of_pairs(ratio: xr.DataArray, dims: Sequence[Hashable]) -> xr.Dataset:
     )
 
 
-def of_outcomes(fell: xr.DataArray, reference_fell: xr.DataArray, dims: Sequence[Hashable]) -> xr.Dataset:
-    """Count the collapses that only one of both has, from booleans."""
-    return xr.Dataset(
-        {
-            "false_safe": (reference_fell & ~fell).sum(dims),
-            "false_collapse": (~reference_fell & fell).sum(dims),
-        }
-    )
-
-
 def in_bands(ratio: xr.DataArray, peak: xr.DataArray, edges: Array) -> xr.DataArray:
     """Return the ratios with a first dimension ``band``: NaN where the peak is not in it, its lower edge included."""
     return xr.concat([ratio.where((peak >= low) & (peak < high)) for low, high in pairwise(edges)], "band")

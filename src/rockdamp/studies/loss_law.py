@@ -1,6 +1,6 @@
 """What a constant e costs, if the loss of an impact falls with the amplitude: the law beside it, under earthquakes.
 
-The law has e at one amplitude and an exponent g (docs/theory.md, section 9). Each pair of both stands beside the
+The law has e at one amplitude and an exponent g (docs/theory.md, section 8). Each pair of both stands beside the
 constant e in the same histories, with every wall under every record: in place of the dampers of the other studies.
 """
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from rockdamp.arrays import Array, Quantity
+from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.config.sections import Matching
 from rockdamp.config.study import Study
@@ -105,17 +105,14 @@ def match_decays(
     *,
     step: float,
     scheme: str,
-    exponent: Quantity = 0.0,
     description: str = "",
 ) -> dict[str, Matched]:
     """Release walls under restitution and match models to their decays, by the protocol of `equivalence.matching`.
 
-    Curve, release amplitude, e and the exponent of ``"POWER"`` have the shape (cases,).
+    Curve, release amplitude and e have the shape (cases,).
     """
     steps = step_count(matching.response_length, step)
-    cases = Cases.released(
-        curve, release_amplitude, restitution, step=step, steps=steps, scheme=scheme, exponent=exponent
-    )
+    cases = Cases.released(curve, release_amplitude, restitution, step=step, steps=steps, scheme=scheme)
     return solve(
         cases,
         damping_models,

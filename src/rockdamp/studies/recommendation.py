@@ -1,8 +1,8 @@
-"""Recommend a damper in place of restitution, from the studies of earthquakes, orders, pulses and decays.
+"""Recommend a damper in place of restitution, from the studies of earthquakes, orders and decays.
 
 The damper to use is the one that errs least from restitution under earthquakes, or whose error is not significantly
 larger than the least, at every coefficient of restitution. Beside it stands what a user has to know of it: the typical
-error and the tail beside those that another e makes, what it misses, and its error under single pulses.
+error and the tail beside those that another e makes, and what it misses.
 
 `compare_dampers` compares every damper with CR under earthquakes, and CR with small changes of itself. Every statistic
 has a bootstrap interval over the stations of the records: see `statistics.against_restitution`.
@@ -27,12 +27,11 @@ from rockdamp.statistics.against_restitution import (
     CHANGES_OF_E,
     bootstrapped,
     fragilities,
-    of_pairs,
     quotient,
     root_mean_square,
 )
 from rockdamp.statistics.fragility import interval, resample
-from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, RECOMMENDED_SOURCE, REFERENCE
+from rockdamp.vocabulary import DECISIVE_CHANGE, RECOMMENDED_ORDER, REFERENCE
 
 EXACT_SOURCE = "closed form"  # of a damping ratio that is exact for some dampers, and needs no history
 
@@ -45,13 +44,11 @@ CHOICES = ("damping_model", "damping_ratio_source")
 SIZES = ("log_error", "log_error_median", "log_error_90")  # of the difference of the peaks: rms, typical, tail
 
 
-def recommend(
-    config: Config, compared: xr.Dataset, orders: xr.Dataset, by_order: xr.Dataset, pulses: xr.Dataset
-) -> xr.Dataset:
+def recommend(config: Config, compared: xr.Dataset, orders: xr.Dataset, by_order: xr.Dataset) -> xr.Dataset:
     """Recommend a damper and the source of its damping ratio, and collect the reasons.
 
-    `compared` and `orders` hold the dampers, and ECD of each order, under earthquakes. `by_order` and `pulses` hold ECD
-    of each order in free decay, and the dampers under pulses.
+    `compared` and `orders` hold the dampers, and ECD of each order, under earthquakes; `by_order` holds ECD of each
+    order in free decay.
     """
     e, models = compared["restitution"].values, compared["damping_model"].values
     ratio = [
@@ -61,14 +58,10 @@ def recommend(
         for model in models
     ]
     near = by_order.sel(order=RECOMMENDED_ORDER, method="nearest")
-    before = near["pulse_before_impact_log_error"]
-    advice = under_earthquakes(compared).merge(_under_pulses(pulses, models))
-    return advice.assign(
-        # Under pulses at the shown e, and in the shown decay, of the order nearest to the recommended one.
-        before_impact_log_error=float(before.sel(restitution=by_order["shown_restitution"], method="nearest")),
+    return under_earthquakes(compared).assign(
         damping_ratio_energy=(("damping_model", "restitution"), np.stack(ratio)),
         release_amplitude=config.release_amplitude,
-        crossing_force=float(abs(near["shown_damping_force"]).max()),
+        crossing_force=float(abs(near["shown_damping_force"]).max()),  # of the order nearest to the recommended one
         recommended_order=orders["recommended_order"].sel(change=DECISIVE_CHANGE, drop=True),
         restitution_change=orders["restitution_change"],
         records=orders["records"],
@@ -158,24 +151,6 @@ def judge(whole: xr.Dataset) -> xr.Dataset:
 def holds(error: xr.DataArray, own: xr.DataArray) -> xr.DataArray:
     """Tell where an error is within the multiple of CR's small-change error, or the tolerance; unknown is not."""
     return error <= np.maximum(MULTIPLE * own, TOLERANCE)
-
-
-def _under_pulses(pulses: xr.Dataset, models: NDArray[Any]) -> xr.Dataset:
-    """Errors of each damper under the slowest and the quickest pulses, at the middle e of these."""
-    at_e = pulses.isel(restitution=pulses.sizes["restitution"] // 2).sel(
-        damping_ratio_source=RECOMMENDED_SOURCE, drop=True
-    )
-    stand = (at_e["collapsed"] == 0) & (at_e["reference_collapsed"] == 0)
-    ratio = (at_e["peak"] / at_e["reference_peak"]).where(stand).sortby("pulse_frequency")
-    error = of_pairs(ratio, ["pulse", "load_ratio"])["log_error"].reindex(damping_model=models)
-    slow, quick = (error.isel(pulse_frequency=end).values for end in (0, -1))
-    return xr.Dataset(
-        {
-            "slow_pulse_log_error": ("damping_model", slow),
-            "quick_pulse_log_error": ("damping_model", quick),
-            "pulse_restitution": float(at_e["restitution"]),
-        }
-    )
 
 
 FRACTILES = (0.16, 0.50, 0.84)

@@ -86,18 +86,17 @@ class _Named(type):
 class Damping(ByValue, metaclass=_Named):
     """One damping model with its parameters, numbers or arrays that broadcast against the walls they are given to.
 
-    Make one with `Damping("CDR", 0.05)`, `Damping.cr(0.85)`, `Damping.power(1.3, 0.05)` or, as the damper that loses in
-    every half cycle what an impact takes, `Damping.of_restitution(0.85, order=8)`.
+    Make one with `Damping("CDR", 0.05)`, `Damping.cr(0.85)` or, as the damper that loses in every half cycle what an
+    impact takes, `Damping.of_restitution(0.85, order=8)`.
 
     Parameters
     ----------
     model : str
-        One of `vocabulary.MODELS`, or ``"POWER"`` for the general exponent.
+        One of `vocabulary.MODELS`.
     *values, **named : float or ndarray
         Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in [0, 1]; ``damping_ratio`` xi
-        for the others, >= 0; after it ``exponent`` n for POWER and, by name, ``order`` m for ECD, which is 0 if not
-        given; both >= 0. CR, ECD and ECD16 take, by name, ``exponent`` g
-        of a loss that falls with the amplitude, 0 if not given, and ``at``: see `cr`. [-]
+        for the others, >= 0; after it, by name, ``order`` m for ECD, >= 0 and 0 if not given. CR, ECD and ECD16 take,
+        by name, ``exponent`` g of a loss that falls with the amplitude, 0 if not given, and ``at``: see `cr`. [-]
 
     Attributes
     ----------
@@ -111,7 +110,7 @@ class Damping(ByValue, metaclass=_Named):
         Names of its parameters.
     defaults : dict
         Values of the parameters that need not be given, by name. [-]
-    secant_exponent : float, ndarray or None
+    secant_exponent : float or None
         The power of the secant's frequency that C is in proportion to, if it depends on nothing else. [-]
     amplitude_independent : bool
         Whether every half cycle of any curve loses the same fraction of its energy.
@@ -143,7 +142,7 @@ class Damping(ByValue, metaclass=_Named):
     law: Any
     step_kind: ClassVar[str] = VISCOUS
     linear_branches: Any = 0
-    secant_exponent: Any = None
+    secant_exponent: ClassVar[float | None] = None
     amplitude_independent: ClassVar[bool] = False
     ranges: ClassVar[Mapping[str, tuple[str, Callable[[Array], Any], str]]] = RANGES
 
@@ -201,7 +200,7 @@ class Damping(ByValue, metaclass=_Named):
     def cr(cls, restitution: Quantity, *, exponent: Quantity = 0.0, at: Quantity = REFERENCE_AMPLITUDE) -> Damping:
         r"""Return CR, Eq. (8): the velocity is multiplied by e whenever u changes sign.
 
-        With an exponent g > 0 the loss falls with the amplitude (docs/theory.md, section 9): an impact that the wall
+        With an exponent g > 0 the loss falls with the amplitude (docs/theory.md, section 8): an impact that the wall
         reaches with the energy :math:`E_-` leaves :math:`E_+^g = E_-^g - E_r^g (1 - e^{2g})`, or stops it.
 
         Parameters
@@ -219,21 +218,6 @@ class Damping(ByValue, metaclass=_Named):
         if without and np.any(made.at != REFERENCE_AMPLITUDE):
             plausibility.warn([f"at is {at} of u_ins and has no effect: the exponent is 0"])
         return made
-
-    @classmethod
-    def power(cls, exponent: Quantity, damping_ratio: Quantity) -> Damping:
-        r"""Return the damper of the general exponent, which is CDC, CDR and SDR at n = 0, 1 and 2.
-
-        .. math:: C = 2 \, m_\mathrm{eff} \, \omega_1 \, \xi \left(\frac{\omega(x)}{\omega_1}\right)^n
-
-        Parameters
-        ----------
-        exponent : float or ndarray
-            n, at least 0. [-]
-        damping_ratio : float or ndarray
-            xi, at least 0. [-]
-        """
-        return Damping("POWER", damping_ratio, exponent)
 
     @classmethod
     def of_restitution(cls, restitution: Quantity, model: str = "ECD", **named: Quantity) -> Damping:
@@ -405,6 +389,6 @@ class Damping(ByValue, metaclass=_Named):
 
 
 def _known(model: str) -> str:
-    """Return the name of a model that there is; the general exponent is one, and none of those that are compared."""
+    """Return the name of a model that there is."""
     named = model if isinstance(model, str) and model.upper() in DAMPERS else None
     return named.upper() if named is not None else one_of("damping_model", model, MODELS)

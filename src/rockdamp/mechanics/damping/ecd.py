@@ -1,8 +1,8 @@
 """ECD: the damper that loses in every half cycle what an impact takes, of any order m; and ECD16.
 
-Derived in docs/theory.md, sections 4 and 8. With the phase of the motion, tan phi = sqrt(V/T) and positive on the way
+Derived in docs/theory.md, sections 4 and 7. With the phase of the motion, tan phi = sqrt(V/T) and positive on the way
 out, a coefficient C = w_E D(phi), w_E = abs(f)/sqrt(2V), loses the same fraction from every amplitude of any curve.
-With an exponent g the damper's size kappa goes with E^-g, E = T + V, and the loss with the amplitude (section 9).
+With an exponent g the damper's size kappa goes with E^-g, E = T + V, and the loss with the amplitude (section 8).
 """
 
 from __future__ import annotations
@@ -160,8 +160,8 @@ class EnergyConsistent(Damping):
     """ECD of order m: C = w_E kappa cos^2m/(1 - kappa cos^(2m+1) sin) of the phase, kappa = 2 xi N_m.
 
     ECD alone means m = 0, C = 2 xi w_E, without a phase. It loses the same fraction of the energy in every half cycle,
-    from any amplitude, on any odd curve; as m grows it tends to restitution (docs/theory.md, section 8). With an
-    exponent g the loss is that of `Damping.cr` with the same g, and xi belongs to the amplitude `at` (section 9).
+    from any amplitude, on any odd curve; as m grows it tends to restitution (docs/theory.md, section 7). With an
+    exponent g the loss is that of `Damping.cr` with the same g, and xi belongs to the amplitude `at` (section 8).
     """
 
     model = "ECD"

@@ -1,6 +1,6 @@
 """ECD of order m under earthquakes, beside restitution and restitution with a changed e.
 
-Every order has the damping ratio that loses what an impact takes (docs/theory.md, section 8): nothing is fitted.
+Every order has the damping ratio that loses what an impact takes (docs/theory.md, section 7): nothing is fitted.
 Differences are taken over the same histories, and bootstrapped over stations: see `statistics.against_restitution`.
 
 An order is enough if it departs from restitution by no more than another loss does. An order and CR with a changed e

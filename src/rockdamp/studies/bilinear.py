@@ -1,0 +1,42 @@
+"""Displacement demand with the bi-linear curve (section 3) and with the tri-linear one, in pairs.
+
+The same wall with the same e is put under the same earthquake records. The nearly rigid curve of Fig. 4a stands for the
+bi-linear law.
+"""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from rockdamp.config import Config
+from rockdamp.histories.loads import under_records
+from rockdamp.mechanics.damping import Damping
+from rockdamp.motions import catalogue
+from rockdamp.progress import track
+
+
+def bilinear(config: Config) -> xr.Dataset:
+    """Run the reference wall with both curves under restitution, under every record at every intensity."""
+    e, settings = config.damping_force.restitution, config.bilinear
+    curves = {"tri-linear": config.curve, "bi-linear": config.damping_force.rigid.curve}
+    ended = under_records(
+        map(catalogue.read, track(catalogue.listing(settings.records), "Bi-linear and tri-linear curve")),
+        {name: (config.wall, curve) for name, curve in curves.items()},
+        {"CR": Damping.cr(e)},
+        settings.velocity_ratio,
+        step=settings.step,
+        tail=settings.tail,
+    )
+    return (
+        ended.sel(damping_model="CR", drop=True)
+        .drop_vars(["record_set", "station"])
+        .rename(wall="force_curve")
+        .transpose("force_curve", ...)
+        .assign(
+            {
+                name: ("force_curve", [float(getattr(curve, name)) for curve in curves.values()])
+                for name in ("yield_displacement_ratio", "strength_ratio")
+            }
+        )
+        .assign(restitution=e)
+    )

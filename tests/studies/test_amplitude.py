@@ -1,0 +1,83 @@
+"""The damping ratio over the amplitude: from peaks, from Err, from the closed form; its figure."""
+
+import numpy as np
+import pytest
+from configs import configured
+from figure_functions import FIGURES
+from figure_reading import shows
+
+from rockdamp.equivalence.closed_form import exact_ratio
+from rockdamp.equivalence.minima import RESOLUTION
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.plausibility import as_meant
+from rockdamp.solvers import event_driven
+from rockdamp.storage import dataset
+from rockdamp.studies.amplitude import amplitude, damping_ratio_peaks
+
+PAPER = TrilinearCurve(0.04, 0.85)
+SHARE = np.linspace(0.05, 0.95, 10)
+
+
+@pytest.fixture(scope="module")
+def found():
+    """Of the shipped config with fewer values and a larger step."""
+    section = {"release_share": [0.05, 0.5, 0.95]}
+    small = {"solver": {"step": 0.01}, "matching": {"scan": {"points": 120}}, "amplitude": section}
+    return amplitude(configured(small))
+
+
+def test_ecd_from_peaks_is_the_exact_ratio_at_any_amplitude():
+    e, x0 = np.array([[0.75], [0.85], [0.95]]), SHARE
+    for curve in (PAPER, TrilinearCurve(0.02, 0.85), TrilinearCurve(0.2, 0.5, 0.9, "translated")):
+        ratio = damping_ratio_peaks(curve, "ECD", e, x0 * float(curve.ultimate_displacement_ratio))
+        # 4e-4: what is said of HALF_CYCLE_STEPS.
+        np.testing.assert_allclose(ratio, np.broadcast_to(exact_ratio(e), ratio.shape), rtol=4e-4)
+
+
+@pytest.mark.parametrize("model", ["CDC", "CDR", "SDR"])
+def test_the_event_driven_solver_finds_cr_s_first_peak_with_the_ratio_from_peaks(model):
+    e = 0.8
+    for x0 in (0.1, 0.5, 0.9):
+        damping = Damping(model, float(damping_ratio_peaks(PAPER, model, e, x0)))
+        run = event_driven.history(PAPER, damping, [0.8 * float(PAPER.period(x0))], release_amplitude=x0)
+        energy = float(PAPER.energy(run.turning_displacement[0]) / PAPER.energy(x0))
+        assert energy == pytest.approx(e**2, rel=1e-4)
+
+
+@as_meant()
+def test_all_dampers_are_the_same_on_the_first_branch():
+    for model in ("CDC", "CDR", "SDR", "ECD"):
+        ratio = float(damping_ratio_peaks(PAPER, model, 0.8, 0.035))
+        assert ratio == pytest.approx(float(exact_ratio(0.8)), rel=1e-4)
+
+
+def test_the_dataset_is_what_the_glossary_says_and_whole(found):
+    dataset.check(found, "amplitude")
+    assert found["damping_model"].values.tolist() == ["CDC", "CDR", "SDR", "ECD"]
+    for name in ("damping_ratio", "damping_ratio_peaks", "damping_ratio_energy"):
+        assert bool(np.isfinite(found[name]).all()), name
+    assert (found["damping_ratio_uncertainty"] < 0.03 * found["damping_ratio"]).all()
+    assert (found["damping_ratio_uncertainty"] >= RESOLUTION * found["damping_ratio"]).all()
+
+
+def test_the_closed_form_is_within_what_the_page_says(found):
+    """Section 6 of docs/theory.md, on fewer amplitudes: none may exceed what it says of all."""
+
+    def largest(measure, model, e):
+        one = found.sel(damping_model=model, restitution=e)
+        return float(abs(one["damping_ratio_energy"] / one[measure] - 1).max())
+
+    assert largest("damping_ratio_peaks", "CDR", 0.75) < 0.04
+    assert largest("damping_ratio_peaks", "SDR", 0.85) < 0.05
+    assert 0.1 < largest("damping_ratio_peaks", "CDC", 0.75) < 0.21  # "not enough"
+    assert 0.04 < largest("damping_ratio", "CDR", 0.75) < 0.12
+    assert 0.02 < largest("damping_ratio", "SDR", 0.75) < 0.11
+
+
+def test_the_figure_shows_each_damper_over_ecd(found):
+    (axes,) = FIGURES["fig_amplitude"](found).axes
+    peaks = found["damping_ratio_peaks"].sel(restitution=0.85)
+    for model in found["damping_model"].values:
+        relative = peaks.sel(damping_model=model) / peaks.sel(damping_model="ECD")
+        assert shows(axes, found["release_amplitude"].values, relative.values)
