@@ -16,7 +16,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from assumption_tables import assumed
-from one_sided_tables import one_sided, one_sided_collapse, one_sided_steps, shipped, two_sided
 from order_tables import by_band, orders
 from rocking_tables import (
     rocking,
@@ -49,7 +48,6 @@ DOCS = (
     "howto/order-m-damper-elsewhere",
     "assumptions",
     "measured",
-    "one-sided",
 )
 PAGES = (*(f"docs/{name}.md" for name in DOCS), "README.md")
 PICTURES = (
@@ -72,7 +70,6 @@ INPUTS += (
     "amplitude",
     "loss_law",
     "supports",
-    "one_sided",
 )
 
 
@@ -285,10 +282,6 @@ _LAST = (
     assumed,
     response_length,
     *_ROCKING,
-    one_sided,
-    one_sided_collapse,
-    one_sided_steps,
-    two_sided,
     verdicts,
 )
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
@@ -325,6 +318,5 @@ if __name__ == "__main__":
     for page in map(ROOT.joinpath, PAGES):
         page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
     (SHIPPED / "false_safe.csv").write_text(false_safe(opened["comparison"]), encoding="utf-8")
-    (SHIPPED / "one_sided.csv").write_text(shipped(opened["one_sided"]), encoding="utf-8")
     for picture in (results / name for name in PICTURES):
         shutil.copyfile(picture, ROOT / "docs/figures" / picture.name)

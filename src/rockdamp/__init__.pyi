@@ -24,7 +24,6 @@ from .mechanics.building import Diaphragm as Diaphragm
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
 from .mechanics.one_sided import OneSidedWall as OneSidedWall
-from .mechanics.one_sided import Tie as Tie
 from .mechanics.wall import Parapet as Parapet
 from .mechanics.wall import Wall as Wall
 from .motions.catalogue import GroundMotion as GroundMotion

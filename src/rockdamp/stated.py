@@ -1,4 +1,4 @@
-"""Doubts about a wall as a user states it: its storey or building, a parapet, a stop with ties, and a table of walls.
+"""Doubts about a wall as a user states it: its storey or building, a parapet, and a table of walls.
 
 The sizes, loads and motions alone are in `plausibility`.
 """
@@ -11,12 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arrays import Array
 from rockdamp.plausibility import (
     HIGHEST,
     LENGTHS,
     SLENDEREST,
-    THICKEST,
     of_density,
     of_onset,
     of_overburden,
@@ -31,11 +29,6 @@ SLENDER = 20.0  # h/t of a wall higher than a storey: the paper's walls of 30 ar
 SQUATTEST = 4.0  # h/t of a wall: two bodies as squat as this are hardly walls [-]
 SQUATTEST_BLOCK, SLENDEREST_BLOCK = 2.0, 20.0  # h/t of a parapet or facade; those of the studies have 8 to 15 [-]
 LOWEST_HINGE, HIGHEST_HINGE = 0.4, 0.8  # of h; tests found 0.5 to 0.7, and the studies go to 0.75
-WEAKEST_TIE, STRONGEST_TIE, LOWEST_TIE = 1e-3, 10.0, 0.1  # strength over weight; displacement at the tie over u
-LEAST_YIELD_STRETCH, MOST_SLACK = 1e-5, 0.5  # [m]
-TIE_YIELDS = 1e-4, 0.1  # what a guess must lead to: steel yields at a thousandth of its length [m]
-STIFFNESSES = {"kN m-1": 1e3, "kN mm-1": 1e6}  # [N m-1]
-LEAST_AT_STOP, MOST_AT_STOP = 0.1, 0.8  # e; blocks that hit return walls have some 0.5
 ALIKE = 0.05  # how near to a half, or to a multiple, the height of a wall is over that of the others
 FEWEST = 3  # walls of a table that can be compared
 
@@ -45,7 +38,7 @@ def of_stated(wall: Any, storeys: int | None = None) -> list[str]:
 
     `storeys` is the number of those of the building that it stands in.
     """
-    mechanism, tie = getattr(wall, "mechanism", wall), getattr(wall, "tie", None)
+    mechanism = getattr(wall, "mechanism", wall)
     if not np.size(mechanism.load_factor):
         return []
     spans, loaded = hasattr(mechanism, "hinge_ratio"), np.any(mechanism.overburden_ratio)
@@ -60,7 +53,7 @@ def of_stated(wall: Any, storeys: int | None = None) -> list[str]:
         doubts.append(f"eccentricity is {eccentricity:g} m and has no effect: there is no overburden")
     if (part := np.max(getattr(mechanism, "overburden_mass", 0.0))) and not loaded:
         doubts.append(f"overburden_mass is {part:g} and has no effect: there is no overburden")
-    return doubts + ([] if tie is None else of_tie(tie, mechanism.weight))
+    return doubts
 
 
 def of_hinge(hinge_ratio: ArrayLike) -> list[str]:
@@ -126,43 +119,3 @@ def of_heights(heights: Mapping[int, float]) -> dict[int, str]:
             of = f"{round(times)} storeys of {height / round(times):.3g} m"
             doubts[line] = f"the height is {height:g} m, where most are some {usual:.3g} m; was it that of {of}?"
     return doubts
-
-
-def of_tie(tie: Any, weight: Array) -> list[str]:
-    """Return warnings where ties hold next to nothing of a wall's weight [N], or more than it, or have other units."""
-    doubts, strength, held = [], float(np.min(tie.strength)), float(np.min(tie.strength / weight))
-    if held < WEAKEST_TIE:
-        slip = "; was it in kN?" if 1000 * held >= WEAKEST_TIE else ""
-        doubts.append(f"the strength of the ties is {strength:g} N, {held:.1g} of the wall's weight{slip}")
-    elif held > STRONGEST_TIE:
-        doubts.append(f"the strength of the ties is {strength:g} N, {held:.3g} times the wall's weight")
-    stretch, stiffness = float(np.max(tie.yield_stretch)), float(np.min(tie.stiffness))
-    if held >= WEAKEST_TIE and not LEAST_YIELD_STRETCH <= stretch <= MOST_SLACK:
-        stated = (
-            f"the ties yield at a stretch of {stretch:.3g} m, their strength over a stiffness of {stiffness:g} N m-1"
-        )
-        usual = [unit for unit, size in STIFFNESSES.items() if TIE_YIELDS[0] <= stretch / size <= TIE_YIELDS[1]]
-        likely = [f"was it in {' or '.join(usual)}"] if usual else []
-        if TIE_YIELDS[0] <= 1 / stretch <= TIE_YIELDS[1] and WEAKEST_TIE <= np.min(stiffness / weight) <= STRONGEST_TIE:
-            likely.insert(0, "were the two swapped")
-        doubts.append(stated + (f"; {' or '.join(likely)}?" if likely else ""))
-    if (part := float(np.min(tie.height_ratio))) < LOWEST_TIE:
-        doubts.append(
-            f"the ties are where the wall moves {part:.2g} of u, and hold hardly anything; is their height right?"
-        )
-    rupture = float(np.min(tie.rupture))
-    for name, value, most in (("slack", float(np.max(tie.gap)), MOST_SLACK), ("stretch at rupture", rupture, THICKEST)):
-        if most < value < np.inf:
-            doubts.append(f"the {name} of the ties is {value:g} m, more than {most:g}; was it in millimetres?")
-    return doubts
-
-
-def of_stop(restitution: ArrayLike) -> list[str]:
-    """Return a warning where e at a stop is likelier that of a wall that rocks to both sides, or no e at all."""
-    values = np.ravel(restitution)
-    unlike = values[(values > MOST_AT_STOP) | (values > 0) & (values < LEAST_AT_STOP)]
-    if not unlike.size:
-        return []
-    e = float(unlike[0])
-    meant = "was it that of rocking to both sides?" if e > MOST_AT_STOP else "was it a damping ratio (xi)?"
-    return [f"restitution (e) is {e:g} at the stop, where blocks that hit return walls have some 0.5; {meant}"]

@@ -217,17 +217,6 @@ def overburden_ratio(load: float, lengths: int, weight: float, width: float, thi
     return load * (1.0, width, width * thickness)[lengths] / weight
 
 
-def of_ties(text: str, unit: str) -> tuple[float, bool]:
-    """Return a stiffness (``N m-1``) or strength (``N``) of ties and whether it is per metre of wall.
-
-    A number without a unit is of all ties together.
-    """
-    try:
-        return quantity(text, {FORCE: PER_METRE, PER_METRE: "N m-2"}[unit]), not _is_plain(text)
-    except UnitError:
-        return quantity(text, unit), False
-
-
 def _is_plain(text: str) -> bool:
     try:
         number(text)

@@ -69,10 +69,6 @@ OPTIONAL = {
     "strength_ratio",
     "mean",
     "standard_deviation",
-    "initial_strength_ratio",
-    "tie_stiffness",
-    "tie_strength",
-    "tie_gap",
 }
 
 
@@ -404,18 +400,11 @@ def test_an_error_tells_a_value_of_the_command_line_from_a_files(monkeypatch):
             0.1,
             "wall makes an unlikely wall: the height is 1.5 m, less than a storey has; was it half",
         ),
-        ("one_sided.restitution", [0.85, 0.9], "was it that of rocking to both sides?"),
-        ("one_sided.facades[4].tie_gap", 5, "the slack of the ties is 5 m, more than 0.5; was it in millimetres?"),
         ("wall.density", 18, "wall makes an unlikely wall: density is 18 kg m-3, less than 300; was it in kN m-3"),
         ("earthquakes.walls[4].overburden_ratio", 20, "walls[4] makes an unlikely wall: overburden_ratio is 20"),
         ("wall.width", 0.1, "wall makes an unlikely wall: width is 0.1 m, less than the thickness of 0.3 m"),
         ("wall.hinge_ratio", 0.07, "wall makes an unlikely wall: hinge_ratio is 0.07 of the height"),
         ("amplitude.restitution", [0.05], "amplitude.restitution is unlikely: restitution (e) is 0.05, less than 0.5"),
-        (
-            "one_sided.facades[0].yield_displacement_ratio",
-            0.0004,
-            "facades[0] makes an unlikely curve: yield_displacement_ratio (a1) is 0.0004",
-        ),
     ],
 )
 def test_a_wall_larger_than_any_is_warned_of_where_it_stands(config, key, value, expected):

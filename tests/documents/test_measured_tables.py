@@ -1,6 +1,5 @@
 """The measured numbers in the documents: the tool writes them from datasets, and the pages hold what it writes."""
 
-import io
 import re
 
 import made_up_claims
@@ -8,7 +7,6 @@ import made_up_earthquakes
 import made_up_studies
 import measured_tables
 import numpy as np
-import pandas as pd
 import pytest
 import report_content
 import xarray as xr
@@ -16,7 +14,7 @@ import yaml
 from published_models import PUBLISHED
 from repository import ROOT
 
-from rockdamp.equivalence.programs import advice, advice_at_the_stop, false_safe, stop_errors
+from rockdamp.equivalence.programs import advice, false_safe
 from rockdamp.report.earthquakes import STRATA
 from rockdamp.storage import dataset
 from rockdamp.vocabulary import MODELS, RECOMMENDED, RECOMMENDED_ORDER, STUDIES, VISCOUS_MODELS
@@ -67,7 +65,6 @@ def made_up():
         "supports": made_up_studies.supports(),
         "response_lengths": response_lengths,
         "measured_rocking": made_up_studies.measured_rocking(),
-        "one_sided": one_sided_as_configured(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
     }
@@ -88,16 +85,6 @@ def orders_as_configured():
     stated = {name: earthquakes["orders"][name] for name in ("loss_change", "test_spread")}
     made_up = made_up.isel(repeated).assign_coords(wanted)
     return made_up.assign(restitution_change=earthquakes["restitution_change"], **stated)
-
-
-def one_sided_as_configured():
-    """Made-up numbers of the facades, steps and two-sided e of the paper's config."""
-    study = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["one_sided"]
-    wanted = {name: study[name] for name in ("contact_step", "two_sided_restitution")}
-    wanted["wall"] = [facade["name"] for facade in study["facades"]]
-    made_up = made_up_studies.one_sided()
-    repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}
-    return made_up.isel(repeated).assign_coords(wanted)
 
 
 def test_every_table_stands_on_a_page():
@@ -179,42 +166,6 @@ def test_errors_of_the_fits_are_the_largest_over_the_cracked_stiffness(made_up):
 def test_the_package_ships_the_false_safe_shares_of_the_full_study():
     shown = (measured_tables.SHIPPED / "false_safe.csv").read_text(encoding="utf-8")
     assert shown == measured_tables.false_safe(built()["comparison"])
-
-
-def test_the_package_ships_the_errors_at_the_stop_of_the_full_study():
-    shown = (measured_tables.SHIPPED / "one_sided.csv").read_text(encoding="utf-8")
-    assert shown == measured_tables.shipped(built()["one_sided"])
-
-
-def test_the_shipped_errors_at_the_stop_are_those_of_the_page_at_the_nearest_e(made_up):
-    found = stop_errors(0.52)
-    rows = [line.strip("| ").split(" | ") for line in SHOWN["one_sided"].splitlines()]
-    (line,) = (row for row in rows if row[:2] == ["0.5", "stop, 2500 k1"])
-    assert found["restitution"] == 0.5
-    assert [100 * found["missed"], 100 * found["added"]] == pytest.approx(numbers(" ".join(line[4:6])), abs=0.06)
-    assert found["median"] == pytest.approx(numbers(line[6]), abs=0.006)
-    ratios = numbers(" ".join(line[2:4]))
-    assert found["peak"] == pytest.approx((min(ratios), max(ratios)), abs=0.006)
-    assert f"missed {100 * found['missed']:.2g} % of the collapses" in advice_at_the_stop(0.52)
-    study = made_up["one_sided"]
-    least = pd.read_csv(io.StringIO(measured_tables.shipped(study)))["least_peak"].to_numpy()
-    np.testing.assert_allclose(
-        least, study["median_ratio"].min("band").transpose("restitution", "alternative").values.ravel(), atol=6e-4
-    )
-
-
-def test_the_two_sided_wall_errs_where_the_pages_say():
-    header, _, *lines = SHOWN["two_sided"].splitlines()
-    e = [float(value) for value in re.findall(r"e = ([\d.]+)", header)]
-    ratio = {
-        line.split(" | ")[0].strip("| "): dict(zip(e, numbers(line.split(" | ", 1)[1])[::3], strict=True))
-        for line in lines
-    }
-    assert e[-2:] == [0.95, 0.99] and all(row[each] < 1 for row in ratio.values() for each in e[-2:])
-    assert all(row[0.99] < 0.75 for row in ratio.values())  # a quarter of the intensity or more
-    assert [each for each in e if ratio["church front, 12 m"][each] > 1] == [0.8, 0.85, 0.9]
-    assert sum(row[0.8] >= 1 for row in ratio.values()) == 4
-    assert all(ratio[house][0.8] > 1 for house in ("house, 3 m", "house, 4.5 m"))
 
 
 def test_the_shipped_shares_are_of_every_damper_at_the_nearest_e():

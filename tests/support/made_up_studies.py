@@ -1,7 +1,5 @@
 """Made-up datasets of every stage that a figure shows: small, and with numbers that tests know."""
 
-from functools import cache
-
 import made_up_earthquakes as earthquakes
 import numpy as np
 import xarray as xr
@@ -258,51 +256,6 @@ def supports():
     return complete(study, "supports")
 
 
-@cache
-def one_sided():
-    random = np.random.default_rng(44)
-    e, others = [0.3, 0.5, 0.7], [0.8, 0.9]
-    names = ["CR, e - 0.02", "CR, e + 0.02", "stop, 400 k1", "stop, 2500 k1", "pulling stop, 2500 k1"]
-    walls, steps, edges = ["house, 3 m", "church front, 12 m"], [0.05, 0.1, 0.2], np.array([0.01, 0.1, 1.0])
-    by, at = (len(e), len(names)), (len(walls), len(e))
-    dims = ("restitution", "alternative")
-
-    def with_interval(name, over, shape, scale=1.0):
-        middle = scale * (1 + 0.05 * random.normal(size=shape))
-        return {
-            name: (over, middle),
-            f"{name}_interval": ((*over, "bound"), np.stack([0.9 * middle, 1.1 * middle], axis=-1)),
-        }
-
-    two_sided = ("wall", "restitution", "two_sided_restitution")
-    study = xr.Dataset(
-        {
-            **with_interval("median_ratio", (*dims, "band"), (*by, 2)),
-            **with_interval("log_error", (*dims, "band"), (*by, 2), 0.1),
-            **with_interval("false_safe_rate", dims, by, 0.03),
-            **with_interval("false_collapse_rate", dims, by, 0.05),
-            **with_interval("median_intensity_ratio", ("wall", *dims), (len(walls), *by)),
-            **with_interval("two_sided_intensity_ratio", two_sided, (*at, len(others))),
-            "pairs": ((*dims, "band"), np.full((*by, 2), 40)),
-            "collapse_median": (two_sided[:2], 1 + random.random(at)),
-            "impact_error": (("contact_step", "restitution"), 0.001 * random.random((len(steps), len(e)))),
-            "impact_scatter": (("contact_step", "restitution"), 0.01 * random.random((len(steps), len(e)))),
-        },
-        coords={
-            "restitution": e,
-            "alternative": names,
-            "wall": walls,
-            "two_sided_restitution": others,
-            "contact_step": steps,
-            "band": [1, 2],
-            "band_start": ("band", edges[:-1]),
-            "band_end": ("band", edges[1:]),
-            "bound": ["lower", "upper"],
-        },
-    )
-    return complete(study, "one_sided")
-
-
 def made_up():
     return {
         "mechanism": mechanism(),
@@ -320,7 +273,6 @@ def made_up():
         "amplitude": amplitude(),
         "loss_law": loss_law(),
         "supports": supports(),
-        "one_sided": one_sided(),
         "earthquakes": earthquakes.earthquakes(),
         "earthquakes/walls": earthquakes.walls(),
         "comparison": earthquakes.comparison(),

@@ -21,7 +21,6 @@ CLOSED = {"curve": CURVE, "damping_model": "CDR", "restitution": 0.85, "release_
 CALLS = {
     "Wall": (rd.Wall, {"thickness": 0.3, "height": 4.5}),
     "Parapet": (rd.Parapet, {"thickness": 0.3, "height": 2.0}),
-    "Tie": (rd.Tie, {"stiffness": 2e6, "strength": 3e3}),
     "OneSidedWall": (rd.OneSidedWall, {"mechanism": WALL}),
     "Wall.rigid_period": (WALL.rigid_period, {"release_amplitude": 0.5}),
     "Wall.rigid_force": (WALL.rigid_force, {"u": 0.1}),
@@ -82,8 +81,7 @@ NUMBERS += [np.ma.masked_array([1.0], [True])]
 WRONG = {
     **dict.fromkeys(("curve", "wall", "damping", "record", "reference"), [None, "x", 0.3, RUN, rd.Wall]),
     "mechanism": [None, "x", 0.3, RUN, rd.Wall],
-    **dict.fromkeys(("building", "tie"), ["x", 0.3, RUN, rd.Wall]),
-    **dict.fromkeys(("rupture", "stop_stiffness"), [None, "0.3", True, 1j, np.nan, -np.inf, [0.3, np.nan], {}]),
+    "building": ["x", 0.3, RUN, rd.Wall],
     **dict.fromkeys(("softening", "model", "damping_model", "scheme", "name"), [None, "", "CDRR", b"CDR", 3, ["CDR"]]),
     **dict.fromkeys(("steps", "substeps", "store_every", "threads", "points"), [None, 0.5, "2", True, [2], -1]),
     **dict.fromkeys(("test", "tests"), [None, "x", 0.3, RECORD, [RECORD], []]),

@@ -192,21 +192,10 @@ def test_warnings_of_several_values_name_the_one_that_is_furthest_off():
 
 
 @plausibility.as_meant()  # when it is made
-def test_ties_in_kilonewtons_and_millimetres_and_the_height_of_a_building_are_questioned():
-    front = rd.Parapet(thickness=0.8, height=12.0, width=8.0)
-
+def test_the_height_of_a_building_is_questioned():
     def asked(wall, storeys=None):
         return [doubt.rpartition("; ")[2] for doubt in stated.of_stated(wall, storeys)]
 
-    def tied(*of_tie, **more):
-        return asked(rd.OneSidedWall(front, rd.Tie(*of_tie, **more)))
-
-    assert tied(8e6, 48e3, gap=0.002) == []
-    assert tied(8e3, 48.0, gap=5.0, rupture=50.0) == [f"was it in {unit}?" for unit in ("kN", *2 * ["millimetres"])]
-    assert tied(48e3, 8e6)[0].startswith("were the two swapped")
-    assert tied(8.0, 48e3) == ["was it in kN mm-1?"]
-    assert tied(8e6, 48e3, height_ratio=0.001)[0].endswith("is their height right?")
-    assert tied(8e10, 48e6)[0].endswith("times the wall's weight")
     assert asked(rd.Wall(0.4, 9.6), 3)[0].endswith("was it that of the building (3 storeys of 3.2 m)?")
     assert asked(rd.Wall(0.3, 6.0), 2)[0].endswith("was it that of the building (2 storeys of 3 m)?")
     assert asked(rd.Wall(0.8, 9.6)) == ["was it that of the building, or in feet (2.93 m)?"]

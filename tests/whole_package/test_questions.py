@@ -1,4 +1,4 @@
-"""What Python's users mistake: arguments by other names, walls, runs of `solve`, counts and ties, each asked about."""
+"""What Python's users mistake: arguments by other names, walls, runs of `solve` and counts, each asked about."""
 
 import inspect
 import pickle
@@ -122,9 +122,6 @@ def test_other_slips_of_arguments_are_asked_about():
     assert "was it a damping ratio" in told(lambda: rd.Damping.of_restitution(0.05))[0]
     assert "has no effect: the exponent is 0" in told(lambda: rd.Damping.cr(0.85, at=0.1))[0]
     assert "were a1 and b1 swapped?" in told(lambda: rd.TrilinearCurve(0.8, 0.1))[0]
-    front = rd.Parapet(thickness=0.5, height=6.0)
-    assert "were the two swapped" in told(lambda: rd.OneSidedWall(front, rd.Tie(2e4, 5e6)))[-1]
-    assert "was it in kN?" in told(lambda: rd.OneSidedWall(front, rd.Tie(5e6, 20.0)))[0]
     with pytest.raises(rd.InputError, match=r"parapet is Diaphragm\(.*; it must be a bool"):
         rd.floor_motions(rd.Record(ELAPSED, MOTION), None, rd.Diaphragm(0.4))
 

@@ -70,7 +70,7 @@ def models(answer: xr.Dataset) -> list[dict[str, Any]]:
                 "median_intensity_interval": _bounds(one[f"{median}_interval"].values),
                 "dispersion": _plain(one["dispersion"].values),
                 "dispersion_interval": _bounds(one["dispersion_interval"].values),
-                **{name: _plain(one[name].values) for name in HALVING},
+                **{name: _plain(one[name].values) for name in HALVING if name in one},
                 "reason": "; ".join(reasons(answer, model)) or None,
             }
         )
@@ -129,13 +129,15 @@ def lines(answer: xr.Dataset) -> Iterator[dict[str, Any]]:
     table = renamed[named].to_dataframe(dim_order=["id", "damping_model"]).reset_index()
     stripes = renamed["stripe_collapses"].transpose("id", "damping_model", "stripe").values.reshape(len(table), -1)
     for row, counts in zip(table.to_dict("records"), stripes, strict=True):
-        filled = {str(name): "" if value != value else value for name, value in row.items()}
+        filled = {str(name): "" if value != value or value == -1 else value for name, value in row.items()}
         if filled["error"]:
             filled = {name: filled[name] for name in ("id", "error")}
             if row["damping_model"] != table["damping_model"][0]:
                 continue
+        elif row["collapses"] < 0:  # against a stop there is no damper beside restitution
+            continue
         elif filled["median_intensity"] == "":
-            filled["reason"] = no_fragility(counts, int(answer["records"]))
+            filled["reason"] = no_fragility(counts, int(row["records"]))
         yield dict.fromkeys(columns(answer), "") | filled
 
 

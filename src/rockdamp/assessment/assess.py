@@ -15,12 +15,12 @@ from rockdamp import plausibility
 from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import (
+    MODELS,
     STEP,
     STRIPES,
     TAIL,
     UNITS,
     Loss,
-    both_ways,
     collapses,
     one_sided_collapses,
     refined,
@@ -35,6 +35,7 @@ from rockdamp.assessment.table import (
 from rockdamp.errors import InputError, require
 from rockdamp.histories.labelled import described
 from rockdamp.histories.loads import SupportRecord
+from rockdamp.histories.one_sided import both_ways
 from rockdamp.histories.supports import SMALL, Records, floor_motions, joint_offset, motions_of
 from rockdamp.mechanics.building import Building
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -44,7 +45,15 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.progress import counting
-from rockdamp.statistics.fragility import effective_count, fit_fragility, fit_resampled, interval, resample, wilson
+from rockdamp.statistics.fragility import (
+    Fragility,
+    effective_count,
+    fit_fragility,
+    fit_resampled,
+    interval,
+    resample,
+    wilson,
+)
 from rockdamp.storage.dataset import variables
 from rockdamp.vocabulary import REFERENCE
 
@@ -55,7 +64,8 @@ FEWEST_STATIONS = 4
 METHOD = "Wilson score interval, 95 %, of the effective number of records"
 WEAKEST = 1e-6  # intensity that is assessed: beyond it factors vanish [m s-1 or m s-2]
 CHUNK = 256  # walls that are run at once
-MISSING = {"collapses": -1, "unconverged": -1, "stripe_collapses": -1}  # of a row with an error; NaN elsewhere
+# Of a row with an error, and of the damper beside restitution against a stop; NaN elsewhere.
+MISSING = {"records": -1, "collapses": -1, "unconverged": -1, "stripe_collapses": -1}
 DIMS = ("wall", "damping_model", "record", "intensity", "stripe", "bound")
 T = TypeVar("T")
 
@@ -81,8 +91,8 @@ def assess(
     Parameters
     ----------
     wall : Wall, Parapet or OneSidedWall
-        Under a `OneSidedWall` each record acts both ways, as it is and turned round, and counts twice; beside CR, which
-        is then solved event by event, stands STOP, the damper at the stop.
+        On a `OneSidedWall` each record acts both ways, as it is and turned round, and counts twice; it has CR alone,
+        which is solved event by event.
     curve : TrilinearCurve
     records : str, path, Record, GroundMotion, or several of them
         As for `load_records`, or what it returned.
@@ -92,7 +102,8 @@ def assess(
         Peak ground accelerations asked for. [m s-2]
     restitution : float or str
         e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``analytical`` for Eq. (7), ``impulsive``; for a
-        parapet each of them is Housner's. One e is good for collapse if it is that
+        parapet each of them is Housner's. A wall against a stop takes a number, or as a block ``measured``, the e of
+        blocks that hit return walls. One e is good for collapse if it is that
         of amplitudes of 0.3 to 0.5 u_ins; measured at 0.1 it is unsafe (docs/earthquakes.md). [-]
     exponent, at : float
         Exponent g of a loss that falls with the amplitude, at least 0 and less than 0.5, and the amplitude u/u_ins that
@@ -199,10 +210,9 @@ def assess_rows(
         _by_chunks, measure=measure, intensity=intensity, loss=loss, step=step, tail=tail, chunk=chunk, errors=errors
     )
     good = [row for row in rows if isinstance(row, Row)]
-    if one_way := any(isinstance(row.wall, OneSidedWall) for row in good):
-        motions = both_ways(motions)
-    if one_way and (buildings or not all(isinstance(row.wall, OneSidedWall) for row in good)):
-        raise InputError("one-sided walls stand on the ground, and in a table of their own")
+    for row in [row for row in good if isinstance(row.wall, OneSidedWall) and (buildings or row.diaphragm)]:
+        errors[row.line] = f"line {row.line}: a wall against a stop must be without a building and a flexible floor"
+        good.remove(row)
     everywhere, apart = [], dict[str, float]()
     for building in buildings or (None,):
         parts: list[xr.Dataset] = []
@@ -211,7 +221,15 @@ def assess_rows(
             parts += run(alike, supports)
         if len(errors) == len(rows):
             raise InputError(f"no row could be computed; {next(iter(errors.values()), 'there is none')}")
-        answer = xr.concat(parts, "wall", data_vars="minimal", coords="minimal", compat="override", join="exact")
+        answer = xr.concat(
+            parts,
+            "wall",
+            data_vars="minimal",
+            coords="minimal",
+            compat="override",
+            join="exact",
+            fill_value=MISSING,
+        )
         if building is not None:
             answer = answer.assign(building_period=("wall", np.full(answer.sizes["wall"], building.period)))
         everywhere.append(answer)
@@ -220,7 +238,7 @@ def assess_rows(
     plausibility.warn(plausibility.of_joints_of_walls(apart, SMALL))
     answer = answer.drop_vars("rocks").reindex(wall=[row.line for row in rows], fill_value=MISSING)
     answer = answer.assign(
-        records=len(motions), tail=tail, row_error=("wall", [errors.get(row.line, "") for row in rows]), **_stated(loss)
+        tail=tail, row_error=("wall", [errors.get(row.line, "") for row in rows]), **_stated(loss)
     ).assign_coords(wall=[row.id for row in rows])
     return answer.transpose(*DIMS, missing_dims="ignore")
 
@@ -228,13 +246,20 @@ def assess_rows(
 def _on_supports(
     rows: Sequence[Row], motions: Sequence[GroundMotion], building: Building | None
 ) -> Iterator[tuple[Sequence[Row], Sequence[GroundMotion]]]:
-    """Yield rows whose supports move alike, with their motions: a parapet has that of one floor alone."""
+    """Yield rows whose supports move alike, with their motions: a parapet has that of one floor alone.
+
+    Against a stop each record acts both ways.
+    """
     held: dict[Any, list[Row]] = {}
     for row in rows:
-        held.setdefault((isinstance(row.wall, Parapet), row.diaphragm), []).append(row)
-    for (parapet, diaphragm), alike in held.items():
-        plain = building is None and diaphragm is None
-        yield alike, motions if plain else floor_motions(motions, building, parapet, diaphragm)
+        held.setdefault((type(row.wall), row.diaphragm), []).append(row)
+    for (kind, diaphragm), alike in held.items():
+        if kind is OneSidedWall:
+            yield alike, both_ways(motions)
+        elif building is None and diaphragm is None:
+            yield alike, motions
+        else:
+            yield alike, floor_motions(motions, building, kind is Parapet, diaphragm)
 
 
 def _joint_offsets(
@@ -288,9 +313,13 @@ def _by_chunks(
                 half = len(rows) // 2
                 yield from (*run(rows[:half]), *run(rows[half:]))
             else:
-                answer = summary(runs, wall, curve, measure).isel(intensity=0).assign(restitution=("wall", e))
-                median = median_peak(runs.isel(intensity=0))
-                yield answer.assign(peak_median=median).assign_coords(wall=[row.line for row in rows])
+                answer = summary(runs, wall, curve, measure).isel(intensity=0)
+                count = np.full(len(rows), len(motions))
+                answer = answer.assign(restitution=("wall", e), records=("wall", count))
+                answer = answer.assign(peak_median=median_peak(runs.isel(intensity=0)))
+                # A wall against a stop has restitution alone.
+                answer = answer.reindex(damping_model=list(MODELS), fill_value=MISSING)
+                yield answer.assign_coords(wall=[row.line for row in rows])
 
         for start in range(0, len(rows), chunk):
             for batch in alike(rows[start : start + chunk]):
@@ -306,7 +335,7 @@ def alike(rows: Iterable[Row]) -> Iterable[list[Row]]:
     """Return the rows that fit into one batch: walls or parapets, with one kind of softening."""
     kinds: dict[Any, list[Row]] = {}
     for row in rows:
-        # Each one-sided wall runs alone: its stop has a step of its own.
+        # Against a stop each wall runs alone.
         alone = row.line if isinstance(row.wall, OneSidedWall) else -1
         kinds.setdefault((type(row.wall), row.curve.softening, alone), []).append(row)
     return kinds.values()
@@ -389,11 +418,9 @@ def at_rest(answer: xr.Dataset, measure: str, intensity: float) -> list[str]:
 
 
 def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, measure: str) -> xr.Dataset:
-    """Return counts, shares, fragilities and the error of the solver's step, of what `collapses` returned."""
+    """Return counts, shares, fragilities and the error of the solver's step, if any, of what `collapses` returned."""
     name, records = measure.lower(), runs.sizes["record"]
-    counts = {step: runs[f"stripe_{step}"].sum("record") for step in ("collapsed", "coarser")}
-    by_wall = {key: count.transpose("wall", "damping_model", "stripe").values for key, count in counts.items()}
-    fine, coarse = (fit_fragility(STRIPES, by_wall[step], records) for step in ("collapsed", "coarser"))
+    fine = _fragility(runs["stripe_collapsed"])
     unit, by_model = runs["stripe_intensity"].values[:, :1] / STRIPES[0], ("wall", "damping_model")
     count = runs["collapsed"].sum("record")
     onset, a1 = (
@@ -401,7 +428,7 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
         for value in (wall.rocking_onset(curve.strength_ratio), curve.yield_displacement_ratio)
     )
     cr = runs.sel(damping_model=REFERENCE, drop=True).isel(intensity=-1)
-    return xr.Dataset(
+    answer = xr.Dataset(
         {
             "damping_ratio": runs["damping_ratio"],
             "order": runs["order"],
@@ -413,13 +440,24 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
             "collapse_probability": count / records,
             f"median_{name}": (by_model, unit * fine.median),
             "dispersion": (by_model, fine.dispersion),
-            "stripe_collapses": counts["collapsed"],
-            # What the last halving of the step changed near collapse; NaN where either step defines no fragility.
-            "unconverged": (runs["stripe_coarser"] != runs["stripe_collapsed"]).sum(("record", "stripe")),
-            "median_uncertainty": (by_model, np.abs(np.log(fine.median / coarse.median))),
-            "dispersion_uncertainty": (by_model, np.abs(fine.dispersion - coarse.dispersion)),
+            "stripe_collapses": runs["stripe_collapsed"].sum("record"),
         }
     )
+    if "stripe_coarser" not in runs:  # against a stop, where there is no step
+        return answer
+    # What the last halving of the step changed near collapse; NaN where either step defines no fragility.
+    coarse = _fragility(runs["stripe_coarser"])
+    return answer.assign(
+        unconverged=(runs["stripe_coarser"] != runs["stripe_collapsed"]).sum(("record", "stripe")),
+        median_uncertainty=(by_model, np.abs(np.log(fine.median / coarse.median))),
+        dispersion_uncertainty=(by_model, np.abs(fine.dispersion - coarse.dispersion)),
+    )
+
+
+def _fragility(collapsed: xr.DataArray) -> Fragility:
+    """Return the fragility of each wall and damping model by collapses at the stripes."""
+    counts = collapsed.sum("record").transpose("wall", "damping_model", "stripe").values
+    return fit_fragility(STRIPES, counts, collapsed.sizes["record"])
 
 
 def intervals(runs: xr.Dataset, groups: Sequence[str], measure: str) -> xr.Dataset:

@@ -16,6 +16,7 @@ from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.table import Row
 from rockdamp.errors import InputError
 from rockdamp.histories.loads import SupportRecord
+from rockdamp.histories.one_sided import both_ways
 from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall
@@ -81,15 +82,16 @@ def checks(
     Parameters
     ----------
     answer : xarray.Dataset
-    wall : Wall or Parapet
+    wall : Wall, Parapet or OneSidedWall
     curve : TrilinearCurve
     motions : sequence of GroundMotion
-        Those of the answer.
+        Those that `assess` was given.
     """
     measure = answer.attrs["intensity_measure"].lower()
     cr, u_ins = answer.sel(damping_model=REFERENCE), float(wall.instability_displacement)
     median = float(cr[f"median_{measure}"])
-    support = np.array([intensity_measures(motion.record).pga for motion in motions])
+    shaken_by = both_ways(motions) if isinstance(wall, OneSidedWall) else motions
+    support = np.array([intensity_measures(motion.record).pga for motion in shaken_by])
     found = []
     for index, intensity in enumerate(answer[measure].values.tolist()):
         at = cr.isel(intensity=index)
@@ -121,7 +123,6 @@ PERIOD_FACTORS = (0.7, 1.4)  # on the period of the building and of the diaphrag
 FIRST_DIAPHRAGM = 0.3  # period of a timber floor, in place of a rigid one [s]
 FIRST_OVERBURDEN = 0.5  # O/W in place of none
 HIGHEST_E = 0.99
-TIE_STRENGTH = "strength of the ties [N]"
 
 
 class Moved(NamedTuple):
@@ -134,7 +135,7 @@ class Moved(NamedTuple):
 
 
 def sensitivity(
-    wall: Wall | Parapet | OneSidedWall,
+    wall: Wall | Parapet,
     curve: TrilinearCurve,
     restitution: float,
     motions: Sequence[GroundMotion],
@@ -159,7 +160,7 @@ def sensitivity(
         ):
             made.append(("period of the building [s]", other.period, same, other, diaphragm))
         measured = building is None and any(isinstance(motion.record, SupportRecord) for motion in motions)
-        periods = [] if measured or isinstance(wall, Parapet | OneSidedWall) else [FIRST_DIAPHRAGM]
+        periods = [] if measured or isinstance(wall, Parapet) else [FIRST_DIAPHRAGM]
         if diaphragm is not None:
             periods = [factor * diaphragm.period for factor in PERIOD_FACTORS]
         for period in periods:
@@ -177,11 +178,11 @@ def sensitivity(
     return [one for one in moved if np.isfinite(one.share)]
 
 
-Changed = tuple[Wall | Parapet | OneSidedWall, TrilinearCurve, float]
+Changed = tuple[Wall | Parapet, TrilinearCurve, float]
 Change = tuple[str, float, Changed]
 
 
-def _changes(wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, e: float) -> Iterator[Change]:
+def _changes(wall: Wall | Parapet, curve: TrilinearCurve, e: float) -> Iterator[Change]:
     for value in (e - CHANGE_OF_E, min(e + CHANGE_OF_E, HIGHEST_E)):
         yield from _made("coefficient of restitution, e", value, lambda v: (wall, curve, v))
     if isinstance(wall, Wall):
@@ -192,9 +193,6 @@ def _changes(wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, e: floa
         value = factor * float(curve.yield_displacement_ratio)
         name = "yield displacement ratio, a₁"
         yield from _made(name, value, lambda v: (wall, replace(curve, yield_displacement_ratio=v), e))
-    if isinstance(wall, OneSidedWall):
-        yield from _of_tie(wall, curve, e)
-        return
     loaded = float(wall.overburden_ratio)
     for value in [factor * loaded for factor in FACTORS] if loaded else [FIRST_OVERBURDEN]:
         yield from _made("overburden, O/W", value, lambda v: (replace(wall, overburden_ratio=v), curve, e))
@@ -202,16 +200,6 @@ def _changes(wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, e: floa
         value = 0.0 if float(wall.overburden_mass) else 1.0  # with the same e, by its inertia alone
         name = "part of the overburden that moves as a mass"
         yield from _made(name, value, lambda v: (replace(wall, overburden_mass=v), curve, e))
-
-
-def _of_tie(wall: OneSidedWall, curve: TrilinearCurve, e: float) -> Iterator[Change]:
-    """Yield the changes of a tie's strength, and the wall without it."""
-    tie = wall.tie
-    if tie is not None:
-        for factor in FACTORS:
-            value = factor * float(tie.strength)
-            yield from _made(TIE_STRENGTH, value, lambda v: (replace(wall, tie=replace(tie, strength=v)), curve, e))
-        yield TIE_STRENGTH, 0.0, (replace(wall, tie=None), curve, e)
 
 
 def _made(name: str, value: float, make: Callable[[float], Changed]) -> Iterator[Change]:

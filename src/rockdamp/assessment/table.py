@@ -21,9 +21,9 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.building import DAMPING_RATIO, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.one_sided import OneSidedWall, tie_of
+from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import SORRENTINO_RATIO, WEAKEST, Parapet, Wall
-from rockdamp.stated import of_heights, of_stated, of_stop
+from rockdamp.stated import of_heights, of_stated
 from rockdamp.storage import input_file
 from rockdamp.units import UnitError, quantity
 from rockdamp.units import number as text_number
@@ -41,12 +41,10 @@ SIZES = (
     "overburden_mass",
 )
 DIAPHRAGM = ("diaphragm_period", "diaphragm_damping")
-TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height", "tie_rupture")
-ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "a3", "softening", "preset")
 LOADS, EMPTY_LOAD = {"overburden", "overburden_ratio"}, "the overburden is empty, and taken as 0"
-COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", *DIAPHRAGM, *ONE_SIDED)
-LENGTHS = ("thickness", "height", "width", "eccentricity", *TIE[2:])
+COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", *DIAPHRAGM, "one_sided")
+LENGTHS = ("thickness", "height", "width", "eccentricity")
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
 REMARK = "#"
 WORKBOOKS = {".xlsx": "openpyxl", ".xls": "xlrd", ".parquet": "pyarrow"}  # and the package by which pandas reads each
@@ -185,12 +183,9 @@ def _row(line: int, cells: Mapping[str, str], storeys: int | None) -> Row:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         with plausibility.as_meant():  # what is unlikely is said of the wall in its building
-            mechanism = _wall(filled)
-            wall = _one_sided(filled, mechanism)
+            wall = _one_sided(filled, _wall(filled))
         plausibility.warn(of_stated(wall, storeys))
         curve = _curve(filled)
-        if isinstance(wall, OneSidedWall):
-            wall.force(curve)
         if LOADS & cells.keys() and not LOADS & filled.keys():
             plausibility.warn([EMPTY_LOAD])
         e, reason = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
@@ -199,56 +194,40 @@ def _row(line: int, cells: Mapping[str, str], storeys: int | None) -> Row:
     return Row(line, filled["id"], wall, curve, e, reason, doubts, diaphragm)
 
 
-def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
-    answer = filled.get("parapet", "").lower()
+def _answer(name: str, filled: Mapping[str, str]) -> bool:
+    answer = filled.get(name, "").lower()
     if answer not in ANSWERS:
-        raise InputError(f"parapet is {filled['parapet']!r}; it must be yes, no or empty")
+        raise InputError(f"{name} is {filled[name]!r}; it must be yes, no or empty")
+    return ANSWERS[answer]
+
+
+def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
+    parapet = _answer("parapet", filled)
     for name in NEEDED:
         if name not in filled:
             raise InputError(f"{name} is empty; it must be a number")
     weakest = {"hinge_ratio": WEAKEST} if filled.get("hinge_ratio") == WEAKEST else {}
     sizes: dict[str, Any] = {name: _size(name, filled[name]) for name in SIZES if name in filled.keys() - weakest}
     sizes |= weakest
-    if ANSWERS[answer] and "hinge_ratio" in sizes:
+    if parapet and "hinge_ratio" in sizes:
         raise InputError(f"hinge_ratio is {filled['hinge_ratio']}; a parapet has no hinge, and the cell must be empty")
-    if ANSWERS[answer] and "overburden_mass" in sizes:
+    if parapet and "overburden_mass" in sizes:
         raise InputError(
             f"overburden_mass is {filled['overburden_mass']}; nothing holds it on a parapet: the cell must be empty"
         )
-    kind: Callable[..., Wall | Parapet] = Parapet if ANSWERS[answer] else Wall
+    kind: Callable[..., Wall | Parapet] = Parapet if parapet else Wall
     if "overburden" in filled:
         sizes["overburden_ratio"] = _overburden_ratio(filled, kind(**sizes))
     return kind(**sizes)
 
 
 def _one_sided(filled: Mapping[str, str], wall: Wall | Parapet) -> Wall | Parapet | OneSidedWall:
-    """Return the wall against a stop, with its tie, where the row says that it is."""
-    answer = filled.get("one_sided", "").lower()
-    if answer not in ANSWERS:
-        raise InputError(f"one_sided is {filled['one_sided']!r}; it must be yes, no or empty")
-    given = [name for name in TIE if name in filled]
-    if not ANSWERS[answer]:
-        if given:
-            raise InputError(f"{given[0]} is {filled[given[0]]}; only a row that is one_sided may have ties")
+    """Return the wall against a stop where the row says that it is."""
+    if not _answer("one_sided", filled):
         return wall
     if DIAPHRAGM[0] in filled:
         raise InputError("a row that is one_sided has no diaphragm: the stop moves as the base does")
-    if not given:
-        return OneSidedWall(wall)
-    for name in TIE[:2]:
-        if name not in filled:
-            raise InputError(f"{name} is empty; a tie must have a stiffness and a strength")
-    stiffness, strength = (_of_ties(name, filled[name], unit) for name, unit in zip(TIE, ("N m-1", "N"), strict=False))
-    lengths = (_size(name, filled[name]) if name in filled else None for name in TIE[2:])
-    return OneSidedWall(wall, tie_of(wall, stiffness, strength, *lengths))
-
-
-def _of_ties(name: str, text: str, unit: str) -> tuple[float, bool]:
-    try:
-        return units.of_ties(text, unit)
-    except UnitError as error:
-        allowed = f"a number in {unit}, or with its unit, per metre of wall too"
-        raise InputError(f"{name} is {text!r}: {error}; it must be {allowed}") from None
+    return OneSidedWall(wall)
 
 
 def _diaphragm(filled: Mapping[str, str]) -> Diaphragm | None:
@@ -345,10 +324,10 @@ def by_rule(wall: Rocking | OneSidedWall, rule: str = DEFAULT_RULE) -> tuple[Arr
     if rule not in RULES:
         raise InputError(f"restitution (e) is {rule!r}; it must be a number, or one of {', '.join(RULES)}")
     if isinstance(wall, OneSidedWall):
-        if isinstance(wall.mechanism, Wall):
-            allowed = "a number: a wall with a hinge has no rule against a stop"
+        if isinstance(wall.mechanism, Wall) or rule != DEFAULT_RULE:
+            allowed = f"a number against a stop, or {DEFAULT_RULE} of a block"
             raise InputError(f"restitution (e) is {rule!r}; it must be {allowed}")
-        return wall.restitution_rigid, SORRENTINO
+        return wall.restitution_measured, SORRENTINO
     if isinstance(wall, Parapet):
         return wall.restitution_rigid, HOUSNER
     formula, reason = RULES[rule]
@@ -363,8 +342,6 @@ def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | st
     else:
         e, reason = float(Damping.cr(number("restitution (e)", restitution)).restitution), "as given"
     if isinstance(wall, OneSidedWall):  # against a stop an e of 0.3 is usual
-        block = isinstance(wall.mechanism, Parapet)
-        plausibility.warn(of_stop(e) if block and reason == "as given" else [])
         return e, reason
     if e < LEAST_OF_DAMPER:
         stops = "the wall stops at an impact" if e == 0 else "the wall all but stops at an impact"

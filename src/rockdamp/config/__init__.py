@@ -18,7 +18,6 @@ from rockdamp.config.earthquakes import (
     Comparison,
     Earthquakes,
     LossLaw,
-    OneSided,
     Supports,
 )
 from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
@@ -95,9 +94,6 @@ class Config(Section):
         description="What holds a wall, and what the equation of motion leaves out, for the walls and records of the"
         " study of earthquakes."
     )
-    one_sided: Annotated[OneSided, OrNull] = Field(
-        description="Facades that rock to one side against a stop, with restitution and with a damper at the stop."
-    )
     convergence: Annotated[Convergence, OrNull] = Field(
         description="The ensemble on which the order of both schemes is measured."
     )
@@ -147,6 +143,4 @@ def plain(value: Any) -> Any:
         return {".".join(key) if isinstance(key, tuple) else key: plain(inner) for key, inner in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
-    if isinstance(value, float) and not np.isfinite(value):  # of a tie without a strength; JSON has none
-        return repr(value)
     return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value

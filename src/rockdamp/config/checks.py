@@ -23,7 +23,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.records import has_displacement, read_record
-from rockdamp.stated import of_stated, of_stop
+from rockdamp.stated import of_stated
 from rockdamp.storage.yaml_file import path_of
 from rockdamp.vocabulary import STUDIES
 
@@ -243,17 +243,9 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     for key, wall in walls.items():
         for doubt in of_stated(replace(wall, eccentricity=0.0)):  # it may have its load in the study of those
             yield key, f"makes an unlikely wall: {doubt}"
-    if config.one_sided:
-        for doubt in of_stop(config.one_sided.restitution):
-            yield "one_sided.restitution", f"is unlikely: {doubt}"
-        for index, facade in enumerate(config.one_sided.facades):
-            for doubt in of_stated(facade.wall):
-                yield f"one_sided.facades[{index}]", f"makes an unlikely wall: {doubt}"
     curves = {"curve": config.curve, "validation.curve": config.validation.curve}
     if config.earthquakes:
         curves |= {f"earthquakes.walls[{i}]": named.curve for i, named in enumerate(config.earthquakes.walls)}
-    if config.one_sided:
-        curves |= {f"one_sided.facades[{i}]": named.curve for i, named in enumerate(config.one_sided.facades)}
     for key, curve in curves.items():
         for doubt in plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio):
             yield key, f"makes an unlikely curve: {doubt}"

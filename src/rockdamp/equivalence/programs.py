@@ -17,7 +17,7 @@ from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import damper_classes
-from rockdamp.mechanics.one_sided import AT_THE_DISPLACEMENT, CONTACT_STEP, CONTACT_STIFFNESS, OneSidedWall, Stop
+from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.plausibility import as_meant
 from rockdamp.vocabulary import RECOMMENDED, VISCOUS_MODELS
@@ -134,74 +134,3 @@ def _shipped() -> dict[float, dict[str, float]]:
     for row in csv.DictReader(text.splitlines()):
         table.setdefault(float(row["restitution"]), {})[row["damping_model"]] = float(row["false_safe_rate"])
     return table
-
-
-# --- a wall against a stop --------------------------------------------------------------------------------------------
-
-
-def stop_damper(wall: OneSidedWall, curve: TrilinearCurve, restitution: float) -> dict[str, float]:
-    """Return the damper at the stop as a program takes it, where u is measured.
-
-    A spring [N m-1] with a dashpot [N s m-1] that act in compression alone, its damping ratio [-] and the longest step
-    [s].
-    """
-    p, rigid = float(wall.frequency_parameter), float(wall.mechanism.rigid_stiffness) / AT_THE_DISPLACEMENT
-    stop = Stop(CONTACT_STIFFNESS * float(curve.initial_stiffness), restitution)
-    return {
-        "stop_stiffness": float(stop.stiffness) * rigid,
-        "stop_damping_ratio": float(stop.damping_ratio),
-        "stop_damping_coefficient": float(stop.coefficient) * rigid / p,
-        "stop_step": CONTACT_STEP / (p * float(stop.stiffness) ** 0.5),
-    }
-
-
-class StopErrors(TypedDict):
-    """How far facades of the study `one_sided` go astray with the damper at the stop in place of restitution.
-
-    `missed` and `added` are shares of the collapses and of the survivals under restitution, `peak` and `median` the
-    least and the largest of the medians of peaks over those under restitution, by band, and of the medians of the
-    intensity of collapse, by facade. [-]
-    """
-
-    alternative: str
-    restitution: float
-    missed: float
-    added: float
-    peak: tuple[float, float]
-    median: tuple[float, float]
-
-
-def stop_errors(restitution: float, alternative: str = f"stop, {CONTACT_STIFFNESS:g} k1") -> StopErrors:
-    """Return the errors at the studied e nearest to `restitution`, of what stands in place of restitution by events.
-
-    `alternative` is how its name in the study begins: a stop of some stiffness, or restitution with an e that is off.
-    """
-    rows = [row for row in _of_stops() if row["alternative"].startswith(alternative)]
-    row = min(rows, key=lambda each: abs(float(each["restitution"]) - restitution))
-    return {
-        "alternative": row["alternative"],
-        "restitution": float(row["restitution"]),
-        "missed": float(row["false_safe_rate"]),
-        "added": float(row["false_collapse_rate"]),
-        "peak": (float(row["least_peak"]), float(row["largest_peak"])),
-        "median": (float(row["least_median"]), float(row["largest_median"])),
-    }
-
-
-@cache
-def _of_stops() -> list[dict[str, str]]:
-    """Return the errors that the package ships; `tools/measured_tables.py` writes them."""
-    text = Path(__file__).with_name("one_sided.csv").read_text(encoding="utf-8")
-    return list(csv.DictReader(text.splitlines()))
-
-
-def advice_at_the_stop(restitution: float) -> str:
-    """Say how good restitution and the damper at the stop are."""
-    stop = stop_errors(restitution)
-    return (
-        "CR is solved exactly from impact to impact: what is left open is e, the curve, the ties and the model itself, "
-        "which no test of a facade has been compared with. STOP: on five facades at e = "
-        f"{stop['restitution']:g} it missed {100 * stop['missed']:.2g} % of the collapses under CR and added "
-        f"{100 * stop['added']:.2g} %; medians of peaks were {stop['peak'][0]:.2f} to {stop['peak'][1]:.2f} of those "
-        f"under CR, median intensities of collapse {stop['median'][0]:.2f} to {stop['median'][1]:.2f}."
-    )

@@ -45,9 +45,7 @@ CHOSEN: dict[str, tuple[str | tuple[float, tuple[float, ...]], str]] = {
     "SDR": ("dashdot", "D"),
     "ECD": ("dotted", "v"),
     RECOMMENDED: ((0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
-    "STOP": ((0, (4.5, 1.4, 1.0, 1.4, 1.0, 1.4)), "h"),
 }
-STOP_COLOUR = "#8C510A"  # of the damper at the stop, which is no damper of a wall
 # For other models: two cycles of unlike lengths, so that many differ. Lines differ in the order of their dots, short
 # and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
 SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
@@ -92,7 +90,7 @@ def style_of(model: str) -> ModelStyle:
     """Return how a model is drawn, with a spare line and marker where none is chosen for it."""
     index = [name for name in (*MODELS, model) if name not in CHOSEN].index(model) if model not in CHOSEN else 0
     spare = SPARE_LINES[index % len(SPARE_LINES)], SPARE_MARKERS[index % len(SPARE_MARKERS)]
-    colour = STOP_COLOUR if model == "STOP" else damper_classes()[model].colour
+    colour = damper_classes()[model].colour
     return ModelStyle(colour, *CHOSEN.get(model, spare))
 
 

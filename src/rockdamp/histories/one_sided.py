@@ -1,135 +1,88 @@
-"""Walls that rock to one side under records: peaks and collapses, exactly or by the damper at the stop.
+"""Walls that rock to one side under records: peaks and collapses.
 
-A record shakes such a wall in two ways: as it is, and turned round, as the wall would stand on the other side of the
-building. Both are run where nobody says which way the facade looks.
+Nobody knows which way the next earthquake pushes, so a record shakes such a wall as it is, and turned round.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
-import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from rockdamp.arrays import Array
+from rockdamp.histories.labelled import scales_of
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.one_sided import CONTACT_STEP, OneSidedWall, Stop
+from rockdamp.mechanics.one_sided import OneSidedWall
+from rockdamp.motions.catalogue import GroundMotion
+from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record, followed_by_rest
-from rockdamp.solvers import one_sided_events, one_sided_march
-from rockdamp.solvers.response import COLLAPSED
-
-SIGNS = {"both": (1.0, -1.0), "+": (1.0,), "-": (-1.0,)}  # of a record: as it is, or turned round
-
-
-def peaks_and_collapses(
-    record: Record,
-    wall: OneSidedWall,
-    curve: TrilinearCurve,
-    restitution: ArrayLike,
-    factor: ArrayLike,
-    *,
-    tail: float,
-    contact_stiffness: float | None = None,
-    pulls: bool = False,
-    step: float = CONTACT_STEP,
-    threads: int = 1,
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Run a wall under a record that is scaled by each factor, a negative one to turn it round.
-
-    Parameters
-    ----------
-    record, wall, curve : Record, OneSidedWall, TrilinearCurve
-        Of one wall.
-    restitution, factor : float or ndarray
-        Broadcast; what they broadcast to are the histories. [-]
-    tail : float
-        Rest after the record. [s]
-    contact_stiffness : float, optional
-        By default restitution acts at the impact itself, event by event. With a number, a spring of so many times the
-        first branch's stiffness stands at the stop, with its dashpot, and the stepper runs. [-]
-    pulls : bool
-        Whether that stop may pull.
-    step : float
-        Of the stepper, times the frequency of the stop. [-]
-    threads : int
-
-    Returns
-    -------
-    peak, collapsed : ndarray
-        Largest u/u_ins, meaningless for a wall that collapsed, and whether it did.
-    """
-    force = wall.force(curve)
-    ground = followed_by_rest(record.ground_acceleration, record.step, tail)
-    e, load_factor = np.broadcast_arrays(restitution, wall.load_factor * np.asarray(factor))
-    sampling = float(wall.frequency_parameter) * record.step
-    if contact_stiffness is None:
-        exact = one_sided_events.ends(
-            force,
-            Stop(force.stop_stiffness, e),
-            load_factor=load_factor,
-            ground_acceleration=ground,
-            sampling=sampling,
-            duration=sampling * (ground.size - 1),
-            threads=threads,
-        )
-        return exact.peak, exact.outcome == COLLAPSED
-    kc = min(contact_stiffness * float(curve.initial_stiffness), float(force.stop_stiffness))
-    substeps = max(int(np.ceil(sampling * np.sqrt(kc) / step)), 1)
-    stepped = one_sided_march.solve(
-        force,
-        Stop(kc, e, pulls),
-        step=sampling / substeps,
-        steps=substeps * (ground.size - 1),
-        load_factor=load_factor,
-        ground_acceleration=ground,
-        substeps=substeps,
-        threads=threads,
-    )
-    return stepped.peak, stepped.outcome == COLLAPSED
+from rockdamp.solvers import one_sided
+from rockdamp.solvers.response import Response
+from rockdamp.vocabulary import OUTCOMES, REFERENCE
 
 
-def response(
+def both_ways(motions: Iterable[GroundMotion]) -> list[GroundMotion]:
+    """Return each motion as it is and turned round, of the same group."""
+    return [
+        each
+        for motion in motions
+        for each in (motion, replace(motion, name=f"{motion.name} turned", record=turned(motion.record)))
+    ]
+
+
+def turned(record: Record) -> Record:
+    """Return a record that acts the other way."""
+    return Record(record.elapsed, -record.ground_acceleration, header=record.header, digest=record.digest)
+
+
+def ends(
     record: Record,
     wall: OneSidedWall,
     curve: TrilinearCurve,
     restitution: float,
+    factor: ArrayLike,
     *,
-    scale: float = 1.0,
-    tail: float = 0.0,
-    signs: Sequence[float] = SIGNS["+"],
-) -> xr.Dataset:
-    """Return the history of one wall under a record, as it is and turned round, at the samples of the record.
+    tail: float,
+    threads: int = 1,
+) -> Response:
+    """Run a wall from rest under a record that is scaled by each factor, with a rest of `tail` after it. [-], [s]"""
+    return one_sided.ends(
+        curve,
+        restitution,
+        load_factor=float(wall.load_factor) * np.asarray(factor),
+        ground_acceleration=followed_by_rest(record.ground_acceleration, record.step, tail),
+        sampling=float(wall.frequency_parameter) * record.step,
+        threads=threads,
+    )
 
-    Returns
-    -------
-    xarray.Dataset
-        ``control_displacement`` [m] by ``sign`` and ``elapsed`` [s], ``ground_acceleration`` [m s-2] as it acts,
-        ``peak`` (u/u_ins), ``collapsed``, ``outcome_elapsed`` [s], and ``impacts``.
-    """
-    force, u_ins, p = wall.force(curve), float(wall.instability_displacement), float(wall.frequency_parameter)
-    ground = scale * followed_by_rest(record.ground_acceleration, record.step, tail)
-    elapsed = record.step * np.arange(ground.size)
-    rows = []
-    for sign in signs:
-        history = one_sided_events.history(
-            force,
-            Stop(force.stop_stiffness, restitution),
-            p * elapsed,
-            load=float(wall.load_factor) * sign * ground,
-            load_step=p * record.step,
-        )
-        peaks = np.nanmax([0.0, np.nanmax(history.displacement), *history.of_kind("turn")[:, 1]])
-        rows.append(
-            {
-                "control_displacement": ("elapsed", u_ins * history.displacement),
-                "ground_acceleration": ("elapsed", sign * ground),
-                "peak": ((), peaks),
-                "collapsed": ((), history.outcome == "collapsed"),
-                "outcome_elapsed": ((), history.outcome_tau / p),
-                "impacts": ((), len(history.of_kind("impact"))),
+
+def rows(
+    motions: Iterable[GroundMotion],
+    wall: OneSidedWall,
+    curve: TrilinearCurve,
+    restitution: float,
+    asked: Mapping[str, Sequence[float]],
+    tail: float,
+) -> Iterator[dict[str, Any]]:
+    """Yield the peaks and the outcome of a wall under each record, both ways, as `labelled.rows` does."""
+    u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
+    for motion in both_ways(motions):
+        scale, measures = scales_of(motion.intensity_record, asked), intensity_measures(motion.intensity_record)
+        start = float(motion.record.elapsed[0])
+        ended = ends(motion.record, wall, curve, restitution, scale, tail=tail)
+        for index, factor in enumerate(scale.tolist()):
+            yield {
+                "record": motion.name,
+                "scale": factor,
+                "pga": abs(factor) * measures.pga,
+                "pgv": abs(factor) * measures.pgv,
+                "damping_model": REFERENCE,
+                "damping_ratio": None,
+                "peak_displacement": u_ins * float(ended.peak[index]),
+                "peak": float(ended.peak[index]),
+                "peak_elapsed": start + float(ended.peak_tau[index]) / p,
+                "outcome": OUTCOMES[int(ended.outcome[index])],
+                "outcome_elapsed": start + float(ended.outcome_tau[index]) / p,
             }
-        )
-    coords = {"elapsed": elapsed}
-    each = [xr.Dataset(row, coords=coords) for row in rows]
-    return xr.concat(each, xr.DataArray(list(signs), dims="sign", name="sign"))

@@ -36,7 +36,7 @@ def compile_all(processes: int = 1) -> None:
     # Dampers may share a law, and one run compiles it for all: two processes would both compile it.
     runs += [partial(_run_exactly, damping) for damping in {damping.law: damping for damping in models}.values()]
     runs += [partial(_run, damping) for damping in dampers]
-    runs += [partial(_run_one_sided_exactly), partial(_run_one_sided)]
+    runs += [partial(_run_one_sided)]
     for count, run in enumerate(runs, 1):
         start = process_time()
         run()
@@ -75,15 +75,6 @@ def _run_exactly(damping: Damping) -> None:
 
 def _run_one_sided() -> None:
     from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.mechanics.one_sided import OneSidedForce, Stop
-    from rockdamp.solvers.one_sided_march import solve
+    from rockdamp.solvers.one_sided import history
 
-    solve(OneSidedForce(TrilinearCurve(0.04, 0.85)), Stop(1e4, 0.5), step=1e-3, steps=1, release_amplitude=0.5)
-
-
-def _run_one_sided_exactly() -> None:
-    from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.mechanics.one_sided import RIGID, OneSidedForce, Stop
-    from rockdamp.solvers.one_sided_events import history
-
-    history(OneSidedForce(TrilinearCurve(0.04, 0.85)), Stop(RIGID, 0.5), [0.01], release_amplitude=0.5)
+    history(TrilinearCurve(0.04, 0.85), 0.5, [0.01], release_amplitude=0.5)

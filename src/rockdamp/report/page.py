@@ -12,23 +12,18 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import xarray as xr
 import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.errors import InputError
-from rockdamp.figures.one_sided import middle_of
-from rockdamp.mechanics.one_sided import CONTACT_STEP, CONTACT_STIFFNESS
 from rockdamp.pipeline.tables import FIGURES
 from rockdamp.report import earthquakes, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
-from rockdamp.text import DASH, listed, number, percent, plain, span
+from rockdamp.text import listed, number, percent
 from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
@@ -37,7 +32,6 @@ STYLE = "report.css"
 SCRIPT = "page.js"
 ROCKING = "fig_measured_rocking"  # what measured free rocking says of each damper
 TIMES = 100  # less likely is excluded, as in data/claims.yaml
-ONE_SIDE = "fig_one_sided"  # how good the damper at the stop is
 BRIDGE = "fig_order"  # the figure that comes first: it shows how a viscous damper becomes an impact
 
 
@@ -78,8 +72,6 @@ def build(content: Content) -> str:
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
         rocking=pictures.pop(ROCKING, None),
-        one_side=pictures.pop(ONE_SIDE, None),
-        one_sided=one_sided_finding(content.datasets["one_sided"]) if "one_sided" in content.datasets else None,
         measurement=measurement(content.datasets),
         figures=list(pictures.values()),
         answer=short,
@@ -163,77 +155,3 @@ def _size(name: str, png: bytes) -> tuple[int, int]:
 
 def _yaml(config: Mapping[str, Any]) -> str:
     return str(yaml.safe_dump(dict(config), sort_keys=False, allow_unicode=True, default_flow_style=None, width=100))
-
-
-# --- walls that rock to one side --------------------------------------------------------------------------------------
-
-COMPRESSION, CHANGED = "stop, ", "CR, "  # how the names of alternatives begin
-
-
-def one_sided_finding(study: xr.Dataset) -> dict[str, Any]:
-    """Return what the section on walls that rock to one side says, from the dataset ``one_sided``.
-
-    The stop and the step are those of the commands, or the nearest that were studied.
-    """
-    names = [str(name) for name in study["alternative"].values]
-    wanted = f"{COMPRESSION}{CONTACT_STIFFNESS:g} k1"
-    taken = wanted if wanted in names else [name for name in names if name.startswith(COMPRESSION)][-1]
-    changed = [name for name in names if name.startswith(CHANGED)]
-    others = [name for name in names if name not in (taken, *changed)]
-    return {
-        "stiffness": plain(CONTACT_STIFFNESS),
-        "step": plain(CONTACT_STEP),
-        "taken": taken,
-        "peaks": _range(_peaks(study, taken)),
-        "others": [(name, _range(_peaks(study, name)), _off(study, name) <= _off(study, taken)) for name in others],
-        "changed": listed(changed),
-        "rates": [_rates(study.sel(restitution=e), taken, changed) for e in study["restitution"].values],
-        "medians": _range(_finite(study["median_intensity_ratio"].sel(alternative=taken))),
-        **_two_sided(study),
-    }
-
-
-def _finite(values: xr.DataArray) -> Array:
-    return np.asarray(values.values[np.isfinite(values.values)])
-
-
-def _peaks(study: xr.Dataset, name: str) -> Array:
-    """Return the medians of peaks over those under restitution, of all e and bands that have one."""
-    return _finite(study["median_ratio"].sel(alternative=name))
-
-
-def _range(values: Array) -> str:
-    return span(values, lambda value: f"{value:.2f}") if values.size else DASH
-
-
-def _off(study: xr.Dataset, name: str) -> float:
-    """Return how far these medians are from 1 at most, as a logarithm."""
-    values: Array = np.abs(np.log(_peaks(study, name)))
-    return float(np.max(values, initial=0.0))
-
-
-def _rates(at: xr.Dataset, taken: str, changed: list[str]) -> dict[str, str]:
-    """Return collapses missed and added at one e: of the stop, and the larger of restitution with a changed e."""
-    missed, added = at["false_safe_rate"], at["false_collapse_rate"]
-    return {
-        "e": plain(at["restitution"]),
-        "own": " and ".join(percent(rate.sel(alternative=taken)) for rate in (missed, added)),
-        "changed": " and ".join(percent(rate.sel(alternative=changed).max()) for rate in (missed, added)),
-    }
-
-
-def _two_sided(study: xr.Dataset) -> dict[str, str]:
-    """Return on which facades, and at which e, the two-sided wall's median intensity of collapse is the higher one."""
-    at = study.sel(restitution=middle_of(study))
-    ratio, lowest = at["two_sided_intensity_ratio"], at["two_sided_intensity_ratio_interval"].sel(bound="lower")
-    e = ratio["two_sided_restitution"].values
-
-    def higher(values: xr.DataArray) -> str:
-        of_wall = {str(wall): e[(values > 1).sel(wall=wall).values] for wall in ratio["wall"].values}
-        return listed(f"{wall} (e = {listed(map(plain, at))})" for wall, at in of_wall.items() if at.size)
-
-    return {
-        "middle": plain(middle_of(study)),
-        "unsafe": higher(ratio),
-        "significantly": higher(lowest),
-    }

@@ -61,7 +61,7 @@ def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
 EDITS = {
     "a caption": (
         [("src/rockdamp/figures/mechanism.py", "law of rigid bodies. (b)", "law of rigid walls. (b)")],
-        ["fig1", "fig2", "fig_one_sided", *PAGES],  # the last takes the sketch of the body from that module
+        ["fig1", "fig2", *PAGES],
     ),
     "what a name means, or its unit": (
         [

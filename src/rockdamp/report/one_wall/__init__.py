@@ -24,19 +24,16 @@ from matplotlib.figure import Figure
 from rockdamp import __version__
 from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import REPLICATES
-from rockdamp.assessment.checks import TIE_STRENGTH, Check, Moved, sensitivity
-from rockdamp.assessment.collapses import LEAST_OF_DAMPER, STRIPES, TURNED, UNITS, side_by_side
-from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, program_inputs, stop_damper, stop_errors
+from rockdamp.assessment.checks import Check, sensitivity
+from rockdamp.assessment.collapses import LEAST_OF_DAMPER, STRIPES, UNITS, side_by_side
+from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, program_inputs
 from rockdamp.figures.mechanism import wall_figure
-from rockdamp.figures.one_sided import history_figure, one_sided_wall_figure
 from rockdamp.figures.single import fragility_figure, response_figure
-from rockdamp.histories import one_sided
 from rockdamp.histories.labelled import responses
 from rockdamp.histories.supports import SMALL
 from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import damper_classes
-from rockdamp.mechanics.one_sided import CONTACT_STIFFNESS, OneSidedWall, height_of_u
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
@@ -76,17 +73,12 @@ class Placement:
 class Subject:
     """A wall, its records, the dataset that `rockdamp.assess` returned for them, and the command as it was typed."""
 
-    wall: Wall | Parapet | OneSidedWall
+    wall: Wall | Parapet
     curve: TrilinearCurve
     motions: Sequence[GroundMotion]
     answer: xr.Dataset
     placement: Placement = Placement()
     command: str = ""
-
-    @property
-    def mechanism(self) -> Wall | Parapet:
-        """The wall itself, without its stop."""
-        return self.wall.mechanism if isinstance(self.wall, OneSidedWall) else self.wall
 
     @property
     def models(self) -> tuple[str, str]:
@@ -114,12 +106,11 @@ def build(subject: Subject) -> str:
     return environment.from_string(_text(TEMPLATE)).render(
         style=Markup(_text(STYLE)),
         command=subject.command,
-        wall=subject.mechanism,
-        kind=_kind(subject.wall),
+        wall=subject.wall,
+        kind="parapet" if isinstance(subject.wall, Parapet) else "wall",
         inputs=_inputs(subject),
         plain=plain,
         derived=_derived(subject),
-        ties=_ties(subject),
         reason=answer.attrs["restitution_reason"],
         e=number(float(answer["restitution"])),
         releases=RELEASES,
@@ -128,8 +119,7 @@ def build(subject: Subject) -> str:
         close_together=SMALL,
         frequency=frequency,
         period=period,
-        moved=[_in_kilonewtons(row) for row in moved],
-        untied=next((row for row in moved if row.name == TIE_STRENGTH and not row.value), None),
+        moved=moved,
         missing=list(dict.fromkeys(why for model in subject.models for why in reasons(answer, model))),
         outcomes=int(answer["records"]) * answer.sizes["stripe"],
         # At most `MOST_ROWS` intensities, evenly spread over all of them.
@@ -148,7 +138,7 @@ def build(subject: Subject) -> str:
         records=_records(subject.motions),
         worst=worst,
         images={
-            "wall": _image(_sketch(subject)),
+            "wall": _image(wall_figure(subject.wall, subject.curve)),
             "fragility": _image(fragility_figure(answer)),
             "response": _image(worst["figure"]) if worst else "",
         },
@@ -180,7 +170,7 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
         at = peaks.isel(intensity=index).dropna("record")
         for name in at["record"].values[np.argsort(-at.values, kind="stable")]:
             scale = float(answer["scale_factor"].sel(record=name).isel(intensity=index))
-            histories, peak, figure = _response(subject, motions[str(name)], scale)
+            histories, peak = _response(subject, motions[str(name)], scale)
             if np.isfinite(peak):
                 intensity = float(answer[answer.attrs["intensity_measure"].lower()][index])
                 return {
@@ -188,49 +178,26 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
                     "intensity": intensity,
                     "peak": peak,
                     "histories": histories,
-                    "figure": figure(histories),
+                    "figure": response_figure(histories),
                 }
     return {}
 
 
-def _response(
-    subject: Subject, motion: GroundMotion, scale: float
-) -> tuple[xr.Dataset, float, Callable[[xr.Dataset], Figure]]:
-    """Return the history under a record, its peak under restitution, NaN after a collapse, and what draws it."""
+def _response(subject: Subject, motion: GroundMotion, scale: float) -> tuple[xr.Dataset, float]:
+    """Return the history under a record, and its peak under restitution, NaN after a collapse."""
     e, tail, wall = float(subject.answer["restitution"]), float(subject.answer["tail"]), subject.wall
-    if isinstance(wall, OneSidedWall):
-        history = one_sided.response(motion.record, wall, subject.curve, e, scale=scale, tail=tail).isel(sign=0)
-        return history, float(history["peak"].where(~history["collapsed"])), history_figure
     with as_meant():  # the intensity was warned of when it was asked for
         histories = responses(motion.record, wall, subject.curve, side_by_side(e), scale=scale, tail=tail)
     cr = histories.sel(damping_model=REFERENCE)
-    return histories, float(cr["peak"].where(cr["outcome"] == "completed")), response_figure
-
-
-def _kind(wall: Wall | Parapet | OneSidedWall) -> str:
-    if isinstance(wall, OneSidedWall):
-        return "facade"
-    return "parapet" if isinstance(wall, Parapet) else "wall"
+    return histories, float(cr["peak"].where(cr["outcome"] == "completed"))
 
 
 def _losses(subject: Subject) -> dict[str, Any]:
-    """Return the dampers that stand for restitution: of the wall, or at its stop with how good that is."""
+    """Return the dampers that stand for restitution."""
     e, wall = float(subject.answer["restitution"]), subject.wall
-    if isinstance(wall, OneSidedWall):
-        tie = wall.tie
-        return {
-            "stop": stop_damper(wall, subject.curve, e),
-            "errors": stop_errors(e),
-            "other_e": [stop_errors(e, f"CR, e {sign}") for sign in "-+"],
-            "contact": plain(CONTACT_STIFFNESS),
-            "tie": tie,
-            "stretch": None if tie is None else tie.stretch,
-        }
     with as_meant():
         typed = {row["damping_model"]: row for row in program_inputs(wall, subject.curve, max(e, LEAST_OF_DAMPER))}
     return {
-        "stop": None,
-        "tie": None,
         "dampers": [(offer, damper_classes()[model].title, typed[model]) for model, offer in OFFERS.items()],
         "studied_e": plain(false_safe(e)[0]),
         "order": RECOMMENDED_ORDER,
@@ -241,7 +208,7 @@ def _losses(subject: Subject) -> dict[str, Any]:
 
 
 def _inputs(subject: Subject) -> list[Row]:
-    wall, curve = subject.mechanism, subject.curve
+    wall, curve = subject.wall, subject.curve
     rows: list[Row] = [
         ("thickness", "t", wall.thickness, "m"),
         ("height", "h", wall.height, "m"),
@@ -276,27 +243,8 @@ def _inputs(subject: Subject) -> list[Row]:
     return rows
 
 
-def _ties(subject: Subject) -> list[Row]:
-    tie = subject.wall.tie if isinstance(subject.wall, OneSidedWall) else None
-    if tie is None:
-        return []
-    return [
-        ("strength", "", float(tie.strength) / 1000, "kN"),
-        ("stiffness", "", float(tie.stiffness) / 1000, "kN m-1"),
-        ("slack", "", 1000 * float(tie.gap), "mm"),
-        ("height", "", float(tie.height_ratio * height_of_u(subject.mechanism)), "m"),
-    ]
-
-
-def _in_kilonewtons(row: Moved) -> Moved:
-    """Return what was changed with the strength of ties in kN."""
-    if row.name != TIE_STRENGTH:
-        return row
-    return row._replace(name=TIE_STRENGTH.replace("[N]", "[kN]"), value=row.value / 1000)
-
-
 def _derived(subject: Subject) -> list[Row]:
-    wall = subject.mechanism
+    wall = subject.wall
     onset = float(subject.answer["rocking_onset"])
     return [
         ("slenderness", "h/t", wall.slenderness, "-"),
@@ -335,22 +283,15 @@ def _level(answer: xr.Dataset, value: SupportsFloat, digits: int = 4) -> str:
 
 
 def _records(motions: Sequence[GroundMotion]) -> str:
-    names = [motion.name for motion in motions if not motion.name.endswith(TURNED)]
+    names = [motion.name for motion in motions]
     count = len(names)
     if count > MOST_NAMES:
         names = [*names[: MOST_NAMES // 2], "…", *names[-MOST_NAMES // 2 :]]
     stations = len({motion.group for motion in motions})
-    both = ", each as it is and turned round" if count < len(motions) else ""
-    return f"{counted(count, 'record')} of {counted(stations, 'station')}{both}: {', '.join(names)}"
+    return f"{counted(count, 'record')} of {counted(stations, 'station')}: {', '.join(names)}"
 
 
 # --- pictures ---------------------------------------------------------------------------------------------------------
-
-
-def _sketch(subject: Subject) -> Figure:
-    if isinstance(subject.wall, OneSidedWall):
-        return one_sided_wall_figure(subject.wall, subject.curve)
-    return wall_figure(subject.wall, subject.curve)
 
 
 def _image(figure: Figure) -> str:
