@@ -74,7 +74,7 @@ OPTIONAL = {
 
 def test_every_key_is_described_and_required_and_none_is_left_open():
     sections = list(objects(LaboratoryConfig.model_json_schema()))
-    assert sum(len(section["properties"]) for section in sections) > 180
+    assert sum(len(section["properties"]) for section in sections) > 100
     for section in sections:
         assert section["additionalProperties"] is False
         assert set(section["properties"]) - set(section["required"]) <= OPTIONAL
