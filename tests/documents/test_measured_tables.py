@@ -168,6 +168,12 @@ def test_the_package_ships_the_false_safe_shares_of_the_full_study():
     assert shown == measured_tables.false_safe(built()["comparison"])
 
 
+def test_one_e_is_rejected_by_10_and_14_impacts_not_by_6_and_hardly_by_8():
+    (line,) = (line for line in SHOWN["rocking"].splitlines() if "2 ln L of the power law" in line)
+    p = [float(value) for value in re.findall(r"\(([\d.]+)\)", line)]
+    assert p[0] > 0.3 and 0.05 < p[1] < 0.06 and max(p[2:]) < 0.01
+
+
 def test_the_shipped_shares_are_of_every_damper_at_the_nearest_e():
     e, shares = false_safe(0.87)
     assert list(shares) == list(VISCOUS_MODELS) and all(0 < share < 1 for share in shares.values())

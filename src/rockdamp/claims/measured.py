@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from scipy.stats import chi2
 
 from rockdamp.claims.verdicts import Limits, Part, by_id, judged, measured, number
 from rockdamp.storage.dataset import Datasets
@@ -78,14 +79,15 @@ def measured_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 
 def measured_restitution(limits: Limits, data: Datasets) -> dict[str, Part]:
-    """Compare the likelihood of one e for all impacts with that of the best power law, and see its exponent."""
+    """Test one e for all impacts against the power law, of which it is the exponent 0, and see its exponent."""
     rocking = data["measured_rocking"]
     behind = rocking["largest_log_likelihood"] - rocking["log_likelihood"].sel(damping_model=REFERENCE, drop=True)
     lower, upper = (rocking["amplitude_exponent_interval"].sel(bound=bound) for bound in ("lower", "upper"))
     exponent = rocking["amplitude_exponent"]
-    quantity = measured("the largest ln L of any power law less that of one e", *_by_impacts(behind))
+    p = xr.apply_ufunc(chi2.sf, 2 * behind, 1)
+    quantity = measured("p of the likelihood ratio of the best power law to one e", *_by_impacts(p))
     return {
-        "odds": judged(behind < limits["odds"], quantity, NOUN, limits["enough"], {"behind": _ends(behind)}),
+        "ratio": judged(p >= limits["level"], quantity, NOUN, limits["enough"], {"p": _ends(p)}),
         "interval": judged(
             (lower <= 0) & (upper >= 0),
             measured("exponent of the energy left", *_by_impacts(exponent)),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import importlib
-import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from typing import Any
 import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
+from scipy.stats import chi2
 
 from rockdamp.config import Config
 from rockdamp.errors import InputError
@@ -23,7 +23,7 @@ from rockdamp.report import earthquakes, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
-from rockdamp.text import listed, number, percent
+from rockdamp.text import number, percent
 from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
@@ -31,7 +31,6 @@ TEMPLATE = "report.html.j2"
 STYLE = "report.css"
 SCRIPT = "page.js"
 ROCKING = "fig_measured_rocking"  # what measured free rocking says of each damper
-TIMES = 100  # less likely is excluded, as in data/claims.yaml
 BRIDGE = "fig_order"  # the figure that comes first: it shows how a viscous damper becomes an impact
 
 
@@ -107,14 +106,11 @@ def measurement(datasets: Datasets) -> dict[str, Any] | None:
     models = [REFERENCE, *PAPER_MODELS]
     likelihood = measured["log_likelihood"].sel(damping_model=models)
     behind = likelihood.max("damping_model") - likelihood
-    beyond = {model: (behind.sel(damping_model=model) > math.log(TIMES)).values for model in models}
+    ratio = 2 * (measured["largest_log_likelihood"] - likelihood.sel(damping_model=REFERENCE))
     return {
         "impacts": [int(count) for count in measured["impacts_used"].values],
         "rows": [(model, [number(value, 2) for value in behind.sel(damping_model=model).values]) for model in models],
-        "excluded": listed(model for model in models if beyond[model].all()) or "none",
-        "partly": listed(model for model in models if beyond[model].any() and not beyond[model].all()) or "none",
-        "times": TIMES,
-        "limit": number(math.log(TIMES), 2),
+        "p": [number(chi2.sf(value, 1), 2) for value in ratio.values],
         "coverage": percent(measured["held_out_coverage"].mean()),
         "choices": measured.sizes["choice"],
         "trials": int(measured["trials"] - measured["duplicates"]),
