@@ -32,8 +32,11 @@ DAMPERS = {
     "SDR": "sdr:StiffnessProportionalRatio",
     "ECD": "ecd:EnergyConsistent",
     RECOMMENDED: "ecd:RecommendedOrder",
+    "BAND": "band:FixedTimeBand",
+    "CQD": "band:FixedLengthBand",
 }
-MODELS = tuple(DAMPERS)
+BANDS = ("BAND", "CQD")  # that act in a band about u = 0; none of the models that are compared
+MODELS = tuple(model for model in DAMPERS if model not in BANDS)
 REFERENCE = "CR"  # the model that the viscous dampers stand in for
 VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)
 PAPER_MODELS = ("CDC", "CDR", "SDR")  # the viscous dampers of the paper; the others go beyond it

@@ -12,8 +12,9 @@ from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping, damper_classes
+from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.newmark_kernel import STEPS
-from rockdamp.vocabulary import MODELS, PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import BANDS, MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
 X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])
@@ -72,7 +73,7 @@ def test_coefficients_broadcast_curves_ratios_and_displacements():
 
 
 def test_the_table_of_names_has_each_damper_s_class_and_each_has_a_title_and_a_colour_alone():
-    assert [kind.model for kind in damper_classes().values()] == [*MODELS]
+    assert [kind.model for kind in damper_classes().values()] == [*MODELS, *BANDS]
     for texts in (
         [kind.title for kind in damper_classes().values()],
         [kind.colour for kind in damper_classes().values()],
@@ -104,6 +105,18 @@ BAD = [
     (lambda: Damping.cr(np.array([0.9, 1.2])), r"restitution \(e\) is 1\.2; it must be"),
     (lambda: Damping("CDC", -0.01), r"damping_ratio \(xi\) is -0\.01; it must be at least 0"),
     (lambda: Damping.cr(0.9, exponent=-1.0), r"exponent is -1\.0; it must be at least 0"),
+    (lambda: Damping("BAND", 0.05, width=0.0), r"width .* is 0\.0; it must be greater than 0"),
+    (lambda: Damping("CQD", 0.05, width=1.01), r"width .* is 1\.01; it must be greater than 0 and at most 1"),
+    (lambda: Damping("BAND", 1.47), r"damping_ratio \(xi\) is 1\.47; it must be at most 1\.47: e = 0\.01"),
+    (lambda: Damping("CQD", 1.47), r"damping_ratio \(xi\) is 1\.47; it must be at most 1\.47: e = 0\.01"),
+    (
+        lambda: Damping("BAND", 1.0, width=2.0),
+        r"damping_ratio \(xi\) is 1\.0; it must be at most 0\.635",
+    ),
+    (
+        lambda: solve(CURVE, Damping("BAND", 0.05, width=0.1), step=0.1, steps=1, release_amplitude=0.1),
+        r"step is 0\.1; it must be at most c = t_c/w1 = ",
+    ),
     (
         lambda: Damping("CDR", 0.1, 1.0),
         r"CDR takes damping_ratio and nothing else; it was given damping_ratio, another value",

@@ -19,6 +19,8 @@ KNOWN = (
     Damping("CDR", 0.06),
     Damping("SDR", 0.07),
     Damping("ECD", 0.05),
+    Damping("BAND", 0.05),
+    Damping("CQD", 0.05),
 )
 DAMPERS = (*KNOWN, *(Damping(model, 0.05) for model in MODELS if model not in {one.model for one in KNOWN}))
 NAMES = [damper.model for damper in DAMPERS]

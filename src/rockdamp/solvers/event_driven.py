@@ -402,12 +402,17 @@ def history(
 
 
 def branches(curve: TrilinearCurve, damping: Damping) -> Array:
-    """Return the branches from -a3 to a3, split at x = 0, as described above, shape (6, DESCRIPTION)."""
+    """Return the branches from -a3 to a3, split at x = 0 and at the ends of CQD's band, shape (n, DESCRIPTION)."""
     k1, b1, ks, a1, a2, a3 = (float(value) for value in curve.parameters())
     margin = a1 / 4  # a plateau that goes on inwards has energy down to a1/2
     rows: list[tuple[float, ...]] = []
-    for index, (low, high, k, offset) in enumerate(((0.0, a1, k1, 0.0), (a1, a2, 0.0, b1), (a2, a3, -ks, ks * a3))):
-        constant = _constant_coefficient(curve, damping, index)
+    shapes = [(0.0, a1, k1, 0.0), (a1, a2, 0.0, b1), (a2, a3, -ks, ks * a3)]
+    constants = [_constant_coefficient(curve, damping, index) for index in range(3)]
+    if damping.model == "CQD":  # nothing damps beyond +-w
+        w = damping.law_parameters(curve)[1]
+        shapes = [(0.0, w, k1, 0.0), (w, a1, k1, 0.0), *shapes[1:]]
+        constants = [-1.0, 0.0, 0.0, 0.0]
+    for constant, (low, high, k, offset) in zip(constants, shapes, strict=True):
         at_low = (low, k * low + offset, 2 * float(curve.energy(low)))
         shared = (constant, low - margin, b1 + ks * margin, *at_low)
         rows = [(-high, -low, k, -offset, *shared), *rows, (low, high, k, offset, *shared)]

@@ -247,9 +247,11 @@ def solve(
     stored = steps // every + 1 if store_every is not None else 0
     batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
     parts = (*arrays.values(), curve.initial_frequency, *curve.parameters(), *damping.formula_parameters(curve))
+    parts += (arrays["step"],) if damping.takes_step else ()
     h, x0, v0, w1, *described = batch.plain(*parts)
     scales = batch.plain(*factors) if len(factors) > 1 else batch.plain(factors[0])
     _check_start(h, x0, 2.0 / w1, described[5])
+    damping.check_step(curve, arrays["step"])
     if asked:
         rest = of_start(x0, curve.yield_displacement_ratio) if np.all(v0 == 0) and not ground.any() else []
         warn(rest + of_run(h, 2.0 / w1, steps, substeps, factors, ground, shape))

@@ -22,7 +22,8 @@ costs it nothing, as the compiler drops it. A damper can have
 9. `amplitude_independent` and `exact_damping_ratio`: if every half cycle loses the same fraction of its energy,
    xi follows from e alone, exactly. The other closed forms take `formula` and need nothing;
 10. `step_kind`, by which the solvers choose the step: ``viscous``, a force C v, if none is said; or ``impact``, a
-    factor on the velocity at x = 0.
+    factor on the velocity at x = 0;
+11. `takes_step`, if `formula` reads the step of the march, as the last of its parameters.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.vocabulary import DAMPERS, MODELS
+from rockdamp.vocabulary import BANDS, DAMPERS, MODELS
 
 LARGEST_ORDER = 10_000  # of ECD; steps of the solver would pass over its band about u = 0
 VISCOUS, IMPACT = "viscous", "impact"  # kinds of steps
@@ -52,6 +53,7 @@ RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
     "damping_ratio": ("damping_ratio (xi)", lambda xi: xi >= 0, "at least 0"),
     "exponent": ("exponent", lambda exponent: exponent >= 0, "at least 0"),
     "order": ("order (m)", lambda m: (m >= 0) & (m <= LARGEST_ORDER), f"at least 0 and at most {LARGEST_ORDER:g}"),
+    "width": ("width (t_c, rad)", lambda width: width > 0, "greater than 0"),
     "at": ("at (u/u_ins)", lambda at: at > 0, "greater than 0"),
 }
 
@@ -92,11 +94,12 @@ class Damping(ByValue, metaclass=_Named):
     Parameters
     ----------
     model : str
-        One of `vocabulary.MODELS`.
+        One of `vocabulary.MODELS`, ``"BAND"`` or ``"CQD"``.
     *values, **named : float or ndarray
         Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in [0, 1]; ``damping_ratio`` xi
-        for the others, >= 0; after it, by name, ``order`` m for ECD, >= 0 and 0 if not given. CR, ECD and ECD16 take,
-        by name, ``exponent`` g of a loss that falls with the amplitude, 0 if not given, and ``at``: see `cr`. [-]
+        for the others, >= 0; after it, by name, ``order`` m for ECD, >= 0 and 0 if not given; ``width``, > 0, t_c of
+        BAND, 0.2 if not given [rad], and over a1 of CQD, 0.25 if not given and at most 1. CR, ECD and ECD16 take, by
+        name, ``exponent`` g of a loss that falls with the amplitude, 0 if not given, and ``at``: see `cr`. [-]
 
     Attributes
     ----------
@@ -104,7 +107,7 @@ class Damping(ByValue, metaclass=_Named):
         Its short name and what it stands for.
     step_kind : str
         How it takes energy: ``viscous``, by a force C v; ``impact``, by `restitution`.
-    restitution, damping_ratio, exponent, order, at : ndarray
+    restitution, damping_ratio, exponent, order, width, at : ndarray
         Its parameters; a model has those of `names` alone. [-]
     names : tuple of str
         Names of its parameters.
@@ -144,12 +147,14 @@ class Damping(ByValue, metaclass=_Named):
     linear_branches: Any = 0
     secant_exponent: ClassVar[float | None] = None
     amplitude_independent: ClassVar[bool] = False
+    takes_step: ClassVar[bool] = False
     ranges: ClassVar[Mapping[str, tuple[str, Callable[[Array], Any], str]]] = RANGES
 
     restitution: Quantity
     damping_ratio: Quantity
     exponent: Quantity
     order: Quantity
+    width: Quantity
     at: Quantity
 
     def __new__(cls, model: str = "", *values: Quantity, **named: Quantity) -> Damping:
@@ -228,10 +233,11 @@ class Damping(ByValue, metaclass=_Named):
         restitution : float or ndarray
             e, in (0, 1]. [-]
         model : str
-            ``"ECD"``, the energy-consistent damper, ``"ECD16"``, or ``"CR"`` itself.
+            ``"ECD"``, the energy-consistent damper, ``"ECD16"``, ``"BAND"``, or ``"CR"`` itself; ``"CQD"``, which loses
+            less at small amplitudes, by the same formula.
         **named : float or ndarray
             ``order`` m of ECD, >= 0; the larger, the nearer to restitution under any load. ``exponent`` g, less than
-            0.5 for a damper, and ``at`` as for `cr`. [-]
+            0.5 for a damper, and ``at`` as for `cr`. ``width`` of BAND and CQD. [-]
 
         Raises
         ------
@@ -245,7 +251,8 @@ class Damping(ByValue, metaclass=_Named):
         >>> rd.Damping.of_restitution([0.8, 0.85], order=8).damping_ratio.round(4)
         array([0.071 , 0.0517])
         """
-        model = one_of("damping_model", model, Damping.exact_models(), ": the others need a fit")
+        exact = (*Damping.exact_models(), *BANDS)
+        model = one_of("damping_model", model, exact, ": the others need a fit")
         kind = damper_classes()[model]
         e = numbers("restitution (e)", restitution)
         if kind.step_kind == IMPACT:
@@ -339,6 +346,17 @@ class Damping(ByValue, metaclass=_Named):
             Of one wall.
         """
         raise NotImplementedError(f"{type(self).__name__} has no `law_parameters`; {__name__} lists what it must have")
+
+    def check_step(self, curve: TrilinearCurve, step: Quantity) -> None:
+        """Raise `InputError` for a step that passes over the damper.
+
+        Parameters
+        ----------
+        curve : TrilinearCurve
+            Broadcasts.
+        step : float or ndarray
+            In tau, broadcasts. [-]
+        """
 
     @property
     def loss_depends_on_amplitude(self) -> bool:
