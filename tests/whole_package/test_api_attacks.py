@@ -59,7 +59,6 @@ CALLS = {
     "calibrate": (rd.calibrate, {"record": RECORD, "wall": WALL}),
     "Building": (rd.Building, {"period": 0.25, "storeys": 3, "storey": 3}),
     "Diaphragm": (rd.Diaphragm, {"period": 0.4}),
-    "two_records": (rd.two_records, {"base": "none.csv", "top": "none.csv"}),
     "floor_motions": (rd.floor_motions, {"records": "none.csv", "building": BUILDING}),
 }
 # What functions return and raise: nobody calls these.
@@ -87,7 +86,6 @@ WRONG = {
     **dict.fromkeys(("test", "tests"), [None, "x", 0.3, RECORD, [RECORD], []]),
     "uncertain": ["x", 0.3, ["thickness"], {"x": 0.1}, {"thickness": "a"}, {"thickness": -1}],
     "path": [None, "", "a\0b", 3, ["a"]],
-    "shape": [None, "x", True, np.nan, -1.0],
     **dict.fromkeys(("records", "base", "top"), [None, "", 3, [3], [None], {}]),
     "displacement": [None, "a", True, 1j],  # of a reference; finite or not is seen by the solver
     **dict.fromkeys(("case", "checkpoints"), [None, "a", 0.5, [1.5], 1e300]),

@@ -122,6 +122,6 @@ def test_a_masked_array_that_misses_nothing_is_an_array_and_names_need_coordinat
         rd.Wall(np.ma.array([0.3, 0.4], mask=[True, False]), 4.0)
     with pytest.raises(rd.InputError, match=r"is a Variable of xarray; it must be .* or an xarray.DataArray"):
         rd.Wall(xr.Variable("wall", [0.3, 0.4]), 4.0)
-    with pytest.raises(rd.InputError, match=r"shape has shape \(2,\); it must be one number"):
-        rd.Building(period=0.25, storeys=3, storey=3, shape=np.array([1.0, 2.0]))
+    with pytest.raises(rd.InputError, match=r"damping_ratio of the building has shape \(2,\); it must be one number"):
+        rd.Building(period=0.25, storeys=3, storey=3, damping_ratio=np.array([0.1, 0.2]))
     assert rd.Wall([], 4.0).thickness.shape == (0,)  # of a table without rows

@@ -44,7 +44,6 @@ from rockdamp.cli.supports import (
     make_diaphragm,
     place,
     print_checks,
-    top_record_option,
 )
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -68,7 +67,6 @@ shaking_options = all_of(
     click.option("--pga", type=quantities("m s-2"), help="Peak ground acceleration to assess, as 0.3g."),
     with_default("--tail", type=quantity("s"), default=3.0, help="Rest after each record."),
     building_options,
-    top_record_option,
 )
 
 
@@ -137,7 +135,7 @@ def assess_command(
     if (loss.get("exponent") or one_sided) and report is not None:
         kind = "a wall against a stop" if one_sided else "a loss with an exponent"
         raise click.UsageError(f"--report has no page of {kind}; --plot, --output and --json are there")
-    placed = place(buildings, diaphragm, ground_of(records, options, options["parapet"]), wall, run)
+    placed = place(buildings, diaphragm, ground_of(records), wall, run)
     answer, motions = placed.answer, placed.motions
     warn(of_stations(len(set(answer["station"].values.tolist())), FEWEST_STATIONS))
     checked = checks(answer, wall, curve, motions)

@@ -78,8 +78,7 @@ def batch(
     rows = table_of_walls(walls, options["storeys"])
     if diaphragm is not None:
         rows = [row if isinstance(row, BadRow) or row.diaphragm else replace(row, diaphragm=diaphragm) for row in rows]
-    of_row = next((row.diaphragm for row in rows if not isinstance(row, BadRow) and row.diaphragm), None)
-    motions = ground_of(records, options, of_row=of_row)
+    motions = ground_of(records)
     with concerning(walls):
         answer = assess_rows(rows, motions, measure, intensity, buildings=buildings, tail=tail, **loss)
     warn(of_stations(len({motion.group for motion in motions}), FEWEST_STATIONS))

@@ -187,7 +187,7 @@ HEADINGS = {
     "Losses": "restitution exponent at damping_model damping_ratio order compare".split(),
     "Motion": "records record pgv pga scale to_pga to_pgv tail".split(),
     "What holds the wall": (
-        "building_period storeys storey building_damping shape diaphragm_period diaphragm_damping top_records".split()
+        "building_period storeys storey building_damping diaphragm_period diaphragm_damping".split()
     ),
     "Files to write": "output plot report csv".split(),
 }

@@ -47,7 +47,6 @@ from rockdamp.cli.supports import (
     make_diaphragm,
     said_smooth,
     supports_of,
-    top_record_option,
 )
 from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
 
@@ -178,7 +177,6 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @click.option("--to-pgv", type=quantities("m s-1"), help="Scale each record to this PGV.")
 @with_default("--tail", type=quantity("s"), default=0.0, help="Rest after the record.")
 @building_options
-@top_record_option
 @output_option
 @plot_option
 @click.option("--csv", type=OutputFile(".csv"), help="Write a row for each record, scale and model.")
@@ -214,7 +212,7 @@ def respond_command(
 
     asked = _scales(options)
     parapet = options["parapet"]
-    ground_motions = _motions(records, options)
+    ground_motions = _motions(records)
     motions = supports_of(ground_motions, buildings, diaphragm, parapet)
     _question_joints(motions, wall, asked)
     several = options["one_sided"] or len(motions) > 1 or len(next(iter(asked.values()))) > 1
@@ -268,17 +266,13 @@ def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
     return targets or {"scale": options["scale"]}
 
 
-def _motions(records: Sequence[str], options: Mapping[str, Any]) -> list[GroundMotion]:
+def _motions(records: Sequence[str]) -> list[GroundMotion]:
     """Return the named ground motions; one path alone is read as it is, even a pipe."""
     from rockdamp.motions.catalogue import PREFIX, from_file
 
-    if (
-        not options["top_records"]
-        and len(records) == 1
-        and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0]))
-    ):
+    if len(records) == 1 and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0])):
         return said_smooth([from_file(records[0])])
-    return ground_of(records, options, options["parapet"])
+    return ground_of(records)
 
 
 def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

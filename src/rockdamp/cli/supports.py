@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from rockdamp import units
-from rockdamp.cli.command import SHARE, Read, Whole, print_table, quantities, quantity
+from rockdamp.cli.command import SHARE, Whole, print_table, quantities, quantity
 from rockdamp.cli.options import all_of, refuse_unused, with_default
 from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
 
@@ -22,17 +21,8 @@ if TYPE_CHECKING:
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
 
-OPTIONS = ("storeys", "storey", "building_damping", "shape")
-SHAPES = ("uniform", "flexural")
-RATIO = "shear-ratio"
+OPTIONS = ("storeys", "storey", "building_damping")
 UNITS = {"PGA": "m s-2", "PGV": "m s-1"}
-
-
-def _shape(text: str) -> str | float:
-    return text if text in SHAPES else units.number(text.removeprefix(RATIO).lstrip(" =:"))
-
-
-SHAPE = Read(_shape, f"{'|'.join(SHAPES)}|ALPHA", f"{', '.join(SHAPES)}, or a shear ratio, as 5 or {RATIO}=5")
 
 
 building_options = all_of(
@@ -44,20 +34,12 @@ building_options = all_of(
     click.option("--storeys", type=Whole(1), help="Number of storeys of the building."),
     click.option("--storey", type=Whole(1), help="Storey of the wall, 1 for the lowest; a parapet is on top of it."),
     with_default("--building-damping", type=SHARE, default="0.05", help="Damping ratio of the building."),
-    with_default("--shape", type=SHAPE, default="uniform", help="Building in shear, in flexure, or between."),
     click.option(
         "--diaphragm-period",
         type=quantity("s"),
         help="Period of a flexible floor at the top of the wall, as of timber: 0.4s.",
     ),
     with_default("--diaphragm-damping", type=SHARE, default="0.05", help="Damping ratio of that floor."),
-)
-top_record_option = click.option(
-    "--top-record",
-    "top_records",
-    multiple=True,
-    metavar="NAMES",
-    help="Records measured at the top of the wall, where those named are of its base; as many, in their order.",
 )
 
 
@@ -72,8 +54,7 @@ def make_buildings(options: Mapping[str, Any]) -> list[Building]:
             raise click.UsageError(f"--{name} is missing; --building-period must have it")
     from rockdamp.mechanics.building import Building
 
-    storeys, storey, damping, shape = (options[name] for name in OPTIONS)
-    return [Building(period, storeys, storey, damping, shape) for period in periods]
+    return [Building(period, *(options[name] for name in OPTIONS)) for period in periods]
 
 
 def make_diaphragm(options: Mapping[str, Any]) -> Diaphragm | None:
@@ -86,33 +67,11 @@ def make_diaphragm(options: Mapping[str, Any]) -> Diaphragm | None:
     return Diaphragm(options["diaphragm_period"], options["diaphragm_damping"])
 
 
-def ground_of(
-    records: Sequence[str],
-    options: Mapping[str, Any],
-    parapet: bool = False,
-    of_row: Diaphragm | None = None,
-) -> list[GroundMotion]:
-    """Return the ground motions that are named, or with --top-record the motions of both supports.
-
-    `of_row` is a flexible floor that a row of the table has.
-    """
-    from rockdamp.histories.supports import two_records
+def ground_of(records: Sequence[str]) -> list[GroundMotion]:
+    """Return the ground motions that are named."""
     from rockdamp.motions.catalogue import load_records
 
-    if not options["top_records"]:
-        return said_smooth(load_records(records))
-    for name in ("building_period", "diaphragm_period"):
-        if options[name] is not None:
-            raise click.UsageError(f"--{name.replace('_', '-')} and --top-record both move the top; there must be one")
-    if of_row is not None:
-        raise click.UsageError(
-            f"diaphragm_period of the table ({of_row.period:g} s) and --top-record both move the top; there must be one"
-        )
-    if parapet:
-        raise click.UsageError(
-            "--top-record moves the top of a wall; --parapet, which has one support, must be without"
-        )
-    return list(two_records(load_records(records), load_records(options["top_records"])))
+    return said_smooth(load_records(records))
 
 
 def said_smooth(motions: list[GroundMotion]) -> list[GroundMotion]:
@@ -176,7 +135,6 @@ def place(
         "storeys": building.storeys,
         "storey": building.storey,
         "damping_ratio": building.damping_ratio,
-        "shear_ratio": building.shear_ratio if isfinite(building.shear_ratio) else None,
         "periods": [_row(each, one) for each, one in zip(buildings, answers, strict=True)],
     }
     return Placed(answer, motions[worst], f"{words}{floor and ', '}{floor}", values, building, diaphragm, offset)

