@@ -45,9 +45,9 @@ def test_the_answer_says_its_law_and_without_an_exponent_nothing_changes(wall, c
 def test_rows_take_the_law_and_a_row_whose_curve_ends_before_the_amplitude_has_an_error(wall, curve, motions):
     few, short = motions[:2], rd.TrilinearCurve(0.02, 0.85, 0.2)
     rows = [
-        Row(2, "one", wall, curve, 0.85, ""),
-        Row(3, "two", wall, short, 0.85, ""),
-        Row(4, "three", wall, curve, 0.7, ""),
+        Row(2, "one", wall, curve, 0.85),
+        Row(3, "two", wall, short, 0.85),
+        Row(4, "three", wall, curve, 0.7),
     ]
     found = assess_rows(rows, few, "PGV", 0.8, exponent=0.26, at=0.3)
     dataset.check(found, "batch")

@@ -103,8 +103,8 @@ def assess(
     restitution : float or str
         e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``analytical`` for Eq. (7), ``impulsive``; for a
         parapet each of them is Housner's. A wall against a stop takes a number, or as a block ``measured``, the e of
-        blocks that hit return walls. One e is good for collapse if it is that
-        of amplitudes of 0.3 to 0.5 u_ins; measured at 0.1 it is unsafe (docs/earthquakes.md). [-]
+        blocks that hit return walls. One e is good for collapse if it is that of amplitudes of 0.3 to 0.5 u_ins;
+        measured at 0.1 it is unsafe (docs/earthquakes.md). [-]
     exponent, at : float
         Exponent g of a loss that falls with the amplitude, at least 0 and less than 0.5, and the amplitude u/u_ins that
         e belongs to, less than a3, as for `Damping.cr`; no wall against a stop takes them. [-]

@@ -169,7 +169,7 @@ def sensitivity(
         moved = []
         for placed in dict.fromkeys(change[3] for change in made):
             here = [change for change in made if change[3] == placed]
-            rows = [Row(i, str(i), *change, "", diaphragm=floor) for i, (_, _, change, _, floor) in enumerate(here)]
+            rows = [Row(i, str(i), *change, diaphragm=floor) for i, (_, _, change, _, floor) in enumerate(here)]
             buildings = [] if placed is None else [placed]
             answer = assess_rows(rows, motions, measure, intensity, tail=tail, buildings=buildings)
             cr = answer.sel(damping_model=REFERENCE)

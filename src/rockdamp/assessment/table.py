@@ -53,7 +53,7 @@ EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table, by its line in the file and its id: a wall, its curve, e and its reason.
+    """A row of the table, by its line in the file and its id: a wall, its curve and e.
 
     `doubts` are the warnings about it; `diaphragm` is the flexible floor that holds its top, if one does.
     """
@@ -63,7 +63,6 @@ class Row:
     wall: Wall | Parapet | OneSidedWall
     curve: TrilinearCurve
     restitution: float
-    reason: str
     doubts: tuple[str, ...] = ()
     diaphragm: Diaphragm | None = None
 
@@ -188,10 +187,10 @@ def _row(line: int, cells: Mapping[str, str], storeys: int | None) -> Row:
         curve = _curve(filled)
         if LOADS & cells.keys() and not LOADS & filled.keys():
             plausibility.warn([EMPTY_LOAD])
-        e, reason = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
+        e, _ = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
         diaphragm = _diaphragm(filled)
     doubts = tuple(dict.fromkeys(f"line {line}: {each.message}" for each in caught))
-    return Row(line, filled["id"], wall, curve, e, reason, doubts, diaphragm)
+    return Row(line, filled["id"], wall, curve, e, doubts, diaphragm)
 
 
 def _answer(name: str, filled: Mapping[str, str]) -> bool:

@@ -8,20 +8,9 @@ from typing import Any
 
 import click
 
-from rockdamp.cli.assessment import (
-    content_of,
-    loss_law,
-    require_one,
-    shaking_options,
-)
+from rockdamp.cli.assessment import content_of, loss_law, require_one, shaking_options
 from rockdamp.cli.command import SOME_FAILED, Command, OutputFile, concerning, print_json, write_dataset, write_table
-from rockdamp.cli.options import (
-    json_option,
-    loss_of,
-    loss_options,
-    strict_option,
-    table_of_walls,
-)
+from rockdamp.cli.options import json_option, loss_of, loss_options, strict_option, table_of_walls
 from rockdamp.cli.supports import ground_of, make_buildings, make_diaphragm
 
 MOST_SHOWN = 20  # bad rows on the terminal; the output has all of them

@@ -154,9 +154,6 @@ damping_options = all_of(
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
-walls_option = click.option(
-    "--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall."
-)
 strict_option = click.option("--strict", is_flag=True, help="End with exit status 3 where rows failed.")
 
 

@@ -36,7 +36,6 @@ from rockdamp.cli.options import (
     table_of_walls,
     tell_overburden,
     wall_options,
-    walls_option,
     with_default,
 )
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -200,7 +199,7 @@ def _periods(
 @curve_options
 @with_default("--release", type=RELEASE, default=0.5, help="Release amplitude u0/u_ins.")
 @click.option("--response-length", type=NUMBER, help="Length of the matched response in tau = p t.  [default: 8]")
-@walls_option
+@click.option("--walls", type=click.Path(path_type=Path), metavar="FILE", help="Table of walls, in place of one wall.")
 @click.option("--output", type=OutputFile(".csv"), help="Write the damping ratios of --walls.")
 @strict_option
 @wall_options(required=False)
