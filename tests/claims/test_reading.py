@@ -23,8 +23,9 @@ def test_the_data_file_lists_every_claim_of_the_paper_and_each_has_a_judge(liste
 
 def test_a_claim_whose_dataset_is_left_out_is_not_judged_and_says_why(listed, data):
     del data["bilinear"]
-    (verdict,) = claims.judge([claim for claim in listed if claim["id"] == "bilinear-demand"], data, ONE, "elsewhere")
-    assert (verdict.verdict, verdict.reasons, verdict.condition) == (NOT_JUDGED, ("elsewhere",), "elsewhere")
+    (verdict,) = claims.judge([claim for claim in listed if claim["id"] == "bilinear-demand"], data, ONE)
+    assert (verdict.verdict, verdict.reasons) == (NOT_JUDGED, (claims.LEFT_OUT,))
+    assert verdict.condition == claims.LEFT_OUT
 
 
 def test_what_a_claim_needs_is_among_its_parts_and_what_holds_a_verdict_back_is_said(listed):

@@ -4,7 +4,7 @@ from collections import Counter
 
 from rockdamp.pipeline.tables import FIGURES, STAGES, each_study, reported
 
-PAGES = ("report", "paper_page")  # whose captions and whose config they show themselves
+PAGES = ("report", "paper_page")  # whose captions they show themselves
 CHUNKS = {stage.rule: 2 for stage in STAGES.values() if stage.chunks_of}  # so many jobs of each in the minimal config
 
 
@@ -19,7 +19,7 @@ def _graph():
     graph |= {name: (name, figure.inputs) for name, figure in FIGURES.items()}
     graph |= {"report": ("report", [*reported(STAGES.values()), *FIGURES, "claims", "measured_claims"])}
     of_paper = [name for name, figure in FIGURES.items() if figure.number]
-    return graph | {"paper_page": ("paper_page", [*graph["paper_claims"][1], *of_paper, "paper_claims"])}
+    return graph | {"paper_page": ("paper_page", [*graph["claims"][1], *of_paper, "claims"])}
 
 
 def jobs_after(*new):

@@ -14,8 +14,7 @@ with job(snakemake):
     names = [Path(path).relative_to(results).with_suffix("").as_posix() for path in snakemake.input.datasets]
     datasets = dict(zip(names, open_datasets(snakemake), strict=True))
     judges = claims.MEASURED if kind == "measured_claims" else claims.JUDGES
-    without = claims.IN_THE_FULL_BUILD if kind == "paper_claims" else claims.LEFT_OUT
-    verdicts = claims.judge(claims.read(snakemake.input.claims), datasets, judges, without)
+    verdicts = claims.judge(claims.read(snakemake.input.claims), datasets, judges)
     with ExitStack() as stack:
         table, structure, *others = (stack.enter_context(replacing(path)) for path in snakemake.output)
         claims.table(verdicts).to_csv(table, index=False, lineterminator="\n")

@@ -20,7 +20,7 @@ with job(snakemake):
         assumptions=Path(paths.assumptions).read_text(encoding="utf-8"),
         citation=Path(paths.citation).read_text(encoding="utf-8"),
         config=LaboratoryConfig.model_validate(snakemake.config),
-        stated=snakemake.config,
+        stated=snakemake.config if params.config else {},
         code_version=params.version,
         documents=Path(os.path.relpath(Path(paths.assumptions).parent, Path(snakemake.output[0]).parent)).as_posix(),
     )

@@ -39,7 +39,6 @@ MODULES = (mechanics, ratios)
 JUDGES: dict[str, Judge] = {name: judge for module in MODULES for name, judge in module.JUDGES.items()}
 MEASURED: dict[str, Judge] = measured_rocking.JUDGES  # what measured trials say, counted apart from the paper's claims
 LEFT_OUT = "its study is left out of this config"
-IN_THE_FULL_BUILD = "judged in the full build"
 
 
 def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
@@ -48,13 +47,11 @@ def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
     return claims
 
 
-def judge(
-    claims: Sequence[Claim], datasets: Datasets, judges: Mapping[str, Judge] = JUDGES, without: str = LEFT_OUT
-) -> list[Verdict]:
+def judge(claims: Sequence[Claim], datasets: Datasets, judges: Mapping[str, Judge] = JUDGES) -> list[Verdict]:
     """Return the verdict on each claim, in their order.
 
     `datasets` go by their names in the results, without suffix: ``damping_force``, ``match/amplitude``. A claim whose
-    datasets are not all there is not judged, and says `without`. A claim without a judge, a judge without a claim, or
+    datasets are not all there is not judged. A claim without a judge, a judge without a claim, or
     limits and parts that the judge does not use raise `InputError`.
     """
     ids = [claim["id"] for claim in claims]
@@ -62,13 +59,13 @@ def judge(
         for name in (name for name in names if name not in known):
             raise InputError(f"claim {name} {text}")
     return [
-        judge_one(claim, datasets, judges) if set(claim["datasets"]) <= set(datasets) else _not_judged(claim, without)
+        judge_one(claim, datasets, judges) if set(claim["datasets"]) <= set(datasets) else _not_judged(claim)
         for claim in claims
     ]
 
 
-def _not_judged(claim: Claim, reason: str) -> Verdict:
-    said = {"threshold": claim["threshold"].format_map(claim["limits"]), "reasons": (reason,), "finding": ""}
+def _not_judged(claim: Claim) -> Verdict:
+    said = {"threshold": claim["threshold"].format_map(claim["limits"]), "reasons": (LEFT_OUT,), "finding": ""}
     empty: dict[str, Any] = dict.fromkeys(("measured", "holds", "holds_in_part", "does_not_hold"), ())
     names = ("id", "section", "claim")
     texts = {name: claim.get(name, "") for name in (*names, "figure", "later")}
@@ -127,5 +124,5 @@ def judge_one(claim: Claim, datasets: Datasets, judges: Mapping[str, Judge] = JU
     )
 
 
-__all__ = ["COLUMNS", "IN_THE_FULL_BUILD", "JUDGES", "LEFT_OUT", "MEASURED", "as_json", "judge", "judge_one", "read"]
+__all__ = ["COLUMNS", "JUDGES", "LEFT_OUT", "MEASURED", "as_json", "judge", "judge_one", "read"]
 __all__ += ["table"]

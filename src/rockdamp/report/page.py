@@ -46,7 +46,7 @@ class Content:
     assumptions: str  # docs/assumptions.md
     citation: str  # CITATION.cff
     config: Config
-    stated: Mapping[str, Any]  # the config as its files state it
+    stated: Mapping[str, Any]  # the config as its files state it; empty for a page that shows none
     code_version: str  # version and digest of the modules that the report depends on
     documents: str = "../docs"  # the folder of the documents, from that of the page
 
@@ -79,7 +79,7 @@ def build(content: Content) -> str:
         earthquakes=earthquakes.section(content.datasets, content.config),
         assumptions=Markup(tables.prose(content.assumptions)),
         citation=tables.citation(content.citation),
-        config=_yaml(content.stated),
+        config=_yaml(content.stated) if content.stated else "",
         software=tables.software(),
         code_version=content.code_version,
         datasets=content.datasets,
