@@ -407,15 +407,6 @@ def of_step(step: float) -> list[str]:
     return [f"the time between samples is {step:.3g} s, beyond {SHORTEST_STEP:g} to {LONGEST_STEP:g} s{slip}"]
 
 
-def of_displacement(displacement: ArrayLike) -> list[str]:
-    """Return a warning where a measured displacement [m] is larger than that of any wall that survives."""
-    peak = _largest(np.abs(displacement))
-    if peak <= THICKEST:
-        return []
-    slip = f"; was it in millimetres ({peak:.3g} mm)?" if peak / 1000 <= THICKEST else ""
-    return [f"the largest displacement is {peak:.3g} m, more than walls are thick{slip}"]
-
-
 def _least(values: ArrayLike) -> float:
     return float(np.min(np.asarray(values), initial=np.inf))
 

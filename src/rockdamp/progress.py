@@ -5,13 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from typing import TypeVar
 
 T = TypeVar("T")
-
-# True inside work that shows its own bar; None lets tqdm look for a terminal.
-_HIDDEN: ContextVar[bool | None] = ContextVar("hidden", default=None)
 
 
 def track(items: Iterable[T], description: str, total: int | None = None) -> Iterable[T]:
@@ -19,16 +15,6 @@ def track(items: Iterable[T], description: str, total: int | None = None) -> Ite
     from tqdm import tqdm  # slow to load
 
     return tqdm(items, desc=description, total=total, disable=_disabled(), leave=False)
-
-
-@contextmanager
-def without_bars() -> Iterator[None]:
-    """Hide bars in the body: it is one step of work that shows its own bar."""
-    token = _HIDDEN.set(True)
-    try:
-        yield
-    finally:
-        _HIDDEN.reset(token)
 
 
 @contextmanager
@@ -41,4 +27,5 @@ def counting(total: int, description: str) -> Iterator[Callable[[int], object]]:
 
 
 def _disabled() -> bool | None:
-    return True if sys.stderr is None else _HIDDEN.get()  # closed, as by `2>&-`: tqdm would fail
+    """Return True where standard error is closed, as by `2>&-`; None lets tqdm look for a terminal."""
+    return True if sys.stderr is None else None

@@ -88,6 +88,22 @@ def test_a_measured_record_has_no_true_values(record):
         true_values(replace(record, header={**record.header, "generator_restitution": "high"}), PARAMETERS)
 
 
+# What was found when the records were made: the search and the errors must go on finding it.
+FOUND = {
+    "cr-half": ([0.0303687, 0.797495, 0.839919], [9.3388e-05, 0.00070687, 0.00021254]),
+    "cr-nine-tenths": ([0.0305314, 0.798374, 0.840144], [1.5865e-4, 9.9969e-4, 1.5759e-4]),
+    "ecd-quarter": ([0.0307973, 0.813470, 0.841022], [8.2531e-5, 6.3552e-4, 6.2431e-4]),
+}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_records_on_three_levels_give_what_they_gave(name):
+    estimate, standard_error = map(np.array, FOUND[name])
+    found = calibrate(read_record(ROOT / f"tests/data/{name}.csv"), WALL)
+    np.testing.assert_allclose(found["standard_error"], standard_error, rtol=0.02)
+    assert np.all(np.abs(found["estimate"] - estimate) < 0.02 * standard_error)
+
+
 # --- the covariance, where theory knows it
 
 

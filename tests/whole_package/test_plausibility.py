@@ -143,7 +143,6 @@ def test_the_command_line_says_each_doubt_once_in_one_line():
             "exponent (g) is 5, more than 1: a large impact then loses hardly anything",
         ),
         (plausibility.of_step(3.90625e-6), "were the times in seconds (0.00391 s)?"),
-        (plausibility.of_displacement([0.0, -41.0]), "was it in millimetres (41 mm)?"),
     ],
 )
 def test_channels_in_another_unit_are_questioned(doubts, said):

@@ -83,7 +83,6 @@ Length = Annotated[float, Field(gt=0, le=1000)]  # in tau
 Duration = Annotated[float, Field(gt=0, le=1000)]  # in seconds
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Restitution = Annotated[float, Field(gt=0, le=1)]
-AtLeastZero = Annotated[float, Field(ge=0, le=1e6)]
 Overburden = Annotated[float, Field(ge=0, le=1000)]  # O/W
 Edge = Annotated[float, Field(gt=0, le=10)]  # of a band of peaks, u/u_ins
 Order = Annotated[float, Field(ge=0, le=1000)]
