@@ -1,10 +1,11 @@
 """Compilation of both solvers' loops: one for each damper, and a cache that notices every edit.
 
 Numba keeps machine code under the name of the function, its file and that file's content. It does not notice an edit of
-a function in another file. So the name of each loop ends with a digest of Numba's version and of the compiled sources:
-those that all dampers share, and the file of its own damper's formula, which calls no other. Edited sources find no old
-code, a new damper leaves that of the others, and two versions never write one file. The files lie where Numba puts
-them, beside the source or in NUMBA_CACHE_DIR; `make clean` removes them.
+a function or of a number in another file. So the name of each loop ends with a digest of the versions of Numba, NumPy
+and SciPy and of the compiled sources: those that all dampers share, the one of the numbers that they take from
+elsewhere, and the file of its own damper's formula, which calls no other. Edited sources find no old code, a new damper
+leaves that of the others, and two versions never write one file. The files lie where Numba puts them, beside the source
+or in NUMBA_CACHE_DIR; `make clean` removes them.
 """
 
 from __future__ import annotations
@@ -14,18 +15,25 @@ import pickle
 import warnings
 from collections.abc import Callable, Sequence
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from types import FunctionType
 from typing import Any
 
-import numba
 from numba import config, njit
 from numba.extending import register_jitable
 
 from rockdamp.errors import InputError, InputWarning
 
 PACKAGE = Path(__file__).parents[1]
-SHARED = "mechanics/trilinear.py", "solvers/*_kernel.py", "solvers/event_driven.py", "solvers/oscillator.py"
+SHARED = (
+    "mechanics/trilinear.py",
+    "solvers/*_kernel.py",
+    "solvers/event_driven.py",
+    "solvers/oscillator.py",
+    "vocabulary.py",  # the recommended order
+)
+VERSIONS = "\n".join(map(version, ("numba", "numpy", "scipy")))  # SciPy has the coefficients of DOP853
 DAMPERS = "mechanics/damping/*.py"
 # The errors by which a file of the cache shows that it is cut, empty or something else.
 DAMAGED = (AttributeError, EOFError, ImportError, IndexError, KeyError, ValueError, pickle.UnpicklingError)
@@ -41,9 +49,9 @@ SHARED_SOURCES, DAMPER_SOURCES = _read(*SHARED), _read(DAMPERS)
 
 @cache
 def digest(file: str) -> str:
-    """Return a digest of Numba's version, of the shared sources and of a file, which may lie outside the package."""
+    """Return a digest of the versions, of the shared sources and of a file, which may lie outside the package."""
     read = DAMPER_SOURCES.get(file) or (Path(file).read_bytes() if Path(file).is_file() else b"")
-    content = b"\0".join([numba.__version__.encode(), *SHARED_SOURCES.values(), read])
+    content = b"\0".join([VERSIONS.encode(), *SHARED_SOURCES.values(), read])
     return hashlib.sha256(content).hexdigest()[:12]
 
 
