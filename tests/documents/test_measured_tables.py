@@ -112,18 +112,13 @@ def test_writing_a_page_again_changes_nothing_but_the_tables(made_up):
         assert measured_tables.written(once, made_up) == once
 
 
-@pytest.mark.parametrize("name", ["forms"])
-def test_tables_of_kept_files_hold_their_numbers(name):
-    assert SHOWN[name] == measured_tables.TABLES[name]({})
-
-
 def test_the_pages_hold_the_numbers_of_the_built_datasets():
     data = built()
     for name, make in measured_tables.TABLES.items():
         shown, written = SHOWN[name], make(data)
         assert NUMBER.sub("x", shown) == NUMBER.sub("x", written)
         # Another processor's rounding may turn a last digit, of which the small percentages of one table have no other.
-        last = 0.11 if name == "dispersion" else 0.0
+        last = 0.11 if name == "closed_form" else 0.0
         np.testing.assert_allclose(numbers(shown), numbers(written), rtol=0.1, atol=last)
 
 

@@ -36,7 +36,7 @@ ENTRY = {"module": "figures.new", "inputs": ["match/amplitude"], "title": "New",
 @pytest.mark.parametrize(
     ("entry", "error"),
     [
-        (ENTRY | {"inputs": ["amplitude"]}, "no stage writes; did you mean decay/amplitude or match/amplitude?"),
+        (ENTRY | {"inputs": ["slenderness"]}, "no stage writes; did you mean decay/slenderness or match/slenderness?"),
         (ENTRY | {"inputs": ["earthquake"]}, "no stage writes; did you mean earthquakes?"),
         (ENTRY | {"datasets": []}, "has datasets; its fields are module, inputs, title, alternative"),
         ({"module": "figures.new", "data": []}, "lacks inputs, title, alternative and has data; its fields"),

@@ -167,7 +167,7 @@ def comparison():
 
 
 def recommendation(compared):
-    """What the comparison recommends, without the studies of pulses and orders."""
+    """What the comparison recommends, without the study of orders."""
     return recommending.under_earthquakes(compared)
 
 

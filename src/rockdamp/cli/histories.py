@@ -63,7 +63,7 @@ UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome
 UNITS |= {"support_acceleration": "m s-2", "pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s-2"}
 PEAKS = ("peak_displacement", "peak", "peak_elapsed")
 RESULTS = (*PEAKS, "outcome", "outcome_elapsed")
-DAMPER = ("damping_ratio", "local_damping", "exponent", "at", "order", "compare")
+DAMPER = ("damping_ratio", "exponent", "at", "order", "compare")
 
 output_option = click.option("--output", type=OutputFile(".nc"), help="Write the history as NetCDF.")
 plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the history.")

@@ -1,4 +1,4 @@
-"""Pulses of the ground or of a shaking table, as functions of time."""
+"""The Ricker pulse of the ground or of a shaking table, as a function of time."""
 
 from __future__ import annotations
 
