@@ -40,7 +40,6 @@ COORDINATES = {
     "change": ["e", "loss", "tests"],
     "measure": ["log_error", "false_safe_rate", "false_collapse_rate"],
     "wall": ["veneer", "church", "parapet"],
-    "quantile": [0.5, 0.9, 1.0],
     "tau": [0.05 * i for i in range(61)],
 }
 SCALARS = {

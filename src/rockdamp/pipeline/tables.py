@@ -56,11 +56,6 @@ class Stage:
         """The datasets that it is given, by their files without suffix."""
         return list(self.inputs.values())
 
-    @property
-    def first_file(self) -> str:
-        """Its file, of the first study and chunk where it has several."""
-        return self.file.format(study=next(iter(STUDIES)), chunk=0)
-
     def chunks(self, config: Config, count: Callable[[Sequence[str]], int]) -> range:
         """Return the numbers that {chunk} stands for in its file; `count` returns how many motions a list names."""
         if not self.chunks_of:

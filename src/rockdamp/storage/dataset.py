@@ -123,21 +123,13 @@ def _encoding(variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: b
 
 def open(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read a result whole into memory; a file that is missing, truncated or no NetCDF raises `DatasetError`."""
-    with connect(path) as dataset:
-        try:
-            return dataset.load()
-        except (OSError, ValueError, RuntimeError) as error:
-            raise DatasetError(f"{os.fspath(path)} cannot be read as NetCDF ({error}){ADVICE}") from error
-
-
-def connect(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Open a result without reading its values: each variable is read when it is first used. Raises as `open`."""
     name = os.fspath(path)
     if not os.path.lexists(path):
         raise DatasetError(f"{name}: there is no such file")
     if not Path(path).is_file():  # to open a named pipe would be to wait for who writes to it
         raise DatasetError(f"{name} cannot be read as NetCDF (it is no regular file){ADVICE}")
     try:
-        return xr.open_dataset(path, engine="netcdf4")
+        with xr.open_dataset(path, engine="netcdf4") as dataset:
+            return dataset.load()
     except (OSError, ValueError, RuntimeError) as error:
         raise DatasetError(f"{name} cannot be read as NetCDF ({error}){ADVICE}") from error
