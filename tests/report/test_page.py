@@ -88,7 +88,6 @@ def test_the_answer_comes_first_then_the_bridge_earthquakes_figures_and_claims(p
         "answer",
         "bridge",
         "earthquakes",
-        "one-side",
         "measurement",
         "figures",
         "claims",
