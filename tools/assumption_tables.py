@@ -6,12 +6,12 @@ import numpy as np
 import xarray as xr
 from table_text import interval, number, table
 
-from rockdamp.studies.supports import ANALYTICAL, ELASTIC, IMPULSIVE, KEEPS, MASS, STRUCK, VERTICAL, WHOLE
+from rockdamp.studies.supports import ANALYTICAL, IMPULSIVE, KEEPS, MASS, VERTICAL
 
 FLOORS = (0.1, 0.3, 0.6, 1.0)  # periods that are shown [s]
 HEAD = ("assumed", "in place of it", "median intensity of collapse", "single walls", "the assumption is", "computed in")
 RATIO = "median_intensity_ratio"
-MASSLESS, RULE = "the overburden has no mass", "e by `measured`"
+RULE = "e by `measured`"
 
 
 def assumed(data: dict[str, xr.Dataset]) -> str:
@@ -28,14 +28,11 @@ def _of_supports(study: xr.Dataset) -> Iterator[list[str]]:
     eccentricity, factor = float(study["eccentricity_ratio"]), float(study["vertical_factor"])
     keeps = f"it keeps its side, {eccentricity:g} t from the middle"
     for case, what, instead in (
-        (MASS, MASSLESS, "all of it is a mass, the same e"),
-        (STRUCK, MASSLESS, "all of it is a mass, e by `impulsive` in both"),
+        (MASS, "the overburden has no mass", "all of it is a mass, the same e"),
         (IMPULSIVE, RULE, "e by `impulsive`"),
         (ANALYTICAL, RULE, "e of Eq. (7)"),
         (VERTICAL, "no vertical shaking", f"the other component times {factor:.2g}"),
         (KEEPS, "the worse of both signs of the eccentricity", keeps),
-        (WHOLE, "slender bodies, 2/3 m", "their inertia at u = 0"),
-        (ELASTIC, "e at every crossing", "no loss at impacts that stay below a1"),
     ):
         yield _row(what, instead, study.sel(assumption=case), "supports")
 

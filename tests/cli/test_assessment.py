@@ -66,11 +66,10 @@ def test_a_program_s_damping_is_that_of_the_wall():
 
 
 def test_a_wall_that_stops_at_its_impacts_has_the_damping_of_the_least_e_that_the_damper_runs_with(tmp_path):
-    heavy = ("--thickness", 0.24, "--height", 3, "--overburden-ratio", 6, "--overburden-mass", 1)
-    heavy += ("--preset", "new", "--restitution", "impulsive")
-    answer = printed("assess", *heavy, *RECORDS, "--pgv", 0.6, "--report", str(tmp_path / "page.html"))
+    squat = ("--thickness", 0.4, "--height", 0.9, "--preset", "new", "--restitution", "impulsive")
+    answer = printed("assess", *squat, *RECORDS, "--pgv", 0.6, "--report", str(tmp_path / "page.html"))
     assert answer["restitution"] == 0.0
-    assert answer["damping"] == printed("wall", *heavy)["damping"]
+    assert answer["damping"] == printed("wall", *squat)["damping"]
     of_damper = {row["damping_model"]: row["damping_ratio"] for row in answer["damping"]}["ECD16"]
     assert of_damper == pytest.approx(-np.log(LEAST_OF_DAMPER) / np.pi, rel=1e-2)  # its exact ratio is near to that
 
@@ -135,3 +134,13 @@ def test_one_record_has_no_median_but_the_weakest_that_collapses(tmp_path):
         weakest = answer.stripe_pga.values[collapsed].min() / answer.pga.item()
     assert f"the weakest PGA of 16 tried that collapses it is {weakest:.3g} times this; it survives" in told
     assert "median PGA of collapse" not in told
+
+
+def test_with_a_mass_on_the_wall_the_rule_impulsive_has_no_value():
+    heavy = ("--thickness", 0.3, "--height", 4.5, "--overburden-ratio", 2, "--overburden-mass", 1)
+    values = printed("wall", *heavy)
+    assert values["restitution_impulsive"] is None
+    assert [row["rule"] for row in values["restitutions"]] == ["measured", "analytical"]
+    answer = ("assess", *heavy, "--preset", "new", *RECORDS, "--pgv", 0.6)
+    assert "collapse_probability_impulsive" not in printed(*answer)["models"][0]
+    assert "is 'impulsive'; with overburden_mass it must be" in refused(*answer, "--restitution", "impulsive")

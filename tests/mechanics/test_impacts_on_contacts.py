@@ -1,4 +1,4 @@
-"""Which restitution do two rigid bodies on contacts have, and a mass on them? By Moreau's time stepping and Siconos.
+"""Which restitution do two rigid bodies on contacts have? By Moreau's time stepping and Siconos.
 
 Contacts of Newton's law at the corners and supports that hold: the impact takes what `restitution_impulsive` says,
 not Eq. (7).
@@ -133,14 +133,10 @@ def test_bodies_on_contacts_move_as_the_load_of_two_moving_supports_says(r, psi)
 
 
 @pytest.mark.parametrize("wall", HEAVY, ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_mass}")
-def test_a_mass_on_the_wall_takes_what_the_closed_forms_say(wall):
-    """A third body lies on the head: the impact jerks it up, and it makes the wall slower."""
+def test_a_mass_on_the_wall_has_the_inertia_of_the_closed_form(wall):
+    """A third body lies on the head and makes the wall slower."""
     light = replace(wall, overburden_mass=0.0)
     bodies, same = TwoBodiesOnContacts(wall), TwoBodiesOnContacts(light)
-    e = -float(bodies.hinge @ bodies.after_impact())
-    assert e == pytest.approx(float(wall.restitution_impulsive), rel=1e-12) and e < light.restitution_impulsive - 0.05
-    found, apart = released(wall)
-    assert found == pytest.approx(e, abs=1e-3) and apart < 1e-12
     falls = []
     for each in (bodies, same):
         each.peaks(0.5 * float(wall.instability_displacement), STEP / float(wall.frequency_parameter), 1)
@@ -151,23 +147,13 @@ def test_a_mass_on_the_wall_takes_what_the_closed_forms_say(wall):
     assert slower**2 == pytest.approx(float(wall.inertia_ratio), rel=1e-12)
 
 
-def test_under_a_heavy_slab_the_wall_stops_at_the_impact():
-    with as_meant():
-        wall = Wall(0.3, 2.1, overburden_ratio=8.0, overburden_mass=1.0)
-    assert float(wall.restitution_impulsive) == 0.0
-    bodies = TwoBodiesOnContacts(wall)
-    np.testing.assert_allclose(bodies.after_impact(), 0.0, atol=1e-12)
-
-
 @pytest.mark.peers
-@pytest.mark.parametrize(
-    "wall", [*WALLS[2:6], *HEAVY], ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_ratio}"
-)
+@pytest.mark.parametrize("wall", WALLS[2:6], ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_ratio}")
 def test_siconos_says_the_same(wall):
     """Its MLCP takes the supports as equations; Debian's Python has it, ours need not.
 
-    The contacts are redundant at the impact, and at a single step its solver may take other impulses: at the middle one
-    of these the last slender wall with a mass keeps 0.885 in place of 0.825. So the median of three steps counts.
+    The contacts are redundant at the impact, and at a single step its solver may take other impulses: the median of
+    three steps counts.
     """
     python = "/usr/bin/python3"
     try:

@@ -9,7 +9,7 @@ from made_up_trials import measured_rocking
 
 from rockdamp.studies.amplitude import DAMPERS
 from rockdamp.studies.mechanism import mechanism as stage
-from rockdamp.studies.supports import ANALYTICAL, ELASTIC, IMPULSIVE, KEEPS, MASS, STRUCK, VERTICAL, WHOLE, floor_case
+from rockdamp.studies.supports import ANALYTICAL, IMPULSIVE, KEEPS, MASS, VERTICAL, floor_case
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 ALL, VISCOUS = list(MODELS), list(VISCOUS_MODELS)
@@ -230,13 +230,10 @@ def supports():
         MASS,
         ANALYTICAL,
         IMPULSIVE,
-        STRUCK,
         VERTICAL,
         KEEPS,
-        WHOLE,
-        ELASTIC,
     ]
-    others = [1.12, 1.3, 0.85, 1.8, 0.98, 1.03, 1.04, 0.99]
+    others = [1.12, 1.3, 0.85, 0.98, 1.03]
     whole = np.concatenate([1 - 0.5 * period, others])
     ratio = whole[:, None] * np.array([1.0, 0.95, 1.06])
     ratio[3, 2] = np.nan

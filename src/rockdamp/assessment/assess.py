@@ -123,8 +123,8 @@ def assess(
         ``rocking_onset``, the ground acceleration whose static load reaches the plateau of the curve. Intervals are NaN
         for fewer than four stations. ``unconverged`` outcomes at the stripes, ``median_uncertainty`` and
         ``dispersion_uncertainty`` are what the last halving of the step changed. Of a wall by the rule ``measured``
-        also ``collapse_probability_impulsive``, with e of rigid mechanics. With an exponent also ``loss_exponent`` and
-        ``reference_amplitude``.
+        also ``collapse_probability_impulsive``, with e of rigid mechanics, but where the overburden is a mass. With an
+        exponent also ``loss_exponent`` and ``reference_amplitude``.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def assess(
         .assign(restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall"))
         .assign(_stated(loss))
     )
-    if restitution == DEFAULT_RULE and isinstance(wall, Wall):
+    if restitution == DEFAULT_RULE and isinstance(wall, Wall) and np.isfinite(wall.restitution_impulsive):
         answer = answer.merge(_impulsive(wall, curve, motions, factor.values, loss=loss, step=step, tail=tail))
     answer = answer.assign_coords(
         record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]

@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from rockdamp import plausibility, units
 from rockdamp.arguments import number
 from rockdamp.arrays import Array
@@ -330,7 +332,10 @@ def by_rule(wall: Rocking | OneSidedWall, rule: str = DEFAULT_RULE) -> tuple[Arr
     if isinstance(wall, Parapet):
         return wall.restitution_rigid, HOUSNER
     formula, reason = RULES[rule]
-    return formula(wall), reason
+    e = formula(wall)
+    if np.isnan(e).any():  # of a mass on the wall
+        raise InputError(f"restitution (e) is {rule!r}; with overburden_mass it must be a number or another rule")
+    return e, reason
 
 
 def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | str) -> tuple[float, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -98,7 +99,8 @@ def wall(amplitude: list[float] | None, as_json: bool, **options: Any) -> None:
     Restitution is printed by each formula, with its source; one is recommended. Periods are printed for several
     amplitudes. With a curve (--a1 and --b1, or --preset) the periods of the cracked wall stand beside those of the
     rigid one, rocking starts at the strength of the plateau, and there is viscous damping to type into a program, for
-    one e. The JSON holds the constants and their units, and with --amplitude the periods.
+    one e. The JSON holds the constants and their units, and with --amplitude the periods; restitution_impulsive is null
+    with --overburden-mass.
     """
     from rockdamp.assessment.table import DEFAULT_RULE, restitution_and_reason
     from rockdamp.plausibility import as_meant
@@ -132,7 +134,8 @@ def wall(amplitude: list[float] | None, as_json: bool, **options: Any) -> None:
         units_of = {key: UNITS.get(key, "1") for key in (*values, *(rows[0] if periods else ()))}
         units_of |= {"rocking_onset_g": "g"} | ({"damping_coefficient": "N s m-1"} if damping else {})
         more = {"restitutions": restitutions, "units": units_of, **damping, **periods}
-        print_json({**values, "rocking_onset_g": in_g, **more})
+        numbers = {key: None if isnan(value) else value for key, value in values.items()}
+        print_json({**numbers, "rocking_onset_g": in_g, **more})
         return
     constants = {key: value for key, value in values.items() if not key.startswith("restitution")}
     print_values(constants, UNITS | {"rocking_onset": f"m s-2, which is {in_g:.4g} g"})
@@ -159,6 +162,8 @@ def _restitutions(wall: Wall | Parapet) -> list[dict[str, Any]]:
 
     rows: dict[str, dict[str, Any]] = {}
     for rule in RULES:
+        if rule == "impulsive" and isnan(wall.restitution_impulsive):  # of a mass on the wall
+            continue
         e, reason = by_rule(wall, rule)  # of a parapet the same by every rule
         row = {"rule": rule, "restitution": float(e), "reason": reason, "recommended": rule == DEFAULT_RULE}
         if not e > 0:

@@ -100,8 +100,8 @@ def fig_supports_caption(supports: xr.Dataset) -> str:
     stations, and each wall. (a) A floor with {percent(supports["diaphragm_damping"])} of damping that the wall does not
     load: over all walls the least is {with_interval(worst, RATIO)}, at a period of
     {plain(worst["diaphragm_period"])}&nbsp;s, over single walls {number(least)}. (b) Each change is compared with the
-    walls as assumed, but for two: mass, e impulsive with no mass and e impulsive; keeps its side with the worse of both
-    sides. Below one the usual assumption is unsafe, above one safe.
+    walls as assumed, but keeps its side with the worse of both sides. Below one the usual assumption is unsafe, above
+    one safe.
     """
 
 

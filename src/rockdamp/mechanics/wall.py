@@ -248,7 +248,7 @@ class Wall(_Mechanism):
         Of the overburden from mid-thickness, positive towards the top contact corner; reverses with u. [m]
     overburden_mass : float or ndarray
         Part of the overburden, 0 to 1, that moves up and down with the top as a mass; the rest is a force. The floor
-        holds it sideways. Its inertia is that at u = 0, and falls as the wall moves. [-]
+        holds it sideways. It makes the wall slower, by its inertia at u = 0, and leaves e as it is. [-]
 
     Raises
     ------
@@ -336,16 +336,17 @@ class Wall(_Mechanism):
     def restitution_impulsive(self) -> Array:
         r"""Restitution with the impulse of every support, for r = h1/h and q = t^2/h^2. [-]
 
-        .. math:: e = \frac{2 r^2 (1 - r) - (6 - 5 r) \, q - 2 s}{2 \, (r^2 (1 - r) + (3 - 2 r) \, q + s)} \geq 0
+        .. math:: e = \frac{2 r^2 (1 - r) - (6 - 5 r) \, q}{2 \, (r^2 (1 - r) + (3 - 2 r) \, q)} \geq 0
 
-        The momentum before the impact is projected on the motion that is admissible after it; s is of the mass of the
-        overburden, 3 r^2 (1 - r) psi c^2 (docs/theory.md, section 1). Rigid bodies on contacts with Newton's law of
-        impact lose as much, by time stepping. At 0 the wall stops at the impact.
+        The momentum before the impact is projected on the motion that is admissible after it (docs/theory.md, section
+        1). Rigid bodies on contacts with Newton's law of impact lose as much, by time stepping. At 0 the wall stops at
+        the impact. NaN where part of the overburden is a mass: no test supports what it would do to e.
         """
         r = np.asarray(self.hinge_ratio)
         q = 1 / self.slenderness**2
-        s, inertia = self._vertical_inertia
-        return np.maximum((2 * r**2 * (1 - r) - (6 - 5 * r) * q - 2 * s) / (2 * (inertia + s)), 0.0)
+        moving = np.multiply(self.overburden_mass, self.overburden_ratio) > 0
+        e = np.maximum((2 * r**2 * (1 - r) - (6 - 5 * r) * q) / (2 * self._bodies_inertia), 0.0)
+        return np.where(moving, np.nan, e)
 
     @property
     def inertia_ratio(self) -> Array:
@@ -357,17 +358,17 @@ class Wall(_Mechanism):
         The mass psi m rises by c for each unit of u, with the overburden's eccentricity d; H + V is what the bodies'
         own motions, sideways and up, have of their mass m (docs/theory.md, section 1). All are taken at u = 0.
         """
-        s, inertia = self._vertical_inertia
-        return 1 + s / inertia
-
-    @property
-    def _vertical_inertia(self) -> tuple[Array, Array]:
-        """psi c^2 of the overburden's mass and H + V of the bodies, both times 3 r^2 (1 - r). [-]"""
         r, ecc = np.asarray(self.hinge_ratio), np.divide(self.eccentricity, self.thickness)
         q = 1 / self.slenderness**2
         rise = 1 / r + (0.5 + ecc) / (1 - r)  # c over t/h
         psi = np.multiply(self.overburden_mass, self.overburden_ratio)
-        return 3 * r**2 * (1 - r) * psi * q * rise**2, r**2 * (1 - r) + (3 - 2 * r) * q
+        return 1 + 3 * r**2 * (1 - r) * psi * q * rise**2 / self._bodies_inertia
+
+    @property
+    def _bodies_inertia(self) -> Array:
+        """H + V times 3 r^2 (1 - r). [-]"""
+        r, q = np.asarray(self.hinge_ratio), 1 / self.slenderness**2
+        return r**2 * (1 - r) + (3 - 2 * r) * q
 
     @property
     def restitution_measured(self) -> Array:

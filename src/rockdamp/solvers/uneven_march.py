@@ -1,8 +1,8 @@
 """Walls whose restoring force is not odd, or changes with time: which of them collapse under restitution.
 
-A wall may be stronger to one side than to the other, vertical shaking may change its weights, and slow impacts may take
-nothing. `newmark` has none of these. The scheme is the same, explicit Newmark with the impact located inside the step;
-lanes run one after the other, each up to its collapse.
+A wall may be stronger to one side than to the other, and vertical shaking may change its weights; `newmark` has neither
+of them. The scheme is the same, explicit Newmark with the impact located inside the step; lanes run one after the
+other, each up to its collapse.
 
 Dimensionless: x = u/u_ins, tau = p t, unit mass, forces over F0.
 """
@@ -27,7 +27,7 @@ from rockdamp.solvers.newmark_kernel import crossed, force, impact_within, odd
 @register_jitable
 def collapses_alone(lane, ground, vertical):
     """Tell if a lane collapses; `lane` is a row of what `collapses` broadcasts."""
-    k1, b1, ks, a3, e, h, substeps, load, lift, positive, negative, slowest = lane
+    k1, b1, ks, a3, e, h, substeps, load, lift, positive, negative = lane
     parts = int(substeps)
     x, v, end = 0.0, 0.0, load * ground[0]
     a = end
@@ -40,7 +40,7 @@ def collapses_alone(lane, ground, vertical):
                 until = impact_within(x, v, a, h)
                 at = start + (end - start) * (until / h)  # at x = 0 the acceleration is the load's alone
                 v += 0.5 * until * (a + at)
-                v = e * v if v * v > slowest else v
+                v *= e
                 a, rest = at, h - until
                 moved = rest * (v + 0.5 * rest * a)
             x = moved
@@ -74,7 +74,6 @@ def collapses(
     lift: ArrayLike = 0.0,
     vertical: Array | None = None,
     side: tuple[ArrayLike, ArrayLike] = (1.0, 1.0),
-    slowest: ArrayLike = 0.0,
 ) -> NDArray[np.bool_]:
     """Return which lanes collapse: x'' + (1 + lift vertical) f(x) = load ground, and e at each impact, from rest.
 
@@ -88,11 +87,9 @@ def collapses(
         Factors of the lanes on the two motions, and these, shape (samples,). The weights are never less than none.
     side : two ndarrays
         What times the curve is that of u > 0, and of u < 0, in force and displacement alike.
-    slowest : ndarray
-        Square of the velocity up to which an impact takes nothing. [-]
     """
     k1, b1, ks, _, _, a3 = curve.parameters()
-    columns = np.broadcast_arrays(k1, b1, ks, a3, restitution, step, substeps, load, lift, *side, slowest)
+    columns = np.broadcast_arrays(k1, b1, ks, a3, restitution, step, substeps, load, lift, *side)
     lanes = np.stack([np.ravel(np.asarray(column, dtype=float)) for column in columns], axis=-1)
     fell = np.empty(len(lanes), dtype=bool)
     _compiled()(lanes, ground, np.zeros_like(ground) if vertical is None else vertical, fell)

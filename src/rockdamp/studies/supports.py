@@ -4,14 +4,12 @@ Each case changes one assumption about the walls of the study of earthquakes, un
 intensities of the ground, with e by the rule ``measured``:
 
 - a flexible floor at the top, by its period (`histories.supports`); a parapet stands on it;
-- the overburden as a mass, at first by its inertia alone, then with the impact that is its own (`Wall`);
+- the overburden as a mass, by its inertia alone (`Wall`);
 - restitution by another rule;
 - vertical shaking, for which the other horizontal component of the station stands, times a factor;
-- an overburden that keeps its side, in place of one that changes sides with u;
-- the inertia that the two bodies have at u = 0, in place of 2/3 m, their slender limit;
-- no loss at impacts so slow that the wall stays on the first branch of its curve.
+- an overburden that keeps its side, in place of one that changes sides with u.
 
-The last four are run by `solvers.uneven_march`: all but the inertia are no load on an odd curve.
+The last two are no load on an odd curve: `solvers.uneven_march` runs them.
 """
 
 from __future__ import annotations
@@ -33,7 +31,6 @@ from rockdamp.histories.supports import floor_motions
 from rockdamp.mechanics.building import Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.rigid_bodies import TwoBodies
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.catalogue import GroundMotion
@@ -48,11 +45,10 @@ from rockdamp.vocabulary import STANDARD_GRAVITY
 
 EVERY_WALL = "all"
 ASSUMED = "as assumed"
-MASS, ANALYTICAL, IMPULSIVE, STRUCK = "mass, same e", "e of Eq. (7)", "e impulsive", "mass, e impulsive"
-VERTICAL, WORSE, KEEPS, ELASTIC = "vertical shaking", "worse of both sides", "keeps its side", "no loss below a1"
-WHOLE = "inertia at u = 0"
+MASS, ANALYTICAL, IMPULSIVE = "mass, same e", "e of Eq. (7)", "e impulsive"
+VERTICAL, WORSE, KEEPS = "vertical shaking", "worse of both sides", "keeps its side"
 # What a case is compared with, where that is not `ASSUMED`; what others are compared with is no case of its own.
-BESIDE: Mapping[str, str] = {STRUCK: IMPULSIVE, KEEPS: WORSE}
+BESIDE: Mapping[str, str] = {KEEPS: WORSE}
 REFERENCES = (ASSUMED, WORSE)
 NOT_RUN = -1
 
@@ -86,7 +82,7 @@ def floor_case(period: float) -> str:
 def names_of(settings: Supports) -> list[str]:
     """Return the names of all cases, those that others are compared with among them."""
     floors = [floor_case(period) for period in settings.diaphragm_period.tolist()]
-    return [ASSUMED, *floors, MASS, ANALYTICAL, IMPULSIVE, STRUCK, VERTICAL, WORSE, KEEPS, WHOLE, ELASTIC]
+    return [ASSUMED, *floors, MASS, ANALYTICAL, IMPULSIVE, VERTICAL, WORSE, KEEPS]
 
 
 @as_meant()  # the walls were warned of when they were made
@@ -130,7 +126,6 @@ def _plain(walls: Sequence[NamedWall], eccentricity: float) -> Iterator[Run]:
         if float(wall.overburden_ratio):
             heavy = replace(wall, overburden_mass=1.0)
             yield Run(MASS, column, heavy, curve, float(wall.restitution_measured))
-            yield Run(STRUCK, column, heavy, curve, float(heavy.restitution_impulsive))
             weaker = replace(wall, eccentricity=-eccentricity * float(wall.thickness))
             yield Run(WORSE, column, weaker, curve, float(wall.restitution_measured))
 
@@ -203,12 +198,6 @@ def uneven(
     )
     kept = collapses(curve, e, side=(stronger, weaker), **common)
     yield KEEPS, np.where(loaded, kept, NOT_RUN).astype(np.int8)
-    # The dimensionless load stays, as the supports' motion acts on the masses whatever the inertia: time alone changes.
-    heavier = np.array([_inertia_at_rest(named.wall) for named in walls])[:, None]
-    whole = collapses(curve, e, **(common | {"step": common["step"] / np.sqrt(heavier)}))
-    yield WHOLE, np.where([[isinstance(named.wall, Wall)] for named in walls], whole, NOT_RUN).astype(np.int8)
-    slowest = 2 * curve.energy(curve.yield_displacement_ratio)
-    yield ELASTIC, collapses(curve, e, slowest=slowest, **common).astype(np.int8)
 
 
 def _parameters(named: NamedWall) -> tuple[Quantity, ...]:
@@ -221,11 +210,6 @@ def _strength_with(wall: Wall | Parapet, eccentricity: float) -> float:
     """Return the strength with an overburden so far from mid-thickness, over the thickness, over that without. [-]"""
     moved = replace(wall, eccentricity=eccentricity * float(wall.thickness))
     return float(moved.rigid_strength / wall.rigid_strength)
-
-
-def _inertia_at_rest(wall: Wall | Parapet) -> float:
-    """Return the inertia of two bodies at u = 0 over that of slender ones; 1 for a parapet. [-]"""
-    return 2 * TwoBodies(wall).inertia(0.0) / float(wall.effective_mass) if isinstance(wall, Wall) else 1.0
 
 
 # --- the comparison ---------------------------------------------------------------------------------------------------
