@@ -10,21 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from rockdamp.figures.style import GREY, PALE, new_figure, styled, with_interval
+from rockdamp.figures.style import PALE, new_figure, pick_look, styled, with_interval
 from rockdamp.text import by_name, number, percent, plain
 
 ALL, RATIO = "all", "median_intensity_ratio"
-SHADES = (
-    "#0072B2",
-    "#D0267F",
-    "#E69F00",
-    "#009E73",
-    "#56B4E9",
-    "#8C6D1F",
-    "#9A4C95",
-    GREY,
-)  # of walls, exponents, amplitudes
-MARKERS = "o^sDv<>p"
 
 
 @styled
@@ -49,8 +38,7 @@ def _floors(axes: Axes, cases: xr.Dataset) -> None:
     axes.axhline(1.0, color=PALE, linewidth=0.8)
     for column, wall in enumerate(_walls(cases)):
         ratio = np.concatenate([[1.0], cases[RATIO].sel(wall=wall).values])
-        colour, marker = SHADES[column % 8], MARKERS[column % 8]
-        axes.plot(period, ratio, markersize=2.5, linewidth=0.6, label=wall, color=colour, marker=marker)
+        axes.plot(period, ratio, markersize=2.5, linewidth=0.6, label=wall, **pick_look(column))
     whole = cases.isel(wall=0)
     _bars(axes, period[1:], whole, RATIO, color="#1A1A1A", linewidth=1.8, marker="o", markersize=3, label=ALL)
     axes.set_title("(a) a flexible floor at the top")
@@ -64,7 +52,7 @@ def _others(axes: Axes, cases: xr.Dataset) -> None:
     axes.axvline(1.0, color=PALE, linewidth=0.8)
     for column, wall in enumerate(_walls(cases)):
         ratio = cases[RATIO].sel(wall=wall).values
-        axes.plot(ratio, place, linestyle="none", marker=MARKERS[column % 8], color=SHADES[column % 8], markersize=3)
+        axes.plot(ratio, place, markersize=3, **{**pick_look(column), "linestyle": "none"})
     whole = cases.isel(wall=0)
     look = {"linestyle": "none", "color": "#1A1A1A", "marker": "o", "markersize": 4}
     _bars(axes, place - 0.25, whole, RATIO, upright=False, **look)
@@ -127,7 +115,7 @@ def middle(study: xr.Dataset) -> int:
 
 
 def _look(count: int) -> dict[str, Any]:
-    return {"color": SHADES[count % 8], "marker": MARKERS[count % 8], "markersize": 4, "linewidth": 0.9}
+    return {**pick_look(count), "markersize": 4, "linewidth": 0.9}
 
 
 def _collapses(axes: Axes, whole: xr.Dataset) -> None:

@@ -57,6 +57,9 @@ SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
 )
 SPARE_MARKERS = ("<", ">", "p", "h", "d", "H", "8")
 GREY, PALE = "#6E6E6E", "#B5B5B5"
+# Of walls, exponents and amplitudes.
+SHADES = ("#0072B2", "#D0267F", "#E69F00", "#009E73", "#56B4E9", "#8C6D1F", "#9A4C95", GREY)
+MARKERS, LINES = "o^sDv<>p", ("solid", "dashed", "dotted")
 
 # Symbols and units of the axes; "-" is dimensionless.
 RESTITUTION = "coefficient of restitution $e$ [-]"
@@ -130,6 +133,13 @@ def literal(text: str) -> str:
 def line_of(model: str) -> dict[str, Any]:
     """Return the keyword arguments that draw a model's line."""
     return {"color": style_of(model).colour, "linestyle": style_of(model).linestyle}
+
+
+def pick_look(index: int) -> dict[str, Any]:
+    """Return the keyword arguments that draw one of several walls or values; 24 differ in colour and marker."""
+    turn, column = divmod(index, len(SHADES))
+    marker = MARKERS[(column + turn) % len(MARKERS)]
+    return {"color": SHADES[column], "marker": marker, "linestyle": LINES[turn % len(LINES)]}
 
 
 def marks_of(model: str) -> dict[str, Any]:
