@@ -163,7 +163,7 @@ def decays_are_as_long_as_matches(config: Config) -> Problems:
 
 
 def grids_hold_what_is_looked_up(config: Config) -> Problems:
-    """The reference release and the test's values must be among those that were computed."""
+    """The reference release and the a1 of the test must be within those that were computed."""
     x0, values = config.release_amplitude, config.studies.amplitude.release_amplitude.tolist()
     if x0 not in values:
         yield "release_amplitude", f"is {x0}; it must be among studies.amplitude.release_amplitude, {values}"

@@ -208,7 +208,6 @@ class Validation(Section):
     curve: Curve = Field(
         description="The curve that is expected: its a3 and softening are kept, a1 and b1 are those of the calibration."
     )
-    restitution: Restitution = Field(description="Coefficient of restitution e that is expected. [-]")
     fit_yield_displacement_ratios: Positives = Field(
         description="The a1 of the polynomials xi(e) whose mean is each viscous model's damping ratio. [-]"
     )
