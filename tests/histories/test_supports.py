@@ -1,5 +1,6 @@
 """The motion of a wall's two supports, and the load that it is on the wall, by virtual work of two bodies."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -222,6 +223,13 @@ def test_the_same_ground_motion_rocks_a_wall_higher_up_further():
     # Each record is scaled to the intensity of its ground.
     pga = [rd.intensity_measures(motion.record).pga for motion in records]
     assert by_storey[1]["scale_factor"].values[:, 0] == pytest.approx(1.5 / np.array(pga))
+
+
+def test_a_floor_motion_is_equal_to_its_own_pickle(ground):
+    (motion,) = rd.floor_motions(ground, rd.Building(PERIOD, 3, 3))
+    assert pickle.loads(pickle.dumps(motion)) == motion
+    (other,) = rd.floor_motions(ground, rd.Building(PERIOD, 3, 2))
+    assert other != motion
 
 
 def test_records_made_of_arrays_are_ground_motions():

@@ -246,6 +246,10 @@ BAD = [
     ({"ground_acceleration": [0.0, np.nan]}, r"ground_acceleration is nan; it must be a finite number"),
     ({"ground_acceleration": np.zeros(100)}, r"steps is 100; it must be at most 99, the record's length"),
     ({"ground_acceleration": np.zeros((200, 1))}, r"at most 0, .*ground_acceleration has shape \(200, 1\)"),
+    (
+        {"ground_acceleration": np.zeros((2, 0)), "load_factor": [1.0, 1.0]},
+        r"number of samples of several motions is 0; it must be at least 1",
+    ),
     ({"ground_acceleration": np.zeros((2, 200))}, r"first axis of load_factor is 1; it must be 2, a factor on each"),
     (
         {"ground_acceleration": np.zeros((2, 200)), "load_factor": [1.0, 1.0], "scheme": "paper"},

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from configs import configured
 
+import rockdamp as rd
 from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
@@ -80,6 +81,16 @@ def test_cases_beyond_an_odd_curve_that_change_nothing_are_the_wall_as_assumed(c
         np.testing.assert_array_equal(cases[supports.KEEPS][0], assumed[0])
         assert (cases[supports.KEEPS][1] == supports.NOT_RUN).all()  # a parapet without a load
         assert supports.VERTICAL not in dict(supports.uneven(walls, record, None, factor, still, 1.0))
+
+
+def test_another_component_with_another_step_is_refused():
+    one, other = (
+        rd.GroundMotion(name, "station", "own", rd.Record(step * np.arange(9), np.ones(9)))
+        for name, step in (("a", 0.01), ("b", 0.005))
+    )
+    with pytest.raises(rd.InputError, match=r"'b' has steps of 0.005 s; they must be 0.01 s, as of 'a'"):
+        supports._beside(one, [one, other])
+    assert supports._beside(one, [one]) is None
 
 
 def test_an_overburden_that_keeps_its_side_changes_strength_and_capacity_alike(config):

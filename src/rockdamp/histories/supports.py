@@ -35,7 +35,7 @@ Records = _One | Iterable[_One]
 SMALL = 0.05  # ASSUME: joints that close within this part of u_ins of each other close together
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FloorMotion(GroundMotion):
     """The motion of a wall's supports above a ground motion; `record` is that of the supports.
 

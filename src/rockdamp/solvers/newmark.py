@@ -361,6 +361,7 @@ def _check_record(ground_acceleration: ArrayLike, steps: int, substeps: int, sch
     motions = ground if ground.ndim == 2 else ground[None]
     if len(motions) != 1:
         require(len(motions) > 0, "the number of motions", len(motions), "at least 1")
+        require(motions.size > 0, "the number of samples of several motions", 0, "at least 1")
         require(scheme != "paper", "the number of motions", len(motions), "1 by the scheme 'paper'")
     return motions
 

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
 from rockdamp.config.earthquakes import NamedWall, Supports
+from rockdamp.errors import InputError
 from rockdamp.histories.loads import peaks_and_collapses, substeps_of
 from rockdamp.histories.supports import floor_motions
 from rockdamp.mechanics.building import Diaphragm
@@ -99,8 +100,7 @@ def histories(config: Config) -> xr.Dataset:
         for record, runs in [(motion.record, plain), *_on_floors(plain, motion, settings)]:
             for run, fell in zip(runs, _collapses(record, runs, factor, settings.step, tail), strict=True):
                 collapsed[row, names.index(run.case), :, run.column] = fell
-        others = [other.record for other in motions if other.group == motion.group and other is not motion]
-        for case, of_case in uneven(walls, motion.record, next(iter(others), None), factor, settings, tail):
+        for case, of_case in uneven(walls, motion.record, _beside(motion, motions), factor, settings, tail):
             collapsed[row, names.index(case)] = of_case.T
     return xr.Dataset(
         {"collapsed": (("record", "assumption", "velocity_ratio", "wall"), collapsed)},
@@ -112,6 +112,17 @@ def histories(config: Config) -> xr.Dataset:
             "wall": [named.name for named in walls],
         },
     )
+
+
+def _beside(motion: GroundMotion, motions: Sequence[GroundMotion]) -> Record | None:
+    """Return the other component of a motion's station; refuse one of another step."""
+    other = next((other for other in motions if other.group == motion.group and other is not motion), None)
+    if other is None:
+        return None
+    step, wanted = other.record.step, motion.record.step
+    if not np.isclose(step, wanted, rtol=1e-6, atol=0.0):
+        raise InputError(f"{other.name!r} has steps of {step:g} s; they must be {wanted:g} s, as of {motion.name!r}")
+    return other.record
 
 
 def _plain(walls: Sequence[NamedWall], eccentricity: float) -> Iterator[Run]:
