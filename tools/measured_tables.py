@@ -45,7 +45,7 @@ DOCS = (
     "accuracy",
     "earthquakes",
     "theory",
-    "howto/order-m-damper-elsewhere",
+    "howto/the-damper-in-your-program",
     "assumptions",
     "measured",
 )

@@ -10,7 +10,7 @@ from repository import ROOT
 from rockdamp.storage import dataset
 from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES, STUDIES
 
-PAGES_THAT_ASK_FOR_E = ("choose-inputs", "many-walls", "order-m-damper-elsewhere", "your-test", "your-wall")
+PAGES_THAT_ASK_FOR_E = ("choose-inputs", "many-walls", "the-damper-in-your-program", "your-test", "your-wall")
 
 
 def built(name):

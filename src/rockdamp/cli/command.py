@@ -193,7 +193,7 @@ HEADINGS = {
 }
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
-OF_A_RATIO = "which e a damping ratio stands for is in docs/howto/order-m-damper-elsewhere.md"
+OF_A_RATIO = "which e a damping ratio stands for is in docs/howto/the-damper-in-your-program.md"
 ALSO_CALLED = {  # an option, and what others call it where its spelling is no help
     "--restitution": ("--e", "--r", "--cor", "--coefficient-of-restitution"),
     "--damping-ratio": ("--xi", "--zeta", "--damping", "--damping-ratio"),

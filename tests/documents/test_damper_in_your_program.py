@@ -1,0 +1,124 @@
+"""docs/howto/the-damper-in-your-program.md: its listing and the files beside it run, its numbers computed anew."""
+
+import re
+import shutil
+import subprocess
+from math import copysign
+
+import numpy as np
+import pytest
+from repository import ROOT
+from scipy.interpolate import CubicSpline
+
+import rockdamp as rd
+from rockdamp.mechanics.damping.band import half_cycle_loss
+from rockdamp.mechanics.damping.ecd import log_decrement
+from rockdamp.solvers import event_driven
+
+PAGE = (ROOT / "docs/howto/the-damper-in-your-program.md").read_text(encoding="utf-8")
+CURVE = rd.TrilinearCurve(0.04, 0.85)
+W1, E, WIDTH = float(CURVE.initial_frequency), 0.85, 0.2
+DELTA = -np.log(E)
+SHORT = DELTA * (1 + 0.4 * WIDTH**2 - 0.097 * WIDTH**4 - 0.043 * DELTA**2)
+# The damper of the kernel that has the delta' of the listings.
+SAME = rd.Damping("BAND", half_cycle_loss(SHORT, WIDTH) / np.pi, width=WIDTH)
+
+
+def table(first_cell):
+    """Rows of the page's table that begins with this cell."""
+    lines = PAGE[PAGE.index(f"| {first_cell} |") :].split("\n\n")[0].splitlines()
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in [lines[0], *lines[2:]]]
+
+
+def pulse(tau):
+    return 2 * np.sin(np.pi * tau / 0.7) if tau < 0.7 - 1e-9 else 0.0
+
+
+def python_listing(h, steps, *, lag=False):
+    """Return x at each step under the pulse, by the page's own lines in explicit Newmark."""
+    names = {}
+    exec(re.findall(r"^```python\n(.*?)^```$", PAGE, flags=re.MULTILINE | re.DOTALL)[0], names)
+    x, v, a, found = 0.0, 0.0, 0.0, [0.0]
+    for n in range(1, steps + 1):
+        half, at = v + h / 2 * a, (x, v)
+        x, expected = x + h * v + h * h / 2 * a, v + h * a
+        c = names["coefficient"](*(at if lag else (x, expected)), 1.0, E, W1)
+        z = abs(x)
+        a = (pulse(n * h) - copysign(max(0.0, min(0.85 / 0.04 * z, 0.85, 1 - z)), x) - c * half) / (1 + c * h / 2)
+        v = half + h / 2 * a
+        found.append(x)
+    return np.array(found)
+
+
+@pytest.fixture(scope="module")
+def kernel():
+    """x at each step of 0.002 up to tau = 4."""
+    load = [pulse(0.002 * n) for n in range(2001)]
+    run = {"step": 0.002, "steps": 2000, "store_every": 1}
+    return rd.solve(CURVE, SAME, load_factor=1.0, ground_acceleration=load, **run).displacement
+
+
+def test_the_python_listing_is_the_kernel_s_damper(kernel):
+    np.testing.assert_allclose(python_listing(0.002, 2000), kernel, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("compiler", "source", "libraries"), [("cc", "band.c", ["-lm"]), ("gfortran", "band.f90", [])])
+def test_the_files_in_other_languages_are_the_kernel_s_damper(kernel, compiler, source, libraries, tmp_path):
+    if not shutil.which(compiler):
+        pytest.skip(f"there is no {compiler}")
+    command = [compiler, "-O2", "-Wall", "-Werror", str(ROOT / "examples" / source), "-o", "band", *libraries]
+    subprocess.run(command, check=True, cwd=tmp_path)  # Fortran writes its module beside
+    printed = subprocess.run([tmp_path / "band"], check=True, capture_output=True, text=True).stdout
+    np.testing.assert_allclose(np.array(printed.split(), dtype=float), [kernel[:1000].max(), kernel[-1]], atol=1e-12)
+
+
+def test_the_number_to_check():
+    load = 2 * np.sin(np.pi * np.linspace(0, 1, 701))
+    for model, peak in (("CR", 0.400), ("BAND", 0.397)):
+        damping = rd.Damping.of_restitution(E, model)
+        run = event_driven.history(CURVE, damping, [2.0], load=load, load_step=0.001)
+        assert run.turning_displacement[0] == pytest.approx(peak, abs=5e-4)
+
+
+def test_the_step_that_the_damper_needs_and_what_a_lag_costs():
+    """The first three peaks at h = c/4 and c/16, of C at the end of the step and at its start."""
+
+    def peaks(parts, **how):
+        h = WIDTH / W1 / parts
+        x = python_listing(h, round(5 / h), **how)
+        turns = np.flatnonzero((x[1:-1] - x[:-2]) * (x[2:] - x[1:-1]) < 0)
+        return x[turns[:3] + 1]
+
+    limit = peaks(320)
+    assert np.abs(peaks(4) / limit - 1).max() == pytest.approx(0.004, abs=5e-4)
+    assert np.abs(peaks(16) / limit - 1).max() < 1e-4
+    for parts, late in ((4, 0.0063), (16, 0.0015)):
+        assert peaks(parts, lag=True)[2] / limit[2] - 1 == pytest.approx(late, rel=0.05)
+
+
+def test_the_table_of_what_a_damping_ratio_stands_for():
+    head, *rows = table("xi [%]")
+    ratios = np.array([float(row[0]) for row in rows]) / 100
+    assert ratios.tolist() == [0.02, 0.03, 0.05, 0.10]
+    for xi, row in zip(ratios, rows, strict=True):
+        e = np.exp(-log_decrement(xi, np.array([0, 1])))  # BAND has the formula of the orders above 0
+        assert row[1:3] == [f"{value:.4f}" for value in e]
+    every_e = np.linspace(0.5, 0.98, 17)
+    matched = rd.equivalent(every_e, CURVE.yield_displacement_ratio, CURVE.strength_ratio)
+    for column, model in enumerate(("CDC", "CDR", "SDR"), start=3):
+        assert head[column] == f"e, {model}"
+        xi = np.array([one["damping_ratio"] for one in matched if one["damping_model"] == model])
+        e = CubicSpline(xi[::-1], every_e[::-1])(ratios)
+        np.testing.assert_allclose([float(row[column]) for row in rows], e, atol=0.002)  # CDC's are rough in e
+
+
+def test_the_table_of_measured_restitutions():
+    _, *rows = table("e")
+    for e, xi, *_ in rows:
+        assert xi == f"{100 * float(rd.Damping.of_restitution(float(e), 'BAND').damping_ratio):.1f}"
+    stated = {float(row[0]): row[2] for row in rows}
+    for slenderness, e in ((10, 0.831), (20, 0.882), (30, 0.892)):
+        wall = rd.Wall(thickness=3 / slenderness, height=3.0, hinge_ratio=0.5)
+        assert 0.9 * float(wall.restitution_rigid) == pytest.approx(e, abs=5e-4) and str(slenderness) in stated[e]
+    for ratio, factor, e in ((5, 0.95, 0.895), (5, 0.67, 0.631), (3, 0.97, 0.825)):  # Housner: 1 - 3/2 sin^2 alpha
+        assert factor * (1 - 1.5 / (1 + ratio**2)) == pytest.approx(e, abs=6e-4) and f"{factor}" in stated[e]
