@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from order_m_motion import of_restitution
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import cumulative_trapezoid, quad, solve_ivp
 from scipy.special import erf
 
 
@@ -42,6 +42,16 @@ def layer_integral(e):
         return np.exp(delta / 2 * erf(z)) * (1 - band) ** 2 - np.exp(np.copysign(delta / 2, z))
 
     return quad(change, -8, 8, points=[0.0])[0]
+
+
+def test_without_the_denominator_the_error_under_load_is_smaller():
+    """The same integral for d ln r/dz = -a exp(-z^2)/(1 + a z exp(-z^2)): -(1/2) delta^2/sqrt(2 pi)."""
+    z, delta = np.linspace(-8, 8, 160001), 0.1
+    a = delta / np.sqrt(np.pi)
+    divisor = 1 + a * z * np.exp(-z * z)
+    loss = cumulative_trapezoid(a * np.exp(-z * z) / divisor, z, initial=0)
+    change = np.exp(loss - loss[-1] / 2) / divisor**2 - np.exp(np.sign(z) * loss[-1] / 2)
+    assert np.trapezoid(change, z) == pytest.approx(-0.5 * loss[-1] ** 2 / np.sqrt(2 * np.pi), rel=0.02)
 
 
 @pytest.mark.parametrize(("e", "load"), [(0.95, 0.0), (0.85, 0.3), (0.7, 0.3), (0.7, -0.2)])
