@@ -98,6 +98,14 @@ def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
     assert error < 1e-3 * np.abs(exact.displacement).max()
 
 
+def test_straight_lines_between_samples_of_the_motion_would_lower_the_peak_by_a_third_of_a_percent():
+    smooth = synthetic_record(noise=0)
+    straight = Record(smooth.elapsed, smooth.ground_acceleration)  # without a response it is no spline
+    curve = TrilinearCurve(0.031, 0.799)
+    peaks = [float(computed_response(one, WALL, curve, Damping.cr(0.84), 0.0025).peak) for one in (smooth, straight)]
+    assert 1 - peaks[1] / peaks[0] == pytest.approx(0.003, abs=5e-4)
+
+
 # --- the comparison
 
 
