@@ -78,7 +78,7 @@ def within_time_law(z: float, f: float, double_v: float, v: float, parameters: t
 
 
 def within_length(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
-    """Return C of CQD times the step h, over h: the mean of mu |v| over z - h v/2 to z + h v/2."""
+    """Return C of CQD in a step h: the integral of mu from z - h v/2 to z + h v/2, over h."""
     size, w, h = parameters
     half = 0.5 * h * v
     a = np.minimum(np.maximum((z - half) / w, -1.0), 1.0)
@@ -115,6 +115,7 @@ class FixedTimeBand(Band):
     model = "BAND"
     title = "band of fixed time"
     colour = "#6B7A00"
+    # ASSUME: the paper has no such damper. A narrower band is nearer to restitution, with a force as 1/t_c [rad].
     defaults: ClassVar[Mapping[str, float]] = {"width": 0.2}
     amplitude_independent = True
 
