@@ -20,7 +20,6 @@ from rockdamp.studies.earthquakes.orders import SIDES
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 COORDINATES = {
-    "alternative": ["CR, e + 0.02", "stop, 400 k1", "stop, 2500 k1"],
     "damping_model": list(MODELS),
     "viscous_model": list(VISCOUS_MODELS),
     "curve_name": ["bi-linear", "tri-linear", "steeper", "translated", "new", "moderate", "severe"],

@@ -223,9 +223,9 @@ def one_sided_collapses(
     """
     require(loss.exponent == 0, "exponent", loss.exponent, "0 for a wall against a stop")
     curve = curve.map(lambda parameter: parameter.reshape(-1)[0])
-    levels = np.array([getattr(intensity_measures(motion.record), measure.lower()) for motion in motions])
-    supports = [intensity_measures(motion.record) for motion in motions]
-    stripe = float(wall.velocity_scale) * STRIPES * float(np.median(levels / [level.pgv for level in supports]))
+    measures = [intensity_measures(motion.record) for motion in motions]
+    levels = np.array([getattr(each, measure.lower()) for each in measures])
+    stripe = float(wall.velocity_scale) * STRIPES * float(np.median(levels / [each.pgv for each in measures]))
     wanted, asked, threads = np.concatenate([intensity, stripe]), intensity.size, available_threads()
     ended = [
         one_sided.ends(motion.record, wall, curve, np.ravel(restitution)[0], wanted / level, tail=tail, threads=threads)

@@ -22,7 +22,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.solvers.compiled import compiled
-from rockdamp.solvers.oscillator import closed_state, closed_turn, responses
+from rockdamp.solvers.oscillator import closed_state, closed_turn
 from rockdamp.solvers.response import COLLAPSED, COMPLETED, Response
 
 # What a lane is: its curve, e, the factor on the ground's acceleration, the time between its samples, and the start.
@@ -260,45 +260,9 @@ def hit(w, s, p, events):
 
 
 @register_jitable
-def full_steps(w):
-    """Return `responses` over a whole interval between samples, of each branch."""
-    table = np.zeros((3, 3))
-    for row in range(3):
-        k = w[K1] if row == FIRST else 0.0 if row == PLATEAU else -w[KS]
-        # One by one: Numba compiles an assignment to a row with all that describes wrong shapes, for seconds.
-        table[row, 0], table[row, 1], table[row, 2] = responses(0.0, k, w[STEP])
-    return table
-
-
-@register_jitable
-def leap(w, s, table, p, slope, stop):
-    """Move over a whole interval between samples if nothing happens in it, and say whether it does not.
-
-    It is most of them. An acceleration that has one sign at both ends of so short a time has it between them, and then
-    the velocity is monotone.
-    """
-    low, high, k, offset = branch_of(w, s)
-    x, v, h = s[X], s[V], w[STEP]
-    if abs(k) * h * h > 1.0 or not low < x < high:
-        return False
-    a = p - offset - k * x
-    jerk = slope - k * v
-    row = int(s[BRANCH])
-    g, g1, g2 = table[row, 0], table[row, 1], table[row, 2]
-    x_end, v_end = x + v * h + a * g1 + jerk * g2, v + a * g + jerk * g1
-    if v * v_end <= 0.0 or a * (p + slope * h - offset - k * x_end) <= 0.0 or not low < x_end < high:
-        return False
-    s[X], s[V], s[TAU], s[STALLED] = x_end, v_end, stop, 0.0
-    if x_end > s[PEAK]:
-        s[PEAK], s[PEAK_AT] = x_end, stop
-    return True
-
-
-@register_jitable
 def run(w, ground, times, displacement, events):
     """Move a lane from tau = 0 to the last of `times`, or to its collapse; return its state and how it ended."""
-    s, table = begin(w), full_steps(w)
-    reached, last, samples = 0, times[-1], ground.size
+    s, reached, last, samples = begin(w), 0, times[-1], ground.size
     for segment in range(max(samples, 1)):
         start, stop, p, slope = max(samples - 1, 0) * w[STEP], last, 0.0, 0.0
         if segment < samples - 1:
@@ -307,9 +271,6 @@ def run(w, ground, times, displacement, events):
             slope = (w[FACTOR] * ground[segment + 1] - p) / w[STEP]
         while s[TAU] < stop:
             now = p + slope * (s[TAU] - start)
-            whole = s[TAU] == start and segment < samples - 1 and times[reached] > stop
-            if whole and s[RESTING] == 0.0 and leap(w, s, table, now, slope, stop):
-                continue
             if s[RESTING] == 1.0:
                 rest(s, now, slope, stop, events)
                 while reached < times.size and times[reached] <= s[TAU]:
