@@ -136,7 +136,7 @@ def test_what_the_integrator_simulates_is_inside_the_intervals():
     for number in range(6):
         random = np.random.RandomState([11, number])
         made = drawn_specimen(random)
-        moved, _ = free_rocking_tests.decay(made, 0.5 * made.u_ins, 0.002, 15.0, 1e-3 * made.u_ins, random)
+        moved, _ = free_rocking_tests.decay(made, 0.5 * made.u_ins, 0.002, 4.0, 5e-3 * made.u_ins, random)
         errors = {"noise": 1e-3 * made.u_ins, "drift": 1e-3 * made.u_ins, "random": random}
         elapsed, shown = free_rocking_tests.channel(moved, 0.002, held=0.4, late=0.0, rest=1.0, **errors)
         wall = rd.Wall(
