@@ -42,11 +42,11 @@ NEAREST = 6  # files of tests
 PYTEST = [sys.executable, *"-m pytest -x -q --no-header -p no:cacheprovider --tb=no -m".split(), "not peers"]
 # Packages of science, and the folders of tests that use them, nearest first.
 PACKAGES = {
-    "mechanics": ["mechanics", "solvers", "equivalence", "whole_package/test_properties.py"],
-    "solvers": ["solvers", "equivalence", "histories"],
+    "mechanics": ["mechanics", "solvers", "theory", "equivalence", "whole_package/test_properties.py"],
+    "solvers": ["solvers", "theory", "equivalence", "histories"],
     "equivalence": ["equivalence", "studies/test_matches.py", "studies/test_polynomial_fits.py"],
     "histories": ["histories", "assessment", "studies"],
-    "laboratory": ["laboratory", "cli/test_posterior.py"],
+    "laboratory": ["laboratory"],
     "statistics": ["statistics", "assessment", "studies"],
     "motions": ["motions", "assessment", "histories"],
     "assessment": ["assessment", "cli"],
