@@ -88,13 +88,11 @@ def closed_state(x, v, c, k, q, slope, t):
 
 
 @register_jitable
-def free_zeros(a, jerk, c, k):
-    """Return the first zero after the start of a free motion a'' + c a' + k a = 0, and the time between two.
-
-    Both are infinite where none is. It starts at `a` with the derivative `jerk`.
-    """
+def acceleration_zeros(x, v, c, k, q, slope):
+    """Return the first zero of the acceleration after the start, and the time between two; infinite where none is."""
+    a = q - c * v - k * x
     half, disc = c / 2.0, c * c / 4.0 - k
-    b = jerk + half * a  # exp(-half t) (a cos w t + b/w sin w t), or the same with cosh and sinh
+    b = slope - c * a - k * v + half * a  # exp(-half t) (a cos w t + b/w sin w t), or the same with cosh and sinh
     if a == 0.0 and b == 0.0:
         return np.inf, np.inf
     if disc < 0.0:
@@ -105,13 +103,6 @@ def free_zeros(a, jerk, c, k):
     if a * b >= 0.0 or d * abs(a) >= abs(b):
         return np.inf, np.inf
     return math.atanh(-d * a / b) / d if d > 0.0 else -a / b, np.inf
-
-
-@register_jitable
-def acceleration_zeros(x, v, c, k, q, slope):
-    """Return the first zero of the acceleration after the start, and the time between two; infinite where none is."""
-    a = q - c * v - k * x
-    return free_zeros(a, slope - c * a - k * v, c, k)
 
 
 @register_jitable
