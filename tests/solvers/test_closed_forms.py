@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from rockdamp.solvers.event_driven import acceleration_zeros, closed_state, closed_turn
+from rockdamp.solvers.oscillator import acceleration_zeros, closed_state, closed_turn
 
 SLOPE = 0.7
 DAMPED = [(0.3, 4.0), (0.0, 4.0), (5.0, 2.0), (4.0, 4.0), (0.5, -1.2), (0.4, 0.0)]  # c and k, all kinds of roots
