@@ -10,13 +10,8 @@ STUDIES = {
     "cracked_stiffness": "yield_displacement_ratio",
 }
 
-# ASSUME: the paper has no such damper. The order m of ECD that is offered as a model beside ECD. It was chosen as that
-# from which on the peaks of ECD are nearer to restitution's than those with e a hundredth lower or higher are.
-# results/earthquakes/orders.nc says how it does beside other changes of e, wall by wall; docs/earthquakes.md tells it.
+# ASSUME: the paper has no such damper. The order m of ECD that is offered as a model beside ECD.
 RECOMMENDED_ORDER = 16
-# ASSUME: of the changes of e in that dataset the one that decides: the same part of the loss at every e. A change by a
-# hundredth of e is four times as large a part at e = 0.95 as at 0.75.
-DECISIVE_CHANGE = "loss"
 RECOMMENDED = f"ECD{RECOMMENDED_ORDER}"  # its name among the models
 # The source of the damping ratio with which commands, report, documents and figures lead: `damping_ratio` of the
 # commands. docs/earthquakes.md says why, with the errors under earthquakes.

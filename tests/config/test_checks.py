@@ -104,10 +104,10 @@ def test_every_number_has_bounds():
 
 
 def test_a_part_has_what_its_keys_name_and_nothing_else():
-    part = configured().part(["curve", "earthquakes.walls", "earthquakes.orders.step", "studies.amplitude"])
-    assert float(part.curve.strength_ratio) == 0.85 and part.earthquakes.orders.step == 0.05
+    part = configured().part(["curve", "earthquakes.walls", "earthquakes.check.seed", "studies.amplitude"])
+    assert float(part.curve.strength_ratio) == 0.85 and part.earthquakes.check.seed == 1
     assert part.studies.amplitude.release_amplitude.tolist() == [0.1, 0.2, 0.3, 0.5, 0.7, 0.9]
-    for ask in (lambda: part.wall, lambda: part.earthquakes.step, lambda: part.earthquakes.orders.order):
+    for ask in (lambda: part.wall, lambda: part.earthquakes.step, lambda: part.earthquakes.check.histories):
         with pytest.raises(AttributeError):
             ask()
 
@@ -286,14 +286,11 @@ BAD = [
     (
         "earthquakes.restitution",
         [0.995],
-        "earthquakes.restitution_change is 0.01; every e of earthquakes, 0.75 to 0.995, must",
+        "earthquakes.restitution_change is 0.01; every e of earthquakes, 0.995 to 0.995, must",
     ),
-    (
-        "earthquakes.orders.test_spread",
-        0.06,
-        "earthquakes.orders.test_spread is 0.06; e of earthquakes.orders, up to 0.95, must stay up to 1",
-    ),
-    ("damper_order.restitution_change", 0.16, "damper_order.restitution_change is 0.16; every e of damper_order"),
+    ("order.restitution_change", 0.16, "order.restitution_change is 0.16; every e of order"),
+    ("order.order", [0, 8], "order.order is [0.0, 8.0]; it must have 16"),
+    ("order.band_width", [0.1, 0.2], "order.band_width is [0.1, 0.2]; it must have 0.2 and 0.4"),
     ("validation.record", "data/none.csv", "validation.record is 'data/none.csv'; it must be a file"),
     ("validation.record", "pyproject.toml", "a record without displacement_m; it must hold the wall's displacement"),
     # what no computer can run, key by key

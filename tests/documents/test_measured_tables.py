@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 import report_content
 import xarray as xr
-import yaml
 from published_models import PUBLISHED
 from repository import ROOT
 
 from rockdamp.equivalence.programs import advice, false_safe
 from rockdamp.report.earthquakes import STRATA
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import MODELS, RECOMMENDED, RECOMMENDED_ORDER, STUDIES, VISCOUS_MODELS
+from rockdamp.vocabulary import MODELS, RECOMMENDED, STUDIES, VISCOUS_MODELS
 
 NUMBER = re.compile(r"(?<!\w)\d+(?:\.\d+)?(?:e-\d+)?(?!\w)")
 TEXT = {name: (ROOT / name).read_text(encoding="utf-8") for name in measured_tables.PAGES}
@@ -51,14 +50,12 @@ def made_up():
     compared = made_up_earthquakes.comparison()
     earthquakes = {
         "comparison": compared,
-        "recommendation": made_up_earthquakes.recommendation(compared).assign(records=100),
         "earthquakes/check": check,
     }
-    earthquakes["earthquakes/walls"] = made_up_earthquakes.walls()
     return {
         "convergence": report_content.made_up("convergence"),
         **earthquakes,
-        "earthquakes/orders": orders_as_configured(),
+        "order": made_up_studies.order(),
         "equivalence": made_up_studies.equivalence(),
         "amplitude": made_up_studies.amplitude(),
         "loss_law": made_up_studies.loss_law(),
@@ -68,23 +65,6 @@ def made_up():
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
     }
-
-
-def orders_as_configured():
-    """Made-up numbers at the orders and e of the paper's config, for all records and its sets."""
-    earthquakes = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["earthquakes"]
-    sets = ["all", "far-field", "near-field-pulse", "near-field-no-pulse"]
-    wanted = {
-        "order": earthquakes["orders"]["order"],
-        "restitution": earthquakes["orders"]["restitution"],
-        "record_set": sets,
-        "wall": [wall["name"] for wall in earthquakes["walls"]],
-    }
-    made_up = report_content.made_up("earthquake_orders")
-    repeated = {dim: np.arange(len(values)) % made_up.sizes[dim] for dim, values in wanted.items()}
-    stated = {name: earthquakes["orders"][name] for name in ("loss_change", "test_spread")}
-    made_up = made_up.isel(repeated).assign_coords(wanted)
-    return made_up.assign(restitution_change=earthquakes["restitution_change"], **stated)
 
 
 def test_every_table_stands_on_a_page():
@@ -100,8 +80,7 @@ def test_a_page_has_the_form_that_the_tool_writes(name, made_up):
     )
     written = [line for line in written if line[1].strip() not in MODELS or line[1].strip() in PUBLISHED]
     assert shown[0] == written[0]
-    order = sorted if name == "by_program" else list  # its rows follow their errors
-    assert order(line[1] for line in shown) == order(line[1] for line in written)
+    assert [line[1] for line in shown] == [line[1] for line in written]
 
 
 def test_writing_a_page_again_changes_nothing_but_the_tables(made_up):
@@ -175,10 +154,3 @@ def test_the_shipped_shares_are_of_every_damper_at_the_nearest_e():
     assert min(shares, key=shares.__getitem__) == RECOMMENDED and abs(e - 0.87) <= 0.05
     said = advice(e)
     assert all(f"{model} ({100 * shares[model]:.2g} % missed)" in said for model in ("CDC", "CDR", RECOMMENDED))
-
-
-def test_the_recommended_order_is_the_one_that_the_full_study_found_enough_at_every_restitution():
-    found = re.search(r"^\*\*Order (\d+) is enough at every e\*\*", SHOWN["orders"], flags=re.MULTILINE)
-    assert int(found[1]) == RECOMMENDED_ORDER
-    (smallest,) = [line.split("|")[2:-1] for line in SHOWN["orders"].splitlines() if line.startswith("| all |")]
-    assert max(map(float, smallest)) == RECOMMENDED_ORDER

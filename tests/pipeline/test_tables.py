@@ -114,7 +114,7 @@ def test_a_study_that_is_left_out_takes_what_reads_it_with_it():
     left = built(config)
     gone = set(STAGES) - set(left)
     assert {"earthquake_walls", "earthquake_records", "earthquakes", "comparison", "loss_law"} <= gone
-    assert {"recommendation", "earthquake_orders"} <= gone and "response_lengths" in left
+    assert {"order_records", "order"} <= gone and "response_lengths" in left
     shown = drawn(reported(left.values()))
     assert not {"fig_ida", "fig_order"} & set(shown) and "fig8" in shown
     assert set(built(configured())) == set(STAGES) and set(drawn(reported(STAGES.values()))) == set(FIGURES)

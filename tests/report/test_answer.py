@@ -1,4 +1,4 @@
-"""The first screen of the report: its numbers are those of the datasets, and it says where they disagree with it."""
+"""The first screen of the report: its numbers are those of the datasets, and it says what they are of."""
 
 import dataclasses
 import json
@@ -14,15 +14,26 @@ from html_page import Page
 
 from rockdamp import report
 from rockdamp.equivalence.programs import OFFERS
-from rockdamp.report.answer import CERTAINTY, answer, by_program, ratios, selection, shown_ratio
-from rockdamp.report.earthquake_criterion import off
+from rockdamp.report.answer import (
+    COLUMNS,
+    OF_PROGRAMS,
+    answer,
+    by_program,
+    order_rows,
+    ratios,
+    select_e,
+    selection,
+    shown_ratio,
+)
 from rockdamp.text import percent
-from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, RECOMMENDED_SOURCE, VISCOUS_MODELS
+from rockdamp.vocabulary import RECOMMENDED_SOURCE
 
 
 @pytest.fixture
 def data(short):
-    return dict(short.datasets)
+    studies = {"order": made_up_studies.order(), "comparison": made_up.comparison()}
+    made = {name: study.assign_attrs(short.datasets[name].attrs) for name, study in studies.items()}
+    return {**short.datasets, **made}
 
 
 def page_of(short, data):
@@ -33,72 +44,73 @@ def words(html):
     return unescape(re.sub(r"<[^>]+>", "", html)).replace("\u00a0", " ")
 
 
-def costed(data, cost, changed):
-    """The recommendation with these numbers of the recommended damper at each e, and of a change of e."""
-    advice = data["recommendation"].copy(deep=True)
-    for (_, name, of_change, _), own, other in zip(CERTAINTY, cost, changed, strict=True):
-        advice[name].loc[{"damping_model": RECOMMENDED, "damping_ratio_source": RECOMMENDED_SOURCE}] = own
-        advice[of_change][:] = other
-    return {**data, "recommendation": advice}
+# --- error against force ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("cost", "within"),
-    [
-        ((0.05, 0.006, 0.03, 0.012, 0.009), True),
-        ((0.05, 0.02, 0.03, 0.012, 0.009), False),
-        ((0.05, 0.006, 0.05, 0.012, 0.009), False),
-        ((0.05, 0.006, 0.03, 0.06, 0.009), False),
-    ],
-)
-def test_every_cost_stands_beside_that_of_the_change_of_e_which_is_more_only_where_every_one_is(
-    short, data, cost, within
-):
-    page = page_of(short, costed(data, cost, (0.09, 0.01, 0.04, 0.052, 0.071)))
-    assert (", which is more in each row." in page) == within
-    for name, own, other in zip(("missed", "added"), cost[3:], ("5.2", "7.1"), strict=True):
-        assert f"collapses {name}{percent(own)}{other} %".replace("\u00a0", " ") in page
-    assert "root mean square5.1 %9.4 %" in page
-    assert f"1 in 10 exceeds{off(cost[2])}4.1 %".replace("\u00a0", " ") in page
+def test_each_damper_that_is_shown_has_a_row_with_its_force_errors_and_step(data):
+    at_e = select_e(data["order"])
+    rows = {row["damper"]: row for row in order_rows(at_e)}
+    assert list(rows)[:4] == ["ECD", "ECD16", "ECD64", "BAND0.4"] and list(rows)[-2:] == [
+        "CR, e - 0.01",
+        "CR, e + 0.01",
+    ]
+    for damper in ("ECD", "BAND0.2", "CQD0.25"):
+        one, row = at_e.sel(damper=damper), rows[damper]
+        assert float(row["force"]) == pytest.approx(float(one["crossing_force"].sel(wall="paper")), rel=0.06)
+        for text, variable in zip(row["errors"], COLUMNS.values(), strict=True):
+            assert str(text).startswith(percent(one[variable])) and text.count("to") == 1
+        assert row["step"] == "0.05"
+    assert rows["CR, e - 0.01"]["force"] == "–"
+
+
+def test_a_damper_that_converges_at_no_step_and_one_that_is_not_studied(data):
+    order = data["order"].sel(damper=["BAND0.2", "e - 0.01", "half step"])
+    rows = order_rows(select_e(order.assign(largest_step=np.nan * order["largest_step"])))
+    assert [(row["damper"], row["step"]) for row in rows] == [("BAND0.2", "–"), ("CR, e - 0.01", "–")]
+
+
+def test_the_page_says_how_often_histories_fork_with_the_band_and_with_a_smaller_step(short, data):
+    at_e, page = select_e(data["order"]), page_of(short, data)
+    band, half = at_e.sel(damper="BAND0.2"), at_e.sel(damper="half step")
+    for number in (*(band[name] for name in list(COLUMNS.values())[2:]), half["share_above"]):
+        assert percent(number).replace("\u00a0", " ") in page
+
+
+def test_without_either_study_there_is_no_answer(data):
+    for name in ("order", "comparison"):
+        assert answer({key: value for key, value in data.items() if key != name}, 0.04) is None
+
+
+# --- which damper for which program -----------------------------------------------------------------------------------
+
+
+def test_a_program_s_damper_has_its_errors_with_the_leading_ratio(data):
+    leading = data["comparison"].sel(damping_ratio_source=RECOMMENDED_SOURCE).isel(band=0)
+    rows = by_program(data["comparison"])
+    assert [row["model"] for row in rows] == list(OFFERS)
+    for row in rows:
+        for errors, name in zip(row["errors"], OF_PROGRAMS, strict=True):
+            assert errors == [percent(value) for value in leading[name].sel(damping_model=row["model"]).values]
 
 
 def test_the_errors_follow_the_slider_over_the_e_of_the_study(short, data):
-    errors = [0.01 * (1 + i) for i in range(data["recommendation"].sizes["restitution"])]
-    html = report.build(dataclasses.replace(short, datasets=costed(data, (errors,) * 5, (1.0,) * 5)))
+    rates = xr.DataArray([0.01, 0.02, 0.03], dims="restitution")
+    compared = data["comparison"]
+    compared["false_safe_rate"][:] = xr.zeros_like(compared["false_safe_rate"]) + rates
+    html = report.build(dataclasses.replace(short, datasets=data))
     answer_at = Page(html).by_id("answer")
-    assert json.loads(answer_at["attrs"]["data-e"]) == [f"{e:g}" for e in data["recommendation"]["restitution"].values]
+    assert json.loads(answer_at["attrs"]["data-e"]) == [f"{e:g}" for e in compared["restitution"].values]
     lists = [json.loads(one["attrs"]["data-by-e"]) for one in Page(html).all("span") if "data-by-e" in one["attrs"]]
-    assert [off(error) for error in errors] in lists  # the error of the peak, which the page's script shows by e
+    assert lists.count([percent(rate) for rate in rates.values]) == len(OFFERS)
     assert json.loads(answer_at["attrs"]["data-e"]) in lists  # and the e that it is of
-
-
-def test_the_caveats_and_the_walls_for_which_it_is_not_shown_stand_beside_it(short, data):
-    orders = data["earthquakes/orders"].copy(deep=True)
-    verdict = xr.zeros_like(orders["wall_verdict"]) + 1
-    verdict.loc[{"wall": "church"}], verdict.loc[{"wall": "veneer"}] = -1, 0
-    enough = xr.zeros_like(orders["drawn_wall_count"]) + 1
-    data["earthquakes/orders"] = orders.assign(wall_verdict=verdict, drawn_wall_count=enough)
-    data["recommendation"] = data["recommendation"].assign(crossing_force=1.346)
-    page = page_of(short, data)
-    assert (
-        "enough for 1 of 3 walls, by e and by the drawing of the bootstrap; the others are undecided or beyond" in page
-    )
-    for caveat in (
-        "one constant e",
-        "one degree of freedom",
-        "no vertical",
-        "1.35 F0 where u = 0",
-        "no constant damping",
-    ):
-        assert caveat in page
 
 
 def test_the_damping_ratios_are_those_of_least_error_of_the_studys_wall_between_its_e(data):
     told = ratios(data, 0.04)
     fitted = data["equivalence"]
     stored = fitted["damping_ratio"].sel(yield_displacement_ratio=0.04)
-    assert sorted(told["ratio"]) == sorted(VISCOUS_MODELS)
-    for model in VISCOUS_MODELS:
+    assert list(told["ratio"]) == list(OFFERS)
+    for model in OFFERS:
         at = stored.sel(damping_model=model)
         assert float(shown_ratio(told, model, "0.85")) == pytest.approx(
             100 * float(at.sel(restitution=0.85)), abs=0.006
@@ -110,10 +122,16 @@ def test_the_damping_ratios_are_those_of_least_error_of_the_studys_wall_between_
     assert shown_ratio(told, "CDC", "0.5") == shown_ratio(None, "CDC", "0.85") == "–"
 
 
-def test_an_error_that_is_not_known_is_a_dash(data):
-    advice = data["recommendation"]
-    unknown = advice.assign(near_collapse_log_error=np.nan * advice["near_collapse_log_error"])
-    assert set(answer({**data, "recommendation": unknown}, 0.04)["large_error"]) == {"–"}
+def test_the_selection_of_histories_is_stated_at_the_errors(short, data):
+    pooled = data["comparison"]["pooled"]
+    pooled[:2] = 0
+    told = selection(data["comparison"].assign(records=7))
+    assert told == "2 walls under 7 earthquake records, peaks of 0.01 to 1 u_ins under restitution"
+    data["comparison"] = data["comparison"].assign(records=7)
+    assert page_of(short, data).count(told.replace("u_ins", "uins")) == 1
+
+
+# --- where it ends ----------------------------------------------------------------------------------------------------
 
 
 def test_the_page_says_at_which_amplitude_e_is_meant(short, data):
@@ -128,50 +146,3 @@ def test_the_page_says_at_which_amplitude_e_is_meant(short, data):
     assert "within 3.0 %. Measured at 0.1 u" in page and "by 10 % to 50 % with g = 0.13 to 0.39" in page
     del data["loss_law"]
     assert "Measured at 0.1" not in page_of(short, data)
-
-
-@pytest.mark.parametrize("order", [RECOMMENDED_ORDER, 4, float("nan")])
-def test_a_study_that_needs_another_order_says_so(short, data, order):
-    data["recommendation"] = data["recommendation"].assign(recommended_order=float(order))
-    page = report.build(dataclasses.replace(short, datasets=data))
-    assert (f", not {RECOMMENDED_ORDER}.</p>" in page) == (order != RECOMMENDED_ORDER)
-
-
-def test_without_the_recommendation_there_is_no_answer(data):
-    del data["recommendation"]
-    assert answer(data, 0.04) is None
-
-
-def test_a_program_s_damper_has_its_cost_with_the_leading_ratio(data):
-    whole = data["recommendation"]
-    leading = whole.sel(damping_ratio_source=RECOMMENDED_SOURCE)
-    rows = by_program(data)
-    assert sorted(row["model"] for row in rows) == sorted(OFFERS) == sorted(VISCOUS_MODELS)
-    errors = [float(row["log_error"][whole.sizes["restitution"] // 2]) for row in rows]
-    assert errors == sorted(errors)
-    for row in rows:
-        one = leading.sel(damping_model=row["model"])
-        assert row["error"] == [off(error) for error in one["log_error"].values]
-        assert row["missed"] == [percent(rate) for rate in one["false_safe_rate"].values]
-
-
-def test_of_errors_that_read_the_same_the_damper_that_misses_less_comes_first(data):
-    advice = data["recommendation"].copy(deep=True)
-    at = {"damping_ratio_source": RECOMMENDED_SOURCE}
-    for model, error, missed in (("ECD", 0.1514, 0.028), ("CDR", 0.1513, 0.040), ("SDR", 0.12, 0.5)):
-        advice["log_error"].loc[{**at, "damping_model": model}] = error
-        advice["false_safe_rate"].loc[{**at, "damping_model": model}] = missed
-    order = [row["model"] for row in by_program({**data, "recommendation": advice})]
-    assert order.index("SDR") < order.index("ECD") < order.index("CDR")
-
-
-def test_the_selection_of_histories_is_stated_at_the_errors(short, data):
-    data["recommendation"] = data["recommendation"].assign(records=7)
-    pooled = made_up.comparison()["pooled"].copy()
-    pooled[:2] = 0
-    data["comparison"] = made_up.comparison().assign(pooled=pooled).assign_attrs(data["comparison"].attrs)
-    told = selection(data)
-    assert told == "2 walls under 7 earthquake records, peaks of 0.01 to 1 u_ins under restitution"
-    assert page_of(short, data).count(told.replace("u_ins", "uins")) == 2
-    del data["comparison"]
-    assert selection(data) == "7 earthquake records"

@@ -7,7 +7,6 @@ import xarray as xr
 from scipy.special import ndtr
 
 from rockdamp.storage import dataset, yaml_file
-from rockdamp.studies import recommendation as recommending
 from rockdamp.vocabulary import MODELS as ALL_MODELS
 from rockdamp.vocabulary import STUDIES
 
@@ -129,18 +128,18 @@ def comparison():
     wall_dims = ("wall", *e_dims)
     data = xr.Dataset(
         {
-            **_statistic("median_ratio", (*e_dims, "band"), ratio),
-            **_statistic("log_dispersion", (*e_dims, "band"), error),
-            **_statistic("log_error", (*e_dims, "band"), error),
-            **_statistic("varied_median_ratio", ("restitution", "variation", "band"), 1 + 0.1 * own),
-            **_statistic("varied_log_error", ("restitution", "variation", "band"), own),
-            **_statistic("median_velocity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
-            **_statistic("median_intensity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
-            **_statistic("false_safe_rate", e_dims, np.full(lead, 0.03)),
-            **_statistic("false_collapse_rate", e_dims, np.full(lead, 0.02)),
-            **_statistic("wall_median_velocity_ratio", wall_dims, of_wall),
-            **_statistic("wall_median_intensity_ratio", wall_dims, of_wall / of_wall[..., :1, :]),
-            **_statistic("wall_dispersion", wall_dims, np.full(of_wall.shape, BETA)),
+            **statistic("median_ratio", (*e_dims, "band"), ratio),
+            **statistic("log_dispersion", (*e_dims, "band"), error),
+            **statistic("log_error", (*e_dims, "band"), error),
+            **statistic("varied_median_ratio", ("restitution", "variation", "band"), 1 + 0.1 * own),
+            **statistic("varied_log_error", ("restitution", "variation", "band"), own),
+            **statistic("median_velocity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
+            **statistic("median_intensity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
+            **statistic("false_safe_rate", e_dims, np.full(lead, 0.03)),
+            **statistic("false_collapse_rate", e_dims, np.full(lead, 0.02)),
+            **statistic("wall_median_velocity_ratio", wall_dims, of_wall),
+            **statistic("wall_median_intensity_ratio", wall_dims, of_wall / of_wall[..., :1, :]),
+            **statistic("wall_dispersion", wall_dims, np.full(of_wall.shape, BETA)),
             "collapse_fraction": ((*wall_dims, "velocity_ratio"), collapse),
             "fractile": (("fractile_probability", *wall_dims, "velocity_ratio"), np.where(peaks < 1, peaks, np.nan)),
             "median_decay_misfit": (
@@ -166,11 +165,6 @@ def comparison():
     return complete(with_excess(data), "comparison")
 
 
-def recommendation(compared):
-    """What the comparison recommends, without the study of orders."""
-    return recommending.under_earthquakes(compared)
-
-
 def with_excess(data):
     """The excess over the least error at each e, with intervals of 0.011 to each side."""
     error = data["log_error"].isel(band=0, drop=True).where(data["damping_model"] != MODELS[0])
@@ -179,7 +173,7 @@ def with_excess(data):
     return data.assign(log_error_excess=excess, log_error_excess_interval=bounds.assign_coords(bound=data["bound"]))
 
 
-def _statistic(name, dims, values):
+def statistic(name, dims, values):
     bounds = np.stack([0.95 * values, 1.05 * values], axis=-1)
     return {name: (dims, values), f"{name}_interval": ((*dims, "bound"), bounds)}
 

@@ -4,7 +4,7 @@ import made_up_earthquakes as earthquakes
 import numpy as np
 import xarray as xr
 from configs import configured
-from made_up_earthquakes import by_model, complete
+from made_up_earthquakes import by_model, complete, statistic
 from made_up_trials import measured_rocking
 
 from rockdamp.studies.amplitude import DAMPERS
@@ -253,8 +253,61 @@ def supports():
     return complete(study, "supports")
 
 
+def order():
+    """Errors that fall with the force in each family, and decays whose force is a narrow hump at the crossing."""
+    families = {
+        "ECD": (["", "1", "2", "4", "8", "16", "32", "64", "128"], np.geomspace(0.3, 4, 9), 0.015),
+        "BAND": (["0.6", "0.4", "0.3", "0.2", "0.1", "0.05"], np.geomspace(0.8, 9, 6), 0.008),
+        "CQD": (["0.5", "0.25"], np.array([3.6, 7.2]), 0.1),
+    }
+    dampers = [f"{family}{width}" for family, (widths, _, _) in families.items() for width in widths]
+    force = np.concatenate([forces for _, forces, _ in families.values()])
+    error = np.concatenate([at_one / forces for _, forces, at_one in families.values()])
+    variations, e = ["e - 0.01", "e + 0.01", "loss - 7 %", "loss + 7 %", "half step", "end of step"], [0.75, 0.85, 0.9]
+    error = np.concatenate([error, [0.02, 0.022, 0.021, 0.023, 1e-4, 0.0016]])
+    dims, data = ("damper", "restitution"), {}
+    for name, factor in (
+        ("log_error_median", 1.0),
+        ("log_error_90", 4.0),
+        ("share_above", 7.0),
+        ("missed_collapse_rate", 1.5),
+        ("added_collapse_rate", 2.0),
+        ("log_error", 8.0),
+    ):
+        values = factor * error[:, None] * np.array([1.2, 1.0, 0.9])
+        data |= statistic(name, dims, values)
+    forces = np.full((len(dampers) + len(variations), len(e), 2), np.nan)
+    forces[: len(dampers)] = force[:, None, None] * np.array([1.6, 1.0, 0.6])[:, None] * np.array([1.0, 0.7])
+    tau = np.linspace(0, 4, 401)
+    u = 0.5 * np.cos(1.5 * tau)
+    widths = np.array([np.nan, 0.05, 0.06, 0.03])[:, None]
+    study = xr.Dataset(
+        {
+            **data,
+            "crossing_force": (("damper", "restitution", "wall"), forces),
+            "largest_step": (dims, np.full(forces.shape[:2], 0.05)),
+            "shown_displacement": (("shown_damper", "tau"), np.tile(u, (4, 1))),
+            "shown_velocity": (("shown_damper", "tau"), np.tile(np.gradient(u, tau), (4, 1))),
+            "shown_damping_force": (("shown_damper", "tau"), -0.07 / widths * np.exp(-((u / widths) ** 2))),
+            "shown_restitution": 0.85,
+            "records": 100,
+            "stations": 50,
+        },
+        coords={
+            "damper": [*dampers, *variations],
+            "restitution": e,
+            "wall": ["paper", "tested"],
+            "bound": ["lower", "upper"],
+            "shown_damper": ["CR", "ECD16", "BAND0.4", "BAND0.2"],
+            "tau": tau,
+        },
+    )
+    return complete(study, "order")
+
+
 def made_up():
     return {
+        "order": order(),
         "mechanism": mechanism(),
         "damping_force": damping_force(),
         "match/amplitude": match("release_amplitude", [0.1, 0.2, 0.3, 0.5, 0.7, 0.9]),

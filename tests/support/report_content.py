@@ -2,7 +2,6 @@
 
 import io
 import zlib
-from itertools import chain
 
 import numpy as np
 import xarray as xr
@@ -16,7 +15,6 @@ from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset, glossary
 from rockdamp.studies.amplitude import DAMPERS
-from rockdamp.studies.earthquakes.orders import SIDES
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 COORDINATES = {
@@ -33,12 +31,12 @@ COORDINATES = {
     "overburden_ratio": [0.0, 2.0],
     "yield_displacement_ratio": [0.02, 0.04, 0.1],
     "damping_ratio_source": ["polynomial", "least error", "closed form"],
-    "variation": ["step", "impact", *chain(*SIDES.values())],
+    "variation": ["step", "impact", "lower e", "higher e"],
     "bound": ["lower", "upper"],
     "share": [0.5, 0.9, 1.0],
-    "change": ["e", "loss", "tests"],
-    "measure": ["log_error", "false_safe_rate", "false_collapse_rate"],
     "wall": ["veneer", "church", "parapet"],
+    "damper": ["ECD", "ECD16", "BAND0.4", "BAND0.2", "CQD0.25", "e - 0.01", "e + 0.01", "half step"],
+    "shown_damper": ["CR", "ECD16", "BAND0.4", "BAND0.2"],
     "tau": [0.05 * i for i in range(61)],
 }
 SCALARS = {
@@ -86,6 +84,8 @@ def of_name(name):
 def coordinate(kind, dim):
     if dim == "damping_model" and kind in WITHOUT_CR:
         return list(DAMPERS) if kind == "amplitude" else list(VISCOUS_MODELS)
+    if (kind, dim) == ("order", "wall"):
+        return ["paper", *COORDINATES["wall"]]
     return COORDINATES.get(dim, [0, 1, 2])
 
 

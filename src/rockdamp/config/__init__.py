@@ -18,6 +18,7 @@ from rockdamp.config.earthquakes import (
     Comparison,
     Earthquakes,
     LossLaw,
+    Order,
     Supports,
 )
 from rockdamp.config.kinds import OrNull, Positive, Records, Section, Text, made_of
@@ -25,7 +26,6 @@ from rockdamp.config.sections import (
     Amplitude,
     Convergence,
     Curve,
-    DamperOrder,
     DampingForce,
     Figures,
     Matching,
@@ -68,9 +68,6 @@ class Config(Section):
     amplitude: Annotated[Amplitude, OrNull] = Field(
         description="How the damping ratio depends on the amplitude, by peaks, by Err and by the closed form."
     )
-    damper_order: Annotated[DamperOrder, OrNull] = Field(
-        description="ECD of order m against restitution, by its order, in free decay."
-    )
     bilinear: Annotated[Bilinear, OrNull] = Field(
         description="The bi-linear and the tri-linear curve under the same records."
     )
@@ -85,6 +82,10 @@ class Config(Section):
     )
     comparison: Annotated[Comparison, OrNull] = Field(
         description="How dampers are compared with restitution under earthquakes: statistics of histories already run."
+    )
+    order: Annotated[Order, OrNull] = Field(
+        description="Error against force: dampers that act about the crossing beside restitution, for the walls and"
+        " records of the study of earthquakes."
     )
     loss_law: Annotated[LossLaw, OrNull] = Field(
         description="A loss that falls with the amplitude beside the constant e, for the walls and records of the study"

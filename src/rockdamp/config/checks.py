@@ -163,7 +163,11 @@ def decays_are_as_long_as_matches(config: Config) -> Problems:
 
 
 def grids_hold_what_is_looked_up(config: Config) -> Problems:
-    """The reference release and the a1 of the test must be within those that were computed."""
+    """What a figure or a later stage looks up must be among the values that were computed."""
+    if config.order and not {0.2, 0.4} <= set(config.order.band_width.tolist()):
+        yield "order.band_width", f"is {config.order.band_width.tolist()}; it must have 0.2 and 0.4"
+    if config.order and 16 not in config.order.order:
+        yield "order.order", f"is {config.order.order.tolist()}; it must have 16"
     x0, values = config.release_amplitude, config.studies.amplitude.release_amplitude.tolist()
     if x0 not in values:
         yield "release_amplitude", f"is {x0}; it must be among studies.amplitude.release_amplitude, {values}"
@@ -184,15 +188,11 @@ def grids_hold_what_is_looked_up(config: Config) -> Problems:
 
 def changed_restitution_stays_possible(config: Config) -> Problems:
     """Where e is lowered and raised a little, it must stay above 0 and up to 1."""
-    cases = []
-    if quakes := config.earthquakes:
-        cases.append(("earthquakes", quakes.restitution_change, [*quakes.restitution, *quakes.orders.restitution]))
-        highest, spread = float(np.max(quakes.orders.restitution)), quakes.orders.test_spread
-        if not highest * np.exp(spread) <= 1:
-            text = f"is {spread}; e of earthquakes.orders, up to {highest:g}, must stay up to 1 with it"
-            yield "earthquakes.orders.test_spread", text
-    if order := config.damper_order:
-        cases.append(("damper_order", order.restitution_change, [*order.restitution]))
+    cases = [
+        (key, section.restitution_change, section.restitution)
+        for key, section in (("earthquakes", config.earthquakes), ("order", config.order))
+        if section
+    ]
     for key, change, e in cases:
         if not (min(e) - change > 0 and max(e) + change <= 1):
             text = f"is {change}; every e of {key}, {min(e):g} to {max(e):g}, must stay above 0 and up to 1 with it"
@@ -249,7 +249,7 @@ def doubts(config: Config) -> Iterable[tuple[str, str]]:
     for key, curve in curves.items():
         for doubt in plausibility.of_curve(curve.yield_displacement_ratio, curve.strength_ratio):
             yield key, f"makes an unlikely curve: {doubt}"
-    for name in ("", "damping_force", "earthquakes", "amplitude", "damper_order"):
+    for name in ("", "damping_force", "earthquakes", "amplitude", "order"):
         section = getattr(config, name) if name else config
         for doubt in plausibility.of_restitution(section.restitution) if section else ():
             yield f"{name}.restitution".strip("."), f"is unlikely: {doubt}"

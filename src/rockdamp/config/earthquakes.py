@@ -97,6 +97,9 @@ NamedWalls = Annotated[
 ]
 
 
+Step = Annotated[float, Field(ge=1e-4, lt=0.5)]
+
+
 class Bilinear(Section):
     records: Records = Field(description="Records, as the top level's records.")
     velocity_ratio: Geometric = Field(
@@ -111,27 +114,6 @@ class Bilinear(Section):
 class Check(Section):
     histories: Whole = Field(ge=1, le=100_000, description="Number of histories.")
     seed: Seed = Field(description="Seed of the sample.")
-
-
-class EarthquakeOrders(Section):
-    order: Orders = Field(description="Orders m, at least 0, ascending. [-]")
-    restitution: Fractions = Field(description="Coefficients of restitution e, ascending. [-]")
-    step: float = Field(
-        ge=1e-4,
-        lt=1,
-        description="Longest step, times the angular frequency of the first branch. CR runs with one twice as long too,"
-        " so less than 1; from order 32 on a step beyond 0.05 is coarse beside the band in which the damper acts. [-]",
-    )
-    loss_change: float = Field(
-        gt=0,
-        lt=1,
-        description="Fraction by which the loss delta = -ln e is raised and lowered; an order that departs from"
-        " restitution by more than this change does is not enough. [-]",
-    )
-    test_spread: Positive = Field(
-        description="Spread of ln e between impacts that tests measured; e is lowered and raised by it, beside"
-        " loss_change. [-]"
-    )
 
 
 class Earthquakes(Section):
@@ -158,19 +140,11 @@ class Earthquakes(Section):
         description="Histories that are solved again, event by event: as many of each stratum, from walls far from"
         " collapse to those whose outcome depends on the step."
     )
-    orders: EarthquakeOrders = Field(
-        description="The energy-consistent damper of order m beside restitution, with no fit."
-    )
 
 
 class Bootstrap(Section):
     replicates: Whole = Field(ge=10, le=100_000, description="Number of resamplings.")
     seed: Seed = Field(description="Seed of the resampling.")
-
-
-class Splits(Section):
-    count: Whole = Field(ge=1, le=10_000, description="Number of splits.")
-    seed: Seed = Field(description="Seed of the splits.")
 
 
 class Comparison(Section):
@@ -181,15 +155,30 @@ class Comparison(Section):
     bootstrap: Bootstrap = Field(
         description="Resampling of the stations, which bounds what a few dozen of them can say."
     )
-    splits: Splits = Field(
-        description="Random halves of the stations; an order is chosen on one half and judged on the other."
+
+
+class Order(Section):
+    order: Orders = Field(description="Orders m of ECD, at least 0, ascending. [-]")
+    band_width: Fractions = Field(description="Half widths t_c of BAND, a phase of the first branch, ascending. [rad]")
+    length_width: Fractions = Field(description="Half widths of CQD over a1, ascending. [-]")
+    restitution: Fractions = Field(description="Coefficients of restitution e, ascending. [-]")
+    restitution_change: Positive = Field(description="How much e is lowered and raised, for CR beside them. [-]")
+    loss_change: Fraction = Field(description="Fraction by which the loss delta = -ln e is lowered and raised. [-]")
+    step: Step = Field(
+        description="Longest step, times the angular frequency of the first branch; a band has at least eight. [-]"
     )
+    ladder: Annotated[Array, ascending(Step)] = Field(
+        description="Steps of which the largest converged one is sought, times the same frequency, ascending. [-]"
+    )
+    finest_step: Step = Field(description="Step that these are compared with, times the same frequency. [-]")
+    ladder_every: Whole = Field(ge=1, le=10_000, description="One record of so many runs with the ladder.")
 
 
 class LossLaw(Section):
     restitution: Fraction = Field(description="Coefficient of restitution e of the constant, and of each law. [-]")
     exponent: Fractions = Field(description="Exponents g: the loss goes with the energy to the power -g. [-]")
     amplitude: Fractions = Field(description="Amplitudes u/u_ins that e of a law belongs to. [-]")
+    step: Step = Field(description="Longest step, times the angular frequency of the first branch. [-]")
 
 
 class Supports(Section):

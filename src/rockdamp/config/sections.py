@@ -16,7 +16,6 @@ from rockdamp.config.kinds import (
     Fraction,
     Fractions,
     Length,
-    Orders,
     Overburden,
     Positive,
     Positives,
@@ -223,18 +222,6 @@ class Amplitude(Section):
         multiple_of=2,
         description="Steps in place of each of the solver's in the last minimisation, as matching.refinement. [-]",
     )
-
-
-class DamperOrder(Section):
-    order: Orders = Field(description="Orders m; 0 is ECD, and the larger, the nearer to restitution. Ascending. [-]")
-    restitution: Fractions = Field(description="Coefficients of restitution e. Ascending. [-]")
-    restitution_change: Fraction = Field(
-        description="Change of e, down and up, that shows how sensitive restitution itself is; e stays within 0 and 1."
-        " [-]"
-    )
-
-
-# --- convergence, and figures -----------------------------------------------------------------------------------------
 
 
 class Convergence(Section):

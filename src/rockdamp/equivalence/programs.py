@@ -31,13 +31,7 @@ REFERS_TO = {
 }
 BY_ENERGY = "V(u) and velocity"
 # By model what a program must take; the first that it can take errs least.
-OFFERS = {
-    RECOMMENDED: "a formula of your own",
-    "CDR": "a ratio at the secant stiffness",
-    "ECD": "a coefficient that follows the displacement",
-    "SDR": "damping in proportion to the secant stiffness",
-    "CDC": "a constant C",
-}
+OFFERS = {RECOMMENDED: "a formula in u and v", "CDR": "a coefficient at the secant", "CDC": "a constant"}
 
 
 class ProgramInput(TypedDict):

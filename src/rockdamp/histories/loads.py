@@ -21,7 +21,7 @@ from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record, followed_by_rest
 from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED, Options, Peaks
+from rockdamp.solvers.response import COLLAPSED, Options
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 MOST_STEPS = 10_000_000  # of one history: some seconds of computation
@@ -170,67 +170,65 @@ HISTORIES = ("record", "velocity_ratio", "wall")
 def under_records(
     motions: Iterable[GroundMotion],
     walls: Mapping[str, tuple[Wall | Parapet, TrilinearCurve]],
-    dampings: Mapping[str, Damping],
+    damping: Damping,
     velocity_ratio: Array,
     *,
     step: float,
     tail: float,
-    halvings: int = 0,
-    dims: Sequence[str] = (),
+    dim: str,
+    scheme: str = "newmark",
 ) -> xr.Dataset:
-    """Run walls with each damper under records that are scaled to velocity ratios, lambda PGV/(p u_ins).
+    """Run walls with one damper under records that are scaled to velocity ratios, lambda PGV/(p u_ins).
 
     Parameters
     ----------
     motions : iterable of GroundMotion
     walls : wall and curve by name
-    dampings : Damping by name
-        Of numbers, or of arrays of one shape, whose dimensions `dims` names.
+    damping : Damping, shape (dampers,)
     velocity_ratio : ndarray
         [-]
     step : float
-        Longest step, times the angular frequency of the curve's first branch, before it is halved `halvings` times. [-]
+        Longest step, times the angular frequency of the curve's first branch. [-]
     tail : float
         Rest after the record. [s]
-    dims : sequence of str
-        Names of the dimensions of the dampers.
+    dim : str
+        Name of the dimension of the damper.
+    scheme : str
+        That of `newmark.solve`.
 
     Returns
     -------
     xarray.Dataset
-        ``peak`` and ``collapsed`` over ``damping_model``, `HISTORIES` and `dims`, with ``record_set`` and ``station``.
+        ``peak`` and ``collapsed`` over `HISTORIES` and `dim`, with ``record_set`` and ``station`` of each record.
     """
-    together, names = [], []
+    ends, names = [], []
     for motion in motions:
         pgv = intensity_measures(motion.intensity_record).pgv
         names.append((motion.name, motion.record_set, motion.group))
-        shape = np.broadcast_shapes(*(damping.shape for damping in dampings.values()))
-        ends = _Ends(len(dampings), len(walls), velocity_ratio.size, *shape)
-        for column, (wall, curve) in enumerate(walls.values()):
-            factor = (velocity_ratio * wall.velocity_scale / pgv).reshape(-1, *(1 for _ in shape))
+        of_record = []
+        for wall, curve in walls.values():
+            factor = (velocity_ratio * wall.velocity_scale / pgv)[:, None]
             forcing = Forcing.from_record(wall, motion.record, factor, tail=tail)
-            substeps = forcing.substeps(step / curve.initial_frequency) * 2**halvings
-            for row, damping in enumerate(dampings.values()):
-                ends[row, column] = solve(curve, damping, peaks_only=True, **forcing.newmark(substeps))
-        together.append(ends.dataset(("damping_model", "wall", "velocity_ratio", *dims), {}))
-    name, record_set, station = zip(*names, strict=True)
-    by_record = {"record": list(name), "record_set": ("record", list(record_set)), "station": ("record", list(station))}
-    coords = {"damping_model": list(dampings), "wall": list(walls), "velocity_ratio": velocity_ratio, **by_record}
-    return xr.concat(together, "record").transpose("damping_model", *HISTORIES, ...).assign_coords(coords)
-
-
-class _Ends:
-    """Peaks and outcomes of histories, filled in one batch after the other."""
-
-    def __init__(self, *shape: int) -> None:
-        self.peak, self.collapsed = np.empty(shape), np.empty(shape, dtype=np.int8)
-
-    def __setitem__(self, at: tuple[int, ...], ended: Peaks) -> None:
-        self.peak[at], self.collapsed[at] = ended.peak, ended.outcome == COLLAPSED
-
-    def dataset(self, dims: Sequence[str], coords: Mapping[str, object]) -> xr.Dataset:
-        """Name them."""
-        return xr.Dataset({"peak": (dims, self.peak), "collapsed": (dims, self.collapsed)}, coords=coords)
+            substeps = forcing.substeps(step / curve.initial_frequency)
+            options: Options = {**forcing.newmark(substeps), "scheme": scheme}
+            of_record.append(solve(curve, damping, peaks_only=True, **options))
+        ends.append(of_record)
+    record, record_set, station = (list(each) for each in zip(*names, strict=True))
+    shape = (*HISTORIES, dim)
+    peak, outcome = (
+        np.stack([np.stack([getattr(end, name) for end in row], axis=1) for row in ends])
+        for name in ("peak", "outcome")
+    )
+    return xr.Dataset(
+        {"peak": (shape, peak), "collapsed": (shape, (outcome == COLLAPSED).astype(np.int8))},
+        coords={
+            "record": record,
+            "record_set": ("record", record_set),
+            "station": ("record", station),
+            "velocity_ratio": velocity_ratio,
+            "wall": list(walls),
+        },
+    )
 
 
 def peaks_and_collapses(

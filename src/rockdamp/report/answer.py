@@ -1,4 +1,4 @@
-"""The answer in short: which damper, how much of it, how certain that is, and where it ends."""
+"""The answer in short: which damper, what it costs, which program takes which, and where it ends."""
 
 from __future__ import annotations
 
@@ -6,68 +6,86 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from markupsafe import Markup
 
 from rockdamp.equivalence.programs import OFFERS, refers_to
+from rockdamp.figures.style import REFERENCE_RESTITUTION
 from rockdamp.mechanics.damping import damper_classes
-from rockdamp.mechanics.damping.ecd import normalisation
-from rockdamp.report import earthquake_criterion as criterion
-from rockdamp.report.earthquake_criterion import off
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import DASH, counted, number, percent, plain
-from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, RECOMMENDED_SOURCE
+from rockdamp.vocabulary import RECOMMENDED_SOURCE
 
-ORDERS = "earthquakes/orders"
-# How far the recommended damper is from restitution: the words, the name in the recommendation, and of a changed e.
-CERTAINTY = (
-    ("root mean square", "log_error", "sensitivity_to_restitution", off),
-    ("median", "log_error_median", "sensitivity_to_restitution_median", off),
-    ("1 in 10 exceeds", "log_error_90", "sensitivity_to_restitution_90", off),
-    ("collapses missed", "false_safe_rate", "sensitivity_false_safe_rate", percent),
-    ("collapses added", "false_collapse_rate", "sensitivity_false_collapse_rate", percent),
-)
+BAND = "BAND0.2"  # the damper of the first screen, by its name in the dataset ``order``
+# Rows of the first table: a part of the families, the wider band first, and restitution with another e after them.
+SHOWN = ("ECD", "ECD16", "ECD64", "BAND0.4", BAND, "BAND0.1", "CQD0.25")
+COLUMNS = {
+    "|ln r|, median": "log_error_median",
+    "|ln r|, 90 %": "log_error_90",
+    "|ln r| > 5 %": "share_above",
+    "collapses missed": "missed_collapse_rate",
+    "collapses added": "added_collapse_rate",
+}
+# Columns of the dampers by program: the errors of ``comparison`` over all its peaks.
+OF_PROGRAMS = ("log_error_median", "log_error_90", "false_safe_rate")
 
 
 def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
-    """Return the values of the first screen for a wall of this a1, or None without the dataset ``recommendation``.
+    """Return the values of the first screen for a wall of this a1, or None without ``order`` and ``comparison``.
 
-    What the study of earthquakes has is a list over its e; ``at`` is the place of the e that is shown first.
+    The dampers by program have a list over the e of ``comparison``; ``at`` is the place of the e that is shown first.
     """
-    if "recommendation" not in data:
+    if not {"order", "comparison"} <= data.keys():
         return None
-    whole = data["recommendation"]
-    at = whole.sizes["restitution"] // 2
-    leading = whole.sel(damping_ratio_source=RECOMMENDED_SOURCE)
-    cell = leading.sel(damping_model=RECOMMENDED)
-    enough = float(whole["recommended_order"])
+    e, order = data["comparison"]["restitution"].values, select_e(data["order"])
     return {
-        "model": RECOMMENDED,
-        "title": damper_classes()[RECOMMENDED].title,
-        "order": RECOMMENDED_ORDER,
-        "normalisation": number(normalisation(RECOMMENDED_ORDER)),
-        "at": at,
-        "e": [plain(e) for e in whole["restitution"].values],
+        "at": e.size // 2,
+        "e": [plain(value) for value in e],
         "ratios": ratios(data, a1),
-        "release": plain(whole["release_amplitude"]),
-        "selection": selection(data),
-        "change": plain(whole["restitution_change"]),
-        "certainty": [
-            (words, over_e(cell[name], show), over_e(whole[changed], show)) for words, name, changed, show in CERTAINTY
-        ],
-        "within": [
-            all(float(cell[name][e]) <= float(whole[changed][e]) for _, name, changed, _ in CERTAINTY)
-            for e in range(whole.sizes["restitution"])
-        ],
-        "large": plain(whole["near_collapse_start"]),
-        "large_error": over_e(cell["near_collapse_log_error"], off),
-        "force": number(whole["crossing_force"]),
-        "decay_e": plain(data["damper_order"]["shown_restitution"]) if "damper_order" in data else None,
-        "by_wall": criterion.counted_in_short(data[ORDERS]) if ORDERS in data else None,
+        "selection": selection(data["comparison"]),
+        "programs": by_program(data["comparison"]),
+        "order_e": plain(order["restitution"]),
+        "records": int(order["records"]),
+        "columns": list(COLUMNS),
+        "order": order_rows(order),
+        "ends": {variable: percent(order[variable].sel(damper=BAND)) for variable in COLUMNS.values()},
+        "floor": percent(order["share_above"].sel(damper="half step")),
         "amplitude": of_amplitude(data["loss_law"]) if "loss_law" in data else None,
-        "reservations": list(criterion.reservations(data[ORDERS]).values()) if ORDERS in data else [],
-        "found": plain(enough) if np.isfinite(enough) else None,
-        "agrees": enough == RECOMMENDED_ORDER,
-        "programs": by_program(data),
     }
+
+
+def select_e(order: xr.Dataset) -> xr.Dataset:
+    """Return the errors over force at the e that the page and `fig_order` show."""
+    return order.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
+
+
+def order_rows(at_e: xr.Dataset) -> list[dict[str, Any]]:
+    """Return a row for each damper that is shown at one e, and for CR with another e.
+
+    The errors are percentages with their intervals, the force is that of the paper's curve over F0, and the step that
+    of w1 h.
+    """
+    studied = at_e["damper"].values.tolist()
+    changed = [name for name in studied if name.startswith("e ")]
+    return [
+        {
+            "damper": f"CR, {name}" if name in changed else name,
+            "force": number(row["crossing_force"].sel(wall="paper"), 2),
+            "errors": [with_interval(row, variable, rate=True) for variable in COLUMNS.values()],
+            "step": plain(row["largest_step"]) if np.isfinite(row["largest_step"]) else DASH,
+        }
+        for name in (*SHOWN, *changed)
+        if name in studied
+        for row in [at_e.sel(damper=name)]
+    ]
+
+
+def with_interval(cell: xr.Dataset, name: str, rate: bool = False) -> str:
+    """Return a statistic and its interval: "0.149 (0.138 to 0.160)"."""
+    show = percent if rate else number
+    bounds = cell[f"{name}_interval"].values
+    if not np.isfinite(bounds).all():
+        return show(cell[name])
+    return Markup("{} <small>({} to {})</small>").format(show(cell[name]), *(show(bound) for bound in bounds))
 
 
 def of_amplitude(study: xr.Dataset) -> dict[str, str]:
@@ -91,20 +109,12 @@ def of_amplitude(study: xr.Dataset) -> dict[str, str]:
     }
 
 
-def selection(data: Datasets) -> str:
+def selection(compared: xr.Dataset) -> str:
     """Say over which histories the errors are: the same for every damper of the tables."""
-    records = f"{int(data['recommendation']['records'])} earthquake records"
-    if "comparison" not in data:
-        return records
-    compared = data["comparison"]
     walls = int(compared["pooled"].sel(damping_ratio_source=RECOMMENDED_SOURCE).sum())
     peaks = f"{plain(compared['band_start'][0])} to {plain(compared['band_end'][0])}"
+    records = f"{int(compared['records'])} earthquake records"
     return f"{counted(walls, 'wall')} under {records}, peaks of {peaks} u_ins under restitution"
-
-
-def over_e(values: xr.DataArray, show: Any) -> list[str]:
-    """Write a value at each e of the study."""
-    return [show(value) for value in values.values]
 
 
 def ratios(data: Datasets, a1: float) -> dict[str, Any] | None:
@@ -137,34 +147,16 @@ def shown_ratio(ratios: dict[str, Any] | None, model: str, e: str) -> str:
     return f"{100 * ratio:.2f}" if np.isfinite(ratio) else DASH
 
 
-def by_program(data: Datasets) -> list[dict[str, Any]]:
-    """Return the rows of the table of dampers by what a program takes, by their error at the middle e.
-
-    Of errors that read the same the damper that misses fewer collapses comes first.
-    """
-    leading = data["recommendation"].sel(damping_ratio_source=RECOMMENDED_SOURCE)
-    rows = [
-        _row(offer, model, refers_to(model), leading["log_error"], leading["false_safe_rate"])
+def by_program(compared: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the rows of the table of dampers by what a program takes: median, 90 % and collapses missed at each e."""
+    leading = compared.sel(damping_ratio_source=RECOMMENDED_SOURCE).isel(band=0)
+    return [
+        {
+            "offer": offer,
+            "model": model,
+            "title": damper_classes()[model].title,
+            "refers_to": refers_to(model),
+            "errors": [list(map(percent, leading[name].sel(damping_model=model).values)) for name in OF_PROGRAMS],
+        }
         for model, offer in OFFERS.items()
     ]
-    middle = leading.sizes["restitution"] // 2
-    return sorted(rows, key=lambda row: (_as_shown(row["log_error"][middle]), _as_shown(row["false_safe"][middle])))
-
-
-def _as_shown(value: float) -> float:
-    """Round to the digits that `off` and `percent` show; infinite if not known."""
-    return float(f"{np.expm1(value):.1e}") if np.isfinite(value) else np.inf
-
-
-def _row(offer: str, model: str, refers: str, log_error: xr.DataArray, false_safe: xr.DataArray) -> dict[str, Any]:
-    error, missed = (cost.sel(damping_model=model) for cost in (log_error, false_safe))
-    return {
-        "offer": offer,
-        "model": model,
-        "title": damper_classes()[model].title,
-        "refers_to": refers,
-        "log_error": error.values,
-        "false_safe": missed.values,
-        "error": over_e(error, off),
-        "missed": over_e(missed, percent),
-    }

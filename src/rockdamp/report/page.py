@@ -31,7 +31,7 @@ TEMPLATE = "report.html.j2"
 STYLE = "report.css"
 SCRIPT = "page.js"
 ROCKING = "fig_measured_rocking"  # what measured free rocking says of each damper
-BRIDGE = "fig_order"  # the figure that comes first: it shows how a viscous damper becomes an impact
+BRIDGE = "fig_order"  # the figure that comes first: error against force
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def build(content: Content) -> str:
         answer=short,
         shown_ratio=shown_ratio,
         documents=content.documents,
-        earthquakes=earthquakes.section(content.datasets, content.config),
+        earthquakes=earthquakes.section(content.datasets),
         assumptions=Markup(tables.prose(content.assumptions)),
         citation=tables.citation(content.citation),
         config=_yaml(content.stated) if content.stated else "",

@@ -40,7 +40,6 @@ from rockdamp.statistics.fragility import fit_resampled, interval, weighted_quan
 
 BOUND = ("lower", "upper")
 HISTORIES = ("record", "velocity_ratio", "wall")
-CHANGES_OF_E = ("lower e", "higher e")  # alternatives too: restitution with another e
 ALL = ((0.0, np.inf),)  # one band that holds every peak
 TAIL = 0.01  # of the pairs, those that are furthest apart
 

@@ -24,13 +24,14 @@ def bilinear(config: Config) -> xr.Dataset:
     ended = under_records(
         map(catalogue.read, track(catalogue.listing(settings.records), "Bi-linear and tri-linear curve")),
         {name: (config.wall, curve) for name, curve in curves.items()},
-        {"CR": Damping.cr(e)},
+        Damping.cr([float(e)]),
         settings.velocity_ratio,
         step=settings.step,
         tail=settings.tail,
+        dim="restitution",
     )
     return (
-        ended.sel(damping_model="CR", drop=True)
+        ended.isel(restitution=0)
         .drop_vars(["record_set", "station"])
         .rename(wall="force_curve")
         .transpose("force_curve", ...)

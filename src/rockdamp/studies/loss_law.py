@@ -36,13 +36,12 @@ def histories(config: Config) -> xr.Dataset:
     ended = under_records(
         map(catalogue.read, track(catalogue.listing(config.records), "Laws of loss, records")),
         {named.name: (named.wall, named.curve) for named in quakes.walls},
-        {"CR": damping},
+        damping,
         quakes.velocity_ratio,
-        step=quakes.orders.step,
+        step=config.loss_law.step,
         tail=quakes.tail,
-        dims=("law",),
-    )
-    ended = ended.isel(damping_model=0, drop=True).drop_vars("record_set")
+        dim="law",
+    ).drop_vars("record_set")
     grid = {"loss_exponent": section.exponent, "reference_amplitude": section.amplitude}
     pairs = xr.Coordinates.from_pandas_multiindex(
         pd.MultiIndex.from_product(list(grid.values()), names=list(grid)), "law"

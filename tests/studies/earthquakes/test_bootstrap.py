@@ -8,8 +8,7 @@ from made_up_earthquakes import MODELS, histories
 
 from rockdamp.config.earthquakes import Bootstrap
 from rockdamp.statistics.fragility import resample
-from rockdamp.studies import recommendation
-from rockdamp.studies.earthquakes import orders
+from rockdamp.studies import comparison, order
 
 STATION = [f"s{station}" for station in range(12) for _ in range(1 + station % 3)]  # of one, two and three components
 SCALE = np.geomspace(0.2, 5.0, 9)
@@ -18,8 +17,7 @@ BANDS = [0.01, 0.1, 0.5, 1.0]
 
 def config(replicates=1, seed=4):
     bootstrap = {"replicates": replicates, "seed": seed}
-    statistics = {"bands": BANDS, "splits": {"count": 1, "seed": 1}}
-    config = configured({"comparison": statistics})
+    config = configured({"comparison": {"bands": BANDS}})
     made = Bootstrap.model_construct(**bootstrap)  # of a single replicate, which no file may ask for
     return changed(config, {"comparison.bootstrap": made})
 
@@ -47,24 +45,19 @@ def study():
     return histories(peaks, varied, STATION, SCALE)
 
 
-def shares():
-    """The same peaks as a study of orders."""
-    given = study()
-    peaks = given["peak"].isel(damping_ratio_source=0, drop=True)
-    by_order = peaks.isel(damping_model=slice(1, 4)).rename(damping_model="order").assign_coords(order=[0.0, 1.0, 2.0])
-    reference, varied = peaks.isel(damping_model=0, drop=True), given["varied_peak"].isel(variation=[0, *[1, 2] * 3])
-    varied = varied.assign_coords(variation=list(orders.VARIATIONS))
-    data = {"reference_peak": reference, "varied_peak": varied, "peak": by_order}
-    falls = {"reference_collapsed": reference, "varied_collapsed": varied, "collapsed": by_order}
-    of_set = {"record_set": ("record", ["own"] * len(STATION))}
-    return xr.Dataset({**data, **{name: (peak > 1).astype(np.int8) for name, peak in falls.items()}}).assign_coords(
-        of_set
-    )
+def about_the_crossing():
+    """The same peaks as a part of the study of error against force."""
+    peaks = study()["peak"].isel(damping_ratio_source=0, drop=True)
+    damped = peaks.isel(damping_model=slice(1, 4)).rename(damping_model="damper")
+    data = {"reference_peak": peaks.isel(damping_model=0, drop=True), "peak": damped}
+    falls = {name.replace("peak", "collapsed"): (values > 1).astype(np.int8) for name, values in data.items()}
+    departure = damped.drop_vars("station").rename(record="ladder_record").expand_dims(step=[0.1])
+    return xr.Dataset({**data, **falls, "departure": departure})
 
 
 STUDIES = {
-    "comparison": (study, lambda data: recommendation.compare_dampers(config(), data)),
-    "orders": (shares, lambda data: orders.compare_orders(config(), [data])),
+    "comparison": (study, lambda data: comparison.compare_dampers(config(), data)),
+    "order": (about_the_crossing, lambda data: order.compare(config(), [data])),
 }
 
 
@@ -86,7 +79,7 @@ def test_each_replicate_is_the_study_of_the_records_that_it_draws(name):
 
 def test_the_excess_is_the_difference_of_errors_over_the_histories_that_stand_with_both():
     given = study()
-    found = recommendation.compare_dampers(config(), given)["log_error_excess"]
+    found = comparison.compare_dampers(config(), given)["log_error_excess"]
     peak, fell = given["peak"], given["collapsed"]
     for e in (0.8, 0.9):
         cr, cr_fell = (values.sel(restitution=e, damping_model="CR") for values in (peak, fell))
@@ -115,7 +108,7 @@ def test_dampers_that_share_their_scatter_are_told_apart_though_their_intervals_
     peaks = xr.where(given["damping_model"] == MODELS[1], first, given["peak"])
     peaks = xr.where(given["damping_model"] == MODELS[2], more, peaks).transpose(*given["peak"].dims)
     given = given.assign(peak=peaks, collapsed=(peaks > 1).astype(np.int8))
-    at = recommendation.compare_dampers(config(replicates=200), given).sel(
+    at = comparison.compare_dampers(config(replicates=200), given).sel(
         damping_ratio_source="polynomial", restitution=0.8
     )
     one, other = (at["log_error_interval"].isel(band=0).sel(damping_model=model) for model in MODELS[1:3])

@@ -6,7 +6,7 @@ import xarray as xr
 from configs import configured
 from made_up_earthquakes import histories
 
-from rockdamp.studies import recommendation
+from rockdamp.studies import comparison
 
 CONFIG = configured({"comparison": {"bands": [0.1, 0.2, 0.4], "bootstrap": {"replicates": 60, "seed": 4}}})
 
@@ -32,7 +32,7 @@ def study(peak, fell=None, scale=(1.0,)):
 
 
 def compared(made):
-    return recommendation.compare_dampers(CONFIG, made).squeeze(["wall", "restitution", "damping_ratio_source"])
+    return comparison.compare_dampers(CONFIG, made).squeeze(["wall", "restitution", "damping_ratio_source"])
 
 
 def test_a_false_safe_is_one_of_the_collapses_and_a_false_collapse_one_of_the_survivals():
@@ -78,4 +78,4 @@ def test_a_history_of_cr_counts_once_however_many_sources_of_a_ratio_there_are()
     other = one.assign_coords(damping_ratio_source=["closed form"])
     made = xr.concat([one, other], "damping_ratio_source", data_vars="minimal", coords="minimal", compat="override")
     made["converged"] = xr.ones_like(made["collapsed"]).where(made["damping_model"] != "CR", 0)
-    assert float(recommendation.compare_dampers(CONFIG, made)["converged_share"]) == pytest.approx(2 / 3)
+    assert float(comparison.compare_dampers(CONFIG, made)["converged_share"]) == pytest.approx(2 / 3)

@@ -14,7 +14,7 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.newmark import solve
 from rockdamp.statistics.against_restitution import bootstrapped
 from rockdamp.storage import dataset
-from rockdamp.studies import recommendation
+from rockdamp.studies import comparison
 from rockdamp.studies.earthquakes import event_driven_check, incremental
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
@@ -69,7 +69,7 @@ def study(config, walls):
 
 @pytest.fixture(scope="module")
 def compared(config, study):
-    return recommendation.compare_dampers(config, study)
+    return comparison.compare_dampers(config, study)
 
 
 # --- the walls -------------------------------------------------------------------------------------------------------
@@ -206,7 +206,7 @@ def made_up(ratio):
 
 
 def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it(config):
-    found = recommendation.compare_dampers(config, made_up(0.9))
+    found = comparison.compare_dampers(config, made_up(0.9))
     dataset.check(found, "comparison")
     dampers = found.sel(damping_model=list(VISCOUS_MODELS))
     np.testing.assert_allclose(dampers["median_ratio"].isel(band=0), 0.9, rtol=1e-12)
@@ -215,7 +215,7 @@ def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it(config
     np.testing.assert_allclose(dampers["log_error"].isel(band=0), -np.log(0.9), rtol=1e-9)
     # The scales are stripes, so the median moves by the ratio only as far as the fit sees between them.
     np.testing.assert_allclose(dampers["median_intensity_ratio"], 1 / 0.9, rtol=0.03)
-    low, high = (dampers["median_intensity_ratio_interval"].sel(bound=bound) for bound in recommendation.BOUND)
+    low, high = (dampers["median_intensity_ratio_interval"].sel(bound=bound) for bound in comparison.BOUND)
     assert (low <= dampers["median_intensity_ratio"]).all() and (dampers["median_intensity_ratio"] <= high).all()
     assert (dampers["false_collapse"] == 0).all() and (dampers["false_safe"] > 0).all()
 
@@ -232,7 +232,7 @@ def test_each_source_is_compared_on_the_walls_that_have_a_ratio_from_it(config, 
     missing = study["damping_ratio"].isnull().sel(damping_model="CDR").any("restitution")
     assert missing.sum() == 1 and bool(missing.sel(damping_ratio_source="polynomial").any())
     np.testing.assert_array_equal(compared["pooled"] == 1, ~missing)
-    fewer = recommendation.compare_dampers(config, study.isel(wall=~missing.any("damping_ratio_source").values))
+    fewer = comparison.compare_dampers(config, study.isel(wall=~missing.any("damping_ratio_source").values))
     for name in ("log_error", "pairs", "false_safe_rate", "false_collapse_rate", "median_intensity_ratio_interval"):
         of_source = {"damping_model": list(VISCOUS_MODELS), "damping_ratio_source": "polynomial"}
         of_all, of_fewer = (each[name].sel(of_source) for each in (compared, fewer))
@@ -265,7 +265,7 @@ def test_rates_of_a_source_count_the_histories_that_it_ran():
 
 def test_fractiles_end_where_the_record_of_that_rank_collapses(compared):
     share = compared["collapse_fraction"]
-    for probability in recommendation.FRACTILES:
+    for probability in comparison.FRACTILES:
         one = compared["fractile"].sel(fractile_probability=probability)
         known = share.notnull()
         np.testing.assert_array_equal(one.notnull().where(known), (share <= 1 - probability).where(known))

@@ -22,7 +22,7 @@ CHANGES = {
         "match/amplitude",
         "damping_force",
         "amplitude",
-        "damper_order",
+        "order",
         "earthquakes/walls",
     ],
 }

@@ -22,7 +22,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.base import RANGES, Damping
 from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER
 
-DOUBLED_ORDERS = (1, 2, 4, 8, 16, 32)  # their power takes multiplications alone, any other a library's power
+DOUBLED_ORDERS = (1, 2, 4, 8, 16, 32, 64, 128)  # their power takes multiplications alone, any other a library's power
 # ASSUME: of kappa cos^(2m+1) phi sin phi, which is less than 1 where half cycles end. Beyond it the damper is no longer
 # exact: the motion is then nearly the creep of an overdamped oscillator.
 CAP = 0.95
@@ -124,8 +124,8 @@ def of_recommended_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any)
 def of_doubled_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
     """Return C of an order m of `DOUBLED_ORDERS`, which stands in the parameters: one formula for all of them.
 
-    m is a number. The kinetic fraction is squared where it is at least 2, and again where it is at least 4, 8, 16 and
-    32: choices, of which the compiler makes vectors, as it does not of a chain of maxima.
+    m is a number. The kinetic fraction is squared where it is at least 2, and again where it is at least 4, 8 up to
+    128: choices, of which the compiler makes vectors, as it does not of a chain of maxima.
     """
     double_t, root, m = v * v, np.sqrt(double_v), parameters[1]
     inverse = 1.0 / (double_t + double_v)
@@ -135,6 +135,8 @@ def of_doubled_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> 
     power = power * power if m >= 8.0 else power
     power = power * power if m >= 16.0 else power
     power = power * power if m >= 32.0 else power
+    power = power * power if m >= 64.0 else power
+    power = power * power if m >= 128.0 else power
     size = parameters[0] * power
     return size * f / (root * (1.0 - np.minimum(size * v * root * inverse, 0.95)))
 
@@ -231,7 +233,7 @@ class EnergyConsistent(Damping):
 
 
 class RecommendedOrder(EnergyConsistent):
-    """ECD of the order that results/earthquakes/orders.nc recommends: a model beside ECD, with xi alone."""
+    """ECD of order 16: a model beside ECD, with xi alone."""
 
     model = RECOMMENDED
     title = f"energy-consistent damper of order {RECOMMENDED_ORDER}"

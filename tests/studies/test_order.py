@@ -1,0 +1,128 @@
+"""Error against force: dampers about the crossing beside restitution, on a few records."""
+
+import math
+
+import numpy as np
+import pytest
+from configs import configured
+
+from rockdamp.histories.loads import under_records
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping.band import band_strength
+from rockdamp.motions import catalogue
+from rockdamp.studies import order
+
+SMALL = {
+    "records": ["fema-p695:far-field/[1-3]/*"],
+    "earthquakes": {"chunk": 4},
+    "order": {"band_width": [0.1, 0.2, 0.4], "restitution": [0.84, 0.85], "step": 0.05, "ladder_every": 2},
+}
+MEASURES = [
+    "log_error_median",
+    "log_error_90",
+    "share_above",
+    "missed_collapse_rate",
+    "added_collapse_rate",
+    "log_error",
+]
+
+
+@pytest.fixture(scope="module")
+def config():
+    return configured(SMALL, minimal=True)
+
+
+@pytest.fixture(scope="module")
+def chunks(config):
+    return [order.chunk(number, config) for number in "01"]
+
+
+@pytest.fixture(scope="module")
+def compared(config, chunks):
+    return order.compare(config, chunks)
+
+
+def test_the_recommended_band_is_nearer_to_restitution_than_the_order_and_the_wider_band(compared):
+    median = compared["log_error_median"].sel(restitution=0.85)
+    assert float(median.sel(damper="BAND0.1")) < float(median.sel(damper="BAND0.2"))
+    assert float(median.sel(damper="BAND0.2")) < 0.5 * float(median.sel(damper="ECD16")) < 0.05
+    assert float(median.sel(damper="ECD16")) < float(median.sel(damper="ECD"))
+
+
+def test_restitution_with_another_e_is_restitution_at_that_e(chunks):
+    for name in ("peak", "collapsed"):
+        lower = chunks[0][name].sel(damper="e - 0.01", restitution=0.85)
+        np.testing.assert_array_equal(lower, chunks[0][f"reference_{name}"].sel(restitution=0.84))
+
+
+def test_changes_of_the_loss_and_of_the_step_are_what_their_names_say(config, chunks):
+    motions = [catalogue.read(entry) for entry in catalogue.listing(config.records)[:1]]
+    quakes, e = config.earthquakes, config.order.restitution
+
+    def peak(damping, step, **scheme):
+        walls = {named.name: (named.wall, named.curve) for named in quakes.walls}
+        runs = under_records(
+            motions, walls, damping, quakes.velocity_ratio, step=step, tail=quakes.tail, dim="restitution", **scheme
+        )
+        return runs["peak"]
+
+    for name, expected in (
+        ("loss - 7 %", peak(Damping.cr(e ** (1 - 0.07)), 0.05)),
+        ("loss + 7 %", peak(Damping.cr(e ** (1 + 0.07)), 0.05)),
+        ("half step", peak(Damping.cr(e), 0.025)),
+        ("end of step", peak(Damping.cr(e), 0.05, scheme="paper")),
+    ):
+        np.testing.assert_array_equal(chunks[0]["peak"].sel(damper=name)[:1], expected)
+
+
+def test_the_measures_are_those_of_the_histories_and_their_intervals_hold_them(config, chunks, compared):
+    low, high = config.comparison.bands[[0, -1]]
+    parts = [part.sel(damper="CQD0.25", restitution=0.85) for part in chunks]
+    reference, fell, peak, falls = (
+        np.concatenate([part[name].values for part in parts])
+        for name in ("reference_peak", "reference_collapsed", "peak", "collapsed")
+    )
+    stand = (fell == 0) & (falls == 0) & (reference >= low) & (reference < high)
+    size = np.abs(np.log(peak[stand] / reference[stand]))
+    cell = compared.sel(damper="CQD0.25", restitution=0.85)
+    assert np.sum(size <= float(cell["log_error_median"])) == pytest.approx(0.5 * size.size, abs=1)
+    assert np.sum(size <= float(cell["log_error_90"])) == pytest.approx(0.9 * size.size, abs=1)
+    assert float(cell["share_above"]) == pytest.approx((size > 0.05).mean())
+    assert float(cell["missed_collapse_rate"]) == pytest.approx((falls[fell == 1] == 0).mean())
+    assert float(cell["added_collapse_rate"]) == pytest.approx((falls[fell == 0] == 1).mean())
+    assert float(cell["log_error"]) == pytest.approx(math.sqrt((size**2).mean()))
+    for name in MEASURES:
+        bounds = compared[f"{name}_interval"]
+        assert (bounds.sel(bound="lower") <= compared[name] + 1e-12).all()
+        assert (compared[name] <= bounds.sel(bound="upper") + 1e-12).all()
+
+
+def test_the_largest_step_is_of_the_ladder_and_none_leaves_fewer_than_two_steps_in_the_band(config, chunks, compared):
+    ladder = config.order.ladder.tolist()
+    largest = compared["largest_step"].sel(damper=["ECD16", "BAND0.2", "BAND0.1"]).values
+    assert set(largest[np.isfinite(largest)]) <= set(ladder)
+    departure = chunks[0]["departure"].sel(damper="BAND0.1")
+    assert departure.sel(step=0.2).isnull().all() and departure.sel(step=0.1).notnull().any()
+    for damper in ("ECD16", "BAND0.2"):
+        parts = [part["departure"].sel(damper=damper, restitution=0.85).values for part in chunks]
+        quantile = [np.nanquantile(np.concatenate([part[at].ravel() for part in parts]), 0.9) for at in range(3)]
+        converged = [step for step, size in zip(ladder, quantile, strict=True) if size <= 0.005]
+        found = float(compared["largest_step"].sel(damper=damper, restitution=0.85))
+        assert found == pytest.approx(max(converged, default=np.nan), nan_ok=True)
+
+
+def test_a_band_has_eight_steps_in_it(config):
+    steps = {case.name: case.step for case in order.damper_cases(config)}
+    assert (steps["BAND0.4"], steps["BAND0.2"], steps["BAND0.1"]) == (0.05, 0.05, 0.025)
+
+
+@pytest.mark.parametrize("e", [0.84, 0.85])
+def test_the_force_at_the_crossing_is_that_of_the_formulas(config, compared, e):
+    curve, delta = config.curve, -math.log(e)
+    w1 = curve.initial_frequency
+    v = math.sqrt(2 * e * curve.energy(0.5))
+    n_16 = math.sqrt(math.pi) / 2 * math.exp(math.lgamma(18) - math.lgamma(17.5))
+    force = compared["crossing_force"].sel(wall="paper", restitution=e)
+    assert float(force.sel(damper="ECD16")) == pytest.approx(2 * delta / math.pi * n_16 * w1 * v, rel=1e-12)
+    assert float(force.sel(damper="BAND0.2")) == pytest.approx(0.75 * band_strength(delta, 0.2) * w1 / 0.2 * v)
+    assert force.sel(damper=["e - 0.01", "half step"]).isnull().all()
