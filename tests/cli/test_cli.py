@@ -128,7 +128,7 @@ def test_the_wall_s_dashpot_is_that_of_its_restitution():
     rows = printed("equivalent", "--restitution", 0.85, *CURVE, *WALL)
     assert rows[0]["damping_coefficient"] == pytest.approx(c, rel=1e-12) and rows[1]["damping_coefficient"] is None
     shown = run("wall", *WALL, *CURVE, "--restitution", 0.85).stdout
-    assert f"{c:.5g}" in shown and "if it takes a constant C" in shown
+    assert f"{c:.5g}" in shown
 
 
 def test_a_load_with_its_unit_is_the_ratio_that_is_printed():
