@@ -35,11 +35,16 @@ def jax_peaks(batch: Any, normalisation: float) -> Callable[[], np.ndarray]:
         z1, z2, z3 = jnp.minimum(z, a1), jnp.clip(z, a1, a2), jnp.clip(z, a2, a3)
         return k1 * z1 * z1 + 2 * b1 * (z2 - a1) + ks * (z3 - a2) * (2 * a3 - a2 - z3)
 
-    def ecd16(z, f, v):
+    def order_16(z, f, v):
         energy, size = double_energy(z), 2 * xi * normalisation
         root, both = jnp.sqrt(energy), v * v + energy
         size = size * (v * v / both) ** 16
         return size * f / (root * (1 - jnp.minimum(size * v * root / both, 0.95)))
+
+    def band(z, f, v):
+        size, reach = batch.damping.formula_parameters(batch.curve)
+        r = jnp.minimum(z / jnp.maximum(reach * jnp.abs(v), 1e-90), 1.0)
+        return size * (1 - r * r)
 
     coefficient = {
         "CR": lambda z, f, v: 0.0,
@@ -47,7 +52,8 @@ def jax_peaks(batch: Any, normalisation: float) -> Callable[[], np.ndarray]:
         "CDR": lambda z, f, v: 2 * xi * jnp.sqrt(f / z),
         "SDR": lambda z, f, v: 2 * xi / w1 * (f / z),
         "ECD": lambda z, f, v: 2 * xi * f / jnp.sqrt(double_energy(z)),
-        "ECD16": ecd16,
+        "ECD order 16": order_16,
+        "BAND": band,
     }[batch.model]
 
     def step(state, loads):

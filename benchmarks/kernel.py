@@ -13,6 +13,7 @@ from measure import Section, Table, crossing, interleaved, number, second_proces
 from peers import (
     NO_OPENSEES,
     NORMALISATION,
+    ORDER_16,
     SOURCE,
     CLoop,
     compile_c,
@@ -28,7 +29,7 @@ from rockdamp.solvers import event_driven
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.solvers.response import Response
 
-MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", "ECD16")
+MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", ORDER_16, "BAND")
 LANES = (1, 2, 4, 8, 64, 512, 4096)
 FEW = (1, 2, 4, 8)  # of which a call's own cost is told from that of its steps
 MOST = LANES[-1]
@@ -67,6 +68,8 @@ class Batch:
     @cached_property
     def damping(self) -> Damping:
         """Their damper."""
+        if self.model == ORDER_16:
+            return Damping("ECD", self.parameter, order=16)
         return Damping(self.model, self.parameter)
 
     def run(self, threads: int = 1, **asked: Any) -> Response:

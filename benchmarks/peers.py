@@ -75,7 +75,7 @@ class CLoop:
     """The C loop on one batch; `run` starts from the same state each time, as `rockdamp.solve` does."""
 
     def __init__(self, library: ctypes.CDLL, batch: Any) -> None:
-        self.march = getattr(library, f"march_{batch.model}")
+        self.march = getattr(library, f"march_{batch.model.replace(' ', '_')}")
         self.march.argtypes = [ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p] + [ctypes.c_long] * 3
         self.batch, self.blocks = batch, -(-batch.lanes // LANES)
         self.ground = np.ascontiguousarray(batch.ground, dtype=float)
@@ -86,13 +86,15 @@ class CLoop:
         batch, curve = self.batch, self.batch.curve
         k1, b1, ks, a1, a2, a3 = curve.parameters()
         w1, xi, x = curve.initial_frequency, batch.parameter, batch.release
+        size, reach = batch.damping.formula_parameters(curve) if batch.model == "BAND" else (0.0, 1.0)
         c = {
             "CR": 0.0,
             "CDC": 2 * w1 * xi,
             "CDR": 2 * xi,
             "SDR": 2 * xi / w1,
             "ECD": 2 * xi,
-            "ECD16": 2 * NORMALISATION * xi,
+            ORDER_16: 2 * NORMALISATION * xi,
+            "BAND": size,
         }[batch.model]
         load = batch.load_factor * self.ground[0] if self.ground.size else 0.0
         rows = {
@@ -108,7 +110,7 @@ class CLoop:
             "a3": a3,
             "h": batch.step,
             "g": batch.load_factor,
-            "e": xi if batch.model == "CR" else 1.0,
+            "e": xi if batch.model == "CR" else reach,
             "c": c,
         }
         flat = np.zeros((len(C_ROWS), self.blocks * LANES))
@@ -143,8 +145,9 @@ class CLoop:
         return self.work[:, C_ROWS.index(name)].reshape(-1)[: self.batch.lanes]
 
 
-SCALAR_MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", "ECD16")
-NORMALISATION = float(normalisation(16))  # N_m of ECD16
+ORDER_16 = "ECD order 16"
+SCALAR_MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", ORDER_16, "BAND")
+NORMALISATION = float(normalisation(16))  # N_m
 
 
 # --- numba, one history at a time -------------------------------------------------------------------------------------
@@ -152,7 +155,7 @@ NORMALISATION = float(normalisation(16))  # N_m of ECD16
 
 @njit(fastmath=True, error_model="numpy")
 def _march_one(model, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground, substeps, steps):
-    """Peak, its step, crossings and last step of one history; models 0 to 5: those of `SCALAR_MODELS`."""
+    """Peak, its step, crossings and last step of one history; models 0 to 6: those of `SCALAR_MODELS`."""
     v, crossings, peak, peak_at, end = 0.0, 0, abs(x), 0, steps
     f = max(min(k1 * abs(x), b1, ks * (a3 - abs(x))), 0.0)
     p1 = ground[0] * g if ground.size else 0.0
@@ -189,6 +192,9 @@ def _march_one(model, k1, b1, ks, a1, a2, a3, w1, parameter, x, g, h, ground, su
             c = 2 * parameter * np.sqrt(f / z)
         elif model == 3:
             c = 2 * parameter / w1 * (f / z)
+        elif model == 6:
+            r = min(z / max(0.2 / w1 * abs(v + h * a), 1e-90), 1.0)
+            c = parameter * (1 - r * r)
         elif model >= 4:
             z1, z2, z3 = min(z, a1), min(max(z, a1), a2), min(max(z, a2), a3)
             double_v = k1 * z1 * z1 + 2 * b1 * (z2 - a1) + ks * (z3 - a2) * (2 * a3 - a2 - z3)
@@ -234,12 +240,14 @@ def scalar_peaks(batch: Any, lanes: int) -> np.ndarray:
     """Peaks of the first `lanes` histories of a batch by the plain loop."""
     peak = np.empty(lanes)
     model = SCALAR_MODELS.index(batch.model)
-    parameters = [np.broadcast_to(row, batch.lanes) for row in batch.curve.parameters()]
+    curve = batch.curve
+    parameters = [np.broadcast_to(row, batch.lanes) for row in curve.parameters()]
+    parameter = batch.damping.formula_parameters(curve)[0] if batch.model == "BAND" else batch.parameter
     _march_many(
         model,
         *parameters,
-        batch.curve.initial_frequency,
-        batch.parameter,
+        curve.initial_frequency,
+        parameter,
         batch.release,
         batch.load_factor,
         batch.step,

@@ -98,6 +98,13 @@ static inline double sixteenth_order(double c, double v, double double_v)
     return q / (1 - c * q * v * sqrt(double_v) / total);
 }
 
+/* 1 - (z/(c v))^2 of BAND within its band. */
+static inline double band(double c, double z, double v)
+{
+    double r = least(z / largest(c * fabs(v), 1e-90), 1.0);
+    return 1 - r * r;
+}
+
 #define VISCOUS(NAME, COEFFICIENT)                                                  \
     static inline void step_##NAME(Block *restrict w, double p0, double p1, double step) \
     {                                                                               \
@@ -116,8 +123,9 @@ VISCOUS(CDC, 1.0)
 VISCOUS(CDR, sqrt(f / z))
 VISCOUS(SDR, f / z)
 VISCOUS(ECD, f / sqrt(double_energy(w, i, z)))
-VISCOUS(ECD16, f / sqrt(double_energy(w, i, z))
+VISCOUS(ECD_order_16, f / sqrt(double_energy(w, i, z))
                    * sixteenth_order(w->c[i], x < 0 ? -v - h * a : v + h * a, double_energy(w, i, z)))
+VISCOUS(BAND, band(w->e[i], z, v + h * a))
 
 #define MARCH(NAME)                                                                                      \
     void march_##NAME(Block *blocks, long count, const double *ground, long samples, long substeps, long steps) \
@@ -143,4 +151,5 @@ MARCH(CDC)
 MARCH(CDR)
 MARCH(SDR)
 MARCH(ECD)
-MARCH(ECD16)
+MARCH(ECD_order_16)
+MARCH(BAND)

@@ -21,7 +21,8 @@ def rocking(data: Data) -> str:
     rows.append(["exponent of the energy left", *exponents])
     law = study["log_likelihood"].max("damping_model") - study["law_log_likelihood"]
     rows.insert(-1, ["the law of loss, g fitted", *(f"{round(float(value), 1) + 0.0:.1f}" for value in law)])
-    twice = 2 * (study["largest_log_likelihood"] - study["log_likelihood"].sel(damping_model=REFERENCE))
+    of_law, of_one_e = (study["log_likelihood"].sel(damping_model=model) for model in ("power law", REFERENCE))
+    twice = 2 * (of_law - of_one_e)
     ratios = [f"{float(value):.1f} ({chi2.sf(float(value), 1):.2g})" for value in twice]
     rows.insert(-1, ["2 ln L of the power law over one e (p)", *ratios])
     rows.append(["g of the law", *(f"{float(value):.2f}" for value in study["loss_exponent"])])

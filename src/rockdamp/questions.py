@@ -11,6 +11,7 @@ from rockdamp.plausibility import LARGEST_YIELD, of_motion
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 COARSEST = 0.2  # step over the stability limit: from there on the corners of the curve feed energy in
+FEWEST_IN_BAND = 8  # steps: h <= c/4, docs/theory.md, section 9
 LARGE_RELEASE = 0.6  # u0/u_ins, above which few releases are, and e below which few walls are
 WIDEST_FRAGILITY = 2.0  # dispersion; of walls under records some 0.2 to 0.8
 LONGEST_SAMPLING = 0.25  # between samples of a record, in tau: 0.02 s at a p of 12 rad/s, far above that of walls
@@ -26,6 +27,13 @@ def of_start(release_amplitude: Any, yield_displacement_ratio: Any) -> list[str]
     most = int(np.argmax(x0))
     stated = f"release_amplitude is {x0.flat[most]:g} of u_ins, and a1 is {a1.flat[most]:g}"
     return [f"{stated}: the wall stays on its first branch and does not rock; was it in metres? it is u/u_ins"]
+
+
+def of_band(width: float, steps: float) -> list[str]:
+    """Return a warning where the solver passes a band of fixed time, of the width t_c [rad], in fewer than 8 steps."""
+    if steps >= FEWEST_IN_BAND:
+        return []
+    return [f"width (t_c) is {width:g}: the band has {steps:.2g} steps of the solver; it should have {FEWEST_IN_BAND}"]
 
 
 def of_exchanged(restitution: Any, release_amplitude: Any) -> list[str]:

@@ -9,9 +9,8 @@ import xarray as xr
 
 import rockdamp as rd
 from rockdamp.assessment import assess
-from rockdamp.assessment.answers import COLUMNS, fragilities, lines
+from rockdamp.assessment.answers import COLUMNS, lines
 from rockdamp.assessment.assess import assess_rows, median_peak
-from rockdamp.assessment.collapses import MODELS
 from rockdamp.assessment.table import BadRow, read_walls
 from rockdamp.plausibility import as_meant
 from rockdamp.storage import dataset as storage
@@ -89,9 +88,9 @@ def test_a_row_without_a_fragility_says_why_by_its_own_counts(found):
     made["median_pgv"][:] = np.nan
     stripes = made.sizes["stripe"]
     made["stripe_collapses"][:] = np.where(np.arange(stripes) < 1, 0, 14)
-    made["stripe_collapses"].loc[{"wall": "a", "damping_model": MODELS[1]}] = np.where(np.arange(stripes) < 1, 14, 0)
+    made["stripe_collapses"].loc[{"wall": "a", "damping_model": "BAND"}] = np.where(np.arange(stripes) < 1, 14, 0)
     fewer = [(row["id"], row["damping_model"]) for row in lines(made) if "fewer" in row["reason"]]
-    assert fewer == [("a", MODELS[1])]
+    assert fewer == [("a", "BAND")]
     assert all(
         "none below it" in row["reason"] for row in lines(made) if (row["id"], row["damping_model"]) not in fewer
     )
@@ -150,10 +149,3 @@ def test_as_a_dataset_it_is_what_the_glossary_says(rows, motions, measure, tmp_p
     assert read["collapses"].sel(wall="bad").values.tolist() == [-1, -1]
     assert str(read["row_error"].sel(wall="bad").item()).startswith("line 3")
     np.testing.assert_array_equal(read["dispersion"], made["dispersion"])
-
-
-def test_every_wall_has_a_fragility_for_each_damping_model(rows, found):
-    functions = list(fragilities(found, [row.id for row in rows]))
-    assert [function.name for function in functions] == [f"{name}-{model}" for name in "abcde" for model in MODELS]
-    expected = found["stripe_collapses"].sel(wall="b", damping_model=MODELS[1]) / 14
-    np.testing.assert_allclose(functions[3].share, expected)

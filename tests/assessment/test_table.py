@@ -110,7 +110,7 @@ def test_the_overburden_has_a_mass_where_its_column_says_so(table):
     assert heavy.restitution == float(heavy.wall.restitution_measured)
     assert "is 'impulsive'; with overburden_mass it must be a number or another rule" in refused.error
     assert stopped.restitution == 0.0 and any(
-        "the wall stops at an impact; ECD16 is run" in each for each in stopped.doubts
+        "the wall stops at an impact; BAND is run" in each for each in stopped.doubts
     )
     assert "overburden_mass is 1; nothing holds it on a parapet" in parapet.error
 

@@ -30,9 +30,9 @@ def test_assess_gives_the_agreed_keys_and_the_packages_numbers(answer):
     assert (values["hinge_ratio"], values["weakest_hinge_ratio"]) == (0.7, 0.7)
     assert (values["intensity_measure"], values["intensity"]) == ("PGV", 0.6)
     assert [list(model) for model in values["models"]] == [MODEL, MODEL]
-    cr, ecd = values["models"]
+    cr, band = values["models"]
     assert (cr["damping_model"], cr["order"], cr["damping_ratio"]) == ("CR", None, None)
-    assert (ecd["damping_model"], ecd["order"]) == ("ECD16", 16)
+    assert (band["damping_model"], band["order"]) == ("BAND", None)
     for model in values["models"]:
         of_model = answer.sel(damping_model=model["damping_model"]).isel(intensity=0)
         assert (model["records"], model["collapses"]) == (6, int(of_model["collapses"]))
@@ -70,7 +70,7 @@ def test_a_wall_that_stops_at_its_impacts_has_the_damping_of_the_least_e_that_th
     answer = printed("assess", *squat, *RECORDS, "--pgv", 0.6, "--report", str(tmp_path / "page.html"))
     assert answer["restitution"] == 0.0
     assert answer["damping"] == printed("wall", *squat)["damping"]
-    of_damper = {row["damping_model"]: row["damping_ratio"] for row in answer["damping"]}["ECD16"]
+    of_damper = {row["damping_model"]: row["damping_ratio"] for row in answer["damping"]}["BAND"]
     assert of_damper == pytest.approx(-np.log(LEAST_OF_DAMPER) / np.pi, rel=1e-2)  # its exact ratio is near to that
 
 

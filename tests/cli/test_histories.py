@@ -34,6 +34,30 @@ def test_decay_gives_the_peak_of_each_half_cycle():
     np.testing.assert_allclose(energy[1:6] / energy[:5], 0.9**2, rtol=1e-3)  # Eq. (8)
 
 
+@pytest.mark.parametrize(
+    ("word", "damping"),
+    [
+        ("ecd16", rd.Damping.of_restitution(0.85, order=16)),
+        ("BAND", rd.Damping.of_restitution(0.85, "BAND")),
+        ("BAND0.4", rd.Damping.of_restitution(0.85, "BAND", width=0.4)),
+    ],
+)
+def test_a_model_s_word_has_its_order_or_width(word, damping):
+    rows = printed("decay", *CURVE, "--damping-model", word, "--restitution", 0.85)
+    found = rd.free_decay(rd.TrilinearCurve(0.04, 0.8), damping, length=20.0, points=8001)
+    assert rows[1]["peak"] == pytest.approx(-found["displacement"].min().item(), rel=1e-6)
+    assert rows[1]["damping_model"] == damping.model
+
+
+def test_a_band_of_fewer_than_eight_steps_is_warned_of_and_one_of_fewer_than_two_refused():
+    """At a step of 0.0025 in tau."""
+    c = 4 * 0.0025 * np.sqrt(0.8 / 0.04)  # of eight steps, times w1 [rad]
+    for share, said in ((1.01, ""), (0.99, "the band has 7.9 steps"), (0.24, "it must be at most c = t_c/w1")):
+        result = run("decay", *CURVE, "--damping-model", f"BAND{share * c:.6f}", "--restitution", 0.85)
+        assert said in result.stderr and (result.stderr == "") == (said == "")
+        assert result.exit_code == (2 if share < 0.25 else 0)
+
+
 def test_a_decay_without_a_half_cycle_says_so():
     result = run("decay", *CURVE, *CDR, "--length", 0.1)
     assert result.exit_code == 0 and result.stdout == "" and "no half cycle" in result.stderr
@@ -178,7 +202,7 @@ def test_a_size_may_have_a_standard_deviation_in_the_unit_of_the_last_number(qui
         (("--damping-model", "CDR"), "--damping-ratio is missing; --damping-model CDR must have it"),
         (("--damping-model", "CR"), "--restitution is missing; --damping-model CR must have it"),
         (("--damping-model", "CR", "--restitution", 0.9, "--damping-ratio", 0.1), "belongs to viscous models"),
-        (("--damping-model", "SDR", "--restitution", 0.9, "--damping-ratio", 0.1), "belongs to CR, ECD, ECD16;"),
+        (("--damping-model", "SDR", "--restitution", 0.9, "--damping-ratio", 0.1), "belongs to CR, ECD, BAND;"),
         (("--compare", *CDR, "--restitution", 0.9), "--compare finds every model's damping ratio"),
         (("--compare",), "--restitution is missing; --compare must have it"),
         ((*CDR, "--output", "no/such/folder.nc"), "which is no folder"),

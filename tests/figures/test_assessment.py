@@ -23,7 +23,7 @@ def made_up(measure="pgv", median=(0.5, np.nan)):
             "collapse_probability_interval": ((*at, "bound"), [[[0.1, 0.4], [0.3, 0.7]], [[0.1, 0.3], [0.2, 0.6]]]),
             "records": 40,
         },
-        coords={"damping_model": ["CR", "ECD16"]},
+        coords={"damping_model": ["CR", "BAND"]},
         attrs={"intensity_measure": measure.upper()},
     )
 
@@ -38,7 +38,7 @@ def test_curve_stripes_and_interval_are_drawn(measure):
     (curve,) = (line for label, line in by_label.items() if label.startswith("CR: median 0.5"))
     level = curve.get_xdata()
     np.testing.assert_allclose(curve.get_ydata(), norm.cdf(np.log(level / 0.5) / 0.4), rtol=1e-12)
-    assert "ECD16: no lognormal curve" in by_label
+    assert "BAND: no lognormal curve" in by_label
     drawn = [line.get_ydata() for line in axes.get_lines() if len(line.get_xdata()) == 16]
     np.testing.assert_allclose(drawn, answer["stripe_collapses"] / 40)
     (bars,) = axes.collections

@@ -76,7 +76,7 @@ def test_the_exponent_and_the_dampers_are_judged_on_this_curve(fitted):
     low, high = fitted["loss_exponent_interval"].values
     assert low < 0 < high
     excluded = fitted["relative_log_likelihood"] < fitted["log_likelihood_threshold"]
-    assert not excluded.sel(damping_model=["CR", "ECD", "ECD16"]).any()
+    assert not excluded.sel(damping_model=["CR", "ECD", "BAND"]).any()
     assert excluded.sel(damping_model=["CDC", "SDR"]).all()
 
 
@@ -93,7 +93,7 @@ def test_the_exponent_that_a_damper_would_show_is_that_of_the_losses_of_its_half
     expected = -np.polyfit(np.log(energies), np.log(losses), 1)[0]
     assert float(fitted["expected_exponent"].sel(damping_model=model)) == pytest.approx(expected, rel=0.2)
     assert abs(expected) > 0.05
-    assert float(fitted["expected_exponent"].sel(damping_model="ECD16")) == pytest.approx(0, abs=1e-9)
+    assert float(fitted["expected_exponent"].sel(damping_model="BAND")) == pytest.approx(0, abs=1e-9)
 
 
 @pytest.mark.parametrize(("model", "ratio"), [("CDC", 0.03), ("SDR", 0.05)])

@@ -35,14 +35,6 @@ def test_the_dataset_is_what_the_glossary_says(found):
     assert all(np.isfinite(variable).all() for variable in found.data_vars.values())
 
 
-def test_dampers_that_lose_the_same_at_any_amplitude_are_equally_likely(found):
-    likelihood = found["log_likelihood"].isel(impacts_used=0)
-    for model in ("ECD", "ECD16"):
-        assert float(likelihood.sel(damping_model=model) - likelihood.sel(damping_model="CR")) == pytest.approx(
-            0, abs=0.1
-        )
-
-
 def test_the_same_case_has_the_same_likelihood_wherever_it_stands(found):
     likelihood = found["log_likelihood"].isel(impacts_used=0)
     for model in ("CDC", "CDR", "SDR"):

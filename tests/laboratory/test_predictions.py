@@ -12,7 +12,7 @@ LOSS = np.array([0.01, 0.03, 0.08])
 BLOCK = NearlyRigid(0.01, 0.5)
 
 
-@pytest.mark.parametrize("model", ["CR", "ECD", "ECD16"])
+@pytest.mark.parametrize("model", ["CR", "ECD", "BAND"])
 def test_what_loses_the_same_at_any_amplitude_predicts_one_ratio(model):
     ratio = by_solver(BLOCK, model, 8)(LOSS).ratio
     np.testing.assert_allclose(np.log(ratio), -np.broadcast_to(LOSS, (8, 3)), atol=3e-4)

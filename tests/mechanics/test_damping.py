@@ -14,7 +14,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping, damper_classes
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.newmark_kernel import STEPS
-from rockdamp.vocabulary import BANDS, MODELS, PAPER_MODELS, VISCOUS_MODELS
+from rockdamp.vocabulary import MODELS, PAPER_MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
 X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])
@@ -73,7 +73,7 @@ def test_coefficients_broadcast_curves_ratios_and_displacements():
 
 
 def test_the_table_of_names_has_each_damper_s_class_and_each_has_a_title_and_a_colour_alone():
-    assert [kind.model for kind in damper_classes().values()] == [*MODELS, *BANDS]
+    assert [kind.model for kind in damper_classes().values()] == [*MODELS, "CQD"]
     for texts in (
         [kind.title for kind in damper_classes().values()],
         [kind.colour for kind in damper_classes().values()],
@@ -99,7 +99,9 @@ BAD = [
         r"restitution \(e\) is 0\.0; it must be greater than 0 .* with an exponent",
     ),
     (lambda: Damping.of_restitution(0.0), r"restitution \(e\) is 0\.0; it must be greater than 0 .*: no damper stops"),
-    (lambda: Damping.of_restitution([0.5, 0.0], "ECD16"), r"restitution \(e\) is 0\.0; it must be greater than 0"),
+    (lambda: Damping("ECD16", 0.05), r"damping_model is 'ECD16'; it must be ECD, order=16"),
+    (lambda: Damping.of_restitution(0.85, "band0.4"), r"damping_model is 'band0\.4'; it must be BAND, width=0\.4"),
+    (lambda: Damping.of_restitution([0.5, 0.0], "BAND"), r"restitution \(e\) is 0\.0; it must be greater than 0"),
     (lambda: damping_ratio_energy(CURVE, "ECD", 0.0, 0.5), r"restitution \(e\) is 0\.0; it must be greater than 0"),
     (lambda: equivalent(0.0, 0.04, 0.85), r"restitution \(e\) is 0\.0; it must be greater than 0"),
     (lambda: Damping.cr(np.array([0.9, 1.2])), r"restitution \(e\) is 1\.2; it must be"),

@@ -78,19 +78,6 @@ def test_an_edited_formula_finds_no_old_code_and_an_edit_of_another_damper_leave
     assert run(copy, "CDC").stdout == built[1]
 
 
-def test_an_edited_constant_finds_no_old_code(copy):
-    """The recommended order stands in the vocabulary, and the formula in another file takes it from there."""
-    before = run(copy, "ECD16").stdout
-    vocabulary = copy / "rockdamp/vocabulary.py"
-    text = vocabulary.read_text(encoding="utf-8")
-    assert text.count("RECOMMENDED_ORDER = 16\n") == 1
-    vocabulary.write_text(text.replace("RECOMMENDED_ORDER = 16\n", "RECOMMENDED_ORDER = 8\n"), encoding="utf-8")
-    after = run(copy, "ECD8").stdout
-    for kept in [*copy.rglob("*.nbi"), *copy.rglob("*.nbc")]:
-        kept.unlink()
-    assert run(copy, "ECD8").stdout == after != before.replace("ECD16", "ECD8")
-
-
 DAMPER = str(compiled.PACKAGE / "mechanics/damping/ecd.py")
 
 

@@ -52,7 +52,7 @@ def shows(axes, x, y):
 
 
 def begins(text, start):
-    """Whether a text begins with whole words: "ECD" and "ECD (exact)" with "ECD", "ECD16" not."""
+    """Whether a text begins with whole words: "ECD" and "ECD (exact)" with "ECD", "ECDX" not."""
     return str(text).startswith(start) and not str(text)[len(start) :][:1].isalnum()
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import xarray as xr
 from made_up_earthquakes import by_model, complete
 
-from rockdamp.laboratory.measured_rocking import COMPARED, ERROR_MODELS
-from rockdamp.vocabulary import MODELS, PAPER_MODELS
+from rockdamp.laboratory.measured_rocking import COMPARED, ERROR_MODELS, MODELS, POWER_LAW
+from rockdamp.vocabulary import PAPER_MODELS
 
-ALL = list(MODELS)
+ALL = [*MODELS, POWER_LAW]
 
 
 def measured_rocking():

@@ -84,6 +84,8 @@ def of_name(name):
 def coordinate(kind, dim):
     if dim == "damping_model" and kind in WITHOUT_CR:
         return list(DAMPERS) if kind == "amplitude" else list(VISCOUS_MODELS)
+    if (kind, dim) == ("measured_rocking", "damping_model"):
+        return ["CR", "CDC", "CDR", "SDR", "power law"]
     if (kind, dim) == ("order", "wall"):
         return ["paper", *COORDINATES["wall"]]
     return COORDINATES.get(dim, [0, 1, 2])

@@ -53,7 +53,7 @@ def test_real_numbers_of_any_kind_are_taken(value):
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("ecd16", "Damping has no 'ecd16'; Damping.of_restitution(e, 'ECD16') or Damping('ECD16', damping_ratio)"),
+        ("band", "Damping has no 'band'; Damping.of_restitution(e, 'BAND') or Damping('BAND', damping_ratio, width)"),
         ("cdr", "Damping has no 'cdr'; Damping('CDR', damping_ratio) makes one"),
         ("formulas", "type object 'Damping' has no attribute 'formulas'"),
     ],
@@ -65,7 +65,7 @@ def test_a_model_asked_for_as_an_attribute_says_how_it_is_made(name, said):
 
 def test_names_are_taken_in_capitals_and_small_letters():
     assert rd.Damping("cdr", 0.05) == rd.Damping("CDR", 0.05) != rd.Damping("SDR", 0.05)
-    assert rd.Damping.of_restitution(0.8, "ecd16").model == "ECD16"
+    assert rd.Damping.of_restitution(0.8, "band").model == "BAND"
     assert rd.TrilinearCurve.preset("Moderate") == rd.TrilinearCurve.preset("moderate")
     assert rd.TrilinearCurve(0.04, 0.85, 0.95, "Translated").softening == "translated"
 

@@ -11,7 +11,7 @@ import rockdamp as rd
 
 CURVE = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
 WALL = rd.Wall(thickness=0.3, height=4.5, overburden_ratio=1.0)
-DAMPING = rd.Damping("ECD16", 0.05)
+DAMPING = rd.Damping("ECD", 0.05, order=16)
 DT, PARTS = 0.01, 20
 ELAPSED = DT * np.arange(400)
 MOTION = 6 * np.sin(2 * np.pi * ELAPSED / 0.9)  # m s-2

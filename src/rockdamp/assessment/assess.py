@@ -15,7 +15,6 @@ from rockdamp import plausibility
 from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import (
-    MODELS,
     STEP,
     STRIPES,
     TAIL,
@@ -303,6 +302,7 @@ def _by_chunks(
         def run(rows: Sequence[Row]) -> Iterator[xr.Dataset]:
             wall, curve = (stacked([getattr(row, name) for row in rows]) for name in ("wall", "curve"))
             e, level = np.array([row.restitution for row in rows]), np.array([intensity])
+            models = [damping.model for damping in side_by_side(e, loss)]
             how: Any = {"loss": loss, "step": step, "tail": tail, "track": partial(through, count=len(rows))}
             try:
                 runs = collapses_of(wall)(wall, curve, e, motions, measure, level, **how)
@@ -318,7 +318,7 @@ def _by_chunks(
                 answer = answer.assign(restitution=("wall", e), records=("wall", count))
                 answer = answer.assign(peak_median=median_peak(runs.isel(intensity=0)))
                 # A wall against a stop has restitution alone.
-                answer = answer.reindex(damping_model=list(MODELS), fill_value=MISSING)
+                answer = answer.reindex(damping_model=models, fill_value=MISSING)
                 yield answer.assign_coords(wall=[row.line for row in rows])
 
         for start in range(0, len(rows), chunk):

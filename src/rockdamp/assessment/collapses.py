@@ -22,7 +22,6 @@ from rockdamp.histories import one_sided
 from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
-from rockdamp.mechanics.damping.base import IMPACT
 from rockdamp.mechanics.damping.ecd import least_restitution
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -32,10 +31,10 @@ from rockdamp.motions.records import Record
 from rockdamp.plausibility import as_meant
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.solvers.response import COLLAPSED
-from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER, REFERENCE
+from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 
 UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
-MODELS = (REFERENCE, RECOMMENDED)
+ORDER = 16  # of ECD, which stands beside restitution where the loss has an exponent: BAND takes none
 STEP = 0.05  # of the solver, times the first branch's angular frequency, at most; a quarter of it near collapse
 TAIL = 3.0  # rest after a record [s]
 # Of the stripes: lambda PGV/(p u_ins). The medians of the eight walls of config/default.yaml lie between 0.57 and 2.0,
@@ -43,7 +42,7 @@ TAIL = 3.0  # rest after a record [s]
 STRIPES = np.geomspace(0.15, 8.0, 16)
 NEAR = 0.5  # u/u_ins, from which on a wall that survives is near collapse; the study of earthquakes has it too
 HALVINGS = 2  # of the step near collapse; the last one shows what is left of the error
-LEAST_OF_DAMPER = 1.01 * float(least_restitution(RECOMMENDED_ORDER))  # e that RECOMMENDED is run with
+LEAST_OF_DAMPER = 1.01 * float(least_restitution(ORDER))  # e that the damper is run with
 SHOWN = partial(progress.track, description="Records")
 
 
@@ -58,9 +57,12 @@ CONSTANT = Loss()
 
 
 def side_by_side(restitution: ArrayLike, loss: Loss = CONSTANT) -> list[Damping]:
-    """Return restitution and the damper that is recommended in its place, of `LEAST_OF_DAMPER` at least: `MODELS`."""
-    e, named = np.maximum(restitution, LEAST_OF_DAMPER), loss._asdict()
-    return [Damping.cr(restitution, **named), Damping.of_restitution(e, RECOMMENDED, **named)]
+    """Return restitution and the damper that is recommended in its place, of `LEAST_OF_DAMPER` at least."""
+    e = np.maximum(restitution, LEAST_OF_DAMPER)
+    if not loss.exponent:
+        return [Damping.cr(restitution), Damping.of_restitution(e, RECOMMENDED)]
+    named = loss._asdict()
+    return [Damping.cr(restitution, **named), Damping.of_restitution(e, "ECD", order=ORDER, **named)]
 
 
 def collapses(
@@ -76,7 +78,7 @@ def collapses(
     tail: float = TAIL,
     track: Callable[[Sequence[GroundMotion]], Iterable[GroundMotion]] = SHOWN,
 ) -> xr.Dataset:
-    """Run walls with each of `MODELS` under records, scaled to the intensities asked for and to each wall's stripes.
+    """Run walls with each damper of `side_by_side` under records, scaled to the intensities asked for and to stripes.
 
     Parameters
     ----------
@@ -118,7 +120,10 @@ def collapses(
     dims, asked = ("record", "wall", "level", "damping_model"), slice(None, intensity.size)
     factor = intensity / levels[:, None]
     at, stripes = (*dims[:2], "intensity", dims[3]), (*dims[:2], "stripe", dims[3])
-    by_wall = {name: [_parameter(damping, name, walls) for damping in dampings] for name in ("damping_ratio", "order")}
+    by_wall = {
+        name: [np.broadcast_to(getattr(damping, name, np.nan), walls) for damping in dampings]
+        for name in ("damping_ratio", "order")
+    }
     return xr.Dataset(
         {
             "peak": (at, np.stack(peaks)),
@@ -130,13 +135,8 @@ def collapses(
             "scale_factor": (("record", "intensity"), factor),
             **{name: (("damping_model", "wall"), np.array(values)) for name, values in by_wall.items()},
         },
-        coords={"damping_model": list(MODELS)},
+        coords={"damping_model": [damping.model for damping in dampings]},
     )
-
-
-def _parameter(damping: Damping, name: str, walls: int) -> Array:
-    """Return a parameter of a damper for each wall; restitution has none."""
-    return np.full(walls, np.nan if damping.step_kind == IMPACT else getattr(damping, name))
 
 
 # --- a finer step near collapse ---------------------------------------------------------------------------------------

@@ -81,10 +81,10 @@ def measured_cdc(limits: Limits, data: Datasets) -> dict[str, Part]:
 def measured_restitution(limits: Limits, data: Datasets) -> dict[str, Part]:
     """Test one e for all impacts against the power law, of which it is the exponent 0, and see its exponent."""
     rocking = data["measured_rocking"]
-    behind = rocking["largest_log_likelihood"] - rocking["log_likelihood"].sel(damping_model=REFERENCE, drop=True)
+    of_law, of_one_e = (rocking["log_likelihood"].sel(damping_model=model) for model in ("power law", REFERENCE))
     lower, upper = (rocking["amplitude_exponent_interval"].sel(bound=bound) for bound in ("lower", "upper"))
     exponent = rocking["amplitude_exponent"]
-    p = xr.apply_ufunc(chi2.sf, 2 * behind, 1)
+    p = xr.apply_ufunc(chi2.sf, 2 * (of_law - of_one_e), 1)
     quantity = measured("p of the likelihood ratio of the best power law to one e", *_by_impacts(p))
     return {
         "ratio": judged(p >= limits["level"], quantity, NOUN, limits["enough"], {"p": _ends(p)}),

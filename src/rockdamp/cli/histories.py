@@ -63,7 +63,7 @@ UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome
 UNITS |= {"support_acceleration": "m s-2", "pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s-2"}
 PEAKS = ("peak_displacement", "peak", "peak_elapsed")
 RESULTS = (*PEAKS, "outcome", "outcome_elapsed")
-DAMPER = ("damping_ratio", "exponent", "at", "order", "compare")
+DAMPER = ("damping_ratio", "exponent", "at", "compare")
 
 output_option = click.option("--output", type=OutputFile(".nc"), help="Write the history as NetCDF.")
 plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the history.")
@@ -199,8 +199,8 @@ def respond_command(
     wall, curve = make_wall(options), make_curve(options)
     buildings, diaphragm = make_buildings(options), make_diaphragm(options)
     if options["one_sided"]:
-        if options["damping_model"] not in (None, REFERENCE):
-            raise click.UsageError(f"--damping-model is {options['damping_model']}; with --one-sided it must be CR")
+        if options["damping_model"] not in (None, (REFERENCE, {})):
+            raise click.UsageError(f"--damping-model is {options['damping_model'][0]}; with --one-sided it must be CR")
         refuse_unused(("output", "plot", *DAMPER), "a wall without --one-sided, which takes --restitution alone")
         dampings = []
     else:

@@ -21,6 +21,7 @@ from rockdamp.vocabulary import (
     SMALL_RELEASE_OVERSTATES,
     SOFTENING,
     VISCOUS_MODELS,
+    parameter_of_word,
 )
 
 if TYPE_CHECKING:
@@ -70,10 +71,14 @@ RESTITUTION_MEANT = (
 
 
 class Model(click.Choice):
-    """Names in capitals, taken in small letters too; click's own way would show and complete small ones."""
+    """Names in capitals, taken in small letters too; click's own way would show and complete small ones.
+
+    Some take a number, as ECD16. The value is the model, and its parameter by name.
+    """
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        return super().convert(str(value).upper(), param, ctx)
+        model, parameter = parameter_of_word(str(value).upper())
+        return super().convert(model, param, ctx), parameter
 
 
 def all_of(*options: Decorator) -> Decorator:
@@ -140,15 +145,19 @@ loss_options = all_of(
 )
 
 damping_options = all_of(
-    click.option("--damping-model", type=Model(MODELS), help="Damping model.  [default: CR, with --restitution]"),
+    click.option(
+        "--damping-model",
+        type=Model(MODELS),
+        help="Damping model; ECD takes an order, as ECD16, and BAND t_c in rad, as BAND0.4.  [default: CR, with"
+        " --restitution]",
+    ),
     click.option("--damping-ratio", type=SHARE, help="Damping ratio xi of a viscous model."),
     click.option(
         "--restitution",
         type=RESTITUTION,
-        help=f"{RESTITUTION_MEANT}, or a rule for it, for CR, ECD of any order, and --compare.",
+        help=f"{RESTITUTION_MEANT}, or a rule for it, for CR, ECD, BAND, and --compare.",
     ),
     loss_options,
-    click.option("--order", type=NUMBER, help="Order m of ECD; a larger one is nearer to CR.  [default: 0]"),
     click.option("--compare", is_flag=True, help="Compare CR with every viscous model, at equivalent damping ratios."),
 )
 
@@ -289,23 +298,20 @@ def make_dampings(
     options: Mapping[str, Any], curve: TrilinearCurve, wall: Wall | Parapet | None = None, **equivalence: float
 ) -> list[Damping]:
     """Return the one damper that the options describe; with --compare, every model's. A rule for e takes a wall."""
-    from rockdamp.equivalence.equivalent import equivalent_dampings
+    from rockdamp.equivalence.equivalent import equivalent_dampings, longest_step
     from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
     from rockdamp.plausibility import of_sizes, warn
+    from rockdamp.questions import of_band
 
-    model, ratio, restitution = options["damping_model"], options["damping_ratio"], options["restitution"]
+    model, parameter = options["damping_model"] or (None, {})
+    ratio, restitution = options["damping_ratio"], options["restitution"]
     if isinstance(restitution, str):
         restitution = _by_rule(restitution, wall)
     elif restitution is not None and wall is not None:
         warn(of_sizes(restitution, float(wall.restitution_rigid)))
-    order = options["order"]
-    if order is not None and model != "ECD":
-        raise click.UsageError("--order belongs to --damping-model ECD; it must be given with it, or not at all")
     loss = loss_of(options)
-    if loss and (options["compare"] or restitution is None or model not in (None, *Damping.exact_models())):
-        raise click.UsageError(
-            f"--exponent belongs to --restitution with {', '.join(Damping.exact_models())}; it must be given with them"
-        )
+    if loss and (options["compare"] or restitution is None or model not in (None, "CR", "ECD")):
+        raise click.UsageError("--exponent belongs to --restitution with CR, ECD; it must be given with them")
     if loss.get("exponent"):
         at = loss.get("at", REFERENCE_AMPLITUDE)
         click.echo(f"e = {restitution:g} at {at:g} u_ins; the loss has g = {loss['exponent']:g}", err=True)
@@ -324,7 +330,7 @@ def make_dampings(
         if ratio is not None:
             raise click.UsageError("--damping-ratio belongs to viscous models; CR must have --restitution alone")
         return [Damping(model, _needed("--restitution", restitution, f"--damping-model {model}"), **loss)]
-    named = ({} if order is None else {"order": order}) | loss
+    named = parameter | loss
     if restitution is not None:
         exact = Damping.exact_models()
         if model not in exact:
@@ -333,8 +339,13 @@ def make_dampings(
             raise click.UsageError(
                 f"--damping-ratio and --restitution state the same of {model}; it must have one of them"
             )
-        return [Damping.of_restitution(restitution, model, **named)]
-    return [Damping(model, _needed("--damping-ratio", ratio, f"--damping-model {model}"), **named)]
+        made = Damping.of_restitution(restitution, model, **named)
+    else:
+        made = Damping(model, _needed("--damping-ratio", ratio, f"--damping-model {model}"), **named)
+    if model == "BAND":
+        c, step = float(made.width / curve.initial_frequency), float(longest_step(curve))
+        warn(of_band(float(made.width), 2 * c / step))
+    return [made]
 
 
 def _by_rule(rule: str, wall: Wall | Parapet | None) -> float:

@@ -7,7 +7,7 @@ to first order in the loss, the work of C along the undamped motion. Equating th
     g  = V(x0) / integral_0^x0 c_hat(x) sqrt(2 (V(x0) - V(x))) dx.
 
 For the energy-consistent damper g = 1/pi at any amplitude and of any curve, and the result is exact beyond first
-order: xi = delta/sqrt(pi^2 + delta^2), and of order 16 xi = delta/pi.
+order: xi = delta/sqrt(pi^2 + delta^2); of BAND xi = delta/pi.
 """
 
 from __future__ import annotations
@@ -92,6 +92,8 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     require(
         (x0 > 0) & (x0 < curve.ultimate_displacement_ratio), "release_amplitude", x0, "greater than 0 and less than a3"
     )
+    if damping.model == "BAND":  # by its construction; the quadrature would not see the end of the band
+        return np.full(np.broadcast_shapes(x0.shape, curve.shape, damping.shape), 1 / np.pi)
     unit = damping.replace(damping_ratio=np.full((), FIRST_ORDER))
     v0 = curve.energy(x0)
     _, _, _, a1, a2, _ = curve.parameters()
@@ -119,14 +121,14 @@ def damping_ratio_energy(
     restitution: ArrayLike,
     release_amplitude: ArrayLike,
 ) -> Array:
-    r"""Return the damping ratio by the closed form; for ECD and ECD16 the exact one: every peak of a decay. [-]
+    r"""Return the damping ratio by the closed form; for ECD and BAND the exact one: every peak of a decay. [-]
 
     .. math::
         \xi = g(x_0; a_1, b_1, a_3) \, \delta, \qquad \delta = -\ln e; \qquad
         \text{ECD:} \quad \xi = \frac{\delta}{\sqrt{\pi^2 + \delta^2}}, \quad
-        \text{ECD16:} \quad \xi = \frac{\delta}{\pi}
+        \text{BAND:} \quad \xi = \frac{\delta}{\pi}
 
-    Derived in docs/theory.md, sections 2 and 4; g is `equivalence_factor`.
+    Derived in docs/theory.md, sections 2, 4 and 9; g is `equivalence_factor`.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class Equivalent(TypedDict):
     rms_error : float
         sqrt(Err/k), in u/u_ins. [-]
     damping_ratio_energy : float
-        Closed form; for ECD and ECD16 exact. [-]
+        Closed form; for ECD and BAND exact. [-]
     damping_ratio_fit : float or None
         By the shipped polynomials; None outside their range of e and a1. [-]
 
@@ -88,7 +88,7 @@ def equivalent(
     -------
     list of Equivalent
         A dict for each e and model: ``restitution``, ``damping_model``, ``damping_ratio`` (global minimum of Eq. 17),
-        ``rms_error`` (sqrt(Err/k), in u/u_ins), ``damping_ratio_energy`` (closed form; for ECD and ECD16 exact) and
+        ``rms_error`` (sqrt(Err/k), in u/u_ins), ``damping_ratio_energy`` (closed form; for ECD and BAND exact) and
         ``damping_ratio_fit`` (the shipped polynomials of the reference curve, b1 = 0.85 and u0 = 0.5 u_ins, linear in
         a1 between them; None outside their range of e and a1).
 
@@ -101,7 +101,7 @@ def equivalent(
     --------
     >>> import rockdamp as rd
     >>> rows = rd.equivalent(0.85, yield_displacement_ratio=0.04, strength_ratio=0.85)
-    >>> {row["damping_model"]: f"{row['damping_ratio']:.4f}" for row in rows}["ECD16"]
+    >>> {row["damping_model"]: f"{row['damping_ratio']:.4f}" for row in rows}["BAND"]
     '0.0517'
     """
     e = np.atleast_1d(check_restitution(restitution))

@@ -28,8 +28,8 @@ REFERS_TO = {
     "CDR": "secant frequency",
     "SDR": "w1, with secant stiffness",
     "ECD": "V(u)",
+    RECOMMENDED: "u, v and w1",
 }
-BY_ENERGY = "V(u) and velocity"
 # By model what a program must take; the first that it can take errs least.
 OFFERS = {RECOMMENDED: "a formula in u and v", "CDR": "a coefficient at the secant", "CDC": "a constant"}
 
@@ -100,7 +100,7 @@ def program_inputs(wall: Wall | Parapet, curve: TrilinearCurve, restitution: flo
 
 def refers_to(model: str) -> str:
     """Say to which frequency a damper's ratio refers."""
-    return REFERS_TO.get(model, BY_ENERGY)
+    return REFERS_TO[model]
 
 
 def advice(restitution: float) -> str:

@@ -41,12 +41,14 @@ from rockdamp.laboratory.velocity_ratios import (
 )
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.progress import track
-from rockdamp.vocabulary import MODELS, PAPER_MODELS, REFERENCE
+from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 LEVEL = 0.90  # of every interval
 HALF_CHI_SQUARE = round(float(chdtri(1, 1 - LEVEL)) / 2, 4)  # half of its quantile, with one degree of freedom
 NORMAL = round(float(ndtri((1 + LEVEL) / 2)), 4)  # quantile of the normal distribution
 LEAST_EXPONENT = 1e-3  # of the law of loss; at 0 a block never stops
+MODELS = (REFERENCE, *PAPER_MODELS)  # ECD and BAND lose as REFERENCE does
+POWER_LAW = "power law"  # of the loss in the energy left, at its most likely exponent
 COMPARED = ("CDC", REFERENCE, "SDR")  # what a simulated set is made by, and between which it chooses
 # What the error of a ratio has, or lacks.
 AS_DESCRIBED = ErrorModel()
@@ -67,15 +69,16 @@ def measured_rocking(config: LaboratoryConfig) -> xr.Dataset:
     settings = config.measured_rocking
     measured = read_rocking_trials(settings.trials)
     study = _Study(settings, measured)
-    models, fits = study.by_model()
+    amplitude, largest = study.by_amplitude()
+    models, fits = study.by_model(largest)
     shown = fits[REFERENCE]
     parts = [
         models,
         study.by_curve(fits),
-        study.by_amplitude(),
+        amplitude,
         study.by_law(),
         study.by_error_model(),
-        study.by_impact(fits),
+        study.by_impact(fits, float(amplitude["amplitude_exponent"].sel(impacts_used=settings.shown_impacts))),
         study.restitution(shown),
         study.held_out(shown),
         study.simulation(fits),
@@ -124,8 +127,11 @@ class _Study:
 
     # --- which damper -------------------------------------------------------------------------------------------------
 
-    def by_model(self) -> tuple[xr.Dataset, dict[str, TrialsFit]]:
-        """Return the log-likelihood of each damper by the number of impacts, and the fits of the shown number."""
+    def by_model(self, power_law: Array) -> tuple[xr.Dataset, dict[str, TrialsFit]]:
+        """Return the log-likelihood of each damper by the number of impacts, and the fits of the shown number.
+
+        That of the power law is given.
+        """
         s, fits = self.settings, {}
         likelihood = np.empty((len(MODELS), s.impacts_used.size))
         for column, impacts in enumerate(track(s.impacts_used.astype(int), "dampers")):
@@ -135,8 +141,8 @@ class _Study:
                 likelihood[row, column] = last.log_likelihood
                 if impacts == s.shown_impacts:
                     fits[model] = last
-        coords = {"damping_model": list(MODELS), "impacts_used": s.impacts_used.astype(int)}
-        return xr.Dataset({"log_likelihood": (tuple(coords), likelihood)}, coords=coords), fits
+        coords = {"damping_model": [*MODELS, POWER_LAW], "impacts_used": s.impacts_used.astype(int)}
+        return xr.Dataset({"log_likelihood": (tuple(coords), [*likelihood, power_law])}, coords=coords), fits
 
     def by_curve(self, fits: dict[str, TrialsFit]) -> xr.Dataset:
         """Return the log-likelihood of the paper's dampers on other curves, and from other releases."""
@@ -163,8 +169,11 @@ class _Study:
             },
         )
 
-    def by_amplitude(self) -> xr.Dataset:
-        """Return the exponent of the energy left that the loss has, by the number of impacts; by bootstrap for one."""
+    def by_amplitude(self) -> tuple[xr.Dataset, Array]:
+        """Return the exponent of the energy left that the loss has, by the number of impacts; by bootstrap for one.
+
+        Beside it stands the largest log-likelihood of any exponent.
+        """
         s, tried = self.settings, self.settings.amplitude_exponent
         values, found, expansions = np.empty((s.impacts_used.size, tried.size)), [], []
         for row, impacts in enumerate(track(s.impacts_used.astype(int), "exponents of the amplitude")):
@@ -183,17 +192,21 @@ class _Study:
             values_drawn = [-each.negative(each.fit(weights), weights)[0] for each in expansions]
             replicates.append(profile(tried, np.array(values_drawn))[0])
         tails = [(1 - LEVEL) / 2, (1 + LEVEL) / 2]
-        return xr.Dataset(
+        dataset = xr.Dataset(
             {
                 "log_likelihood_by_amplitude_exponent": (("impacts_used", "tried_amplitude_exponent"), values),
                 "amplitude_exponent": ("impacts_used", [each[0] for each in found]),
                 "amplitude_exponent_interval": (("impacts_used", "bound"), [each[1] for each in found]),
-                "largest_log_likelihood": ("impacts_used", [each[2] for each in found]),
                 "amplitude_exponent_bootstrap_interval": ("bound", np.quantile(replicates, tails)),
                 "bootstrap_replicates": len(replicates),
             },
-            coords={"tried_amplitude_exponent": tried, "bound": ["lower", "upper"]},
+            coords={
+                "impacts_used": s.impacts_used.astype(int),
+                "tried_amplitude_exponent": tried,
+                "bound": ["lower", "upper"],
+            },
         )
+        return dataset, np.array([each[2] for each in found])
 
     def by_law(self) -> xr.Dataset:
         """Return the likelihood of the law of loss, and how many impacts it allows a block beside those measured.
@@ -236,8 +249,11 @@ class _Study:
             coords={"error_model": list(ERROR_MODELS)},
         )
 
-    def by_impact(self, fits: dict[str, TrialsFit]) -> xr.Dataset:
-        """Return the loss at each impact over the trial's mean: free at each impact, and of each damper."""
+    def by_impact(self, fits: dict[str, TrialsFit], exponent: float) -> xr.Dataset:
+        """Return the loss at each impact over the trial's mean: free at each impact, and of each damper.
+
+        That of the power law is of its most likely exponent.
+        """
         impacts = self.settings.shown_impacts
         trials = self.shown
         free = fit(trials, by_impact, shape=[(0.0, -2.0, 2.0, 0.1)] * (impacts - 1), start=fits[REFERENCE])
@@ -246,8 +262,10 @@ class _Study:
         change = np.vstack([np.eye(impacts - 1), last])
         size = NORMAL * np.sqrt(np.diag(change @ deviation[-(impacts - 1) :, -(impacts - 1) :] @ change.T))
         profile = np.append(free.shape, -free.shape.sum())
-        predictions = self.predictions(impacts)
-        lines = [self._mean_profile(trials, predictions[model], fits[model]) for model in MODELS]
+        law = _fixed(partial(power_law, exponent=exponent, impacts=impacts))
+        predictions = self.predictions(impacts) | {POWER_LAW: law}
+        fits = fits | {POWER_LAW: fit(trials, law, start=fits[REFERENCE])}
+        lines = [self._mean_profile(trials, predict, fits[model]) for model, predict in predictions.items()]
         return xr.Dataset(
             {
                 "loss_by_impact": ("impact", np.exp(profile)),
@@ -255,7 +273,7 @@ class _Study:
                 "loss_by_impact_of_model": (("damping_model", "impact"), lines),
                 "free_log_likelihood": free.log_likelihood,
             },
-            coords={"impact": np.arange(1, impacts + 1), "bound": ["lower", "upper"], "damping_model": list(MODELS)},
+            coords={"impact": np.arange(1, impacts + 1), "bound": ["lower", "upper"], "damping_model": list(fits)},
         )
 
     @staticmethod

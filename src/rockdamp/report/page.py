@@ -106,7 +106,8 @@ def measurement(datasets: Datasets) -> dict[str, Any] | None:
     models = [REFERENCE, *PAPER_MODELS]
     likelihood = measured["log_likelihood"].sel(damping_model=models)
     behind = likelihood.max("damping_model") - likelihood
-    ratio = 2 * (measured["largest_log_likelihood"] - likelihood.sel(damping_model=REFERENCE))
+    of_law = measured["log_likelihood"].sel(damping_model="power law")
+    ratio = 2 * (of_law - likelihood.sel(damping_model=REFERENCE))
     return {
         "impacts": [int(count) for count in measured["impacts_used"].values],
         "rows": [(model, [number(value, 2) for value in behind.sel(damping_model=model).values]) for model in models],

@@ -2,10 +2,10 @@
 
 Numba keeps machine code under the name of the function, its file and that file's content. It does not notice an edit of
 a function or of a number in another file. So the name of each loop ends with a digest of the versions of Numba, NumPy
-and SciPy and of the compiled sources: those that all dampers share, the one of the numbers that they take from
-elsewhere, and the file of its own damper's formula, which calls no other. Edited sources find no old code, a new damper
-leaves that of the others, and two versions never write one file. The files lie where Numba puts them, beside the source
-or in NUMBA_CACHE_DIR; `make clean` removes them.
+and SciPy and of the compiled sources: those that all dampers share, and the file of its own damper's formula. A formula
+takes neither a number nor a function from another file. Edited sources find no old code, a new damper leaves that of
+the others, and two versions never write one file. The files lie where Numba puts them, beside the source or in
+NUMBA_CACHE_DIR; `make clean` removes them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,6 @@ SHARED = (
     "solvers/*_kernel.py",
     "solvers/event_driven.py",
     "solvers/oscillator.py",
-    "vocabulary.py",  # the recommended order
 )
 VERSIONS = "\n".join(map(version, ("numba", "numpy", "scipy")))  # SciPy has the coefficients of DOP853
 DAMPERS = "mechanics/damping/*.py"

@@ -73,7 +73,7 @@ def within_time(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
 def within_time_law(z: float, f: float, double_v: float, v: float, parameters: tuple[float, ...]) -> float:
     """Return the same by the distance to the edge of the band."""
     size, c = parameters
-    reach = c * abs(v)
+    reach = max(c * abs(v), 1e-90)
     return size * (reach - z) * (reach + z) / (reach * reach) if z < reach else 0.0
 
 
@@ -114,7 +114,7 @@ class FixedTimeBand(Band):
 
     model = "BAND"
     title = "band of fixed time"
-    colour = "#6B7A00"
+    colour = "#D0267F"
     # ASSUME: the paper has no such damper. A narrower band is nearer to restitution, with a force as 1/t_c [rad].
     defaults: ClassVar[Mapping[str, float]] = {"width": 0.2}
     amplitude_independent = True
@@ -145,7 +145,8 @@ class FixedTimeBand(Band):
 
     def check_step(self, curve: TrilinearCurve, step: Quantity) -> None:
         c = self.width / curve.initial_frequency
-        require(step <= c, "step", step, f"at most c = t_c/w1 = {np.min(c):.3g} (in tau): two steps in the band")
+        least = np.min(c, initial=np.inf)
+        require(step <= c, "step", step, f"at most c = t_c/w1 = {least:.3g} (in tau): two steps in the band")
 
 
 class FixedLengthBand(Band):

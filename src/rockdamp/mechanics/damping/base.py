@@ -42,7 +42,7 @@ from rockdamp.arrays import Array, ByValue, Quantity
 from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics import trilinear
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.vocabulary import BANDS, DAMPERS, MODELS
+from rockdamp.vocabulary import DAMPERS, MODELS, parameter_of_word
 
 LARGEST_ORDER = 10_000  # of ECD; steps of the solver would pass over its band about u = 0
 VISCOUS, IMPACT = "viscous", "impact"  # kinds of steps
@@ -94,12 +94,12 @@ class Damping(ByValue, metaclass=_Named):
     Parameters
     ----------
     model : str
-        One of `vocabulary.MODELS`, ``"BAND"`` or ``"CQD"``.
+        One of `vocabulary.MODELS`, or ``"CQD"``.
     *values, **named : float or ndarray
         Its parameters, in the order of `names` or by name: ``restitution`` e for CR, in [0, 1]; ``damping_ratio`` xi
         for the others, >= 0; after it, by name, ``order`` m for ECD, >= 0 and 0 if not given; ``width``, > 0, t_c of
-        BAND, 0.2 if not given [rad], and over a1 of CQD, 0.25 if not given and at most 1. CR, ECD and ECD16 take, by
-        name, ``exponent`` g of a loss that falls with the amplitude, 0 if not given, and ``at``: see `cr`. [-]
+        BAND, 0.2 if not given [rad], and over a1 of CQD, 0.25 if not given and at most 1. CR and ECD take, by name,
+        ``exponent`` g of a loss that falls with the amplitude, 0 if not given, and ``at``: see `cr`. [-]
 
     Attributes
     ----------
@@ -233,8 +233,8 @@ class Damping(ByValue, metaclass=_Named):
         restitution : float or ndarray
             e, in (0, 1]. [-]
         model : str
-            ``"ECD"``, the energy-consistent damper, ``"ECD16"``, ``"BAND"``, or ``"CR"`` itself; ``"CQD"``, which loses
-            less at small amplitudes, by the same formula.
+            ``"ECD"``, the energy-consistent damper, ``"BAND"``, or ``"CR"`` itself; ``"CQD"``, which loses less at
+            small amplitudes, by the same formula.
         **named : float or ndarray
             ``order`` m of ECD, >= 0; the larger, the nearer to restitution under any load. ``exponent`` g, less than
             0.5 for a damper, and ``at`` as for `cr`. ``width`` of BAND and CQD. [-]
@@ -251,8 +251,8 @@ class Damping(ByValue, metaclass=_Named):
         >>> rd.Damping.of_restitution([0.8, 0.85], order=8).damping_ratio.round(4)
         array([0.071 , 0.0517])
         """
-        exact = (*Damping.exact_models(), *BANDS)
-        model = one_of("damping_model", model, exact, ": the others need a fit")
+        _refuse_word(model)
+        model = one_of("damping_model", model, (*Damping.exact_models(), "CQD"), ": the others need a fit")
         kind = damper_classes()[model]
         e = numbers("restitution (e)", restitution)
         if kind.step_kind == IMPACT:
@@ -408,5 +408,13 @@ class Damping(ByValue, metaclass=_Named):
 
 def _known(model: str) -> str:
     """Return the name of a model that there is."""
+    _refuse_word(model)
     named = model if isinstance(model, str) and model.upper() in DAMPERS else None
     return named.upper() if named is not None else one_of("damping_model", model, MODELS)
+
+
+def _refuse_word(model: Any) -> None:
+    """Refuse a word of the command line, which has a parameter in it."""
+    name, parameter = parameter_of_word(model) if isinstance(model, str) else ("", {})
+    for of, value in parameter.items():
+        raise InputError(f"damping_model is {model!r}; it must be {name}, {of}={value:g}")

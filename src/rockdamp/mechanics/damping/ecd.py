@@ -1,4 +1,4 @@
-"""ECD: the damper that loses in every half cycle what an impact takes, of any order m; and ECD16.
+"""ECD: the damper that loses in every half cycle what an impact takes, of any order m.
 
 Derived in docs/theory.md, sections 4 and 7. With the phase of the motion, tan phi = sqrt(V/T) and positive on the way
 out, a coefficient C = w_E D(phi), w_E = abs(f)/sqrt(2V), loses the same fraction from every amplitude of any curve.
@@ -20,7 +20,6 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError, holds, require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.base import RANGES, Damping
-from rockdamp.vocabulary import RECOMMENDED, RECOMMENDED_ORDER
 
 DOUBLED_ORDERS = (1, 2, 4, 8, 16, 32, 64, 128)  # their power takes multiplications alone, any other a library's power
 # ASSUME: of kappa cos^(2m+1) phi sin phi, which is less than 1 where half cycles end. Beyond it the damper is no longer
@@ -110,17 +109,6 @@ def of_any_loss(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
     return size * f / (root * (1.0 - outwards))
 
 
-def of_recommended_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
-    """Return C of the order of `vocabulary.RECOMMENDED_ORDER`.
-
-    At rest at the origin, where there is no energy, the kinetic fraction is 0: 2V is not, as z is not.
-    """
-    double_t, root = v * v, np.sqrt(double_v)
-    inverse = 1.0 / (double_t + double_v)
-    size = parameters[0] * (double_t * inverse) ** RECOMMENDED_ORDER
-    return size * f / (root * (1.0 - np.minimum(size * v * root * inverse, 0.95)))
-
-
 def of_doubled_order(z: Any, f: Any, double_v: Any, v: Any, parameters: Any) -> Any:
     """Return C of an order m of `DOUBLED_ORDERS`, which stands in the parameters: one formula for all of them.
 
@@ -191,8 +179,6 @@ class EnergyConsistent(Damping):
             return of_any_loss
         if order == 0:
             return of_order_0
-        if order == RECOMMENDED_ORDER:
-            return of_recommended_order
         return of_doubled_order if order in DOUBLED_ORDERS else of_any_order
 
     def formula_parameters(self, curve: TrilinearCurve) -> tuple[Quantity, ...]:
@@ -230,21 +216,3 @@ class EnergyConsistent(Damping):
                 " order above 0, whose half cycles would else not end"
             )
         return xi
-
-
-class RecommendedOrder(EnergyConsistent):
-    """ECD of order 16: a model beside ECD, with xi alone."""
-
-    model = RECOMMENDED
-    title = f"energy-consistent damper of order {RECOMMENDED_ORDER}"
-    colour = "#D0267F"
-    names = ("damping_ratio",)
-    defaults = {}
-
-    @property
-    def order(self) -> Quantity:
-        return np.array(float(RECOMMENDED_ORDER))
-
-    @classmethod
-    def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
-        return super().exact_damping_ratio(restitution, order=RECOMMENDED_ORDER, **named)

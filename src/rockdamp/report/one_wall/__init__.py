@@ -40,7 +40,6 @@ from rockdamp.plausibility import as_meant
 from rockdamp.storage.atomic import replacing
 from rockdamp.text import DASH, RAISED, counted, number, percent, plain
 from rockdamp.vocabulary import (
-    RECOMMENDED_ORDER,
     REFERENCE,
     RELEASES,
     SMALL_RELEASE_OVERSTATES,
@@ -200,7 +199,6 @@ def _losses(subject: Subject) -> dict[str, Any]:
     return {
         "dampers": [(offer, damper_classes()[model].title, typed[model]) for model, offer in OFFERS.items()],
         "studied_e": plain(false_safe(e)[0]),
-        "order": RECOMMENDED_ORDER,
     }
 
 
