@@ -206,8 +206,8 @@ def _require_interior(cases: Cases, model: str, lengths: NDArray[np.int64], coar
 
 def _scan(cases: Cases, model: str, trial: Array, lengths: NDArray[np.int64], scheme: str) -> Array:
     """Return Err on the grid of damping ratios, shape (response lengths, cases, points), at a coarser step."""
-    stable = float(stable_step(cases.curve).min())
-    every = max(1, int(min(SCAN_STEP, stable / 4) / cases.step + 0.5))
+    longest = float(stable_step(cases.curve).min()) / (20 if model == "BAND" else 4)  # four steps in a band
+    every = max(1, int(min(SCAN_STEP, longest) / cases.step + 0.5))
     marks = np.maximum(lengths // every, 1)
     index = np.arange(cases.restitution.size)[:, None]
     return cases.errors(model, trial, index, marks, scheme, every)
