@@ -20,7 +20,7 @@ from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import Scan, damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
-from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping import Damping, damper_classes
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import Options, Reference
 
@@ -150,6 +150,7 @@ def global_minima(
     _require_impacts(cases, lengths)
     guess = damping_ratio_energy(cases.curve, damping_model, cases.restitution, cases.release_amplitude)
     trial = guess[:, None] * np.geomspace(scan.smallest, scan.largest, scan.points)
+    trial = np.minimum(trial, damper_classes()[damping_model].largest_damping_ratio)
     coarse = _scan(cases, damping_model, trial, lengths, scheme)
     lower = (coarse[..., 1:-1] < coarse[..., :-2]) & (coarse[..., 1:-1] <= coarse[..., 2:])
     lowest = coarse.min(axis=-1)

@@ -18,7 +18,6 @@ from rockdamp.errors import require
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping.base import RANGES, Damping
 
-MOST = -math.log(0.01) / math.pi  # of xi
 MOST_STRENGTH = 3.4  # of delta'; a narrow band divides by zero at 2 sqrt(3) = 3.46
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)  # integrates the loss to the last digits
 
@@ -107,10 +106,12 @@ class Band(Damping):
     """A damper of the width `width` about u = 0, with the loss delta = pi xi."""
 
     names: ClassVar[tuple[str, ...]] = ("damping_ratio", "width")
+    largest_damping_ratio = -math.log(0.01) / math.pi
 
     def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
         super().__init__(model, *values, **named)
-        require(self.damping_ratio <= MOST, "damping_ratio (xi)", self.damping_ratio, f"at most {MOST:.3g}: e = 0.01")
+        most = self.largest_damping_ratio
+        require(self.damping_ratio <= most, "damping_ratio (xi)", self.damping_ratio, f"at most {most:.3g}: e = 0.01")
 
     @classmethod
     def exact_damping_ratio(cls, restitution: ArrayLike, **named: Quantity) -> Array:
@@ -133,7 +134,7 @@ class FixedTimeBand(Band):
     def __init__(self, model: str, *values: Quantity, **named: Quantity) -> None:
         super().__init__(model, *values, **named)
         most = half_cycle_loss(MOST_STRENGTH, self.width) / math.pi
-        least = np.min(most, initial=MOST)
+        least = np.min(most, initial=self.largest_damping_ratio)
         require(
             self.damping_ratio <= most, "damping_ratio (xi)", self.damping_ratio, f"at most {least:.3g} with its width"
         )

@@ -23,7 +23,8 @@ costs it nothing, as the compiler drops it. A damper can have
    xi follows from e alone, exactly. The other closed forms take `formula` and need nothing;
 10. `step_kind`, by which the solvers choose the step: ``viscous``, a force C v, if none is said; or ``impact``, a
     factor on the velocity at x = 0;
-11. `takes_step`, if `formula` reads the step of the march, as the last of its parameters.
+11. `takes_step`, if `formula` reads the step of the march, as the last of its parameters;
+12. `largest_damping_ratio`, if there is one.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import cache, cached_property
 from importlib import import_module
+from math import inf
 from typing import Any, ClassVar
 
 import numpy as np
@@ -148,6 +150,7 @@ class Damping(ByValue, metaclass=_Named):
     secant_exponent: ClassVar[float | None] = None
     amplitude_independent: ClassVar[bool] = False
     takes_step: ClassVar[bool] = False
+    largest_damping_ratio: ClassVar[float] = inf
     ranges: ClassVar[Mapping[str, tuple[str, Callable[[Array], Any], str]]] = RANGES
 
     restitution: Quantity
