@@ -167,7 +167,7 @@ def test_the_interval_by_bootstrap_leaves_a_twentieth_of_the_replicates_on_eithe
     bootstrap = SimpleNamespace(replicates=101, seed=1)
     tried = {"impacts_used": np.array([3.0]), "amplitude_exponent": np.array([-1.0, 0.0, 1.0]), "bootstrap": bootstrap}
     study = study_of(np.full((4, 3), 0.9), np.zeros(4, dtype=int), [0.05], [0.2], **tried)
-    interval = study.by_amplitude()["amplitude_exponent_bootstrap_interval"]
+    interval = study.by_amplitude()[0]["amplitude_exponent_bootstrap_interval"]
     np.testing.assert_allclose(interval, [5.0, 95.0])
 
 
