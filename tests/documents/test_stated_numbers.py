@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from repository import ROOT
 
 from rockdamp.storage import dataset
@@ -57,8 +58,13 @@ def test_damping_ratios_against_the_length_of_the_response_lie_within_their_own_
     exact = matched.sel(release_amplitude=0.5)
     off = np.abs(lengths["damping_ratio"].sel(at) - exact["damping_ratio"])
     bound = lengths["damping_ratio_uncertainty"].sel(at) + exact["damping_ratio_uncertainty"]
-    share = stated("docs/accuracy.md", r"response_lengths.nc`.*? hold at least (\d+) % of the differences")[0]
-    assert 100 * float((off <= bound).mean()) >= share
+    words = r"response_lengths.nc`.*? hold at least (\d+) % of the differences .*?: of BAND (\d+) %, of CDC (\d+) %"
+    share, *by_model = stated("docs/accuracy.md", words)
+    within = 100 * (off <= bound)
+    assert float(within.mean()) >= share
+    least = xr.full_like(within.mean("restitution"), 100.0)
+    least.loc[{"damping_model": ["BAND", "CDC"]}] = by_model
+    assert (within.mean("restitution").round() >= least).all()
 
 
 def test_what_small_releases_cost_is_that_of_the_table_of_the_law():

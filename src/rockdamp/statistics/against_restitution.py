@@ -11,8 +11,6 @@ with both, so histories come in pairs. These numbers describe the pairs:
   `false_collapse`): collapses that only restitution, or only the alternative, has;
 - median intensity ratio: the intensity that collapses half of the walls over that under restitution.
 
-`of_pairs` counts all pairs alike. The other functions know the record of each pair and bootstrap over records:
-
 **The paired bootstrap.** The study has some dozens of stations out of all that could have recorded an earthquake; the
 interval says how far another draw of stations would move a number. A replicate draws as many stations as there are,
 with replacement, and each history counts as often as its record was drawn (`weights`, from `fragility.resample`). Both
@@ -26,8 +24,8 @@ would count such a record as scatter of the damper, and call dampers equal that 
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
-from itertools import pairwise, product
+from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -42,30 +40,6 @@ BOUND = ("lower", "upper")
 HISTORIES = ("record", "velocity_ratio", "wall")
 ALL = ((0.0, np.inf),)  # one band that holds every peak
 TAIL = 0.01  # of the pairs, those that are furthest apart
-
-
-# --- without a bootstrap ----------------------------------------------------------------------------------------------
-
-
-def of_pairs(ratio: xr.DataArray, dims: Sequence[Hashable]) -> xr.Dataset:
-    """Return the statistics of ratios of peaks over some dimensions; a ratio that is NaN is no pair."""
-    logarithm = xr.apply_ufunc(np.log, ratio)
-    return xr.Dataset(
-        {
-            "median_ratio": np.exp(logarithm.median(dims)),
-            "log_dispersion": logarithm.std(dims),
-            "log_error": np.sqrt((logarithm**2).mean(dims)),
-            "pairs": logarithm.count(dims),
-        }
-    )
-
-
-def in_bands(ratio: xr.DataArray, peak: xr.DataArray, edges: Array) -> xr.DataArray:
-    """Return the ratios with a first dimension ``band``: NaN where the peak is not in it, its lower edge included."""
-    return xr.concat([ratio.where((peak >= low) & (peak < high)) for low, high in pairwise(edges)], "band")
-
-
-# --- with the paired bootstrap ----------------------------------------------------------------------------------------
 
 
 def bootstrapped(
