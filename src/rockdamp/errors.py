@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 MOST_SHOWN = 80  # characters of a value
 _LONG = re.compile(r"\S{300,}|'[^']{300,}'")  # no path that is meant is as long
@@ -59,6 +59,35 @@ class InputWarning(UserWarning):
 
 class RecordWarning(InputWarning):
     """Warn of a record whose unit or kind may have been mistaken: its file, the value and the likely cause."""
+
+
+Rule: TypeAlias = tuple[Callable[[NDArray[np.float64]], ArrayLike], str]  # what is valid, and the same in words
+
+
+def check(name: str, value: ArrayLike, valid: Callable[[NDArray[np.float64]], ArrayLike], allowed: str) -> NDArray[Any]:
+    """Return `value` as an array of floats. Raise `InputError` unless it is finite and `valid` everywhere.
+
+    The message reads ``NAME is VALUE; it must be ALLOWED`` and shows the first value that is wrong.
+    """
+    array = np.asarray(value, dtype=float)
+    good = np.isfinite(array) & np.asarray(valid(array))
+    if not good.all():
+        wrong = np.broadcast_to(array, good.shape)[~good].flat[0]
+        raise InputError(f"{name} is {wrong:g}; it must be {allowed}", name)
+    return array
+
+
+def check_fields(instance: object, rules: Mapping[str, Rule]) -> None:
+    """Check the fields of a frozen dataclass by their rules, and store them as arrays of floats."""
+    for name, (valid, allowed) in rules.items():
+        object.__setattr__(instance, name, check(name, getattr(instance, name), valid, allowed))
+
+
+def check_choice(name: str, value: str, choices: Sequence[str]) -> str:
+    """Return `value`. Raise `InputError` unless it is one of the choices."""
+    if value not in choices:
+        raise InputError(f"{name} is {value!r}; it must be one of {', '.join(choices)}", name)
+    return value
 
 
 def require(condition: ArrayLike, name: str, value: Any, allowed: str) -> None:
