@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rockdamp.histories.half_cycles import excursion_peaks, half_cycles, passes_zero, turning_points, turns
+from rockdamp.histories.half_cycles import half_cycles, passes_zero, turning_points
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
@@ -20,17 +20,6 @@ def test_the_steps_that_pass_zero_are_the_impacts_that_the_solver_counts(damping
     curve = TrilinearCurve(0.04, 0.85)
     response = solve(curve, damping, release_amplitude=0.5, step=0.005, steps=6000, store_every=1)
     assert passes_zero(response.displacement).sum() == response.impacts > 10
-
-
-def test_turning_points_are_the_release_and_the_last_sample_before_each_change_of_direction():
-    velocity = np.array([0.0, -1.0, -2.0, -1.6, -0.4, 0.3, 0.9, 0.0, -0.1, -0.2, 0.0, 0.1])
-    assert turning_points(velocity).tolist() == [0, 4, 6, 9]
-
-
-def test_the_peaks_of_excursions_leave_the_release_out_and_keep_the_last_that_has_not_ended():
-    u = np.array([5.0, 1.0, -1.0, -3.0, -2.0, 1.0, 2.0, 1.0, -0.5, -0.7])
-    assert excursion_peaks(u).tolist() == [3, 6, 9]
-    assert excursion_peaks(np.array([2.0, 1.0])).size == 0
 
 
 def decaying(elapsed):
@@ -61,18 +50,18 @@ def test_noise_near_zero_makes_no_half_cycles():
     np.testing.assert_allclose(noisy.start[1:], quiet.start[1:], atol=6 * 0.01 / (10 * np.pi * 0.8**7))
 
 
-def test_turns_are_where_and_when_the_motion_turns_to_second_order_and_the_release_is_none():
+def test_turning_points_are_where_and_when_the_motion_turns_to_second_order_and_the_release_is_none():
     lanes = np.array([[1.0], [2.5]])  # a linear spring of two stiffnesses: turns at every half period, in amplitude 1
     away = []
     for step in (0.04, 0.02):
         tau = step * np.arange(round(8.0 / step) + 1)
-        found, elapsed = turns(np.cos(lanes * tau), -lanes * np.sin(lanes * tau), step)
+        found, elapsed = turning_points(np.cos(lanes * tau), -lanes * np.sin(lanes * tau), step)
         assert np.isfinite(found).sum(axis=1).tolist() == [2, 6] and found.shape == elapsed.shape == (2, 6)
         expected = np.pi / lanes * np.arange(1, 7)
         away.append([np.nanmax(np.abs(elapsed - expected)), np.nanmax(np.abs(np.abs(found) - 1))])
         assert np.sign(found[1]).tolist() == [-1, 1] * 3
     assert np.all(np.array(away[1]) < [1e-4, 1e-5])
-    assert turns(np.ones((2, 4)), np.zeros((2, 4)), 0.1)[0].shape == (2, 0)
+    assert turning_points(np.ones((2, 4)), np.zeros((2, 4)), 0.1)[0].shape == (2, 0)
 
 
 def test_between_two_half_cycles_the_crossing_is_the_middle_of_the_first_and_last_change_of_sign():
@@ -81,3 +70,7 @@ def test_between_two_half_cycles_the_crossing_is_the_middle_of_the_first_and_las
     found = half_cycles(np.arange(8.0), u, 0.5)
     np.testing.assert_allclose(found.end[0], 3.0)
     np.testing.assert_allclose(found.start[1], 3.0)
+
+
+def test_without_an_excursion_beyond_the_threshold_there_are_no_half_cycles():
+    assert half_cycles(np.arange(3.0), np.array([0.1, -0.1, 0.1]), 0.5).peak.size == 0

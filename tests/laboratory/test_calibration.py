@@ -9,9 +9,8 @@ from experimental_style import WALL, synthetic_record
 from repository import ROOT
 
 from rockdamp.errors import InputError
-from rockdamp.histories.measured_test import true_values
 from rockdamp.laboratory import least_squares
-from rockdamp.laboratory.calibration import PARAMETERS, calibrate, study
+from rockdamp.laboratory.calibration import PARAMETERS, calibrate, study, true_values
 from rockdamp.motions.records import Record, read_record
 
 STEP = 0.01  # twice the config's, for speed: the solver's error stays below the bounds used here

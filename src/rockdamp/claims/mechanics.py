@@ -21,7 +21,7 @@ from rockdamp.claims.verdicts import (
     per_model,
     percent,
 )
-from rockdamp.histories.half_cycles import passes_zero, turning_points
+from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.storage.dataset import Datasets
 from rockdamp.vocabulary import PAPER_MODELS
 
@@ -126,18 +126,26 @@ def areas(histories: xr.Dataset, model: str, response_length: float, inner: floa
     u, v, force = (
         histories[name].sel(damping_model=model).values for name in ("displacement", "velocity", "damping_force")
     )
-    peaks = turning_points(v[histories["tau"].values <= response_length])
+    peaks = _turning_samples(v[histories["tau"].values <= response_length])
     work = 0.5 * (force[1:] + force[:-1]) * np.diff(u)
     middle = np.abs(0.5 * (u[1:] + u[:-1]))
     halves = pairwise(peaks)
     return np.array([work[i:j][middle[i:j] <= inner * abs(u[i])].sum() for i, j in halves])
 
 
+def _turning_samples(velocity: Array) -> NDArray[np.intp]:
+    """Return the samples of a decay's peaks: the release at rest, and the last sample before each change of sign.
+
+    An impact is no peak: it scales the velocity and keeps its sign.
+    """
+    return np.concatenate([[0], 1 + np.flatnonzero(passes_zero(velocity[1:]))])
+
+
 def impact_losses(histories: xr.Dataset, response_length: float) -> Array:
     """Return the energy over K0 u_ins^2 that CR loses at each impact within those half cycles."""
     history = histories.sel(damping_model="CR")
     u, v = history["displacement"].values, history["velocity"].values
-    last = turning_points(v[histories["tau"].values <= response_length])[-1]
+    last = _turning_samples(v[histories["tau"].values <= response_length])[-1]
     before = np.flatnonzero(passes_zero(u[: last + 1]))
     return 0.5 * v[before] ** 2 * (1 - float(histories["restitution"]) ** 2)
 
@@ -223,7 +231,7 @@ def fig4_rigid(limits: Limits, data: Datasets) -> dict[str, Part]:
 
 def peaks(displacement: Array, count: int) -> Array:
     """Return the first `count` peaks of |u| after the release."""
-    return np.abs(displacement)[turning_points(np.gradient(displacement))[1 : count + 1]]
+    return np.abs(displacement)[_turning_samples(np.gradient(displacement))[1 : count + 1]]
 
 
 def fig4_smooth(limits: Limits, data: Datasets) -> dict[str, Part]:

@@ -22,7 +22,7 @@ from rockdamp.figures.style import (
     style_of,
     styled,
 )
-from rockdamp.histories.half_cycles import excursion_peaks, passes_zero
+from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.text import number, percent, plain
 from rockdamp.vocabulary import REFERENCE
 
@@ -73,7 +73,8 @@ def _loops(axes: Axes, decays: xr.Dataset) -> None:
     for model in dampers(decays):
         decay = decays.sel(damping_model=model)
         u, force = decay["displacement"].values, decay["damping_force"].values
-        end = excursion_peaks(u)[LOOP_HALF_CYCLES - 1] + 1
+        last = 1 + np.flatnonzero(passes_zero(u))[LOOP_HALF_CYCLES - 1]
+        end = last + int(np.argmax(np.abs(u[last:]))) + 1  # the peak of the last half cycle that is drawn strong
         axes.plot(u[end - 1 :], force[end - 1 :], color=style_of(model).colour, linewidth=0.4, alpha=0.35, zorder=1)
         axes.plot(u[:end], force[:end], label=label_of(decays, model), zorder=3, **line_of(model))
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)

@@ -1,4 +1,4 @@
-"""Crossings of zero and turns of a stored history, and its half cycles: the excursions between crossings."""
+"""Crossings of zero, turning points and half cycles of stored histories."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ def passes_zero(values: ArrayLike) -> NDArray[np.bool_]:
     return (before != 0) & (before * after <= 0)
 
 
-def turns(displacement: Array, velocity: Array, step: float | Array) -> tuple[Array, Array]:
-    """Return displacements and times at which histories turn after the release, to second order between the samples.
+def turning_points(displacement: Array, velocity: Array, step: float | Array) -> tuple[Array, Array]:
+    """Return displacements and times at which histories turn after a release at rest, which counts as no turn.
 
-    Both have the shape (lanes, most), NaN after each lane's last turn. The histories, shape (lanes, n), start at the
-    release, which is at rest and counts as no turn; `step` is the time between samples.
+    Both have the shape (lanes, most), NaN after each lane's last turn. The histories have the shape (lanes, n); `step`
+    is the time between samples, between which a turn is found to second order.
     """
     lane, at = np.nonzero(passes_zero(velocity[:, 1:]))
     count = np.bincount(lane, minlength=velocity.shape[0])
@@ -64,23 +64,6 @@ def turns(displacement: Array, velocity: Array, step: float | Array) -> tuple[Ar
     return turned, elapsed
 
 
-def turning_points(velocity: ArrayLike) -> NDArray[np.intp]:
-    """Return the samples of one history's peaks: the release at rest, and the last sample before each change of sign.
-
-    An impact is no turning point: it scales the velocity and keeps its sign.
-    """
-    turns = 1 + np.flatnonzero(passes_zero(np.asarray(velocity)[1:]))
-    return np.concatenate([[0], turns])
-
-
-def excursion_peaks(displacement: Array) -> NDArray[np.intp]:
-    """Return the samples of the largest displacement between successive crossings of zero, the release left out."""
-    starts = 1 + np.flatnonzero(passes_zero(displacement))
-    excursions = np.split(np.abs(displacement), starts)[1:]
-    tops = [start + int(np.argmax(excursion)) for start, excursion in zip(starts, excursions, strict=True)]
-    return np.array(tops, dtype=np.intp)
-
-
 def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCycles:
     """Split a history at its crossings of zero into excursions beyond `threshold` to alternate sides.
 
@@ -88,23 +71,14 @@ def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCy
     between two is the middle of the first and last change of sign between them.
     """
     beyond = np.flatnonzero(np.abs(displacement) > threshold)
-    side = np.sign(displacement[beyond])
-    turns = np.flatnonzero(np.diff(side) != 0)
-    firsts = beyond[np.concatenate([[0], turns + 1])] if beyond.size else beyond
-    lasts = beyond[np.concatenate([turns, [beyond.size - 1]])] if beyond.size else beyond
-    at = [
-        first + int(np.argmax(np.abs(displacement[first : last + 1])))
-        for first, last in zip(firsts, lasts, strict=True)
-    ]
-    between = [
-        _crossing(elapsed, displacement, last, first) for last, first in zip(lasts[:-1], firsts[1:], strict=True)
-    ]
-    outer = [np.nan] if beyond.size else []
+    if not beyond.size:
+        return HalfCycles(*np.empty((4, 0)))
+    last = np.flatnonzero(np.diff(np.sign(displacement[beyond])))
+    starts, ends = beyond[np.concatenate([[0], last + 1])], beyond[np.append(last, beyond.size - 1)]
+    peaks = [i + int(np.argmax(np.abs(displacement[i : j + 1]))) for i, j in zip(starts, ends, strict=True)]
+    crossings = [_crossing(elapsed, displacement, i, j) for i, j in zip(ends[:-1], starts[1:], strict=True)]
     return HalfCycles(
-        displacement[at] if at else np.empty(0),
-        elapsed[at] if at else np.empty(0),
-        np.array(outer + between),
-        np.array(between + outer),
+        displacement[peaks], elapsed[peaks], np.array([np.nan, *crossings]), np.array([*crossings, np.nan])
     )
 
 

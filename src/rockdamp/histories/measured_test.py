@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from rockdamp.arguments import number
@@ -27,15 +25,6 @@ def record_attributes(record: Sampled) -> dict[str, str]:
     """Return the attributes that a dataset, and with it each figure, must state of its record."""
     stated = {f"record_{key}": record.header.get(key, "not stated") for key in ("specimen", "source", "licence")}
     return {**stated, "record_synthetic": "yes" if record.synthetic else "no"}
-
-
-def true_values(record: Sampled, names: Sequence[str]) -> Array:
-    """Return the values with which a synthetic record was made; NaN where it does not state them, or was measured."""
-    stated = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in names]
-    try:
-        return np.array([float(value) for value in stated])
-    except ValueError:
-        raise InputError(f"the record's generator_* values are {stated}; they must be numbers") from None
 
 
 def computed_response(

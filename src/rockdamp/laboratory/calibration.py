@@ -5,7 +5,7 @@ The paper's own calibration is "not reported". A record that the best fit does n
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -15,10 +15,10 @@ from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.errors import InputError, require
-from rockdamp.histories.measured_test import record_attributes, true_values
+from rockdamp.histories.measured_test import record_attributes
 from rockdamp.laboratory.least_squares import HIGH, LOW, PARAMETERS, SEARCHED, RecordFit, Solution
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.records import Record
+from rockdamp.motions.records import Record, Sampled
 from rockdamp.plausibility import warn
 
 # ASSUME: a wall that survives stays below u_ins, where it collapses; a sensor's drift and a slack measure may add
@@ -250,3 +250,12 @@ def study(config: Config, record: Record) -> xr.Dataset:
         softening=given.curve.softening,
         step=given.step,
     )
+
+
+def true_values(record: Sampled, names: Sequence[str]) -> Array:
+    """Return the values with which a synthetic record was made; NaN where it does not state them, or was measured."""
+    values = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in names]
+    try:
+        return np.array([float(value) for value in values])
+    except ValueError:
+        raise InputError(f"the record's generator_* values are {values}; they must be numbers") from None

@@ -15,8 +15,8 @@ from rockdamp.arguments import instance, number, one_of, several
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
-from rockdamp.histories.measured_test import record_attributes, true_values
-from rockdamp.laboratory.calibration import size_deviations
+from rockdamp.histories.measured_test import record_attributes
+from rockdamp.laboratory.calibration import size_deviations, true_values
 from rockdamp.laboratory.excursions import LEVEL, Excursions, Losses, Solution, exponent_of, restitution_at
 from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
 from rockdamp.mechanics.curve import TrilinearCurve

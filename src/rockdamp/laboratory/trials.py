@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.histories.half_cycles import turns
+from rockdamp.histories.half_cycles import turning_points
 from rockdamp.laboratory.velocity_ratios import LOSSES, MOST, Prediction
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -184,7 +184,7 @@ def losses_by_impact(block: NearlyRigid, damping: Damping, impacts: int) -> Arra
     quarter = float(curve.period(release)) / 4.0  # an undamped quarter is the longest
     steps = STORED * int(np.ceil((2 * impacts + 2) * quarter / step / STORED))
     run = solve(curve, damping, release_amplitude=release, step=step, steps=steps, store_every=STORED)
-    turned, _ = turns(run.displacement, run.velocity, STORED * step)
+    turned, _ = turning_points(run.displacement, run.velocity, STORED * step)
     peaks = np.full((turned.shape[0], impacts + 1), np.nan)
     peaks[:, 0] = release
     peaks[:, 1 : 1 + turned.shape[1]] = np.abs(turned[:, :impacts])

@@ -15,7 +15,7 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.histories.half_cycles import turns
+from rockdamp.histories.half_cycles import turning_points
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
@@ -101,7 +101,7 @@ def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array)
     response = solve(
         curve, damping, release_amplitude=release_amplitude, step=step, steps=HALF_CYCLE_STEPS, store_every=1
     )
-    turned, _ = turns(response.displacement, response.velocity, step)
+    turned, _ = turning_points(response.displacement, response.velocity, step)
     if not turned.shape[1] or np.isnan(turned[:, 0]).any():
         raise InputError(f"a half cycle under {damping.model} lasts more than {LONGER} times an undamped one")
     return 0.5 * np.log(curve.energy(release_amplitude) / curve.energy(turned[:, 0]))
