@@ -12,7 +12,7 @@ from rockdamp.equivalence.closed_form import (
     exact_ratio,
     giannini_masiani,
 )
-from rockdamp.errors import InputError, InputWarning
+from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
@@ -114,12 +114,3 @@ def test_restitution_has_no_viscous_factor():
 def test_an_amplitude_without_a_half_cycle_is_named(x0):
     with pytest.raises(InputError, match="release_amplitude"):
         equivalence_factor(CURVES[0], Damping("CDR", 1.0), x0)
-
-
-@pytest.mark.parametrize(
-    ("a1", "b1", "e", "asked"),
-    [(0.85, 0.04, 0.85, "were a1 and b1 swapped"), (0.04, 0.85, 0.05, "was it a damping ratio")],
-)
-def test_what_no_wall_has_is_asked_about(a1, b1, e, asked):
-    with pytest.warns(InputWarning, match=asked):
-        damping_ratio_energy(TrilinearCurve(a1, b1), "CDR", e, 0.5)

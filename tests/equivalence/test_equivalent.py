@@ -57,8 +57,8 @@ def test_the_decay_that_is_matched_starts_where_it_is_asked_to():
     "arguments, named",
     [
         ((1.2, 0.04, 0.85), r"restitution \(e\) is 1.2"),
-        ((0.85, 0.3, 0.85), r"yield_displacement_ratio \(a1\) is 0.3"),
-        ((0.85, 0.04, 0.85, 0.5, "translated"), r"ultimate_displacement_ratio \(a3\) is 0.5"),
+        ((0.85, 0.3, 0.85), r"yield_displacement_ratio is 0.3"),
+        ((0.85, 0.04, 0.85, 0.5, "translated"), r"ultimate_displacement_ratio is 0.5"),
         ((0.85, 0.04, 0.85, 1.0, "steeper", 1.0), "release_amplitude is 1.0"),
         ((0.85, 0.04, 0.85, 1.0, "steeper", 0.5, 0.1), "response_length is 0.1"),
         ((0.85, 0.04, 0.85, 1.0, "steeper", 0.5, -1.0), "response_length is -1.0"),

@@ -46,21 +46,6 @@ def test_parameters_broadcast_by_name_and_plain_arrays_are_named_after_what_they
     np.testing.assert_allclose(decay.displacement[2, 0], one.displacement, atol=1e-12)
 
 
-def test_walls_of_named_dimensions_keep_each_parameter_on_its_own():
-    height = xr.DataArray([3.0, 4.5], dims="height", coords={"height": [3.0, 4.5]})
-    wall = rd.Wall(0.3, height, overburden_ratio=xr.DataArray([0.0, 1.0], dims="overburden_ratio"))
-    decay = rd.free_decay(CURVE, rd.Damping.cr(0.9), wall=wall, length=2.0, points=3)
-    assert decay.control_displacement.dims == ("height", "overburden_ratio", "elapsed")
-    assert decay.height.dims == ("height",) and decay.overburden_ratio.dims == ("overburden_ratio",)
-    assert decay.attrs["thickness"] == 0.3
-    plain = rd.Wall(0.3, np.array([[3.0], [4.5]]), overburden_ratio=np.array([0.0, 1.0]))
-    for name in ("frequency_parameter", "instability_displacement", "restitution_rigid", "restitution_impulsive"):
-        full = np.broadcast_to(getattr(plain, name), (2, 2))
-        np.testing.assert_allclose(np.asarray(getattr(wall, name)), full, rtol=1e-14)
-    one = rd.free_decay(CURVE, rd.Damping.cr(0.9), wall=rd.Wall(0.3, 4.5), length=2.0, points=3)
-    np.testing.assert_allclose(decay.control_displacement[1, 0], one.control_displacement, rtol=1e-3, atol=1e-6)
-
-
 def test_a_response_is_the_validations_with_the_record_and_a_rest_behind_it():
     record = pulse()
     with as_meant():  # too weak a motion to rock the wall
@@ -146,16 +131,6 @@ def test_every_variable_says_its_unit_and_meaning():
 def test_bad_input_is_named(arguments, expected):
     with pytest.raises(rd.InputError, match=expected):
         rd.free_decay(CURVE, rd.Damping.cr([0.8, 0.9]), **arguments)
-
-
-def test_names_are_not_lost_where_they_would_be_taken_by_position():
-    named = rd.TrilinearCurve(xr.DataArray([0.02, 0.04], dims="a1"), 0.85)
-    with pytest.raises(rd.InputError, match="free_decay"):
-        rd.solve(named, rd.Damping.cr(0.9), step=0.0025, steps=10)
-    with pytest.raises(rd.InputError, match="beside named ones"):
-        rd.TrilinearCurve(xr.DataArray([0.02, 0.04], dims="a1"), np.array([0.8, 0.85]))
-    with pytest.raises(rd.InputError, match="tail is -1"):
-        rd.respond(WALL, CURVE, rd.Damping.cr(0.9), pulse(), tail=-1)
 
 
 @pytest.mark.parametrize("dim", ["tau", "elapsed", "damping_model"])

@@ -11,7 +11,6 @@ import pytest
 import sympy as sp
 
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Parapet, Wall
-from rockdamp.plausibility import as_meant
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 t, h1, h2, m, W, O, small = sp.symbols("t h1 h2 m W O small", positive=True)  # noqa: E741
@@ -34,8 +33,7 @@ WALL = Wall(
     eccentricity=np.array([0.0, -0.05, 0.2, 0.1]),
 )
 LIKE = {name: getattr(WALL, name) for name in ("width", "density", "overburden_ratio", "eccentricity")}
-with as_meant():  # slender for a block that stands free
-    PARAPET = Parapet(WALL.thickness, WALL.height, **LIKE)
+PARAPET = Parapet(WALL.thickness, WALL.height, **LIKE)
 
 
 def on_walls(expression, wall=WALL):
@@ -80,10 +78,6 @@ def test_virtual_work_gives_the_bilinear_law_with_the_strength_and_the_stiffness
     np.testing.assert_allclose(WALL.rigid_strength, on_walls(F0), rtol=1e-14)
     np.testing.assert_allclose(WALL.rigid_stiffness, on_walls(K0), rtol=1e-14)
     np.testing.assert_allclose(WALL.instability_displacement, on_walls(F0 / K0), rtol=1e-14)
-    displacement = 0.6 * WALL.instability_displacement
-    for sign in (1, -1):
-        value = sign * on_walls(corrected.subs(u, 0)) - sign * on_walls(-sp.diff(corrected, u)) * displacement
-        np.testing.assert_allclose(WALL.rigid_force(sign * displacement), value, rtol=1e-13)
 
 
 def test_the_rotations_keep_the_top_corner_under_its_support_to_the_order_that_the_law_needs():

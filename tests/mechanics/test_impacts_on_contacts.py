@@ -16,7 +16,6 @@ from scipy.integrate import solve_ivp
 
 from rockdamp.histories.loads import support_factors
 from rockdamp.mechanics.wall import Wall
-from rockdamp.plausibility import as_meant
 
 SHAPES = ((0.3, 3.0, 0.5), (0.3, 4.5, 0.7), (0.4, 4.0, 0.6), (0.3, 2.1, 0.62), (0.25, 5.0, 0.7))  # t, h [m], h1/h
 WALLS = [Wall(t, h, hinge_ratio=r, overburden_ratio=psi) for t, h, r in SHAPES for psi in (0.0, 2.0)]
@@ -76,8 +75,7 @@ def test_the_mechanism_without_impact_is_the_paper_s(wall):
 @pytest.mark.parametrize("r", [0.5, 0.6, 0.7])
 def test_supports_that_move_apart_load_the_bodies_on_contacts_as_virtual_work_says(r):
     """The motion of the line of supports, and the weights across it, on the rocking that the contacts leave."""
-    with as_meant():
-        wall = Wall(0.05, 3.0, hinge_ratio=r)  # slender: the bodies' thickness is not in the load
+    wall = Wall(0.05, 3.0, hinge_ratio=r)  # slender: the bodies' thickness is not in the load
     bodies, h = TwoBodiesOnContacts(wall), 3.0
     mode, centres = bodies.rocking(1), np.array([r * h / 2, (1 + r) * h / 2])
 
@@ -96,8 +94,7 @@ def test_supports_that_move_apart_load_the_bodies_on_contacts_as_virtual_work_sa
 @pytest.mark.parametrize(("r", "psi"), [(0.5, 0.0), (0.6, 1.0), (0.7, 0.0)])
 def test_bodies_on_contacts_move_as_the_load_of_two_moving_supports_says(r, psi):
     """A released wall that has not come back to u = 0, whose base shakes under a swinging top, against DOP853."""
-    with as_meant():
-        wall = Wall(0.05, 3.0, hinge_ratio=r, overburden_ratio=psi)
+    wall = Wall(0.05, 3.0, hinge_ratio=r, overburden_ratio=psi)
     bodies, p = TwoBodiesOnContacts(wall), float(wall.frequency_parameter)
     u_ins, onset, w, h = float(wall.instability_displacement), float(wall.rocking_onset()), 12.0, 2e-4
 

@@ -3,7 +3,7 @@
 import pytest
 
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.rigid_bodies import TwoBodies
+from rockdamp.mechanics.two_bodies import TwoBodies
 from rockdamp.mechanics.wall import Wall
 from rockdamp.studies import mechanism
 from rockdamp.studies.mechanism import effective_mass_ratio

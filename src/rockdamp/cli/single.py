@@ -176,14 +176,19 @@ def _periods(
     wall: Wall | Parapet, curve: TrilinearCurve | None, amplitudes: Iterable[float], strict: bool
 ) -> list[dict[str, float]]:
     """Return the rows of periods; unless `strict`, amplitudes beyond the end of the curve are left out."""
+    import numpy as np
+
+    from rockdamp.errors import check
+
     rows = []
     for x0 in amplitudes:
+        check("release_amplitude", x0, lambda x0: (x0 > 0) & (x0 < 1), "greater than 0 and less than 1")
         if curve is not None and not strict and x0 >= float(curve.ultimate_displacement_ratio):
             continue
         row = {
             "amplitude": x0,
             "displacement": x0 * float(wall.instability_displacement),
-            "rigid_period": float(wall.rigid_period(x0)),
+            "rigid_period": float(4 * np.arccosh(1 / (1 - x0)) / wall.frequency_parameter),
         }
         if curve is not None:
             row["period"] = float(curve.period(x0) / wall.frequency_parameter)

@@ -16,7 +16,7 @@ from rockdamp.equivalence.matching import REFINEMENT, Matched, solve
 from rockdamp.equivalence.minima import Cases
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.errors import InputError, require
-from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
+from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.plausibility import of_restitution, per_cent, warn
 from rockdamp.questions import of_start
@@ -107,7 +107,7 @@ def equivalent(
     e = np.atleast_1d(check_restitution(restitution))
     require(e.ndim == 1 and e.size > 0, "the shape of restitution", str(e.shape), "one number or some in a row")
     ratios = (yield_displacement_ratio, strength_ratio, ultimate_displacement_ratio)
-    a1, b1, a3 = map(number, TEXTS.values(), ratios)
+    a1, b1, a3 = map(number, RULES, ratios)
     curve = TrilinearCurve(a1, b1, a3, softening)
     response_length = number("response_length", response_length)
     release_amplitude = number("release_amplitude", release_amplitude)
@@ -204,6 +204,6 @@ def equivalent_dampings(
     """
     e, shape = number("restitution (e)", restitution), instance("curve", curve, TrilinearCurve).shape
     require(shape == (), "the shape of the curve", str(shape), "(), one curve")
-    a1, b1, a3 = (float(getattr(curve, name)) for name in TEXTS)
+    a1, b1, a3 = (float(getattr(curve, name)) for name in RULES)
     rows = equivalent(e, a1, b1, a3, curve.softening, release_amplitude, response_length)
     return [Damping.cr(restitution), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import Scan, damping_ratio_energy
 from rockdamp.errors import InputError
-from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
+from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.damping import Damping, damper_classes
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import Options, Reference
@@ -115,7 +115,7 @@ class Cases:
 
     def unlike(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the cases that differ, and which of these each case is: walls of one curve pose one problem in tau."""
-        shape = [getattr(self.curve, name) for name in TEXTS]
+        shape = [getattr(self.curve, name) for name in RULES]
         problem = np.stack([*shape, self.release_amplitude, self.restitution], axis=1)
         _, first, which = np.unique(problem, axis=0, return_index=True, return_inverse=True)
         return first, which

@@ -21,7 +21,7 @@ from rockdamp.errors import InputError, require
 from rockdamp.histories.half_cycles import LEAST, half_cycles
 from rockdamp.histories.loads import MOST_STEPS, Forcing, require_affordable, substeps_of
 from rockdamp.histories.measured_test import record_attributes
-from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
+from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
@@ -429,7 +429,7 @@ def _side_by_side(
         name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings])
         for name in ("restitution", "damping_ratio")
     }
-    parameters |= {name: float(getattr(curve, name)) for name in TEXTS}
+    parameters |= {name: float(getattr(curve, name)) for name in RULES}
     return together.assign(parameters).assign_attrs(softening=curve.softening)
 
 

@@ -31,8 +31,7 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError
 from rockdamp.laboratory.least_squares import covariance_by_sensor
 from rockdamp.laboratory.releases import Release
-from rockdamp.mechanics.curve import TrilinearCurve, displacement_from_peak
-from rockdamp.plausibility import as_meant
+from rockdamp.mechanics.curve import TrilinearCurve
 
 # --- free decays ------------------------------------------------------------------------------------------------------
 
@@ -64,8 +63,7 @@ class Excursions:
         """Return the curve of a1/a2 and b1, which may be arrays."""
         a3 = self.ultimate_displacement_ratio
         end = (1.0 if self.softening == "steeper" else a3) - b1
-        with as_meant():  # a point of the search
-            return TrilinearCurve(ratio * end, b1, a3, self.softening)
+        return TrilinearCurve(ratio * end, b1, a3, self.softening)
 
     @cached_property
     def slices(self) -> list[slice]:
@@ -381,3 +379,30 @@ def exponent_of(losses: Losses, log_energy: Array) -> tuple[float, tuple[float, 
 
     below, above = (EXPONENTS[side].tolist() for side in (EXPONENTS < best, EXPONENTS > best))
     return best, (end(below[::-1]), end(above))
+
+
+def displacement_from_peak(curve: TrilinearCurve, amplitude: Array, tau: Array) -> Array:
+    r"""Return the displacement at a time before or after the peak of undamped free motion, u/u_ins. [-]
+
+    From rest at its amplitude the wall falls along a hyperbolic cosine on the softening branch, a parabola on the
+    plateau, and a cosine on the first branch. A half cycle is this fall and its mirror image in time.
+
+    It solves :math:`x'' + f(x) = 0` from rest at the amplitude. The zero of the displacement lies a quarter of
+    `TrilinearCurve.period` from the peak; beyond it the first branch goes on to the other side.
+
+    The arguments broadcast: the amplitude x0 = u0/u_ins in (0, a3) [-], and the time from the peak, of either sign. [-]
+    """
+    x0, s = amplitude, np.abs(tau)
+    k1, b1, ks, a1, a2, a3 = curve.parameters()
+    v0 = curve.energy(x0)
+    # Where each branch begins on the way down, and with which speed; a branch above the peak begins there, at rest.
+    on2, on1 = np.minimum(x0, a2), np.minimum(x0, a1)
+    speed2, speed1 = (np.sqrt(np.maximum(2 * (v0 - curve.energy(x)), 0.0)) for x in (on2, on1))
+    reach = np.where(x0 > a2, (a3 - a2) / np.where(x0 > a2, a3 - x0, 1.0), 1.0)
+    end3 = np.arccosh(np.maximum(reach, 1.0)) / np.sqrt(ks)
+    end2 = end3 + (speed1 - speed2) / b1
+    softening = a3 - (a3 - x0) * np.cosh(np.sqrt(ks) * np.minimum(s, end3))
+    on_plateau, on_first = s - end3, np.sqrt(k1) * (s - end2)
+    plateau = on2 - speed2 * on_plateau - 0.5 * b1 * on_plateau**2
+    first = on1 * np.cos(on_first) - speed1 / np.sqrt(k1) * np.sin(on_first)
+    return np.where(s < end3, softening, np.where(s < end2, plateau, first))

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass, fields
-from typing import Any, ClassVar
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp import plausibility
-from rockdamp.arguments import numbers, one_of, quantity, together
-from rockdamp.arrays import Array, ByValue, Quantity, is_named
-from rockdamp.errors import require
-from rockdamp.stated import of_stated
+from rockdamp.arrays import Array, Quantity
+from rockdamp.errors import Rule, check, check_choice, check_fields
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
@@ -22,46 +17,20 @@ SORRENTINO_RATIO = 0.90  # e_exp/e_an for a VSSW, section 4.1
 HINGE_RANGE = (0.5, 0.7)
 WEAKEST = "weakest"  # in place of a hinge's height: the one at which the wall is weakest
 
-
-# What a message calls a parameter, its range, and the range in words; the eccentricity's depends on the thickness.
-RANGES: Mapping[str, tuple[str, Callable[[Array], Any], str]] = {
-    "thickness": ("thickness", lambda t: t > 0, "greater than 0 [m]"),
-    "height": ("height", lambda h: h > 0, "greater than 0 [m]"),
-    "width": ("width", lambda width: width > 0, "greater than 0 [m]"),
-    "density": ("density", lambda density: density > 0, "greater than 0 [kg m-3]"),
-    "hinge_ratio": ("hinge_ratio (h1/h)", lambda r: (r > 0) & (r < 1), "between 0 and 1, both excluded"),
-    "overburden_ratio": ("overburden_ratio (O/W)", lambda ratio: ratio >= 0, "at least 0"),
-    "eccentricity": ("eccentricity", lambda _: True, "at most half the thickness, either way [m]"),
-    "overburden_mass": (
-        "overburden_mass (of the overburden)",
-        lambda part: (part >= 0) & (part <= 1),
-        "between 0 and 1, the part that moves as a mass",
-    ),
+RULES: dict[str, Rule] = {
+    "thickness": (lambda t: (t > 0) & (t <= 100), "greater than 0 and at most 100 m"),
+    "height": (lambda h: (h > 0) & (h <= 1000), "greater than 0 and at most 1000 m"),
+    "width": (lambda width: width > 0, "greater than 0 [m]"),
+    "density": (lambda density: density > 0, "greater than 0 [kg m-3]"),
+    "overburden_ratio": (lambda ratio: ratio >= 0, "at least 0"),
+}
+HINGE_RULES: dict[str, Rule] = {
+    "hinge_ratio": (lambda r: (r > 0) & (r < 1), "greater than 0 and less than 1"),
+    "overburden_mass": (lambda part: (part >= 0) & (part <= 1), "between 0 and 1, the part that moves as a mass"),
 }
 
 
-def angular_momentum_restitution(thickness: Quantity, height: Quantity, hinge_ratio: Quantity) -> Array:
-    """Return e by Eq. (7), for sizes of which there may be no wall too: it falls to -1 with the hinge's height. [-]"""
-    lower = np.multiply(hinge_ratio, height)
-    product = lower * (lower + height)
-    return (product - 3 * np.square(thickness)) / (product + 3 * np.square(thickness))
-
-
-def weakest_hinge_ratio(thickness: Quantity, overburden_ratio: Quantity, eccentricity: Quantity) -> Array:
-    r"""Return r = h1/h at which F0 of Eq. (5) is least, within `HINGE_RANGE`. [-]
-
-    .. math:: \frac{1 - r}{r} = \sqrt{\frac{\Psi \, (1 + 2 d/t)}{2 \, (1 + \Psi)}}, \qquad \Psi = \frac{O}{W}
-
-    The sizes are those of `Wall`. [m], [-], [m]
-    """
-    sizes = {"thickness": thickness, "overburden_ratio (O/W)": overburden_ratio, "eccentricity": eccentricity}
-    t, psi, d = (quantity(name, value) for name, value in sizes.items())
-    with np.errstate(all="ignore"):  # of values that no wall has, which are refused later
-        upper_over_lower = np.sqrt(np.maximum(np.divide(psi * (1 + np.divide(2 * d, t)), 2 * (1 + psi)), 0.0))
-    return np.clip(1 / (1 + upper_over_lower), *HINGE_RANGE)
-
-
-class _Mechanism(ByValue):
+class _Mechanism:
     """Base of a wall and a parapet: both reduce to F0, K0 and the slender limit's mass and excitation factor."""
 
     thickness: Quantity
@@ -70,38 +39,12 @@ class _Mechanism(ByValue):
     density: Quantity
     overburden_ratio: Quantity
     eccentricity: Quantity
-    _least_slenderness: ClassVar[float]  # below it no wall of this kind is meant [-]
-    _law: ClassVar[str]  # that `restitution_rigid` is by
 
     def __post_init__(self) -> None:
-        given = {RANGES[field.name][0]: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
-        named = any(map(is_named, given.values()))
-        arrays = together(**given)
-        kept = arrays if named else [quantity(text, value) for text, value in given.items()]
-        for field, value, array in zip(fields(self), kept, arrays, strict=True):  # type: ignore[arg-type]
-            object.__setattr__(self, field.name, value)
-            text, within, allowed = RANGES[field.name]
-            ratio = field.name in ("hinge_ratio", "overburden_mass")
-            hint = plausibility.per_cent(array, within) if ratio else ""
-            require(within(np.asarray(array)), text, array, f"{allowed}{hint}")
-        within_faces = np.abs(self.eccentricity) <= np.divide(self.thickness, 2)
-        require(within_faces, "eccentricity", self.eccentricity, RANGES["eccentricity"][2])
-        self._check_arithmetic()
-        self._check_shape()
-
-    def _check_shape(self) -> None:
-        """Raise `InputError` for sizes that no wall has, and warn of those that few have: likely slips of units."""
-        with np.errstate(all="ignore"):  # of sizes that are numerically out of range e is no number
-            e = self.restitution_rigid
-        plausibility.require_rocking(self.thickness, self.height, e, self._least_slenderness, self._law)
-        plausibility.warn(of_stated(self))
-
-    def _check_arithmetic(self) -> None:
-        """Raise `InputError` where sizes that are allowed one by one overflow together, or vanish."""
-        with np.errstate(all="ignore"):
-            factor = np.asarray(self.load_factor)
-        usual = np.isfinite(factor) & (factor != 0)
-        require(usual, "the wall's load factor", factor, "a finite number; its sizes are numerically out of range")
+        check_fields(self, RULES)
+        allowed = "at most half the thickness, either way [m]"
+        eccentricity = check("eccentricity", self.eccentricity, lambda d: np.abs(d) <= self.thickness / 2, allowed)
+        object.__setattr__(self, "eccentricity", eccentricity)
 
     @property
     def slenderness(self) -> Array:
@@ -137,11 +80,6 @@ class _Mechanism(ByValue):
     def excitation_factor(self) -> Quantity:
         """lambda: lambda m_eff = m, as the supports hold the overburden sideways; 3/2 without its mass, Eq. (4). [-]"""
         return EXCITATION_FACTOR / self.inertia_ratio
-
-    @property
-    def restitution_rigid(self) -> Array:
-        """e by the formula that is this mechanism's own. [-]"""
-        raise NotImplementedError
 
     @property
     def rigid_strength(self) -> Array:
@@ -180,56 +118,16 @@ class _Mechanism(ByValue):
         ----------
         strength_ratio : float or ndarray
             b1 of a cracked wall, broadcasts; 1 is the rigid wall. [-]
-
-        Raises
-        ------
-        InputError
-            If the ratio is no number.
         """
-        b1 = numbers("strength_ratio", strength_ratio)
-        return np.asarray(b1 / np.abs(self.load_factor))
-
-    def rigid_period(self, release_amplitude: ArrayLike) -> Array:
-        r"""Return the period of free rocking without loss under the rigid law. [s]
-
-        .. math:: T = \frac{4}{p} \operatorname{arcosh} \frac{1}{1 - u_0/u_\mathrm{ins}}
-
-        Housner's result for one block (doi:10.1785/BSSA0530020403), in terms of the wall's own p.
-
-        Parameters
-        ----------
-        release_amplitude : float or ndarray
-            u0/u_ins, in (0, 1), broadcasts. [-]
-
-        Raises
-        ------
-        InputError
-            If an amplitude u0/u_ins lies outside (0, 1).
-        """
-        x0 = numbers("release_amplitude", release_amplitude)
-        require((x0 > 0) & (x0 < 1), "release_amplitude", x0, "greater than 0 and less than 1")
-        return 4 * np.arccosh(1 / (1 - x0)) / self.frequency_parameter
-
-    def rigid_force(self, u: ArrayLike) -> Array:
-        r"""Return the force of the rigid bi-linear law, which is odd in u. [N]
-
-        .. math:: f_\mathrm{bi}(u) = \max(F_0 - K_0 \, u, \; 0), \qquad u > 0
-
-        Parameters
-        ----------
-        u : float or ndarray
-            Displacement, broadcasts. [m]
-        """
-        at = numbers("u", u)
-        magnitude = np.maximum(self.rigid_strength - self.rigid_stiffness * np.abs(at), 0.0)
-        return np.sign(at) * magnitude
+        return np.asarray(np.asarray(strength_ratio) / np.abs(self.load_factor))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Wall(_Mechanism):
     """Vertically spanning wall: two rigid bodies, supports that move together (Sections 2 and 4.1).
 
-    Quantities may be arrays that broadcast against each other. The displacement u is at the hinge.
+    Quantities may be arrays that broadcast against each other. The displacement u is at the hinge. Height over
+    thickness is at least 1, and `restitution_rigid` above 0.
 
     Parameters
     ----------
@@ -240,8 +138,7 @@ class Wall(_Mechanism):
     density : float or ndarray
         Of the masonry. [kg m-3]
     hinge_ratio : float, ndarray or "weakest"
-        r = h1/h, in (0, 1); h1 is the height of the lower body. ``"weakest"`` takes, when the wall is made, the one at
-        which it is weakest, between 0.5 and 0.7. [-]
+        r = h1/h, in (0, 1); h1 is the height of the lower body. ``"weakest"`` takes `weakest_hinge_ratio`. [-]
     overburden_ratio : float or ndarray
         O/W, >= 0. [-]
     eccentricity : float or ndarray
@@ -249,11 +146,6 @@ class Wall(_Mechanism):
     overburden_mass : float or ndarray
         Part of the overburden, 0 to 1, that moves up and down with the top as a mass; the rest is a force. The floor
         holds it sideways. It makes the wall slower, by its inertia at u = 0, and leaves e as it is. [-]
-
-    Raises
-    ------
-    InputError
-        If a value lies outside its range, h/t is below 1, or Eq. (7) gives no restitution above 0.
 
     Examples
     --------
@@ -277,19 +169,24 @@ class Wall(_Mechanism):
     eccentricity: Quantity = 0.0
     overburden_mass: Quantity = 0.0
 
-    _least_slenderness: ClassVar[float] = 1.0
-    _law: ClassVar[str] = "Eq. (7)"
-
     def __post_init__(self) -> None:
-        if isinstance(self.hinge_ratio, str):
-            one_of("hinge_ratio", self.hinge_ratio, (WEAKEST,), ", or a number between 0 and 1")
-            object.__setattr__(self, "hinge_ratio", self.weakest_hinge_ratio)
         super().__post_init__()
+        if isinstance(self.hinge_ratio, str):
+            check_choice("hinge_ratio", self.hinge_ratio, (WEAKEST,))
+            object.__setattr__(self, "hinge_ratio", self.weakest_hinge_ratio)
+        check_fields(self, HINGE_RULES)
+        check("height over thickness", self.slenderness, lambda ratio: ratio >= 1, "at least 1")
+        check("restitution by Eq. (7)", self.restitution_rigid, lambda e: e > 0, "above 0: the wall is too squat")
 
     @property
     def weakest_hinge_ratio(self) -> Array:
-        """Hinge height over h, between 0.5 and 0.7, at which F0 of Eq. (5) is least. [-]"""
-        return weakest_hinge_ratio(self.thickness, self.overburden_ratio, self.eccentricity)
+        r"""r = h1/h at which F0 of Eq. (5) is least, within 0.5 to 0.7. [-]
+
+        .. math:: \frac{1 - r}{r} = \sqrt{\frac{\Psi \, (1 + 2 d/t)}{2 \, (1 + \Psi)}}, \qquad \Psi = \frac{O}{W}
+        """
+        t, psi, d = self.thickness, self.overburden_ratio, self.eccentricity
+        upper_over_lower = np.sqrt(np.maximum(psi * (1 + 2 * d / t) / (2 * (1 + psi)), 0.0))
+        return np.clip(1 / (1 + upper_over_lower), *HINGE_RANGE)
 
     @property
     def lower_height(self) -> Array:
@@ -307,11 +204,9 @@ class Wall(_Mechanism):
 
         .. math:: F_0 = \frac{2 \, (W + O) \, t}{h_1} + \frac{O \, (t + 2 d)}{h_2}
         """
-        t, ecc = np.asarray(self.thickness), np.asarray(self.eccentricity)
-        return (
-            2 * (self.weight + self.overburden) * t / self.lower_height
-            + self.overburden * (t + 2 * ecc) / self.upper_height
-        )
+        t, d = self.thickness, self.eccentricity
+        own = 2 * (self.weight + self.overburden) * t / self.lower_height
+        return own + self.overburden * (t + 2 * d) / self.upper_height
 
     @property
     def rigid_stiffness(self) -> Array:
@@ -330,7 +225,8 @@ class Wall(_Mechanism):
         It ignores the top support's impulse, which rigid bodies on contacts have: theirs is `restitution_impulsive`.
         Tests measured less than Eq. (7) too: `restitution_measured`.
         """
-        return angular_momentum_restitution(self.thickness, self.height, self.hinge_ratio)
+        product = self.lower_height * (self.lower_height + self.height)
+        return (product - 3 * np.square(self.thickness)) / (product + 3 * np.square(self.thickness))
 
     @property
     def restitution_impulsive(self) -> Array:
@@ -342,11 +238,15 @@ class Wall(_Mechanism):
         1). Rigid bodies on contacts with Newton's law of impact lose as much, by time stepping. At 0 the wall stops at
         the impact. NaN where part of the overburden is a mass: no test supports what it would do to e.
         """
-        r = np.asarray(self.hinge_ratio)
-        q = 1 / self.slenderness**2
-        moving = np.multiply(self.overburden_mass, self.overburden_ratio) > 0
+        r, q = self.hinge_ratio, 1 / self.slenderness**2
+        moving = self.overburden_mass * self.overburden_ratio > 0
         e = np.maximum((2 * r**2 * (1 - r) - (6 - 5 * r) * q) / (2 * self._bodies_inertia), 0.0)
         return np.where(moving, np.nan, e)
+
+    @property
+    def restitution_measured(self) -> Array:
+        """0.90 of Eq. (7), as section 4.1 has it; the tests that it quotes have 0.86 in the mean, 0.91 at most. [-]"""
+        return SORRENTINO_RATIO * self.restitution_rigid
 
     @property
     def inertia_ratio(self) -> Array:
@@ -358,27 +258,23 @@ class Wall(_Mechanism):
         The mass psi m rises by c for each unit of u, with the overburden's eccentricity d; H + V is what the bodies'
         own motions, sideways and up, have of their mass m (docs/theory.md, section 1). All are taken at u = 0.
         """
-        r, ecc = np.asarray(self.hinge_ratio), np.divide(self.eccentricity, self.thickness)
-        q = 1 / self.slenderness**2
-        rise = 1 / r + (0.5 + ecc) / (1 - r)  # c over t/h
-        psi = np.multiply(self.overburden_mass, self.overburden_ratio)
+        r, q = self.hinge_ratio, 1 / self.slenderness**2
+        rise = 1 / r + (0.5 + self.eccentricity / self.thickness) / (1 - r)  # c over t/h
+        psi = self.overburden_mass * self.overburden_ratio
         return 1 + 3 * r**2 * (1 - r) * psi * q * rise**2 / self._bodies_inertia
 
     @property
     def _bodies_inertia(self) -> Array:
         """H + V times 3 r^2 (1 - r). [-]"""
-        r, q = np.asarray(self.hinge_ratio), 1 / self.slenderness**2
-        return r**2 * (1 - r) + (3 - 2 * r) * q
-
-    @property
-    def restitution_measured(self) -> Array:
-        """0.90 of Eq. (7), as section 4.1 has it; the tests that it quotes have 0.86 in the mean, 0.91 at most. [-]"""
-        return SORRENTINO_RATIO * self.restitution_rigid
+        r, q = self.hinge_ratio, 1 / self.slenderness**2
+        return np.asarray(r**2 * (1 - r) + (3 - 2 * r) * q)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Parapet(_Mechanism):
     """One block that rocks on its base, such as a parapet. The displacement u is at its top.
+
+    Quantities may be arrays that broadcast against each other. `restitution_rigid` is above 0.
 
     Parameters
     ----------
@@ -393,11 +289,6 @@ class Parapet(_Mechanism):
     eccentricity : float or ndarray
         Of the overburden from mid-thickness, positive towards the top contact corner; reverses with u. [m]
 
-    Raises
-    ------
-    InputError
-        If a value lies outside its range, or Housner's formula gives no restitution above 0.
-
     Examples
     --------
     >>> import rockdamp as rd
@@ -408,14 +299,15 @@ class Parapet(_Mechanism):
 
     thickness: Quantity
     height: Quantity
-    _: KW_ONLY  # the third would be a width, an overburden or a hinge to different readers
+    _: KW_ONLY
     width: Quantity = 1.0
     density: Quantity = 1800.0
     overburden_ratio: Quantity = 0.0
     eccentricity: Quantity = 0.0
 
-    _least_slenderness: ClassVar[float] = 0.0  # a low parapet rocks as long as Housner's restitution says so
-    _law: ClassVar[str] = "Housner's formula"
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check("restitution by Housner", self.restitution_rigid, lambda e: e > 0, "above 0: the block is too squat")
 
     @property
     def rigid_strength(self) -> Array:
@@ -423,8 +315,8 @@ class Parapet(_Mechanism):
 
         .. math:: F_0 = \frac{W t + O \, (t + 2 d)}{h}
         """
-        t, ecc = np.asarray(self.thickness), np.asarray(self.eccentricity)
-        return (self.weight * t + self.overburden * (t + 2 * ecc)) / self.height
+        t, d = self.thickness, self.eccentricity
+        return (self.weight * t + self.overburden * (t + 2 * d)) / self.height
 
     @property
     def rigid_stiffness(self) -> Array:

@@ -13,11 +13,10 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
 from rockdamp.config.sections import Matching
 from rockdamp.config.study import RigidWall
-from rockdamp.mechanics import rigid_bodies
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.two_bodies import large_rotation_decay, slender_decay
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Wall
-from rockdamp.plausibility import as_meant
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
@@ -46,8 +45,7 @@ def mechanism(config: Config) -> xr.Dataset:
     force = np.stack([1 - x, *(curve.force(x) for curve in curves.values())])
     parameters = np.array([[np.nan] * 3, *([*map(float, curve.parameters()[3:])] for curve in curves.values())])
     plateau = np.array([np.nan, *(float(curve.strength_ratio) for curve in curves.values())])
-    with as_meant():  # only the shape matters
-        walls = Wall(1.0, SLENDERNESSES, hinge_ratio=HINGE_RATIOS[:, None])
+    walls = Wall(1.0, SLENDERNESSES, hinge_ratio=HINGE_RATIOS[:, None])
     mass = effective_mass_ratio(HINGE_RATIOS[:, None], SLENDERNESSES)
     return xr.Dataset(
         {
@@ -190,8 +188,8 @@ def _rocking(rigid: RigidWall, *, length: float, step: float, scheme: str) -> xr
     )
     histories = [
         response.displacement,
-        rigid_bodies.slender_decay(tau, wall, e, x0),
-        rigid_bodies.large_rotation_decay(tau, wall, e, x0),
+        slender_decay(tau, e, x0),
+        large_rotation_decay(tau, wall, e, x0),
     ]
     return xr.Dataset(
         {"rocking_displacement": (("rocking_model", "tau"), np.stack(histories))},

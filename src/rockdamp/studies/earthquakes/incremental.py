@@ -26,7 +26,7 @@ from rockdamp.config.earthquakes import NamedWall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.histories.loads import Forcing
-from rockdamp.mechanics.curve import TEXTS, TrilinearCurve
+from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
@@ -244,7 +244,7 @@ def _near(members: Sequence[tuple[Case, Runs]], halving: int) -> Peaks:
 
     first, damping = members[0][0], members[0][1].damping
     parameters = {name: lanes(runs.damping.parameters[name] for _, runs in members) for name in damping.parameters}
-    curve = {name: lanes(getattr(case.curve, name) for case, _ in members) for name in TEXTS}
+    curve = {name: lanes(getattr(case.curve, name) for case, _ in members) for name in RULES}
     forcing = replace(
         first.forcing,
         sampling=lanes(case.forcing.sampling for case, _ in members),
@@ -312,7 +312,7 @@ def _damping_ratios(config: Config, polynomials: Polynomials) -> Array:
     """Return damping ratios, shape (walls, e, viscous models, sources)."""
     quakes = config.earthquakes
     count, e = len(quakes.walls), quakes.restitution
-    a1, b1, a3 = (np.array([float(getattr(named.curve, name)) for named in quakes.walls]) for name in TEXTS)
+    a1, b1, a3 = (np.array([float(getattr(named.curve, name)) for named in quakes.walls]) for name in RULES)
     curves, each_e = TrilinearCurve(a1, b1, a3).map(lambda parameter: np.repeat(parameter, e.size)), np.tile(e, count)
     amplitude = np.full(each_e.size, config.release_amplitude)
     step, scheme, label = config.solver.step, config.solver.scheme, "Damping ratios of the walls"

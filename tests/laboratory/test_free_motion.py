@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rockdamp.mechanics.curve import TrilinearCurve, displacement_from_peak
+from rockdamp.laboratory.excursions import displacement_from_peak
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import event_driven
 

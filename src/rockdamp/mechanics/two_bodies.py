@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError
+from rockdamp.errors import check
 from rockdamp.mechanics.wall import Wall
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
@@ -27,12 +27,11 @@ REST = 1e-10  # peaks below this times the release count as rest
 TOLERANCE = 1e-12  # relative, of DOP853
 
 
-def slender_decay(times: ArrayLike, wall: Wall, restitution: float, release_amplitude: float) -> Array:
+def slender_decay(times: ArrayLike, restitution: float, release_amplitude: float) -> Array:
     """Return u/u_ins of the rigid bi-linear law x'' = -sgn(x) (1 - |x|) after a release from rest. [-]
 
     At `times` tau = p t, ascending from 0 or later. All walls have the same decay in tau and u/u_ins.
     """
-    times = np.asarray(times, dtype=float)
     energy = release_amplitude * (2 - release_amplitude)  # 2 V, from 1 - (1 - x)^2
 
     def half_cycle(n: int) -> tuple[float, float, Fall]:
@@ -41,7 +40,7 @@ def slender_decay(times: ArrayLike, wall: Wall, restitution: float, release_ampl
         peak = kept / (1 + root)
         return peak, float(np.arccosh(1 / root)), lambda t: peak - 2 * root * np.sinh(t / 2) ** 2
 
-    return _decay(times, half_cycle)
+    return _decay(np.asarray(times, dtype=float), half_cycle)
 
 
 def large_rotation_decay(times: ArrayLike, wall: Wall, restitution: float, release_amplitude: float) -> Array:
@@ -50,12 +49,11 @@ def large_rotation_decay(times: ArrayLike, wall: Wall, restitution: float, relea
     Solves M(u) u'' + 1/2 M'(u) u'^2 + U'(u) = 0 for |u| (see `TwoBodies`) by DOP853. The scales of u and t are those of
     the slender limit, u_ins and p of the wall, so the result compares directly with `slender_decay`.
     """
-    times = np.asarray(times, dtype=float)
     bodies = TwoBodies(wall)
     scale, p = float(wall.instability_displacement), float(wall.frequency_parameter)
     u0 = release_amplitude * scale
-    if not bodies.potential_slope(u0) > 0:
-        raise InputError(f"release_amplitude is {release_amplitude}; from there these bodies fall instead of rocking")
+    allowed = "smaller: from there these bodies fall instead of rocking"
+    check("release_amplitude", release_amplitude, lambda _: bodies.potential_slope(u0) > 0, allowed)
     at_rest = bodies.potential(0.0)
     energy = bodies.potential(u0) - at_rest
 
@@ -74,19 +72,13 @@ def large_rotation_decay(times: ArrayLike, wall: Wall, restitution: float, relea
         peak = brentq(lambda u: bodies.potential(u) - at_rest - kept, 0.0, u0, xtol=1e-16 * u0, rtol=1e-15) if n else u0
         # From rest under at least the force at the peak: the fall cannot last longer than this.
         longest = 2 * np.sqrt(2 * peak * bodies.inertia(0.0) / bodies.potential_slope(peak)) * p
+        tolerances = {"rtol": TOLERANCE, "atol": 1e-3 * TOLERANCE * peak}
         fall = solve_ivp(
-            rates,
-            (0.0, longest),
-            (peak, 0.0),
-            method="DOP853",
-            events=ground,
-            dense_output=True,
-            rtol=TOLERANCE,
-            atol=1e-3 * TOLERANCE * peak,
+            rates, (0.0, longest), (peak, 0.0), method="DOP853", events=ground, dense_output=True, **tolerances
         )
         return peak / scale, float(fall.t_events[0][0]), lambda t: fall.sol(t)[0] / scale
 
-    return _decay(times, half_cycle)
+    return _decay(np.asarray(times, dtype=float), half_cycle)
 
 
 def _decay(times: Array, half_cycle: Callable[[int], tuple[float, float, Fall]]) -> Array:
@@ -107,36 +99,25 @@ def _decay(times: Array, half_cycle: Callable[[int], tuple[float, float, Fall]])
 class TwoBodies:
     """Inertia and potential of the two bodies of one wall (Fig. 1) in u > 0, without a limit on the rotations.
 
-    For u > 0 the lower body turns about its bottom right corner A' and touches the upper one at the hinge B, on the
-    left face; the upper body's top right corner C' is held sideways by the support and free to rise. B is then at the
-    horizontal distance s = u - t from the line A'C', and with R_i the diagonals of the bodies both heights follow:
-    D1 = sqrt(R1^2 - s^2) of B, D1 + D2 of C'. The rotations are theta_i = atan(t/h_i) + asin(s/R_i), the constraint
-    between them being that both hold the same s. Kinetic energy is 1/2 M(u) u'^2, with the moments of
-    inertia m_i (t^2 + h_i^2)/12. For u < 0 all is mirrored, eccentricity of the overburden included.
+    The lower body turns about its corner A' and touches the upper one at the hinge B; the upper body's corner C' is
+    held sideways and free to rise. B is at the horizontal distance s = u - t from the line A'C', and with R_i the
+    bodies' diagonals D_i = sqrt(R_i^2 - s^2): B is at the height D1, C' at D1 + D2. The rotations are
+    theta_i = atan(t/h_i) + asin(s/R_i). Kinetic energy is 1/2 M(u) u'^2, with the moments of inertia
+    m_i (t^2 + h_i^2)/12. For u < 0 all is mirrored, the overburden's eccentricity included.
 
     In the slender limit M tends to m/3 and U' to f_bi/2: the coordinate u carries half of the mass and of the force of
     Eq. (1), where m_eff is 2m/3.
     """
 
     def __init__(self, wall: Wall) -> None:
-        numbers = (
-            wall.thickness,
-            wall.lower_height,
-            wall.upper_height,
-            wall.hinge_ratio,
-            wall.mass,
-            wall.weight,
-            wall.overburden,
-            wall.eccentricity,
-            np.multiply(wall.overburden_mass, wall.overburden) / STANDARD_GRAVITY,
-        )
-        t, h1, h2, r, mass, weight, overburden, eccentricity, moving = (float(np.asarray(number)) for number in numbers)
-        self._thickness, self._lower, self._upper = t, h1, h2
-        self._masses = r * mass, (1 - r) * mass
-        self._weights = r * weight, (1 - r) * weight
+        r, t = float(wall.hinge_ratio), float(wall.thickness)
+        self._thickness, self._lower, self._upper = t, float(wall.lower_height), float(wall.upper_height)
+        self._masses = r * float(wall.mass), (1 - r) * float(wall.mass)
+        self._weights = r * float(wall.weight), (1 - r) * float(wall.weight)
         # ASSUME: the overburden stays at its place on the top face, and vertical, as the upper body turns.
-        self._overburden, self._arm = overburden, t / 2 - eccentricity
-        self._moving = moving  # mass of the overburden, which moves up and down alone
+        self._overburden, self._arm = float(wall.overburden), t / 2 - float(wall.eccentricity)
+        # The mass of the overburden moves up and down alone.
+        self._moving = float(wall.overburden_mass * wall.overburden / STANDARD_GRAVITY)
 
     def _parts(self, u: float) -> tuple[float, float, float]:
         """Return s, D1 and D2. [m]"""
