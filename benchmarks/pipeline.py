@@ -15,11 +15,11 @@ from pathlib import Path
 from statistics import median
 
 import psutil
+import yaml
 from measure import Section, Table, interleaved, number, of_children
 
 from rockdamp import Damping, TrilinearCurve
-from rockdamp.config.files import merged
-from rockdamp.laboratory.sections import LaboratoryConfig
+from rockdamp.config import parse_config
 from rockdamp.pipeline.tables import FIGURES as TABLE
 from rockdamp.solvers.newmark import available_threads, solve
 from rockdamp.studies.decays import study
@@ -184,7 +184,7 @@ def write_floor(place: Path, jobs: dict[str, str], needs: dict[str, list[str]]) 
 def _matching(found: Section, quick: bool) -> Table:
     """Time the matching of all four studies in this process: computation alone."""
     changed = {"restitution": {"start": 0.8, "stop": 0.9, "step": 0.1}} if quick else {}
-    config = LaboratoryConfig.model_validate(merged([ROOT / "config/default.yaml"], changed))
+    config = parse_config(yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8")) | changed)
     for damping in (Damping.cr(0.9), Damping("CDR", 0.05)):
         solve(TrilinearCurve(0.04, 0.85), damping, step=0.01, steps=1, release_amplitude=0.5)  # loads the kernel
     table = Table("Matching of the studies: computation alone.", ["study", "damping ratios, each at two steps", "s"])

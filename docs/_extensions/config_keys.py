@@ -5,10 +5,10 @@ from pathlib import Path
 import yaml
 from sphinx.util.docutils import SphinxDirective
 
-from rockdamp.laboratory.sections import LaboratoryConfig
+from rockdamp.config import Config
 
 ROOT = Path(__file__).resolve().parents[2]
-MODEL = [ROOT / f"src/rockdamp/{name}.py" for name in ("config/sections", "config/earthquakes", "laboratory/sections")]
+MODEL = ROOT / "src/rockdamp/config.py"
 DEFAULT = ROOT / "config/default.yaml"
 BOUNDS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤", "multipleOf": "multiple of"}
 
@@ -72,9 +72,9 @@ def lines(schema, defaults):
 
 class ConfigKeys(SphinxDirective):
     def run(self):
-        for path in (*MODEL, DEFAULT):
+        for path in (MODEL, DEFAULT):
             self.env.note_dependency(str(path))
-        schema, defaults = LaboratoryConfig.model_json_schema(), yaml.safe_load(DEFAULT.read_text(encoding="utf-8"))
+        schema, defaults = Config.model_json_schema(), yaml.safe_load(DEFAULT.read_text(encoding="utf-8"))
         return self.parse_text_to_nodes("\n".join(lines(schema, defaults)), allow_section_headings=True)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from configs import configured
+from configs import changed, configured
 
 from rockdamp.equivalence.polynomials import SHIPPED_STRENGTH_RATIO, Polynomials, shipped, shipped_coefficients
 from rockdamp.errors import InputError
@@ -59,8 +59,8 @@ def test_a_range_that_must_hold_is_named_with_the_value_outside_it(built):
 
 
 def test_shipped_coefficients_are_what_the_pipeline_builds():
-    config = configured({"response_lengths": {"stop": int(DEFAULT_RESPONSE_LENGTH)}})
-    assert float(config.curve.strength_ratio) == SHIPPED_STRENGTH_RATIO
+    config = changed(configured(), {"response_lengths.stop": DEFAULT_RESPONSE_LENGTH})
+    assert config.curve.strength_ratio == SHIPPED_STRENGTH_RATIO
     decays = study("cracked_stiffness", config)
     built = polynomial_fits.table(polynomial_fits.fit(config, match("cracked_stiffness", config, decays)))
     shipped = shipped_coefficients()

@@ -5,15 +5,13 @@ import re
 import subprocess
 import sys
 from importlib import import_module
-from operator import attrgetter
 
 import pytest
-from configs import configured
+import yaml
 
 from rockdamp.errors import InputError
-from rockdamp.pipeline.tables import FIGURES, STAGES, all_stages, built, drawings, drawn, each_study, reported, writes
-from rockdamp.storage import glossary, provenance, yaml_file
-from rockdamp.storage.provenance import CONFIG
+from rockdamp.pipeline.tables import FIGURES, STAGES, all_stages, drawings, each_study, reported, writes
+from rockdamp.storage import glossary
 from rockdamp.vocabulary import STUDIES
 
 COMPUTED = [name for name, stage in STAGES.items() if stage.dataset]
@@ -43,7 +41,7 @@ ENTRY = {"module": "figures.new", "inputs": ["match/amplitude"], "title": "New",
     ],
 )
 def test_an_error_names_what_is_wrong_with_a_figure_s_entry(monkeypatch, entry, error):
-    monkeypatch.setattr(yaml_file, "load", lambda text: {"fig_new": entry})
+    monkeypatch.setattr(yaml, "safe_load", lambda text: {"fig_new": entry})
     with pytest.raises(InputError, match=re.escape(error)):
         drawings()
 
@@ -57,7 +55,7 @@ def test_an_error_names_what_is_wrong_with_a_figure_s_entry(monkeypatch, entry, 
 )
 def test_an_error_names_what_is_wrong_with_a_stage_s_entry(monkeypatch, entry, error):
     monkeypatch.setattr(glossary, "read", lambda: {"datasets": {"new": {"title": "New"}}})
-    monkeypatch.setattr(yaml_file, "load", lambda text: {"new": {"file": "new.nc"} | entry})
+    monkeypatch.setattr(yaml, "safe_load", lambda text: {"new": {"file": "new.nc"} | entry})
     with pytest.raises(InputError, match=re.escape(error)):
         all_stages()
 
@@ -89,35 +87,6 @@ def test_the_stages_of_a_module_name_the_sections_that_it_reads(module):
     read |= set().union(*(OF_A_STUDY[name] for name in read & OF_A_STUDY.keys())) - {"study"}
     named = {re.split(r"[.]", key)[0] for stage in stages for key in stage.config}
     assert read - {"study"} <= named
-
-
-@pytest.mark.parametrize("name", COMPUTED)
-def test_what_the_config_makes_for_a_stage_counts_among_its_sources(name):
-    """The modules of the config itself do not count; a `Wall` that it holds computes."""
-    keys = [key.format(study="amplitude") for key in STAGES[name].config]
-    made = {module for key in keys for module in modules_of_values(attrgetter(key)(configured()))}
-    assert made - set(CONFIG) <= set(provenance.modules_of(*STAGES[name].sources.modules))
-
-
-def modules_of_values(value):
-    """The package's modules whose classes a value of the config is made of."""
-    if isinstance(value, dict):
-        value = list(value.values())
-    if isinstance(value, list | tuple):
-        return set().union(*map(modules_of_values, value))
-    module = type(value).__module__
-    return {module, *modules_of_values(list(vars(value).values()))} if module.startswith("rockdamp.") else set()
-
-
-def test_a_study_that_is_left_out_takes_what_reads_it_with_it():
-    config = configured({"earthquakes": None})
-    left = built(config)
-    gone = set(STAGES) - set(left)
-    assert {"earthquake_walls", "earthquake_records", "earthquakes", "comparison", "loss_law"} <= gone
-    assert {"order_records", "order"} <= gone and "response_lengths" in left
-    shown = drawn(reported(left.values()))
-    assert not {"fig_ida", "fig_order"} & set(shown) and "fig8" in shown
-    assert set(built(configured())) == set(STAGES) and set(drawn(reported(STAGES.values()))) == set(FIGURES)
 
 
 def test_what_only_joins_chunks_runs_again_with_any_of_them():

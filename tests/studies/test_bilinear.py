@@ -40,11 +40,11 @@ def test_both_curves_stand_the_same_records(found):
 def test_the_tri_linear_wall_peaks_where_the_event_driven_solver_does(config, found):
     (motion,) = map(catalogue.read, catalogue.listing([RECORD]))
     ratio = float(found["velocity_ratio"][0])
-    factor = ratio * float(config.wall.velocity_scale) / intensity_measures(motion.intensity_record).pgv
-    forcing = Forcing.from_record(config.wall, motion.record, factor, tail=config.bilinear.tail)
+    factor = ratio * float(config.wall.make().velocity_scale) / intensity_measures(motion.intensity_record).pgv
+    forcing = Forcing.from_record(config.wall.make(), motion.record, factor, tail=config.bilinear.tail)
     load = forcing.event_driven()
     times = load["load_step"] * np.arange(np.size(load["load"]))
-    exact = event_driven.history(config.curve, Damping.cr(config.damping_force.restitution), times, **load)
+    exact = event_driven.history(config.curve.make(), Damping.cr(config.damping_force.restitution), times, **load)
     cell = found.sel(force_curve="tri-linear").isel(record=0, velocity_ratio=0)
     assert int(cell["collapsed"]) == 0
     assert float(cell["peak"]) == pytest.approx(np.abs(exact.displacement).max(), rel=0.02)

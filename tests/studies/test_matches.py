@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from configs import changed, configured
 
+from rockdamp.config import Grid
 from rockdamp.equivalence.minima import Cases, global_minima
 from rockdamp.studies import mechanism, polynomial_fits
 from rockdamp.studies.decays import study as decay_study
@@ -30,13 +31,13 @@ def test_equal_lengths_in_tau_make_walls_equal_and_equal_seconds_do_not(name, pa
     # The last wall, matched over what those seconds are in tau for it.
     given, value = config, float(matched[parameter][-1])
     restitution = matched["restitution"].values[[0, 3]]
-    reference, wall = (configured({"wall": sizes}).wall for sizes in ({}, {parameter: value}))
+    reference, wall = (configured({"wall": sizes}).wall.make() for sizes in ({}, {parameter: value}))
     length = float(matched["response_length"]) * wall.frequency_parameter / reference.frequency_parameter
     step, steps = given.solver.step, round(length / given.solver.step)
-    curve, release = given.curve.map(lambda value: np.full(2, value)), np.full(2, given.release_amplitude)
+    curve, release = given.curve.make().map(lambda value: np.full(2, value)), np.full(2, given.release_amplitude)
     cases = Cases.released(curve, release, restitution, step=step, steps=steps)
     for model in ("CDC", "SDR"):
-        alike = global_minima(cases, model, [steps], given.matching.scan, given.solver.scheme).damping_ratio[0]
+        alike = global_minima(cases, model, [steps], given.matching.scan.make(), given.solver.scheme).damping_ratio[0]
         own = fixed.sel({parameter: value, "damping_model": model}).sel(restitution=restitution)
         np.testing.assert_allclose(own, alike, rtol=1e-9)
 
@@ -57,9 +58,13 @@ def test_studies_agree_where_they_meet(matches):
 def test_every_stage_publishes_the_same_damping_ratio_of_a_wall(config, scheme):
     """The reference wall at one e: by the studies, the loops and the earthquakes, in either scheme."""
     e = 0.82
-    values = {"solver.scheme": scheme, "restitution": np.array([0.78, e, 0.86]), "damping_force.restitution": e}
-    values |= {"studies.cracked_stiffness.yield_displacement_ratio": np.array([0.04])}
-    values |= {"earthquakes.restitution": np.array([e])}
+    values = {
+        "solver.scheme": scheme,
+        "restitution": Grid(start=0.78, stop=0.86, step=0.04),
+        "damping_force.restitution": e,
+    }
+    values |= {"studies.cracked_stiffness.yield_displacement_ratio": [0.04]}
+    values |= {"earthquakes.restitution": [e]}
     small = changed(config, values)
     studied = match("cracked_stiffness", small, decay_study("cracked_stiffness", small))
     published = studied["damping_ratio"].sel(restitution=e).squeeze().values

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from configs import configured
+from configs import changed, configured
 
 from rockdamp.storage import dataset
 from rockdamp.studies import response_lengths
@@ -33,7 +33,7 @@ def test_the_default_response_length_is_the_one_that_the_paper_implies(paper):
     """The inference on the paper's grid of e, over the response lengths that hold its minimum, at twice the step."""
     reference = {"amplitude": {"release_amplitude": [paper.release_amplitude]}}
     step = {"solver": {"step": 2 * paper.solver.step}}
-    config = configured(step, {"studies": reference, "response_lengths": {"stop": 30}})
+    config = changed(configured(step, {"studies": reference}), {"response_lengths.stop": 30})
     found = response_lengths.response_lengths(config, decay_study("amplitude", config))
     assert float(found["inferred_response_length"]) == DEFAULT_RESPONSE_LENGTH
     flag = found["cdr_lowest_in_paper_range"].sel(response_length=DEFAULT_RESPONSE_LENGTH)

@@ -8,6 +8,7 @@ import xarray as xr
 from configs import configured
 
 import rockdamp as rd
+from rockdamp.config import GeometricGrid
 from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
@@ -48,7 +49,7 @@ def test_walls_as_assumed_are_the_solver_s(config, histories):
     named = config.earthquakes.walls[0]
     for row, entry in enumerate(catalogue.listing(config.records)):
         record = catalogue.read(entry).record
-        factor = config.supports.velocity_ratio * named.wall.velocity_scale / intensity_measures(record).pgv
+        factor = config.supports.velocity_ratio.values() * named.wall.velocity_scale / intensity_measures(record).pgv
         damping = Damping.cr(named.wall.restitution_measured)
         expected = peaks_and_collapses(record, named.wall, named.curve, [damping], factor, step=0.05, tail=1.0)[1]
         found = histories["collapsed"].sel(assumption=supports.ASSUMED, wall="loaded").values[row]
@@ -74,7 +75,7 @@ def test_cases_beyond_an_odd_curve_that_change_nothing_are_the_wall_as_assumed(c
     for row, entry in enumerate(catalogue.listing(config.records)):
         record = catalogue.read(entry).record
         pgv = intensity_measures(record).pgv
-        factor = np.array([still.velocity_ratio * float(named.wall.velocity_scale) / pgv for named in walls])
+        factor = np.array([still.velocity_ratio.values() * float(named.wall.velocity_scale) / pgv for named in walls])
         cases = dict(supports.uneven(walls, record, record, factor, still, 1.0))
         assumed = histories["collapsed"].sel(assumption=supports.ASSUMED).values[row].T
         np.testing.assert_array_equal(cases[supports.VERTICAL], assumed)
@@ -197,7 +198,8 @@ def marched(motions, levels, cases, substeps=2):
 
 def test_collapses_are_those_of_an_integration_that_calls_nothing_of_the_package(config):
     """Each case is nearest to its own equations: of a floor, a mass, another e, vertical shaking and a kept side."""
-    finer = {"velocity_ratio": np.geomspace(0.5, 3.0, 24), "step": 0.025, "diaphragm_period": np.array([0.4, 1.0])}
+    finer = {"velocity_ratio": GeometricGrid(start=0.5, stop=3.0, count=24)}
+    finer |= {"step": 0.025, "diaphragm_period": [0.4, 1.0]}
     settings = config.supports.model_copy(update=finer)
     quakes = config.earthquakes.model_copy(update={"walls": config.earthquakes.walls[:1], "tail": 2.0})
     small = config.model_copy(update={"supports": settings, "earthquakes": quakes})
@@ -219,7 +221,7 @@ def test_collapses_are_those_of_an_integration_that_calls_nothing_of_the_package
         supports.KEEPS: (e, 0.0, 1.0, 0.0, 1 + eta, 1 - eta),
     }
     motions = [catalogue.read(entry).record for entry in catalogue.listing(config.records)]
-    expected = marched(motions, settings.velocity_ratio, list(cases.values()))
+    expected = marched(motions, settings.velocity_ratio.values(), list(cases.values()))
     studied = found.sel(assumption=list(cases)).transpose("assumption", "record", "velocity_ratio").values
     differ = np.sum(studied[:, None] != expected[None], axis=(2, 3))
     assert (differ.argmin(axis=1) == np.arange(len(cases))).all(), differ

@@ -1,24 +1,24 @@
 """Configs for tests: the shipped files with changes, as the model that stages are given."""
 
+import yaml
 from repository import ROOT
 from snakemake.utils import update_config
 
-from rockdamp.config.files import merged
-from rockdamp.laboratory.sections import LaboratoryConfig
+from rockdamp.config import Config
 
 
 def stated(*changes, minimal=False):
     """Return what the default config states, or the minimal one over it, with changes, nested as in a file."""
     names = ["default", "minimal"] if minimal else ["default"]
-    raw = merged([ROOT / f"config/{name}.yaml" for name in names], {})
-    for change in changes:
+    raw = {}
+    for change in (*(yaml.safe_load((ROOT / f"config/{name}.yaml").read_text()) for name in names), *changes):
         update_config(raw, change)
     return raw
 
 
 def configured(*changes, minimal=False):
     """Return the same as a model."""
-    return LaboratoryConfig.model_validate(stated(*changes, minimal=minimal))
+    return Config.model_validate(stated(*changes, minimal=minimal))
 
 
 def changed(config, values):

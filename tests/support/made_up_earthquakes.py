@@ -4,9 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+import yaml
 from scipy.special import ndtr
 
-from rockdamp.storage import dataset, yaml_file
+from rockdamp.storage import dataset
 from rockdamp.vocabulary import MODELS as ALL_MODELS
 from rockdamp.vocabulary import STUDIES
 
@@ -37,7 +38,7 @@ COORDS = {
 }
 
 
-DIMENSIONS = yaml_file.load(Path(__file__).with_name("dimensions.yaml").read_text(encoding="utf-8"))
+DIMENSIONS = yaml.safe_load(Path(__file__).with_name("dimensions.yaml").read_text(encoding="utf-8"))
 
 
 def complete(data, kind):

@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 import rockdamp as rd
 from rockdamp import units
 from rockdamp.assessment.table import BadRow, read_walls
-from rockdamp.config.files import refuse_unreadable
-from rockdamp.storage import yaml_file
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 # The SI unit, and ways to write a unit of its kind with its size.
@@ -136,23 +134,7 @@ def _pulse_period(path, text):
     return rd.load_records(path)[0].pulse_period
 
 
-def _yaml(path, text):
-    path.write_text(f"a: {text}\n", encoding="utf-8")
-    value = yaml_file.read(path)["a"]
-    if isinstance(value, str):  # which no key of a number takes
-        raise rd.InputError(value)
-    return value
-
-
-def _stated(path, text):
-    try:
-        refuse_unreadable(["--config", f"a={text}"])
-    except SystemExit as error:
-        raise rd.InputError(str(error)) from None
-    return float(text)
-
-
-READERS = (_wall, _record, _pulse_period, _yaml, _stated, lambda _, text: units.quantity(text, "m"))
+READERS = (_wall, _record, _pulse_period, lambda _, text: units.quantity(text, "m"))
 
 
 @pytest.mark.filterwarnings("ignore::rockdamp.InputWarning")

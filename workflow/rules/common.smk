@@ -32,7 +32,7 @@ def config_part(keys):
     """Return a function of the wildcards: the values of the config that a job uses, and that make it run again."""
 
     def part(wildcards):
-        return CONFIG.part(key.format(**dict(wildcards.items())) for key in keys).plain()
+        return CONFIG.leaves(*(key.format(**dict(wildcards.items())) for key in keys))
 
     return part
 

@@ -10,7 +10,7 @@ MEASURED = [f"{RESULTS}/measured_claims.json"] if "measured_claims" in STAGES el
 
 # The page of the paper shows no config: another key, as of the earthquakes, does not make it run again.
 for page, figures, datasets, measured, stated in (
-    ("report", list(FIGURES), REPORTED, MEASURED, CONFIG.plain()),
+    ("report", list(FIGURES), REPORTED, MEASURED, CONFIG.model_dump()),
     ("paper", PAPER_FIGURES, PAPER_DATASETS, [], {}),
 ):
 

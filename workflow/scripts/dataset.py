@@ -3,13 +3,13 @@
 from boundary import call, job, open_dataset, records_named
 
 with job(snakemake):
-    from rockdamp.laboratory.sections import LaboratoryConfig
+    from rockdamp.config import parse_config
     from rockdamp.motions.records import read_record
     from rockdamp.storage import dataset
 
     params, paths = snakemake.params, dict(snakemake.input.items())
     keys = [key.format(**dict(snakemake.wildcards.items())) for key in params.config_keys]
-    config = LaboratoryConfig.model_validate(snakemake.config).part(keys)
+    config = parse_config(snakemake.config).part(*keys)
     given = {name: read_record(paths[name]) for name in params.records}
     for name in params.datasets:
         named = paths[name]

@@ -7,5 +7,7 @@ from boundary import call, job, open_datasets
 with job(snakemake):
     from rockdamp.figures.output import save
 
+    config = snakemake.params.config
     figure = call(snakemake.params.function, *open_datasets(snakemake))
-    save(figure, splitext(snakemake.output[0])[0], **snakemake.params.config["figures"])
+    formats, resolution = config["figures.formats"], config["figures.resolution"]
+    save(figure, splitext(snakemake.output[0])[0], formats=formats, resolution=resolution)

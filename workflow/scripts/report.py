@@ -7,7 +7,7 @@ from pathlib import Path
 from boundary import job, open_datasets
 
 with job(snakemake):
-    from rockdamp.laboratory.sections import LaboratoryConfig
+    from rockdamp.config import parse_config
     from rockdamp.report import Content, tables, write
 
     paths, params = snakemake.input, snakemake.params
@@ -19,7 +19,7 @@ with job(snakemake):
         datasets=dict(zip(params.datasets, open_datasets(snakemake), strict=True)),
         assumptions=Path(paths.assumptions).read_text(encoding="utf-8"),
         citation=Path(paths.citation).read_text(encoding="utf-8"),
-        config=LaboratoryConfig.model_validate(snakemake.config),
+        config=parse_config(snakemake.config),
         stated=snakemake.config if params.config else {},
         code_version=params.version,
         documents=Path(os.path.relpath(Path(paths.assumptions).parent, Path(snakemake.output[0]).parent)).as_posix(),

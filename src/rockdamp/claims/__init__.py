@@ -9,9 +9,11 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
+import yaml
 
 from rockdamp.claims import measured as measured_rocking
 from rockdamp.claims import mechanics, ratios
@@ -28,7 +30,6 @@ from rockdamp.claims.verdicts import (
     sorted_out,
 )
 from rockdamp.errors import InputError
-from rockdamp.storage import yaml_file
 from rockdamp.storage.dataset import Datasets
 
 COLUMNS = (
@@ -43,7 +44,7 @@ LEFT_OUT = "its study is left out of this config"
 
 def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
     """Read the data file of claims; its head says what the keys mean."""
-    claims: list[dict[str, Any]] = yaml_file.read(path)["claims"]
+    claims: list[dict[str, Any]] = yaml.safe_load(Path(path).read_text(encoding="utf-8"))["claims"]
     return claims
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import string
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+import yaml
 from scipy.optimize import brentq
 
 from rockdamp.claims.ratios import MODELS, ratios
@@ -17,7 +19,6 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.two_bodies import TwoBodies
 from rockdamp.mechanics.wall import Wall
-from rockdamp.storage import yaml_file
 from rockdamp.storage.dataset import Datasets
 
 COLUMNS = ("id", "where", "printed", "used", "evidence")
@@ -30,7 +31,7 @@ Evidence = Callable[[Datasets], dict[str, str]]
 
 def read(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
     """Read the data file of errata; its head says what the keys mean."""
-    errata: list[dict[str, Any]] = yaml_file.read(path)["errata"]
+    errata: list[dict[str, Any]] = yaml.safe_load(Path(path).read_text(encoding="utf-8"))["errata"]
     return errata
 
 

@@ -245,8 +245,8 @@ def study(config: Config, record: Record) -> xr.Dataset:
     given = config.validation
     return calibrate(
         record,
-        given.wall,
-        ultimate_displacement_ratio=float(given.curve.ultimate_displacement_ratio),
+        given.wall.make(),
+        ultimate_displacement_ratio=given.curve.ultimate_displacement_ratio,
         softening=given.curve.softening,
         step=given.step,
     )

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import chdtri, ndtri
 
 from rockdamp.arrays import Array
-from rockdamp.laboratory.sections import LaboratoryConfig, MeasuredRocking
+from rockdamp.config import Config, MeasuredRocking
 from rockdamp.laboratory.trials import NearlyRigid, RockingTrials, by_solver, read_rocking_trials
 from rockdamp.laboratory.trials_fit import (
     Expansion,
@@ -64,7 +64,7 @@ ERROR_MODELS = {
 }
 
 
-def measured_rocking(config: LaboratoryConfig) -> xr.Dataset:
+def measured_rocking(config: Config) -> xr.Dataset:
     """Fit each damper, and a power law of the loss, to measured ratios; describe restitution and its spread."""
     settings = config.measured_rocking
     measured = read_rocking_trials(settings.trials)
@@ -133,15 +133,15 @@ class _Study:
         That of the power law is given.
         """
         s, fits = self.settings, {}
-        likelihood = np.empty((len(MODELS), s.impacts_used.size))
-        for column, impacts in enumerate(track(s.impacts_used.astype(int), "dampers")):
+        likelihood = np.empty((len(MODELS), len(s.impacts_used)))
+        for column, impacts in enumerate(track(s.impacts_used, "dampers")):
             last = None
             for row, (model, predict) in enumerate(self.predictions(impacts).items()):
                 last = fit(self.trials(impacts), predict, start=last)
                 likelihood[row, column] = last.log_likelihood
                 if impacts == s.shown_impacts:
                     fits[model] = last
-        coords = {"damping_model": [*MODELS, POWER_LAW], "impacts_used": s.impacts_used.astype(int)}
+        coords = {"damping_model": [*MODELS, POWER_LAW], "impacts_used": s.impacts_used}
         return xr.Dataset({"log_likelihood": (tuple(coords), [*likelihood, power_law])}, coords=coords), fits
 
     def by_curve(self, fits: dict[str, TrialsFit]) -> xr.Dataset:
@@ -156,7 +156,7 @@ class _Study:
             ]
             for model in PAPER_MODELS
         ]
-        of_curves, of_releases = np.split(np.array(values), [s.yield_displacement_ratio.size], axis=1)
+        of_curves, of_releases = np.split(np.array(values), [len(s.yield_displacement_ratio)], axis=1)
         return xr.Dataset(
             {
                 "log_likelihood_by_curve": (("viscous_model", "yield_displacement_ratio"), of_curves),
@@ -174,9 +174,9 @@ class _Study:
 
         Beside it stands the largest log-likelihood of any exponent.
         """
-        s, tried = self.settings, self.settings.amplitude_exponent
-        values, found, expansions = np.empty((s.impacts_used.size, tried.size)), [], []
-        for row, impacts in enumerate(track(s.impacts_used.astype(int), "exponents of the amplitude")):
+        s, tried = self.settings, np.array(self.settings.amplitude_exponent)
+        values, found, expansions = np.empty((len(s.impacts_used), tried.size)), [], []
+        for row, impacts in enumerate(track(s.impacts_used, "exponents of the amplitude")):
             trials, last = self.trials(impacts), None
             for column, gamma in enumerate(tried):
                 predict = _fixed(partial(power_law, exponent=float(gamma), impacts=impacts))
@@ -201,7 +201,7 @@ class _Study:
                 "bootstrap_replicates": len(replicates),
             },
             coords={
-                "impacts_used": s.impacts_used.astype(int),
+                "impacts_used": s.impacts_used,
                 "tried_amplitude_exponent": tried,
                 "bound": ["lower", "upper"],
             },
@@ -214,7 +214,7 @@ class _Study:
         The loss of each trial is distributed as its first ratios say; its later impacts are not seen by the fit.
         """
         s, measured, rows = self.settings, np.isfinite(self.measured.ratio).sum(axis=1), []
-        for impacts in track(s.impacts_used.astype(int), "law of loss"):
+        for impacts in track(s.impacts_used, "law of loss"):
             trials = self.trials(impacts)
 
             def predict(losses: Array, shape: Array, impacts: int = impacts) -> Prediction:

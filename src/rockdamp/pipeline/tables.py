@@ -12,9 +12,11 @@ from importlib.resources import files
 from operator import attrgetter
 from typing import Any
 
+import yaml
+
 from rockdamp.config import Config
 from rockdamp.errors import InputError
-from rockdamp.storage import glossary, yaml_file
+from rockdamp.storage import glossary
 from rockdamp.storage.provenance import NUMBERS_IN_WORDS, Sources
 from rockdamp.vocabulary import STUDIES
 
@@ -86,7 +88,7 @@ def _require_datasets(place: str, inputs: Iterable[str], known: Collection[str])
 
 def all_stages() -> dict[str, Stage]:
     """Read the table of stages. Raise `InputError` where an entry has other fields, or inputs that no stage writes."""
-    table = yaml_file.load(files("rockdamp").joinpath("pipeline/stages.yaml").read_text(encoding="utf-8"))
+    table = yaml.safe_load(files("rockdamp").joinpath("pipeline/stages.yaml").read_text(encoding="utf-8"))
     datasets = glossary.read()["datasets"]
 
     def stage(name: str, entry: dict[str, Any]) -> Stage:
@@ -104,29 +106,18 @@ def all_stages() -> dict[str, Stage]:
 
 
 def built(config: Config) -> dict[str, Stage]:
-    """Return the stages of a config: null leaves out those that name a section, and with them all that read them.
-
-    What is asked for by what is there, as the claims, stays with the inputs that are left.
-    """
+    """Return the stages."""
     stages: dict[str, Stage] = {}
     for name, stage in STAGES.items():
         there = {stage.dataset for stage in stages.values()}
         known = there | _each(there)
         inputs = {argument: dataset for argument, dataset in stage.inputs.items() if dataset in known}
-        if config.has(key.partition(".{")[0] for key in stage.config) and (stage.optional or inputs == stage.inputs):
-            stages[name] = replace(stage, inputs=inputs)
+        stages[name] = replace(stage, inputs=inputs)
     return stages
 
 
 def _each(datasets: Iterable[str]) -> set[str]:
     return {name for dataset in datasets for name in each_study(dataset)}
-
-
-def values_of(config: Config, stages: Iterable[Stage], field: str) -> list[Any]:
-    """Return the values of the config at the keys that stages name in a field, such as ``trials`` or ``records``."""
-    named = [getattr(stage, field) for stage in stages]
-    keys = dict.fromkeys(key for one in named for key in ([one] if isinstance(one, str) else one.values()))
-    return [attrgetter(key)(config) for key in keys if key]
 
 
 def each_study(dataset: str) -> list[str]:
@@ -179,7 +170,7 @@ class Drawing:
 
 def drawings() -> dict[str, Drawing]:
     """Read the table of figures. Raise `InputError` where an entry has other fields, or inputs that no stage writes."""
-    table = yaml_file.load(files("rockdamp").joinpath("pipeline/figures.yaml").read_text(encoding="utf-8"))
+    table = yaml.safe_load(files("rockdamp").joinpath("pipeline/figures.yaml").read_text(encoding="utf-8"))
     known = [name for stage in STAGES.values() for name in each_study(stage.dataset)]
     figures = {
         name: _checked(f"figures.yaml: {name}", Drawing, {**entry, "name": name}) for name, entry in table.items()

@@ -59,7 +59,7 @@ def build(content: Content) -> str:
     environment.filters |= {"inline": tables.inline, "in_words": tables.in_words}
     template = environment.from_string(_text(TEMPLATE))
     pictures = {figure["name"]: figure for figure in _figures(content)}
-    short = answer(content.datasets, float(content.config.curve.yield_displacement_ratio))
+    short = answer(content.datasets, content.config.curve.yield_displacement_ratio)
     return template.render(
         style=Markup(_text(STYLE)),
         script=Markup(_text(SCRIPT)),

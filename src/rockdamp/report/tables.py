@@ -10,11 +10,10 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
+import yaml
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from markupsafe import Markup, escape
-
-from rockdamp.storage import yaml_file
 
 # How each verdict is marked, by shape and word as well as colour; first what a reader must know of most.
 VERDICTS = {
@@ -98,7 +97,7 @@ def _without_links_inside(tokens: Sequence[Token]) -> list[Token]:
 
 def citation(text: str) -> dict[str, str]:
     """Return what a citation file says, as one reference and as BibTeX, and the work that it refers to."""
-    cff = yaml_file.load(text)
+    cff = yaml.safe_load(text)
     names = [_name(author) for author in cff["authors"]]
     where = cff.get("doi") or cff.get("url") or cff.get("repository-code") or ""
     kind = "Computer software"

@@ -6,7 +6,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from rockdamp.storage import yaml_file
+import yaml
+
 from rockdamp.vocabulary import STUDIES
 
 FILE = Path(__file__).with_name("glossary.yaml")
@@ -17,7 +18,7 @@ ANY_STUDY = "STUDIES"
 @cache
 def read() -> dict[str, dict[str, Any]]:
     """Return the glossary: the entries of all ``names``, and what it says of each kind of ``datasets``."""
-    whole: dict[str, dict[str, Any]] = yaml_file.load(FILE.read_text(encoding="utf-8"))
+    whole: dict[str, dict[str, Any]] = yaml.load(FILE.read_text(encoding="utf-8"), Loader=yaml.CSafeLoader)
     return whole
 
 

@@ -38,13 +38,7 @@ NO_SCIENCE = {
     "rockdamp.storage.atomic": "writes the bytes that it is given",
     "rockdamp.storage.provenance": "finds what counts",
     "rockdamp.storage.glossary": "reads the glossary, of which a dataset's own names count",
-    "rockdamp.storage.yaml_file": "reads files, which count themselves",
 }
-# Modules that say what the config holds. Its values count, as made; these modules, and what only they import, do not.
-CONFIG = (
-    *(f"rockdamp.config{name}" for name in ("", ".checks", ".earthquakes", ".files", ".kinds", ".sections")),
-    "rockdamp.laboratory.sections",
-)
 # Numbers in words. Stages need them for errors alone; figures, pages and claims show them.
 NUMBERS_IN_WORDS = ("rockdamp.text",)
 
@@ -65,8 +59,6 @@ def modules_of(*names: str) -> dict[str, Path]:
         if path is None:
             raise ModuleNotFoundError(f"{PACKAGE} has no module {name!r}", name=name)
         modules[name] = path
-        if name in CONFIG:
-            continue
         parts = name.split(".")  # the packages on the way to a module, but the outermost, are run too
         waiting += [*(".".join(parts[:end]) for end in range(2, len(parts))), *_read(name, path).imports]
     return dict(sorted(modules.items()))
@@ -82,7 +74,7 @@ def code_version(*names: str, dataset: str = "", without: tuple[str, ...] = ()) 
     modules = modules_of(*names)
     parts: dict[str, bytes] = {}
     for name, path in modules.items():
-        if name not in NO_SCIENCE and name not in CONFIG and name not in without:
+        if name not in NO_SCIENCE and name not in without:
             module = _read(name, path)
             parts[name] = module.science
             parts |= {file.relative_to(ROOT).as_posix(): file.read_bytes() for file in module.data_files}

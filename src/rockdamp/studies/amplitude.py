@@ -31,10 +31,10 @@ TOLERANCES = {"xrtol": 1e-9, "fatol": 1e-12}
 
 def amplitude(config: Config) -> xr.Dataset:
     """Return the damping ratio of each damper by the closed form, the first peak and the least Err."""
-    release = config.amplitude.release_share * float(config.curve.ultimate_displacement_ratio)
-    restitution = config.amplitude.restitution
+    release = np.array(config.amplitude.release_share) * config.curve.ultimate_displacement_ratio
+    restitution = np.array(config.amplitude.restitution)
     x0, e = (grid.ravel() for grid in np.meshgrid(release, restitution, indexing="ij"))
-    curve = config.curve.map(lambda parameter: np.full(x0.size, parameter))
+    curve = config.curve.make().map(lambda parameter: np.full(x0.size, parameter))
     matched = match_decays(
         curve,
         x0,

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from rockdamp.config import Config
-from rockdamp.config.study import RigidWall
+from rockdamp.config import Config, RigidWall
 from rockdamp.histories.loads import under_records
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
@@ -20,12 +19,12 @@ def bilinear(config: Config) -> xr.Dataset:
     """Run the reference wall with both curves under restitution, under every record at every intensity."""
     e, settings = config.damping_force.restitution, config.bilinear
     rigid: RigidWall = config.damping_force.rigid
-    curves = {"tri-linear": config.curve, "bi-linear": rigid.curve}
+    curves = {"tri-linear": config.curve.make(), "bi-linear": rigid.curve}
     ended = under_records(
         map(catalogue.read, track(catalogue.listing(settings.records), "Bi-linear and tri-linear curve")),
-        {name: (config.wall, curve) for name, curve in curves.items()},
+        {name: (config.wall.make(), curve) for name, curve in curves.items()},
         Damping.cr([float(e)]),
-        settings.velocity_ratio,
+        settings.velocity_ratio.values(),
         step=settings.step,
         tail=settings.tail,
         dim="restitution",

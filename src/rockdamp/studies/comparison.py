@@ -43,7 +43,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     """
     bootstrap = config.comparison.bootstrap
     weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)
-    edges = config.comparison.bands
+    edges = np.array(config.comparison.bands)
     bands = [(edges[0], edges[-1]), *pairwise(edges)]
     has_ratio = _with_ratio(earthquakes)
     some = has_ratio.any("damping_ratio_source").values

@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config
-from rockdamp.config.study import Study
+from rockdamp.config import Config, Study
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.newmark import solve
@@ -32,7 +31,7 @@ def longest_response(study: Study, wall: Wall, response_length: float) -> float:
     """Return the longest response that is matched to the decays of a study, in tau."""
     fixed = (
         response_lengths_of_fixed_seconds(study, wall, response_length)
-        if study.of_wall
+        if study.varies_wall
         else np.array([response_length])
     )
     return max(response_length, float(fixed.max()))
@@ -45,11 +44,11 @@ def study(name: str, config: Config) -> xr.Dataset:
     that of the matching, in tau and in seconds.
     """
     matching = config.matching
-    walls, restitution, step = config.study(name), config.restitution, config.solver.step
+    walls, restitution, step = config.study(name), config.restitution.values(), config.solver.step
     length = (
         config.response_lengths.stop
         if name == INFERS
-        else longest_response(walls, config.wall, matching.response_length)
+        else longest_response(walls, config.wall.make(), matching.response_length)
     )
     steps = step_count(length, step)
     response = solve(

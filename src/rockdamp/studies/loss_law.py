@@ -37,7 +37,7 @@ def histories(config: Config) -> xr.Dataset:
         map(catalogue.read, track(catalogue.listing(config.records), "Laws of loss, records")),
         {named.name: (named.wall, named.curve) for named in quakes.walls},
         damping,
-        quakes.velocity_ratio,
+        quakes.velocity_ratio.values(),
         step=config.loss_law.step,
         tail=quakes.tail,
         dim="law",
@@ -62,7 +62,7 @@ def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
     weights = resample(histories["station"].values, bootstrap.replicates, bootstrap.seed)
     walls = [*map(str, histories["wall"].values)]
     chosen = [histories, *(histories.sel(wall=[wall]) for wall in walls)]
-    edges = list(pairwise(bands.tolist()))
+    edges = list(pairwise(bands))
     parts = [_of_walls(some, weights, edges) for some in track(chosen, "Laws of loss, walls")]
     return (
         xr.concat(parts, "wall", join="exact")
@@ -71,7 +71,7 @@ def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
             loss_exponent=histories["loss_exponent"].values,
             reference_amplitude=histories["reference_amplitude"].values,
             restitution=float(histories["restitution"]),
-            band=np.arange(1, bands.size),
+            band=np.arange(1, len(bands)),
             band_start=("band", bands[:-1]),
             band_end=("band", bands[1:]),
             bound=list(BOUND),

@@ -8,9 +8,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config
-from rockdamp.config.sections import Matching
-from rockdamp.config.study import Study
+from rockdamp.config import Config, Matching, Study
 from rockdamp.equivalence.closed_form import Scan, damping_ratio_energy
 from rockdamp.equivalence.matching import Matched, least_absolute, of_each, solve
 from rockdamp.equivalence.minima import Cases, global_minima
@@ -27,11 +25,12 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     Those other lengths are matched at the solver's step.
     """
     study, step, scheme = config.study(name), config.solver.step, config.solver.scheme
-    response_length, scan = config.matching.response_length, config.matching.scan
+    response_length, scan = config.matching.response_length, config.matching.scan.make()
     restitution = decays["restitution"].values
     steps = step_count(response_length, step)
-    fixed = response_lengths_of_fixed_seconds(study, config.wall, response_length) if study.of_wall else None
-    last = step_count(longest_response(study, config.wall, response_length), step)
+    wall = config.wall.make()
+    fixed = response_lengths_of_fixed_seconds(study, wall, response_length) if study.varies_wall else None
+    last = step_count(longest_response(study, wall, response_length), step)
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
     cases = cases_of(study, restitution, stored, step)
     matched = solve(
@@ -117,7 +116,7 @@ def match_decays(
         cases,
         damping_models,
         steps,
-        scan=matching.scan,
+        scan=matching.scan.make(),
         refinement=matching.refinement,
         scheme=scheme,
         description=description,

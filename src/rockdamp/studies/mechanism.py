@@ -10,9 +10,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array, Quantity
-from rockdamp.config import Config
-from rockdamp.config.sections import Matching
-from rockdamp.config.study import RigidWall
+from rockdamp.config import Config, Matching, RigidWall
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.two_bodies import large_rotation_decay, slender_decay
@@ -35,16 +33,17 @@ def mechanism(config: Config) -> xr.Dataset:
 
     Also e against slenderness and height of the hinge (section 4.1), by Eq. (7) and with every support's impulse.
     """
+    wall, tested, curve = config.wall.make(), config.validation.wall.make(), config.curve.make()
     curves = {
-        "tri-linear": config.curve,
-        **drawn_variants(config.curve),
+        "tri-linear": curve,
+        **drawn_variants(curve),
         **{name: TrilinearCurve.preset(name) for name in PRESETS},
     }
-    corners = np.concatenate([np.ravel(curve.parameters()[3:]) for curve in curves.values()])
+    corners = np.concatenate([np.ravel(each.parameters()[3:]) for each in curves.values()])
     x = np.unique(np.concatenate([np.linspace(0, 1, POINTS), corners]))
-    force = np.stack([1 - x, *(curve.force(x) for curve in curves.values())])
-    parameters = np.array([[np.nan] * 3, *([*map(float, curve.parameters()[3:])] for curve in curves.values())])
-    plateau = np.array([np.nan, *(float(curve.strength_ratio) for curve in curves.values())])
+    force = np.stack([1 - x, *(each.force(x) for each in curves.values())])
+    parameters = np.array([[np.nan] * 3, *([*map(float, each.parameters()[3:])] for each in curves.values())])
+    plateau = np.array([np.nan, *(float(each.strength_ratio) for each in curves.values())])
     walls = Wall(1.0, SLENDERNESSES, hinge_ratio=HINGE_RATIOS[:, None])
     mass = effective_mass_ratio(HINGE_RATIOS[:, None], SLENDERNESSES)
     return xr.Dataset(
@@ -54,16 +53,16 @@ def mechanism(config: Config) -> xr.Dataset:
             "plateau_end_ratio": ("curve_name", parameters[:, 1]),
             "ultimate_displacement_ratio": ("curve_name", parameters[:, 2]),
             "strength_ratio": ("curve_name", plateau),
-            "thickness": float(config.wall.thickness),
-            "height": float(config.wall.height),
-            "hinge_ratio": float(config.wall.hinge_ratio),
-            "instability_displacement": float(config.wall.instability_displacement),
+            "thickness": float(wall.thickness),
+            "height": float(wall.height),
+            "hinge_ratio": float(wall.hinge_ratio),
+            "instability_displacement": float(wall.instability_displacement),
             "restitution_rigid": (("hinge_height_ratio", "slenderness"), walls.restitution_rigid),
             "restitution_impulsive": (("hinge_height_ratio", "slenderness"), walls.restitution_impulsive),
             "effective_mass_ratio": (("hinge_height_ratio", "slenderness"), mass),
             "excitation_factor": (("hinge_height_ratio", "slenderness"), 1 / mass),
-            "tested_restitution_rigid": float(config.validation.wall.restitution_rigid),
-            "tested_restitution_impulsive": float(config.validation.wall.restitution_impulsive),
+            "tested_restitution_rigid": float(tested.restitution_rigid),
+            "tested_restitution_impulsive": float(tested.restitution_impulsive),
         },
         coords={
             "curve_name": ["bi-linear", *curves],
@@ -114,7 +113,7 @@ def damping_force(config: Config) -> xr.Dataset:
     )
     step, scheme, rigid = config.solver.step, config.solver.scheme, config.damping_force.rigid
     parts = [
-        matched_histories(config.curve, e, x0, config.matching, length=length, step=step, scheme=scheme),
+        matched_histories(config.curve.make(), e, x0, config.matching, length=length, step=step, scheme=scheme),
         _frequency_laws(),
         _rocking(rigid, length=length, step=step, scheme=scheme),
     ]

@@ -48,22 +48,22 @@ class Case:
 def damper_cases(config: Config) -> list[Case]:
     """Return the dampers that need no fit. A band of fixed time has at least eight steps in it."""
     section = config.order
-    e, step = section.restitution, section.step
+    e, step = np.array(section.restitution), section.step
 
     def damping(model: str, **parameter: float) -> Damping:
         return Damping.of_restitution(e, model, **parameter)
 
     return [
-        *(Case(f"ECD{m:g}" if m else "ECD", damping("ECD", order=m), step) for m in section.order.tolist()),
-        *(Case(f"BAND{w:g}", damping("BAND", width=w), min(step, w / 4), w) for w in section.band_width[::-1].tolist()),
-        *(Case(f"CQD{w:g}", damping("CQD", width=w), step) for w in section.length_width[::-1].tolist()),
+        *(Case(f"ECD{m:g}" if m else "ECD", damping("ECD", order=m), step) for m in section.order),
+        *(Case(f"BAND{w:g}", damping("BAND", width=w), min(step, w / 4), w) for w in section.band_width[::-1]),
+        *(Case(f"CQD{w:g}", damping("CQD", width=w), step) for w in section.length_width[::-1]),
     ]
 
 
 def variation_cases(config: Config) -> list[Case]:
     """Return CR with small changes of e and of the loss, and CR by other steps."""
     section = config.order
-    e, step = section.restitution, section.step
+    e, step = np.array(section.restitution), section.step
     change, loss = section.restitution_change, section.loss_change
     changed = {
         f"e - {change:g}": e - change,
@@ -91,7 +91,7 @@ def chunk(number: str, config: Config) -> xr.Dataset:
     size, section = config.earthquakes.chunk, config.order
     entries = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
     motions = [catalogue.read(entry) for entry in entries]
-    reference = _run(Case(REFERENCE, Damping.cr(section.restitution), section.step), config, motions)
+    reference = _run(Case(REFERENCE, Damping.cr(np.array(section.restitution)), section.step), config, motions)
     dampers = damper_cases(config)
     cases = [*dampers, *variation_cases(config)]
     label = f"Dampers, records {int(number) * size + 1} on"
@@ -113,7 +113,7 @@ def _run(case: Case, config: Config, motions: Sequence[GroundMotion], step: floa
         motions,
         {named.name: (named.wall, named.curve) for named in quakes.walls},
         case.damping,
-        quakes.velocity_ratio,
+        quakes.velocity_ratio.values(),
         step=case.step if step is None else step,
         tail=quakes.tail,
         dim="restitution",
@@ -127,7 +127,7 @@ def _departures(case: Case, config: Config, motions: Sequence[GroundMotion]) -> 
     section = config.order
     finest = _run(case, config, motions, section.finest_step)
     rows = []
-    for step in section.ladder.tolist():
+    for step in section.ladder:
         if step > case.longest_step:
             rows.append(xr.full_like(finest["peak"], np.nan))
             continue
@@ -147,7 +147,7 @@ def compare(config: Config, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
     A ratio r is of the peak over that under CR, where neither wall collapses and the peak under CR lies within the
     bands of the comparison. Intervals come from the paired bootstrap over stations.
     """
-    bootstrap, low, high = config.comparison.bootstrap, *config.comparison.bands[[0, -1]]
+    bootstrap, bands = config.comparison.bootstrap, config.comparison.bands
     histories = xr.concat(
         [part.drop_dims("ladder_record") for part in chunks], "record", join="exact", data_vars="minimal"
     )
@@ -155,7 +155,7 @@ def compare(config: Config, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
     weights = resample(histories["station"].values, bootstrap.replicates, bootstrap.seed)
     reference, fell = (histories[f"reference_{name}"] for name in ("peak", "collapsed"))
     dims = ("damper", "restitution")
-    histories = histories.assign(inside=(fell == 0) & (reference >= low) & (reference < high))
+    histories = histories.assign(inside=(fell == 0) & (reference >= bands[0]) & (reference < bands[-1]))
     cells = [
         [_statistics(histories.isel(damper=row, restitution=at), weights) for at in range(histories.sizes[dims[1]])]
         for row in track(range(histories.sizes[dims[0]]), "Dampers beside restitution")
@@ -219,8 +219,8 @@ def _crossing_force(config: Config) -> xr.DataArray:
 
     The speed is that between those before and after an impact, sqrt(2 e V). CR itself has no force.
     """
-    e = config.order.restitution
-    curves = {"paper": config.curve, **{named.name: named.curve for named in config.earthquakes.walls}}
+    e = np.array(config.order.restitution)
+    curves = {"paper": config.curve.make(), **{named.name: named.curve for named in config.earthquakes.walls}}
     cases = damper_cases(config)
     force = np.full((len(cases), e.size, len(curves)), np.nan)
     for column, curve in enumerate(curves.values()):
@@ -236,7 +236,7 @@ def _crossing_force(config: Config) -> xr.DataArray:
 
 def _crossing(config: Config) -> xr.Dataset:
     """Return histories of a decay on the paper's curve, under CR and the dampers that `fig_order` shows."""
-    e, step = config.damping_force.restitution, config.solver.step
+    e, step, curve = config.damping_force.restitution, config.solver.step, config.curve.make()
     steps = round(config.matching.response_length / step)
     shown = {
         REFERENCE: Damping.cr(e),
@@ -245,13 +245,13 @@ def _crossing(config: Config) -> xr.Dataset:
         "BAND0.2": Damping.of_restitution(e, "BAND", width=0.2),
     }
     runs = [
-        solve(config.curve, damping, release_amplitude=CROSSING_RELEASE, step=step, steps=steps, store_every=1)
+        solve(curve, damping, release_amplitude=CROSSING_RELEASE, step=step, steps=steps, store_every=1)
         for damping in shown.values()
     ]
     force = [
         np.full(steps + 1, np.nan)
         if name == REFERENCE
-        else damping.coefficient(config.curve, run.displacement, run.velocity) * run.velocity
+        else damping.coefficient(curve, run.displacement, run.velocity) * run.velocity
         for (name, damping), run in zip(shown.items(), runs, strict=True)
     ]
     dims = ("shown_damper", "tau")

@@ -34,6 +34,7 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     ``inferred_response_length_of_release`` is what another wall would imply.
     """
     study, lengths, step = config.study(INFERS), config.response_lengths.values(), config.solver.step
+    scan, scheme = config.matching.scan.make(), config.solver.scheme
     restitution = decays["restitution"].values
     stored = decays["displacement"].values[..., : step_count(lengths[-1], step) + 1]
     cases = cases_of(study, restitution, np.asarray(stored, dtype=float), step)
@@ -46,7 +47,7 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     def errors(row: int, lengths: Array, models: Sequence[str]) -> xr.Dataset:
         steps = np.array([step_count(length, step) for length in lengths])
         of_row = decays_of(row, lengths[-1])
-        matches = [global_minima(of_row, model, steps, config.matching.scan, config.solver.scheme) for model in models]
+        matches = [global_minima(of_row, model, steps, scan, scheme) for model in models]
         error = np.stack([match.error for match in matches], axis=-1)
         dims = ("response_length", "restitution", "damping_model")
         return xr.Dataset(
@@ -61,14 +62,14 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     reference = int(np.argmin(np.abs(study.values - config.release_amplitude)))
     dataset = errors(reference, lengths, VISCOUS_MODELS)
     dataset["damping_ratio_uncertainty"] = uncertainty(
-        decays_of(reference, lengths[-1]), lengths, dataset["damping_ratio"], config.matching.scan, config.solver.scheme
+        decays_of(reference, lengths[-1]), lengths, dataset["damping_ratio"], scan, scheme
     )
     inferred = infer(dataset)
     near = errors(reference, between_neighbours(lengths, inferred), PAPER_MODELS)
     of_release = np.full((2, study.values.size), np.nan)
     for row, release in enumerate(track(study.values, "response_lengths")):
         # A length that holds no whole cycle defines no damping ratio at low e.
-        cycle = float(config.curve.period(release))
+        cycle = float(config.curve.make().period(release))
         wide = lengths[(lengths >= cycle) & (lengths <= LONGEST * inferred)]
         if wide.size:
             own = dataset.sel(response_length=wide) if row == reference else errors(row, wide, PAPER_MODELS)

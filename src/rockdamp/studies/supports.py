@@ -24,8 +24,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array, Quantity
-from rockdamp.config import Config
-from rockdamp.config.earthquakes import NamedWall, Supports
+from rockdamp.config import Config, NamedWall, Supports
 from rockdamp.errors import InputError
 from rockdamp.histories.loads import peaks_and_collapses, substeps_of
 from rockdamp.histories.supports import floor_motions
@@ -82,7 +81,7 @@ def floor_case(period: float) -> str:
 
 def names_of(settings: Supports) -> list[str]:
     """Return the names of all cases, those that others are compared with among them."""
-    floors = [floor_case(period) for period in settings.diaphragm_period.tolist()]
+    floors = [floor_case(period) for period in settings.diaphragm_period]
     return [ASSUMED, *floors, MASS, ANALYTICAL, IMPULSIVE, VERTICAL, WORSE, KEEPS]
 
 
@@ -92,11 +91,12 @@ def histories(config: Config) -> xr.Dataset:
     settings, walls, tail = config.supports, config.earthquakes.walls, config.earthquakes.tail
     motions = [catalogue.read(entry) for entry in catalogue.listing(config.records)]
     names, plain = names_of(settings), [*_plain(walls, settings.eccentricity)]
-    shape = (len(motions), len(names), settings.velocity_ratio.size, len(walls))
+    ratio = settings.velocity_ratio.values()
+    shape = (len(motions), len(names), ratio.size, len(walls))
     collapsed = np.full(shape, NOT_RUN, dtype=np.int8)
     for row, motion in enumerate(track(motions, "What holds a wall")):
         pgv = intensity_measures(motion.record).pgv
-        factor = np.array([settings.velocity_ratio * float(named.wall.velocity_scale) / pgv for named in walls])
+        factor = np.array([ratio * float(named.wall.velocity_scale) / pgv for named in walls])
         for record, runs in [(motion.record, plain), *_on_floors(plain, motion, settings)]:
             for run, fell in zip(runs, _collapses(record, runs, factor, settings.step, tail), strict=True):
                 collapsed[row, names.index(run.case), :, run.column] = fell
@@ -108,7 +108,7 @@ def histories(config: Config) -> xr.Dataset:
             "record": [motion.name for motion in motions],
             "station": ("record", [motion.group for motion in motions]),
             "assumption": names,
-            "velocity_ratio": settings.velocity_ratio,
+            "velocity_ratio": ratio,
             "wall": [named.name for named in walls],
         },
     )
@@ -144,7 +144,7 @@ def _plain(walls: Sequence[NamedWall], eccentricity: float) -> Iterator[Run]:
 def _on_floors(plain: Sequence[Run], motion: GroundMotion, settings: Supports) -> Iterator[tuple[Record, list[Run]]]:
     """Yield the motions of the supports under flexible floors, with the walls that they hold."""
     runs = [run for run in plain if run.case == ASSUMED]
-    for period in settings.diaphragm_period.tolist():
+    for period in settings.diaphragm_period:
         floor = Diaphragm(period, settings.diaphragm_damping)
         for parapet in (False, True):
             held = [run._replace(case=floor_case(period)) for run in runs if isinstance(run.wall, Parapet) == parapet]
@@ -248,7 +248,7 @@ def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
         ratio.append(curves["median_intensity_ratio"][:, 0])
         bounds.append(curves["median_intensity_ratio_interval"][:, 0])
         stations.append(np.unique(histories["station"].values[both.any(axis=(1, 2))]).size)
-    period = dict(zip(map(floor_case, settings.diaphragm_period.tolist()), settings.diaphragm_period, strict=True))
+    period = dict(zip(map(floor_case, settings.diaphragm_period), settings.diaphragm_period, strict=True))
     return xr.Dataset(
         {
             "median_intensity_ratio": (("assumption", "wall"), np.array(ratio)),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import xarray as xr
 
@@ -32,18 +30,18 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
     It raises `InputError` if the record has no measured displacement, no rest before the motion or fewer than two half
     cycles after its largest peak, or if the polynomials do not reach the calibrated e and a1 or the config's a1.
     """
-    given = config.validation
+    given, wall = config.validation, config.validation.wall.make()
     estimate = calibration["estimate"]
     a1, b1, e = (
         float(estimate.sel(parameter=name)) for name in ("yield_displacement_ratio", "strength_ratio", "restitution")
     )
-    curve = replace(given.curve, yield_displacement_ratio=a1, strength_ratio=b1)
+    curve = given.curve.make(yield_displacement_ratio=a1, strength_ratio=b1)
     Polynomials.from_dataset(equivalence).require_cover(e, a1, "yield_displacement_ratio")
-    ratios = damping_ratios(equivalence, e, given.fit_yield_displacement_ratios)
+    ratios = damping_ratios(equivalence, e, np.array(given.fit_yield_displacement_ratios))
 
     rest = rest_samples(record)
     measured, zero = measured_displacement(record)
-    u_ins = float(given.wall.instability_displacement)
+    u_ins = float(wall.instability_displacement)
     threshold = max(CLEAR * float(np.std(measured[:rest])), LEAST * u_ins)
     whole = half_cycles(record.elapsed, measured, threshold)
     decay = whole[slice(int(np.argmax(np.abs(whole.peak))) + 1, None)] if whole.peak.size else whole
@@ -56,7 +54,7 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
     compared = []
     for model in MODELS:
         damping = Damping.from_values(model, restitution=e, damping_ratio=ratios.get(model))
-        response = computed_response(record, given.wall, curve, damping, given.step)
+        response = computed_response(record, wall, curve, damping, given.step)
         compared.append(_misfits(record.elapsed, response, u_ins, measured, decay, rest))
     models = xr.concat(compared, "damping_model")
     peak = float(np.abs(measured).max())

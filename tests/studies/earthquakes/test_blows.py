@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from configs import changed, configured
 
+from rockdamp.config import GeometricGrid
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.records import Record
@@ -17,15 +18,16 @@ from rockdamp.studies.earthquakes import event_driven_check, incremental
 STEP = 0.001  # s, of the record: a thousandth of the walls' periods and less
 SIZE = 50.0  # m s-2
 PGV = SIZE * STEP
-SCALE = np.array([0.3, 0.6])
+SCALES = GeometricGrid(start=0.3, stop=0.6, count=2)
+SCALE = SCALES.values()
 E = 0.85
 
 
 @pytest.fixture(scope="module")
 def config():
     full = configured({"earthquakes": {"tail": 1.0}})
-    church = tuple(named for named in full.earthquakes.walls if named.name == "church")
-    of_blows = {"walls": church, "restitution": np.array([E]), "velocity_ratio": SCALE}
+    church = [named for named in full.earthquakes.walls if named.name == "church"]
+    of_blows = {"walls": church, "restitution": [E], "velocity_ratio": SCALES}
     return changed(full, {f"earthquakes.{name}": value for name, value in of_blows.items()})
 
 

@@ -6,7 +6,7 @@ import xarray as xr
 from configs import changed, configured
 from made_up_earthquakes import MODELS, histories
 
-from rockdamp.config.earthquakes import Bootstrap
+from rockdamp.config import Bootstrap
 from rockdamp.statistics.fragility import resample
 from rockdamp.studies import comparison, order
 

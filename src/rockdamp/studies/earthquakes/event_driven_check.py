@@ -16,8 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config
-from rockdamp.config.earthquakes import NamedWall
+from rockdamp.config import Config, NamedWall
 from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping

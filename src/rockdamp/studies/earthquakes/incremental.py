@@ -21,8 +21,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array, Quantity
-from rockdamp.config import Config
-from rockdamp.config.earthquakes import NamedWall
+from rockdamp.config import Config, NamedWall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.histories.loads import Forcing
@@ -273,7 +272,7 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     The ratio is NaN for CR and beyond the range of the polynomials.
     """
     quakes = config.earthquakes
-    ratio = np.full((len(quakes.walls), quakes.restitution.size, len(MODELS), len(SOURCES)), np.nan)
+    ratio = np.full((len(quakes.walls), len(quakes.restitution), len(MODELS), len(SOURCES)), np.nan)
     ratio[:, :, 1:] = _damping_ratios(config, Polynomials.from_dataset(equivalence))
     made = [(named.wall, named.curve) for named in quakes.walls]
     of_wall: dict[str, Any] = {
@@ -311,7 +310,7 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
 def _damping_ratios(config: Config, polynomials: Polynomials) -> Array:
     """Return damping ratios, shape (walls, e, viscous models, sources)."""
     quakes = config.earthquakes
-    count, e = len(quakes.walls), quakes.restitution
+    count, e = len(quakes.walls), np.array(quakes.restitution)
     a1, b1, a3 = (np.array([float(getattr(named.curve, name)) for named in quakes.walls]) for name in RULES)
     curves, each_e = TrilinearCurve(a1, b1, a3).map(lambda parameter: np.repeat(parameter, e.size)), np.tile(e, count)
     amplitude = np.full(each_e.size, config.release_amplitude)
@@ -353,7 +352,8 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
     """Run one record, for every wall, scale, e and damper; ratios have the shape (walls, e, models, sources)."""
     quakes = config.earthquakes
     intensity = intensity_measures(motion.record)
-    factors = [quakes.velocity_ratio * float(named.wall.velocity_scale) / intensity.pgv for named in quakes.walls]
+    ratio = quakes.velocity_ratio.values()
+    factors = [ratio * float(named.wall.velocity_scale) / intensity.pgv for named in quakes.walls]
     cases = [
         Case.from_record(
             named.wall,
@@ -387,7 +387,7 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
     data |= {name: ((), float(getattr(intensity, name))) for name in MEASURES}
     data |= {"pulse_period": ((), float(motion.pulse_period)), "sampling_step": ((), motion.record.step)}
     coords = {
-        "velocity_ratio": quakes.velocity_ratio,
+        "velocity_ratio": ratio,
         "wall": [named.name for named in quakes.walls],
         "restitution": restitution,
         "damping_model": list(MODELS),
