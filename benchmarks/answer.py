@@ -15,7 +15,7 @@ from rockdamp.equivalence import matching
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.equivalent import STEP
 from rockdamp.equivalence.minima import Cases, global_minima
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
 
@@ -38,7 +38,7 @@ def section(quick: bool) -> Section:
     a1, b1, e = rng.uniform(0.03, 0.12, walls), rng.uniform(0.65, 0.85, walls), rng.uniform(0.75, 0.95, walls)
     a1[0], b1[0], e[0] = 0.04, 0.85, 0.85
     one = TrilinearCurve(0.04, 0.85)
-    truth = event_driven.history(one, Damping.cr(0.85), TIMES, release_amplitude=RELEASE).displacement
+    truth = exact_history(one, Damping.cr(0.85), TIMES, release_amplitude=RELEASE).displacement
     best = minimise(one, 0.85, truth, lambda xi: _exact(one, xi))
     ours = {
         (name, many): lambda last=last, many=many: rockdamp(a1[:many], b1[:many], e[:many], last)
@@ -117,7 +117,7 @@ def minimise(
 
 
 def _exact(curve: TrilinearCurve, xi: float) -> np.ndarray:
-    return event_driven.history(curve, Damping("CDC", xi), TIMES, release_amplitude=RELEASE).displacement
+    return exact_history(curve, Damping("CDC", xi), TIMES, release_amplitude=RELEASE).displacement
 
 
 def _peers(curve: TrilinearCurve) -> dict[str, list[Callable[[float], np.ndarray]]]:

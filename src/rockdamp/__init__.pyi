@@ -18,10 +18,10 @@ from .laboratory.free_rocking import calibrate_free_rocking as calibrate_free_ro
 from .laboratory.releases import FreeRocking as FreeRocking
 from .laboratory.releases import read_free_rocking as read_free_rocking
 from .laboratory.releases import write_free_rocking as write_free_rocking
-from .mechanics.building import Building as Building
-from .mechanics.building import Diaphragm as Diaphragm
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
+from .mechanics.floors import Building as Building
+from .mechanics.floors import Diaphragm as Diaphragm
 from .mechanics.one_sided import OneSidedWall as OneSidedWall
 from .mechanics.wall import Parapet as Parapet
 from .mechanics.wall import Wall as Wall

@@ -8,7 +8,7 @@ from rockdamp.assessment.answers import columns, lines
 from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.table import Row
 from rockdamp.motions.records import followed_by_rest
-from rockdamp.solvers.event_driven import history
+from rockdamp.solvers.exact import exact_history
 from rockdamp.storage import dataset
 
 LAW = {"exponent": 0.26, "at": 0.1}
@@ -20,12 +20,12 @@ def test_the_peak_is_that_of_the_law_solved_event_by_event(wall, curve, motions)
     asked = {"pga": 4.2, "restitution": 0.85, "step": 0.005}
     found = rd.assess(wall, curve, motion, **asked, **LAW).sel(damping_model="CR")
     ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, 3.0)
-    exact = history(
+    exact = exact_history(
         curve,
         rd.Damping.cr(0.85, **LAW),
         p * motion.record.step * np.arange(1, ground.size),
         load=float(wall.load_factor) * found["scale_factor"].item() * ground,
-        load_step=p * motion.record.step,
+        sampling=p * motion.record.step,
     )
     assert found["peak"].item() == pytest.approx(np.abs(exact.displacement).max(), rel=1e-3)
     assert np.isnan(rd.assess(wall, curve, motion, **asked)["peak"].sel(damping_model="CR").item())

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 import rockdamp as rd
 from rockdamp.mechanics.damping.band import half_cycle_loss
 from rockdamp.mechanics.damping.ecd import log_decrement
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 
 PAGE = (ROOT / "docs/howto/the-damper-in-your-program.md").read_text(encoding="utf-8")
 CURVE = rd.TrilinearCurve(0.04, 0.85)
@@ -76,7 +76,7 @@ def test_the_number_to_check():
     load = 2 * np.sin(np.pi * np.linspace(0, 1, 701))
     for model, peak in (("CR", 0.400), ("BAND", 0.397)):
         damping = rd.Damping.of_restitution(E, model)
-        run = event_driven.history(CURVE, damping, [2.0], load=load, load_step=0.001)
+        run = exact_history(CURVE, damping, [2.0], load=load, sampling=0.001)
         assert run.turning_displacement[0] == pytest.approx(peak, abs=5e-4)
 
 

@@ -39,7 +39,7 @@ def test_its_matched_decay_stands_beside_the_others(tree):
 
 
 def test_it_is_one_file_of_at_most_40_lines_and_one_line():
-    file, line = (block.partition("\n")[2] for block in blocks("add-a-damper", "python"))
+    file, line, *_ = (block.partition("\n")[2] for block in blocks("add-a-damper", "python"))
     assert len(file.splitlines()) <= 40 and len(line.splitlines()) == 1
 
 

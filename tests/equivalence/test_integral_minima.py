@@ -10,7 +10,8 @@ from rockdamp.equivalence.minima import Cases, error_at, global_minima, integral
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers import event_driven, newmark
+from rockdamp.solvers import newmark
+from rockdamp.solvers.exact import exact_history
 
 STEP, STEPS = 0.005, 1600
 
@@ -27,13 +28,13 @@ def exact(model, restitution, release, near):
     |u| has a kink at each crossing of zero. The crossings are nodes, so the trapezoidal sum is smooth in the ratio.
     """
     curve, even = TrilinearCurve(0.04, 0.85), np.linspace(0, STEP * STEPS, 10 * STEPS + 1)
-    target = event_driven.history(curve, Damping.cr(restitution), even, release_amplitude=release)
+    target = exact_history(curve, Damping.cr(restitution), even, release_amplitude=release)
     nodes = np.union1d(even, target.impacts)
     wanted = np.abs(np.interp(nodes, target.times, target.displacement))
     wanted[np.isin(nodes, target.impacts)] = 0.0
 
     def distance(xi):
-        found = event_driven.history(curve, Damping(model, xi), nodes, release_amplitude=release)
+        found = exact_history(curve, Damping(model, xi), nodes, release_amplitude=release)
         squared = (wanted - np.abs(found.displacement)) ** 2
         at_crossings = np.interp(found.impacts, nodes, wanted) ** 2
         place = np.searchsorted(nodes, found.impacts)

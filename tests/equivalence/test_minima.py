@@ -9,7 +9,7 @@ from rockdamp.equivalence.minima import SCAN, Cases, global_minima
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import Reference
 from rockdamp.vocabulary import VISCOUS_MODELS
@@ -40,10 +40,10 @@ def test_a_viscous_decay_is_matched_by_its_own_damping_ratio(model):
 def test_the_matched_ratio_is_that_of_an_independent_integration(model):
     """Event-driven decays sampled finely, and a bounded scalar minimiser: no code of the kernel or of the scan."""
     e, x0, times = 0.85, 0.5, np.arange(1, 1601) * 0.005
-    reference = np.abs(event_driven.history(CURVE, Damping.cr(e), times, release_amplitude=x0).displacement)
+    reference = np.abs(exact_history(CURVE, Damping.cr(e), times, release_amplitude=x0).displacement)
 
     def err(xi):
-        found = event_driven.history(CURVE, Damping(model, xi), times, release_amplitude=x0).displacement
+        found = exact_history(CURVE, Damping(model, xi), times, release_amplitude=x0).displacement
         return np.sum((reference - np.abs(found)) ** 2)
 
     guess = float(damping_ratio_energy(CURVE, model, e, x0))

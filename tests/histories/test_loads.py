@@ -14,7 +14,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.pulse_shapes import ricker
 from rockdamp.motions.records import Record
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 
 CURVE, DAMPING, STEP = TrilinearCurve(0.03, 0.80), Damping.cr(0.835), 0.0025
 
@@ -62,5 +62,5 @@ def test_both_solvers_follow_the_same_smooth_motion():
     record = test_record(64)
     forcing = Forcing.from_record(WALL, record, tail=0.5)
     end = float(forcing.sampling) * forcing.intervals
-    history = event_driven.history(CURVE, DAMPING, [end], **forcing.event_driven())
+    history = exact_history(CURVE, DAMPING, [end], **forcing.event_driven())
     assert np.abs(history.turning_displacement).max() == pytest.approx(peak(record), rel=1e-3)

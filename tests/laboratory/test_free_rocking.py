@@ -10,7 +10,7 @@ import rockdamp as rd
 from rockdamp.histories.labelled import free_decay
 from rockdamp.laboratory.releases import noise_of, releases_of
 from rockdamp.plausibility import as_meant
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 
 WALL = rd.Wall(thickness=0.25, height=3.0, hinge_ratio=0.6)
 U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)
@@ -20,7 +20,7 @@ ELAPSED = 0.002 * np.arange(3000)
 
 def decay(damping=None, release=0.5, sign=1.0, seed=1, noise=2e-4, before=250):
     """A release of WALL by the event-driven solver, with noise and a zero; held before it."""
-    history = event_driven.history(CURVE, damping or rd.Damping.cr(E), P * ELAPSED, release_amplitude=release)
+    history = exact_history(CURVE, damping or rd.Damping.cr(E), P * ELAPSED, release_amplitude=release)
     moved = np.concatenate([np.full(before, release), history.displacement, np.zeros(300)])
     random = np.random.RandomState(seed)
     return sign * U_INS * moved + 0.003 + noise * random.standard_normal(moved.size)
@@ -88,7 +88,7 @@ def test_the_exponent_that_a_damper_would_show_is_that_of_the_losses_of_its_half
     energies, losses = CURVE.energy(amplitudes), []
     for energy, x0 in zip(energies, amplitudes, strict=True):
         end = [1.5 * float(CURVE.period(x0))]
-        run = event_driven.history(CURVE, rd.Damping(model, 1e-3), end, release_amplitude=float(x0))
+        run = exact_history(CURVE, rd.Damping(model, 1e-3), end, release_amplitude=float(x0))
         losses.append(np.log(energy / CURVE.energy(run.turning_displacement[0])))
     expected = -np.polyfit(np.log(energies), np.log(losses), 1)[0]
     assert float(fitted["expected_exponent"].sel(damping_model=model)) == pytest.approx(expected, rel=0.2)
@@ -177,7 +177,7 @@ def test_the_integrator_is_the_event_driven_solver(loss, damping):
     specimen = free_rocking_tests.Specimen(0.25, 3.0, 0.6, 0.0, a1=0.05, b1=0.8, e=E, **loss)
     assert specimen.u_ins == pytest.approx(U_INS)
     moved, _ = free_rocking_tests.decay(specimen, 0.5 * U_INS, 0.002, 2.0, 1e-6, np.random.RandomState(0))
-    exact = event_driven.history(CURVE, damping, P * 0.002 * np.arange(moved.size), release_amplitude=0.5)
+    exact = exact_history(CURVE, damping, P * 0.002 * np.arange(moved.size), release_amplitude=0.5)
     assert moved.size > 500
     np.testing.assert_allclose(moved, U_INS * exact.displacement, atol=1e-6)
 
@@ -215,7 +215,7 @@ def test_degrees_and_a_wrong_wall_are_named():
 def test_a_rigid_block_is_told_and_how_to_read_its_e():
     with as_meant():
         rigid = rd.TrilinearCurve(0.001, 0.995)
-    history = event_driven.history(rigid, rd.Damping.cr(E), P * ELAPSED, release_amplitude=0.5)
+    history = exact_history(rigid, rd.Damping.cr(E), P * ELAPSED, release_amplitude=0.5)
     peaks = np.abs([0.5, *history.turning_displacement[:2]])
     energy = peaks - peaks**2 / 2
     assert np.sqrt(energy[1:] / energy[:-1]) == pytest.approx(E, abs=1e-3)

@@ -6,7 +6,7 @@ import pytest
 from rockdamp.laboratory.trials import NearlyRigid, by_solver, dampings, losses_by_impact
 from rockdamp.laboratory.velocity_ratios import power_law
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers.event_driven import history
+from rockdamp.solvers.exact import exact_history
 
 LOSS = np.array([0.01, 0.03, 0.08])
 BLOCK = NearlyRigid(0.01, 0.5)
@@ -33,7 +33,7 @@ def test_the_losses_are_those_of_the_event_driven_solver(model):
     damping = several.map(lambda values: values[25:26])
     found = losses_by_impact(BLOCK, damping, 5)[0]
     one = damping.map(lambda values: values[0])
-    exact = history(BLOCK.curve, one, [20.0], release_amplitude=0.5)
+    exact = exact_history(BLOCK.curve, one, [20.0], release_amplitude=0.5)
     peaks = np.abs(np.concatenate([[0.5], exact.turning_displacement[:5]]))
     np.testing.assert_allclose(found, -0.5 * np.diff(np.log(BLOCK.curve.energy(peaks))), atol=3e-4)
 

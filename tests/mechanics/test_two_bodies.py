@@ -14,7 +14,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.two_bodies import TwoBodies, large_rotation_decay, slender_decay
 from rockdamp.mechanics.wall import Wall
-from rockdamp.solvers.event_driven import history
+from rockdamp.solvers.exact import exact_history
 
 WALLS = (
     Wall(0.4, 4.0, hinge_ratio=0.5),
@@ -267,7 +267,7 @@ def test_tri_linear_wall_tends_to_the_slender_limit_as_its_first_branch_shrinks(
     misfits = []
     for a1 in (4e-3, 2e-3, 1e-3, 5e-4):
         curve = TrilinearCurve(a1, 1 - 1.001 * a1)
-        wall = history(curve, Damping.cr(0.955), times, release_amplitude=0.9)
+        wall = exact_history(curve, Damping.cr(0.955), times, release_amplitude=0.9)
         misfits.append(np.abs(wall.displacement - rigid).max())
     # The first branch costs energy of order a1 and time of order a1: first order.
     assert np.log2(np.divide(misfits[:-1], misfits[1:])) == pytest.approx([1.0] * 3, abs=0.1)

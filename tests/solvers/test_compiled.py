@@ -12,7 +12,7 @@ from numba.core.dispatcher import Dispatcher
 
 from rockdamp.errors import InputWarning
 from rockdamp.pipeline.compile_all import compile_all
-from rockdamp.solvers import compiled, event_driven, newmark_kernel, peaks_kernel
+from rockdamp.solvers import compiled, newmark_kernel, peaks_kernel
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 EACH = """
@@ -81,7 +81,7 @@ def test_an_edited_formula_finds_no_old_code_and_an_edit_of_another_damper_leave
 DAMPER = str(compiled.PACKAGE / "mechanics/damping/ecd.py")
 
 
-@pytest.mark.parametrize("source", ["mechanics/trilinear.py", "solvers/event_driven.py", "mechanics/damping/ecd.py"])
+@pytest.mark.parametrize("source", ["mechanics/trilinear.py", "mechanics/damping/ecd.py"])
 def test_the_sources_that_all_share_count_and_the_file_of_ones_own_formula(monkeypatch, source):
     before, path = compiled.digest.__wrapped__(DAMPER), str(compiled.PACKAGE / source)
     sources = compiled.DAMPER_SOURCES if path == DAMPER else compiled.SHARED_SOURCES
@@ -131,12 +131,12 @@ def test_the_users_folder_is_respected(copy, tmp_path):
 
 
 def test_all_loops_are_compiled_once_each():
-    caches = newmark_kernel.compiled_march, peaks_kernel.compiled_march, event_driven.compiled_run
+    caches = newmark_kernel.compiled_march, peaks_kernel.compiled_march
     compile_all()
     loops = [cache.cache_info().currsize for cache in caches]
     compile_all()
     assert loops == [cache.cache_info().currsize for cache in caches]
-    assert min(loops[:2]) > len(MODELS) and loops[2] >= 2
+    assert min(loops) > len(MODELS)
 
 
 def test_copies_for_two_dampers_have_names_of_their_own():

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.solvers.event_driven import history
+from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
@@ -118,7 +118,7 @@ def test_impact_times_of_a_decay_are_those_rebuilt_with_thirty_digits(quarter_pe
             target = e ** (2 * n) * stored_energy(*drawn, x0)
             x = mp.findroot(lambda z, v=target: stored_energy(*drawn, z) - v, (mp.mpf("1e-9"), x), solver="anderson")
             tau += quarter_period(*drawn, x)
-    exact = history(CURVE, Damping.cr(0.85), [times[-1] + 0.1], release_amplitude=0.7)
+    exact = exact_history(CURVE, Damping.cr(0.85), [times[-1] + 0.1], release_amplitude=0.7)
     np.testing.assert_allclose(exact.impacts, times, rtol=1e-12)
     response = solve(CURVE, Damping.cr(0.85), release_amplitude=0.7, step=step, steps=60000, store_every=1)
     # The chord over a step with an impact in it misses the impact by at most (1 - sqrt(e))/(1 + sqrt(e)) = 0.04 steps.

@@ -8,7 +8,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.damping.ecd import DOUBLED_ORDERS
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import solve
 
 ORDERS = (0, 1, 2.5, 8, 32)
@@ -32,7 +32,7 @@ def test_every_peak_of_the_free_decay_is_cr_s_from_any_amplitude(order, curve):
     for e, share in ((0.7, 0.9), (0.9, 0.02)):
         x0 = share * float(curve.ultimate_displacement_ratio)
         end = 1.5 * float(curve.period(x0))
-        run = event_driven.history(curve, Damping.of_restitution(e, order=order), [end], release_amplitude=x0)
+        run = exact_history(curve, Damping.of_restitution(e, order=order), [end], release_amplitude=x0)
         peaks = np.abs(run.turning_displacement)
         assert peaks.size >= 2
         np.testing.assert_allclose(peaks, cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)

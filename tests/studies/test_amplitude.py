@@ -11,7 +11,7 @@ from rockdamp.equivalence.minima import RESOLUTION
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.plausibility import as_meant
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 from rockdamp.storage import dataset
 from rockdamp.studies.amplitude import amplitude, damping_ratio_peaks
 
@@ -40,7 +40,7 @@ def test_the_event_driven_solver_finds_cr_s_first_peak_with_the_ratio_from_peaks
     e = 0.8
     for x0 in (0.1, 0.5, 0.9):
         damping = Damping(model, float(damping_ratio_peaks(PAPER, model, e, x0)))
-        run = event_driven.history(PAPER, damping, [0.8 * float(PAPER.period(x0))], release_amplitude=x0)
+        run = exact_history(PAPER, damping, [0.8 * float(PAPER.period(x0))], release_amplitude=x0)
         energy = float(PAPER.energy(run.turning_displacement[0]) / PAPER.energy(x0))
         assert energy == pytest.approx(e**2, rel=1e-4)
 

@@ -8,7 +8,7 @@ from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 from rockdamp.storage import dataset
 from rockdamp.studies.bilinear import bilinear
 
@@ -43,8 +43,8 @@ def test_the_tri_linear_wall_peaks_where_the_event_driven_solver_does(config, fo
     factor = ratio * float(config.wall.make().velocity_scale) / intensity_measures(motion.intensity_record).pgv
     forcing = Forcing.from_record(config.wall.make(), motion.record, factor, tail=config.bilinear.tail)
     load = forcing.event_driven()
-    times = load["load_step"] * np.arange(np.size(load["load"]))
-    exact = event_driven.history(config.curve.make(), Damping.cr(config.damping_force.restitution), times, **load)
+    times = load["sampling"] * np.arange(np.size(load["load"]))
+    exact = exact_history(config.curve.make(), Damping.cr(config.damping_force.restitution), times, **load)
     cell = found.sel(force_curve="tri-linear").isel(record=0, velocity_ratio=0)
     assert int(cell["collapsed"]) == 0
     assert float(cell["peak"]) == pytest.approx(np.abs(exact.displacement).max(), rel=0.02)

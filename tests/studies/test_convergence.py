@@ -19,7 +19,7 @@ from configs import changed
 
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers.event_driven import history
+from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import solve
 from rockdamp.studies import convergence
 from rockdamp.vocabulary import MODELS, RECOMMENDED
@@ -69,9 +69,9 @@ class Ensemble:
     def exact(self, forced):
         found = []
         for i in range(self.release.size):
-            load = {"load": self.load * self.factor[i], "load_step": SAMPLE} if forced else {}
+            load = {"load": self.load * self.factor[i], "sampling": SAMPLE} if forced else {}
             curve = TrilinearCurve(self.curve.yield_displacement_ratio[i], self.curve.strength_ratio[i])
-            lane = history(
+            lane = exact_history(
                 curve, self.damping(i), SAMPLE * np.arange(SAMPLES), release_amplitude=self.release[i], **load
             )
             found.append(lane.displacement)

@@ -4,7 +4,7 @@ import numpy as np
 from repository import ROOT
 
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 from rockdamp.studies import mechanism
 
 
@@ -27,7 +27,7 @@ def test_the_nearly_rigid_history_is_that_of_the_event_driven_solver(paper):
     """At the paper's step, as closely as docs/accuracy.md says."""
     found = mechanism.damping_force(paper)["rocking_displacement"].sel(rocking_model="tri-linear")
     rigid = paper.damping_force.rigid
-    exact = event_driven.history(
+    exact = exact_history(
         rigid.curve,
         Damping.cr(rigid.restitution),
         found["tau"].values,

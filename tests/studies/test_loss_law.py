@@ -8,7 +8,7 @@ from configs import changed, configured
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 from rockdamp.studies import loss_law
 
 
@@ -37,7 +37,7 @@ def test_a_peak_is_the_event_driven_solver_s(config, histories):
             cases.append((peak, Damping.cr(e, exponent=g, at=at)))
     for peak, damping in cases:
         times = sampling * np.arange(1, load.size)
-        exact = event_driven.history(named.curve, damping, times, load=load, load_step=sampling)
+        exact = exact_history(named.curve, damping, times, load=load, sampling=sampling)
         assert float(peak) == pytest.approx(np.abs(exact.turning_displacement).max(), rel=5e-3)
 
 

@@ -17,7 +17,7 @@ from rockdamp.histories.measured_test import computed_response
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.records import Record, read_record
-from rockdamp.solvers.event_driven import history
+from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.response import Histories
 from rockdamp.studies.validation import _misfits, damping_ratios, validate
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
@@ -85,7 +85,7 @@ def test_damping_ratios_are_the_mean_of_the_polynomials_as_in_the_paper(equivale
 def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
     curve = TrilinearCurve(0.03, 0.80)
     response = computed_response(record, WALL, curve, Damping.cr(0.835), 0.0025)
-    exact = history(
+    exact = exact_history(
         curve,
         Damping.cr(0.835),
         P * record.elapsed,

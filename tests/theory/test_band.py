@@ -10,7 +10,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.damping.band import band_strength, half_cycle_loss
 from rockdamp.mechanics.damping.ecd import normalisation
 from rockdamp.plausibility import as_meant
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import solve
 
 PAPER = TrilinearCurve(0.04, 0.85)
@@ -21,7 +21,7 @@ EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-15}
 def free_peaks(curve, damping, x0, half_cycles):
     """Return the release and the next peaks, by the event-driven solver."""
     end = (half_cycles + 1) * float(curve.period(x0))
-    run = event_driven.history(curve, damping, [end], release_amplitude=x0)
+    run = exact_history(curve, damping, [end], release_amplitude=x0)
     return np.abs([x0, *run.turning_displacement[:half_cycles]])
 
 
@@ -371,7 +371,7 @@ def test_both_solvers_agree_under_load(model):
     times = 0.1 * np.arange(61)
     exact = np.array(
         [
-            event_driven.history(PAPER, damping, times, release_amplitude=x0, load=load, load_step=0.1).displacement
+            exact_history(PAPER, damping, times, release_amplitude=x0, load=load, sampling=0.1).displacement
             for x0 in amplitude
         ]
     )

@@ -20,7 +20,7 @@ from rockdamp.equivalence.minima import Cases
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.plausibility import as_meant
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 
 CURVES = {
     "paper": TrilinearCurve(0.04, 0.85),
@@ -49,7 +49,7 @@ def test_an_impact_takes_the_same_part_of_the_energy_from_any_amplitude(curve):
     e = 0.8
     for share in SHARES:
         x0 = share * float(curve.ultimate_displacement_ratio)
-        run = event_driven.history(curve, Damping.cr(e), [float(curve.period(x0))], release_amplitude=x0)
+        run = exact_history(curve, Damping.cr(e), [float(curve.period(x0))], release_amplitude=x0)
         assert float(curve.energy(run.turning_displacement[0]) / curve.energy(x0)) == pytest.approx(e**2, rel=1e-9)
 
 
@@ -60,7 +60,7 @@ def test_the_energy_lost_tends_to_the_work_along_the_undamped_motion(model):
     work = 2 * float(curve.energy(x0)) / float(equivalence_factor(curve, Damping(model, 1.0), x0))
     away = []
     for xi in (0.02, 0.01, 0.005):
-        run = event_driven.history(curve, Damping(model, xi), [0.7 * float(curve.period(x0))], release_amplitude=x0)
+        run = exact_history(curve, Damping(model, xi), [0.7 * float(curve.period(x0))], release_amplitude=x0)
         lost = float(curve.energy(x0) - curve.energy(run.turning_displacement[0]))
         away.append(lost / (xi * work) - 1)
     ratios = np.array(away[:-1]) / np.array(away[1:])
@@ -158,7 +158,7 @@ def test_the_closed_form_is_first_order_in_the_loss(model):
     curve, x0 = CURVES["paper"], 0.6
     away = []
     for xi in (0.0025, 0.00125):
-        run = event_driven.history(curve, Damping(model, xi), [0.6 * float(curve.period(x0))], release_amplitude=x0)
+        run = exact_history(curve, Damping(model, xi), [0.6 * float(curve.period(x0))], release_amplitude=x0)
         e = float(np.sqrt(curve.energy(run.turning_displacement[0]) / curve.energy(x0)))  # takes what the damper took
         away.append(float(damping_ratio_energy(curve, model, e, x0)) / xi - 1)
     assert np.divide(*away) == pytest.approx(2.0, rel=0.08)
@@ -207,7 +207,7 @@ def test_trajectories_are_those_of_the_linear_oscillator(curve):
     """(y, v) lies on the spiral of y'' + 2 xi y' + y = 0 from (y0, 0): y^2 + 2 xi y v + v^2 falls as its phase says."""
     xi, x0 = 0.08, 0.9 * float(curve.ultimate_displacement_ratio)
     times = np.linspace(0, 3 * float(curve.period(x0)), 400)
-    run = event_driven.history(curve, Damping("ECD", xi), times, release_amplitude=x0)
+    run = exact_history(curve, Damping("ECD", xi), times, release_amplitude=x0)
     x, v = run.displacement, run.velocity
     y = np.sign(x) * np.sqrt(2 * curve.energy(x))
     wd = np.sqrt(1 - xi**2)
@@ -227,7 +227,7 @@ def longer(e):
     for curve in CURVES.values():
         for share in (*SHARES, 0.75, 0.9):
             x0 = share * float(curve.ultimate_displacement_ratio)
-            run = event_driven.history(curve, damper, [0.65 * float(curve.period(x0))], release_amplitude=x0)
+            run = exact_history(curve, damper, [0.65 * float(curve.period(x0))], release_amplitude=x0)
             x1 = cr_peaks(curve, e, x0, 1)[0]
             found.append(run.turning_tau[0] / float((curve.period(x0) + curve.period(x1)) / 4) - 1)
     return np.array(found)

@@ -6,7 +6,7 @@ import sympy as sp
 
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 from rockdamp.vocabulary import RECOMMENDED
 
 CURVE = TrilinearCurve(0.04, 0.85)
@@ -33,5 +33,5 @@ def test_the_first_peaks_of_three_dampers_under_a_half_sine():
     load = 2 * np.sin(np.pi * np.linspace(0, 1, 257))
     for model, peak in zip(("CR", RECOMMENDED, "ECD"), (0.400, 0.397, 0.331), strict=True):
         damping = Damping.of_restitution(0.85, model)
-        run = event_driven.history(CURVE, damping, [2.0], load=load, load_step=step)
+        run = exact_history(CURVE, damping, [2.0], load=load, sampling=step)
         assert run.turning_displacement[0] == pytest.approx(peak, abs=6e-4)

@@ -17,7 +17,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.damping.cr import by_amplitude, impact_law
 from rockdamp.mechanics.damping.ecd import normalisation
 from rockdamp.plausibility import as_meant
-from rockdamp.solvers import event_driven
+from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import solve
 
 PAPER = TrilinearCurve(0.04, 0.85)
@@ -32,7 +32,7 @@ def lost(curve, e, g, at):
 def turns(curve, damping, x0, count):
     """Peaks after the release, `count` of them at most."""
     end = (count + 1) * float(curve.period(x0)) / 2 + 1.0
-    return np.abs(event_driven.history(curve, damping, [end], release_amplitude=x0).turning_displacement)[:count]
+    return np.abs(exact_history(curve, damping, [end], release_amplitude=x0).turning_displacement)[:count]
 
 
 def test_the_law_is_the_flow_over_whole_impacts():
@@ -110,7 +110,7 @@ def test_a_damper_on_two_curves_follows_the_law_on_both():
 def test_the_wall_stops_at_the_impact_that_the_law_says(e, g):
     for x0 in (0.3, 0.6):
         exact = (float(PAPER.energy(x0)) / float(PAPER.energy(0.3))) ** g / (1 - e ** (2 * g))
-        run = event_driven.history(PAPER, Damping.cr(e, exponent=g), [60.0], release_amplitude=x0)
+        run = exact_history(PAPER, Damping.cr(e, exponent=g), [60.0], release_amplitude=x0)
         assert run.impacts.size == math.ceil(exact)
         assert run.displacement[0] == 0 and run.velocity[0] == 0
         batched = solve(PAPER, Damping.cr(e, exponent=g), release_amplitude=x0, step=0.001, steps=60000)
@@ -125,8 +125,8 @@ def test_a_load_moves_a_wall_that_has_stopped():
     start = 20.0
     delayed = np.concatenate([np.zeros(round(start / step)), load])
     times = np.array([19.0, 20.3, 21.0, 22.0])
-    run = event_driven.history(PAPER, damping, times, release_amplitude=0.3, load=delayed, load_step=step)
-    fresh = event_driven.history(PAPER, damping, times[1:] - start, load=load, load_step=step)
+    run = exact_history(PAPER, damping, times, release_amplitude=0.3, load=delayed, sampling=step)
+    fresh = exact_history(PAPER, damping, times[1:] - start, load=load, sampling=step)
     np.testing.assert_allclose(run.displacement, [0.0, *fresh.displacement], atol=1e-9)
     assert abs(run.displacement[1]) > 0.01
 
@@ -253,7 +253,7 @@ BAD = [
         lambda: solve(PAPER, Damping.cr(0.8, exponent=0.2, at=1.0), step=0.01, steps=2),
         r"at .* is 1\.0; .* less than a3",
     ),
-    (lambda: event_driven.history(PAPER, Damping.cr(0.8, exponent=0.2, at=1.0), [1.0]), r"at .* is 1\.0"),
+    (lambda: exact_history(PAPER, Damping.cr(0.8, exponent=0.2, at=1.0), [1.0]), r"at .* is 1\.0"),
     (lambda: Damping("CDR", 0.05, exponent=0.2), "CDR takes damping_ratio and nothing else"),
 ]
 
@@ -271,7 +271,7 @@ def test_a_batch_of_exponents_is_each_of_them_alone(make):
     many = solve(PAPER, make(0.85, exponent=g), release_amplitude=0.6, step=step, steps=steps, store_every=40)
     times = 40 * step * np.arange(steps // 40 + 1)
     for one, history in zip(g, many.displacement, strict=True):
-        exact = event_driven.history(PAPER, make(0.85, exponent=one), times, release_amplitude=0.6)
+        exact = exact_history(PAPER, make(0.85, exponent=one), times, release_amplitude=0.6)
         np.testing.assert_allclose(history, exact.displacement, atol=2e-4)
 
 

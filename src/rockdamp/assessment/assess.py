@@ -34,11 +34,11 @@ from rockdamp.assessment.table import (
 from rockdamp.errors import InputError, require
 from rockdamp.histories.labelled import described
 from rockdamp.histories.loads import SupportRecord
-from rockdamp.histories.one_sided import both_ways
-from rockdamp.histories.supports import SMALL, Records, floor_motions, joint_offset, motions_of
-from rockdamp.mechanics.building import Building
+from rockdamp.histories.one_sided import add_reversed
+from rockdamp.histories.supports import SMALL, Records, collect_motions, floor_motions, joint_offset
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE
+from rockdamp.mechanics.floors import Building
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
@@ -150,7 +150,7 @@ def assess(
     loss = _loss(exponent, at)
     motions = ground_motions(records)
     if isinstance(wall, OneSidedWall):
-        motions = both_ways(motions)
+        motions = add_reversed(motions)
     runs = collapses_of(wall)(wall, curve, e, motions, measure, intensity, loss=loss, step=step, tail=tail)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
@@ -254,7 +254,7 @@ def _on_supports(
         held.setdefault((type(row.wall), row.diaphragm), []).append(row)
     for (kind, diaphragm), alike in held.items():
         if kind is OneSidedWall:
-            yield alike, both_ways(motions)
+            yield alike, add_reversed(motions)
         elif building is None and diaphragm is None:
             yield alike, motions
         else:
@@ -392,7 +392,7 @@ def intensities(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Arra
 
 def ground_motions(records: Records) -> list[GroundMotion]:
     """Return the motions of some records; refuse none, and one that is there twice."""
-    motions = motions_of(records)
+    motions = collect_motions(records)
     if not motions:
         raise InputError("there are no records; there must be at least one")
     repeated = [motion.name for motion in motions if sum(other.name == motion.name for other in motions) > 1]

@@ -16,9 +16,9 @@ from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.table import Row
 from rockdamp.errors import InputError
 from rockdamp.histories.loads import SupportRecord
-from rockdamp.histories.one_sided import both_ways
-from rockdamp.mechanics.building import Building, Diaphragm
+from rockdamp.histories.one_sided import add_reversed
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.floors import Building, Diaphragm
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
@@ -90,7 +90,7 @@ def checks(
     measure = answer.attrs["intensity_measure"].lower()
     cr, u_ins = answer.sel(damping_model=REFERENCE), float(wall.instability_displacement)
     median = float(cr[f"median_{measure}"])
-    shaken_by = both_ways(motions) if isinstance(wall, OneSidedWall) else motions
+    shaken_by = add_reversed(motions) if isinstance(wall, OneSidedWall) else motions
     support = np.array([intensity_measures(motion.record).pga for motion in shaken_by])
     found = []
     for index, intensity in enumerate(answer[measure].values.tolist()):

@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from rockdamp import progress
 from rockdamp.arrays import Array
 from rockdamp.errors import require
-from rockdamp.histories import one_sided
 from rockdamp.histories.loads import peaks_and_collapses
+from rockdamp.histories.one_sided import run_one_sided
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.damping.ecd import least_restitution
@@ -30,7 +30,6 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.records import Record
 from rockdamp.plausibility import as_meant
 from rockdamp.solvers.newmark import available_threads
-from rockdamp.solvers.response import COLLAPSED
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 
 UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
@@ -227,13 +226,17 @@ def one_sided_collapses(
     levels = np.array([getattr(each, measure.lower()) for each in measures])
     stripe = float(wall.velocity_scale) * STRIPES * float(np.median(levels / [each.pgv for each in measures]))
     wanted, asked, threads = np.concatenate([intensity, stripe]), intensity.size, available_threads()
+    e = float(np.ravel(restitution)[0])
     ended = [
-        one_sided.ends(motion.record, wall, curve, np.ravel(restitution)[0], wanted / level, tail=tail, threads=threads)
+        run_one_sided(motion.record, wall, curve, e, wanted / level, tail=tail, threads=threads)
         for motion, level in zip(track(motions), levels, strict=True)
     ]
     # By record, wall, level and damping model, of which there is one each.
-    fell, peak = (np.stack([getattr(end, name) for end in ended])[:, None, :, None] for name in ("outcome", "peak"))
-    fell, factor = fell == COLLAPSED, intensity / levels[:, None]
+    fell, peak = (
+        np.array([[getattr(history, name) for history in row] for row in ended])[:, None, :, None]
+        for name in ("collapsed", "peak")
+    )
+    factor = intensity / levels[:, None]
     at, stripes = ("record", "wall", "intensity", "damping_model"), ("record", "wall", "stripe", "damping_model")
     return xr.Dataset(
         {

@@ -20,9 +20,9 @@ from rockdamp.arguments import number
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import LEAST_OF_DAMPER
 from rockdamp.errors import InputError
-from rockdamp.mechanics.building import DAMPING_RATIO, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.floors import DAMPING_RATIO, Diaphragm
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import SORRENTINO_RATIO, WEAKEST, Parapet, Wall
 from rockdamp.stated import of_heights, of_stated

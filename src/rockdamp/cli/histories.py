@@ -221,7 +221,7 @@ def respond_command(
     if several or csv is not None:
         through = track(motions, "Records") if several else motions
         if options["one_sided"]:
-            answers = list(one_sided.rows(through, wall, curve, _restitution(wall, options), asked, tail))
+            answers = list(one_sided.respond_one_sided(through, wall, curve, _restitution(wall, options), asked, tail))
         else:
             answers = list(rows(through, wall, curve, dampings, asked, tail))
         if csv is not None:

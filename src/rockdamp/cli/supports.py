@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from rockdamp.assessment.checks import Check
-    from rockdamp.mechanics.building import Building, Diaphragm
+    from rockdamp.mechanics.floors import Building, Diaphragm
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
 
@@ -52,7 +52,7 @@ def make_buildings(options: Mapping[str, Any]) -> list[Building]:
     for name in ("storeys", "storey"):
         if options[name] is None:
             raise click.UsageError(f"--{name} is missing; --building-period must have it")
-    from rockdamp.mechanics.building import Building
+    from rockdamp.mechanics.floors import Building
 
     return [Building(period, *(options[name] for name in OPTIONS)) for period in periods]
 
@@ -62,7 +62,7 @@ def make_diaphragm(options: Mapping[str, Any]) -> Diaphragm | None:
     if options["diaphragm_period"] is None:
         refuse_unused(("diaphragm_damping",), "--diaphragm-period")
         return None
-    from rockdamp.mechanics.building import Diaphragm
+    from rockdamp.mechanics.floors import Diaphragm
 
     return Diaphragm(options["diaphragm_period"], options["diaphragm_damping"])
 

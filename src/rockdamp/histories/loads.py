@@ -54,10 +54,10 @@ def support_factors(wall: Wall) -> Array:
 
 
 class Load(TypedDict):
-    """The arguments of `event_driven.history` that describe the load."""
+    """The arguments of `exact_history` that describe the load."""
 
     load: Array
-    load_step: float
+    sampling: float
 
 
 @dataclass(frozen=True)
@@ -129,11 +129,11 @@ class Forcing:
         return self.shares.reshape(len(self.shares), *between, *self.shares.shape[1:]) * self.load_factor
 
     def event_driven(self) -> Load:
-        """Return the arguments of `event_driven.history`, for one wall and one factor."""
+        """Return the arguments of `exact_history`, for one wall and one factor."""
         parts = SPLINE_PARTS if self.smooth else 1
         motion, factors = self._every(parts), self._factors()
         load = factors * motion if self.motions is None else np.tensordot(factors, motion, 1)
-        return {"load": load, "load_step": float(self.sampling) / parts}
+        return {"load": load, "sampling": float(self.sampling) / parts}
 
     def _every(self, parts: int) -> Array:
         """Return the motion at so many times for each sample where it is smooth, along the spline; else as it is."""

@@ -7,26 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arguments import instance
-from rockdamp.arrays import Array, ByValue
+from rockdamp.arrays import Array
 from rockdamp.mechanics.wall import Parapet, Wall
 
 
 # ASSUME: the stop is rigid and moves as the base does.
-@dataclass(frozen=True, eq=False)
-class OneSidedWall(ByValue):
+@dataclass(frozen=True)
+class OneSidedWall:
     """A wall that rocks to one side, away from a rigid stop: u >= 0, and an impact turns v into -e v.
+
+    Its sizes are those of its mechanism. `load_factor` is less than 0: a ground that accelerates towards the stop's
+    side throws the wall off it.
 
     Parameters
     ----------
     mechanism : Wall or Parapet
         A `Parapet` is a block that rocks about its base corner, as a facade does; a `Wall` spans between two
         supports.
-
-    Raises
-    ------
-    InputError
-        If the mechanism is neither.
 
     Examples
     --------
@@ -38,23 +35,19 @@ class OneSidedWall(ByValue):
 
     mechanism: Wall | Parapet
 
-    def __post_init__(self) -> None:
-        instance("mechanism", self.mechanism, Wall, Parapet)
-
     @property
     def instability_displacement(self) -> Array:
-        """u_ins of the mechanism. [m]"""
+        """u_ins. [m]"""
         return self.mechanism.instability_displacement
 
     @property
     def frequency_parameter(self) -> Array:
-        """p of the mechanism. [rad s-1]"""
+        """p. [rad s-1]"""
         return self.mechanism.frequency_parameter
 
     @property
     def load_factor(self) -> Array:
-        """Factor from the ground acceleration to the dimensionless load, less than 0: u > 0 is away from the stop, and
-        a ground that accelerates towards the stop's side throws the wall off it. [s2 m-1]"""
+        """Factor from the ground acceleration to the dimensionless load. [s2 m-1]"""
         return self.mechanism.load_factor
 
     @property
@@ -75,11 +68,5 @@ class OneSidedWall(ByValue):
         return np.asarray(1.05 * (1 - 1.5 * sine2) ** 2 * np.abs(1 - 1.5 * (1 - sine2)))
 
     def rocking_onset(self, strength_ratio: ArrayLike = 1.0) -> Array:
-        """Return the ground acceleration whose static load reaches the plateau. [m s-2]
-
-        Parameters
-        ----------
-        strength_ratio : float or ndarray
-            b1 of a cracked wall, broadcasts. [-]
-        """
+        """Return the ground acceleration whose static load reaches the plateau, by b1 of a cracked wall. [m s-2]"""
         return self.mechanism.rocking_onset(strength_ratio)

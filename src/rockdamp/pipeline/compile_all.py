@@ -14,8 +14,8 @@ LOADED = 0.5  # s of processor time, in which a compiled loop is read from the c
 def compile_all(processes: int = 1) -> None:
     """Compile every loop that the pipeline runs, into Numba's cache, so that later processes find it there.
 
-    A short run of each damper, with all that the solver keeps and of peaks alone, of ECD of a doubled order, of each
-    law by the event-driven solver, and of a linear oscillator. The scheme as printed, other orders, a loss that falls
+    A short run of each damper, with all that the solver keeps and of peaks alone, of ECD of a doubled order, and of the
+    exact solver. The scheme as printed, other orders, a loss that falls
     with the amplitude and walls of an uneven force, of one stage alone, are compiled by who asks for them. Numba
     compiles one function at a time in a process: from the first loop on that is not in the cache, further processes
     help.
@@ -25,18 +25,15 @@ def compile_all(processes: int = 1) -> None:
     from multiprocessing import get_context
     from time import process_time
 
-    import rockdamp.solvers.event_driven  # noqa: F401 - before the clock runs
+    import rockdamp.solvers.exact  # noqa: F401 - before the clock runs
     from rockdamp.mechanics.damping import Damping
     from rockdamp.vocabulary import MODELS
 
     models = [Damping(model, 0.5) for model in MODELS]
     dampers = [*models, Damping("ECD", 0.05, order=8)]
-    runs = [partial(_run_oscillator)]  # the quickest tells whether anything is to be compiled
+    runs = [partial(_run_exactly)]  # the first tells whether anything is to be compiled
     runs += [partial(_run, damping, peaks_only=True) for damping in dampers]
-    # Dampers may share a law, and one run compiles it for all: two processes would both compile it.
-    runs += [partial(_run_exactly, damping) for damping in {damping.law: damping for damping in models}.values()]
     runs += [partial(_run, damping) for damping in dampers]
-    runs += [partial(_run_one_sided)]
     for count, run in enumerate(runs, 1):
         start = process_time()
         run()
@@ -58,23 +55,9 @@ def _run(damping: Damping, *, peaks_only: bool = False) -> None:
         solve(TrilinearCurve(0.04, 0.85), damping, **run)
 
 
-def _run_oscillator() -> None:
-    import numpy as np
-
-    from rockdamp.solvers.oscillator import Ramps
-
-    Ramps.from_samples(np.array([0.0, 1.0]), 0.01, 1).lag(1.0, 0.05)
-
-
-def _run_exactly(damping: Damping) -> None:
+def _run_exactly() -> None:
     from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.solvers.event_driven import history
+    from rockdamp.mechanics.damping import Damping
+    from rockdamp.solvers.exact import exact_history
 
-    history(TrilinearCurve(0.04, 0.85), damping, [0.01], release_amplitude=0.5)
-
-
-def _run_one_sided() -> None:
-    from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.solvers.one_sided import history
-
-    history(TrilinearCurve(0.04, 0.85), 0.5, [0.01], release_amplitude=0.5)
+    exact_history(TrilinearCurve(0.04, 0.85), Damping("CR", 0.9), [0.01], release_amplitude=0.5)

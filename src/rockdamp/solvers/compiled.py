@@ -29,8 +29,6 @@ PACKAGE = Path(__file__).parents[1]
 SHARED = (
     "mechanics/trilinear.py",
     "solvers/*_kernel.py",
-    "solvers/event_driven.py",
-    "solvers/oscillator.py",
 )
 VERSIONS = "\n".join(map(version, ("numba", "numpy", "scipy")))  # SciPy has the coefficients of DOP853
 DAMPERS = "mechanics/damping/*.py"

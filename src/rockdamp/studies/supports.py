@@ -28,9 +28,9 @@ from rockdamp.config import Config, NamedWall, Supports
 from rockdamp.errors import InputError
 from rockdamp.histories.loads import peaks_and_collapses, substeps_of
 from rockdamp.histories.supports import floor_motions
-from rockdamp.mechanics.building import Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.floors import Diaphragm
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.catalogue import GroundMotion

@@ -84,7 +84,7 @@ EDITS = {
         [],
     ),
     "a line of a kernel": (
-        [("src/rockdamp/solvers/event_driven.py", "TOLERANCE = 1e-13", "TOLERANCE = 2e-13")],
+        [("src/rockdamp/solvers/exact.py", "TOLERANCE = 1e-13", "TOLERANCE = 2e-13")],
         ["earthquake_check"],
     ),
     "a limit of one stage and a label of all figures": (

@@ -31,9 +31,9 @@ from rockdamp.figures.mechanism import wall_figure
 from rockdamp.figures.single import fragility_figure, response_figure
 from rockdamp.histories.labelled import responses
 from rockdamp.histories.supports import SMALL
-from rockdamp.mechanics.building import Building, Diaphragm
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import damper_classes
+from rockdamp.mechanics.floors import Building, Diaphragm
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant

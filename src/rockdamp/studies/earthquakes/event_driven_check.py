@@ -22,9 +22,9 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.progress import track
-from rockdamp.solvers.event_driven import history
+from rockdamp.solvers.exact import exact_history
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER, NEAR
-from rockdamp.vocabulary import MODELS, OUTCOMES, REFERENCE
+from rockdamp.vocabulary import MODELS, REFERENCE
 
 EDGE = 0.8  # u/u_ins: of the peaks of walls that survive
 STRATA = ("far", "near", "edge", "just collapsed", "unconverged")
@@ -165,6 +165,6 @@ def exact_peak(case: xr.Dataset, motion: catalogue.GroundMotion, named: NamedWal
 def exact_end(curve: TrilinearCurve, damping: Damping, forcing: Forcing) -> tuple[float, bool]:
     """Return the peak of a history by the event-driven solver, and whether it collapses."""
     end = float(forcing.sampling) * forcing.intervals
-    ended = history(curve, damping, [end], **forcing.event_driven())
+    ended = exact_history(curve, damping, [end], **forcing.event_driven())
     extremes = np.abs([*ended.turning_displacement, *ended.displacement])
-    return float(np.nanmax(extremes, initial=0.0)), ended.outcome == OUTCOMES[1]
+    return float(np.nanmax(extremes, initial=0.0)), ended.collapsed
