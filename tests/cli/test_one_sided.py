@@ -53,7 +53,6 @@ def test_batch_takes_a_one_sided_row_beside_another(tmp_path):
 @pytest.mark.parametrize(
     ("command", "text"),
     [
-        (("assess", *WALL, *RECORDS, "--restitution", 0), "restitution (e) is 0.0; it must be greater than 0"),
         (
             ("assess", *WALL, *RECORDS, "--building-period", 0.3, "--storeys", 3, "--storey", 3),
             "--building-period must be given without --one-sided",
