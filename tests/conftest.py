@@ -25,7 +25,7 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 # These take minutes, so they go first: no process is left alone with one of them at the end.
 LONG = ("tests/workflow/", "tests/documents/test_howto", "tests/studies/earthquakes/", "tests/whole_package/")
 # The files of each of these folders go to one process: they share what takes long to make.
-TOGETHER = ("tests/workflow/pipeline/", "tests/figures/")
+TOGETHER = ("tests/workflow/", "tests/figures/")
 
 
 def pytest_collection_modifyitems(items):

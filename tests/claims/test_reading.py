@@ -10,7 +10,7 @@ from made_up_claims import FILE, JUDGES, MEASURED
 from rockdamp import claims
 from rockdamp.claims.verdicts import CONDITIONAL, NOT_JUDGED, NOT_REPRODUCED, REPRODUCED
 from rockdamp.errors import InputError
-from rockdamp.pipeline.tables import FIGURES
+from rockdamp.figures import FIGURES
 
 ONE = {"bilinear-demand": JUDGES["bilinear-demand"]}
 

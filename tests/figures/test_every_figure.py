@@ -8,11 +8,11 @@ from figure_reading import INPUTS, all_text, drawn, texts
 from made_up_studies import ALL
 from matplotlib import rc_params_from_file
 from matplotlib.colors import to_rgb
+from minimal_build import PAPER_FIGURES
 
 from rockdamp.figures import style
 from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, style_of
 from rockdamp.mechanics.damping import damper_classes
-from rockdamp.pipeline.tables import FIGURES as TABLE
 from rockdamp.vocabulary import PAPER_MODELS
 
 LINES = rc_params_from_file(style.STYLE, use_default_template=False)
@@ -93,7 +93,7 @@ def test_a_model_has_one_colour_line_and_marker_everywhere(name):
                 assert line.get_marker() in ("None", style_of(model).marker)
                 seen.add(model)
     papers = {"fig4": {"CR", "CDR"}, "fig8": {"CR", *PAPER_MODELS}}
-    assert seen == (papers.get(name, set(PAPER_MODELS)) if TABLE[name].number else set(ALL))
+    assert seen == (papers.get(name, set(PAPER_MODELS)) if name in PAPER_FIGURES else set(ALL))
 
 
 def strokes(linestyle):
@@ -120,6 +120,6 @@ def test_models_are_told_apart_without_colour_those_without_a_chosen_style_too(m
         assert strokes(one.linestyle) != strokes(other.linestyle)
 
 
-@pytest.mark.parametrize("name", [name for name, figure in TABLE.items() if figure.number])
+@pytest.mark.parametrize("name", PAPER_FIGURES)
 def test_a_figure_of_the_paper_shows_the_papers_models_alone(name):
     assert not re.search(r"\bECD", all_text(drawn(name)))

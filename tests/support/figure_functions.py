@@ -1,9 +1,8 @@
-"""What draws each figure of the table and what writes its caption, by the figure's name."""
+"""What draws each figure of the table, by the figure's name."""
 
 from importlib import import_module
 
-from rockdamp.pipeline import tables
+from rockdamp import figures
 
-MODULES = {name: import_module(figure.sources.modules[0]) for name, figure in tables.FIGURES.items()}
-FIGURES = {name: getattr(module, name) for name, module in MODULES.items()}
-CAPTIONS = {name: getattr(module, f"{name}_caption") for name, module in MODULES.items()}
+FIGURES = {name: getattr(import_module(f"rockdamp.{module}"), name) for name, (module, _) in figures.FIGURES.items()}
+INPUTS = {name: datasets for name, (_, datasets) in figures.FIGURES.items()}

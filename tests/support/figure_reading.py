@@ -4,17 +4,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from figure_functions import FIGURES
+from figure_functions import FIGURES, INPUTS
 from made_up_studies import made_up
 from matplotlib.axis import Axis
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 from report_content import of_name
-
-from rockdamp.pipeline.tables import FIGURES as TABLE
-
-INPUTS = {name: figure.inputs for name, figure in TABLE.items()}
-
 
 # --- made-up datasets: smooth functions of the right shape, no solver ------------------------------------------------
 

@@ -1,12 +1,24 @@
-"""Files that a build of the minimal config leaves, by the tables of stages and figures."""
+"""What a build of the minimal config leaves."""
 
-from rockdamp.pipeline.tables import FIGURES, STAGES, each_study
+from rockdamp.figures import FIGURES
+from rockdamp.vocabulary import STUDIES
 
 RESULTS, LOGS = "results/minimal", "logs/results/minimal"
-WHOLE = [stage for stage in STAGES.values() if "{chunk}" not in stage.file]
-DATASETS = [f"{name}.nc" for stage in WHOLE if stage.dataset for name in each_study(stage.dataset)]
+DECAYS, MATCHES = ([f"{kind}/{study}" for study in STUDIES] for kind in ("decay", "match"))
+# What the glossary calls each dataset that the report shows.
+KINDS = {
+    **dict.fromkeys(MATCHES, "match"),
+    **{name: name for name in ("mechanism", "damping_force", "response_lengths", "equivalence", "calibration")},
+    **{name: name for name in ("validation", "bilinear", "measured_rocking", "convergence", "amplitude")},
+    **{name: name for name in ("earthquakes", "comparison", "order", "loss_law", "supports")},
+    "earthquakes/walls": "earthquake_walls",
+    "earthquakes/check": "earthquake_check",
+}
+DATASETS = [f"{name}.nc" for name in (*DECAYS, *KINDS)]
 OUTPUTS = [
     *DATASETS,
-    *(file for stage in WHOLE if not stage.dataset for file in (stage.file, *stage.also)),
+    *("coefficients.csv", "claims.csv", "claims.json", "errata.csv", "measured_claims.csv", "measured_claims.json"),
+    *("report.html", "paper.html"),
     *(f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("pdf", "png")),
 ]
+PAPER_FIGURES = [name for name in FIGURES if not name.startswith("fig_")]

@@ -33,13 +33,10 @@ class Tree:
         command = [sys.executable, *run]
         return subprocess.run(command, cwd=self.place, env=self.environment, capture_output=True, text=True)
 
-    def planned(self, overlay=None):
-        """Jobs that a run would execute: rules with the number of their jobs, without `all`."""
-        run = self.snakemake("--dry-run", overlay=overlay)
-        assert run.returncode == 0, run.stdout + run.stderr
+    def jobs(self, run):
+        """Jobs that a dry run lists: rules with the number of their jobs, without targets."""
         text = run.stdout + run.stderr
-        if "Nothing to be done" in text:
-            return {}
+        assert run.returncode == 0, text
         table = text.partition("Job stats:")[2].partition("total")[0]
         jobs = {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", table, flags=re.MULTILINE)}
         return {name: count for name, count in jobs.items() if name != "all"}

@@ -1,24 +1,25 @@
-"""A rule for each figure, from the table of figures: src/rockdamp/pipeline/figures.yaml."""
+"""A rule for each figure, by its name in the table of rockdamp.figures."""
 
-for figure in FIGURES.values():
+for figure, (module, datasets) in FIGURES.items():
 
     rule:
         name:
-            figure.name
+            figure
         input:
-            datasets=dataset_files(figure.inputs),
+            expand(RESULTS + "/{dataset}.nc", dataset=datasets),
         output:
-            figure_files(figure),
+            report(RESULTS + f"/figures/{figure}.png", category="Figures", labels={"figure": figure}),
+            RESULTS + f"/figures/{figure}.pdf",
         log:
-            f"{LOGS}/figures/{figure.name}.log",
+            LOGS + f"/figures/{figure}.log",
         params:
-            function=figure.function,
-            shows=figure.alternative,
-            attributes=expected_attributes,
-            sources=figure.sources,
-            version=figure.sources.version(),
-            config=config_part(["figures"]),
-        message:
-            figure.title
+            *settings("figures"),
+            *code(module, script="figure"),
+            function=f"{module}.{figure}",
         script:
             "../scripts/figure.py"
+
+
+FIGURE_FILES = expand(RESULTS + "/figures/{figure}.{suffix}", figure=FIGURES, suffix=["png", "pdf"])
+PAPER_FIGURES = [figure for figure in FIGURES if not figure.startswith("fig_")]
+PAPER_FIGURE_FILES = [file for file in FIGURE_FILES if Path(file).stem in PAPER_FIGURES]

@@ -1,24 +1,19 @@
-"""The verdicts on claims and, of the paper, the evidence for its errata: all tables, or none."""
+"""A verdict on each claim, as a table and as the report reads it, and the evidence for the paper's errata."""
 
-from contextlib import ExitStack
+import os
+import sys
 from pathlib import Path
 
-from boundary import job, open_datasets
+from rockdamp import claims
+from rockdamp.claims import errata
+from rockdamp.storage import dataset
 
-with job(snakemake):
-    from rockdamp import claims
-    from rockdamp.claims import errata
-    from rockdamp.storage.atomic import replacing
+sys.stderr = sys.stdout = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)
 
-    results, kind = snakemake.config["results"], snakemake.params.kind
-    names = [Path(path).relative_to(results).with_suffix("").as_posix() for path in snakemake.input.datasets]
-    datasets = dict(zip(names, open_datasets(snakemake), strict=True))
-    judges = claims.MEASURED if kind == "measured_claims" else claims.JUDGES
-    verdicts = claims.judge(claims.read(snakemake.input.claims), datasets, judges)
-    with ExitStack() as stack:
-        table, structure, *others = (stack.enter_context(replacing(path)) for path in snakemake.output)
-        claims.table(verdicts).to_csv(table, index=False, lineterminator="\n")
-        structure.write_text(claims.as_json(verdicts), encoding="utf-8", newline="\n")
-        for path in others:
-            evidence = errata.table(errata.read(snakemake.input.errata), datasets)
-            evidence.to_csv(path, index=False, lineterminator="\n")
+paths, output, results = snakemake.input, snakemake.output, snakemake.config["results"]
+datasets = {os.path.relpath(path, results).removesuffix(".nc"): dataset.open(path) for path in paths.datasets}
+verdicts = claims.judge(claims.read(paths.claims), datasets, getattr(claims, snakemake.params.judges))
+claims.table(verdicts).to_csv(output.table, index=False, lineterminator="\n")
+Path(output.structure).write_text(claims.as_json(verdicts), encoding="utf-8")
+if "errata" in output.keys():
+    errata.table(errata.read(paths.errata), datasets).to_csv(output.errata, index=False, lineterminator="\n")

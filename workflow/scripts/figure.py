@@ -1,13 +1,14 @@
-"""A figure in every format: one function of the package, called with the datasets that it shows."""
+"""A figure: a function of the package, called with the datasets that its rule lists."""
 
+import importlib
+import sys
 from os.path import splitext
 
-from boundary import call, job, open_datasets
+from rockdamp.figures.output import save
+from rockdamp.storage import dataset
 
-with job(snakemake):
-    from rockdamp.figures.output import save
+sys.stderr = sys.stdout = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)
 
-    config = snakemake.params.config
-    figure = call(snakemake.params.function, *open_datasets(snakemake))
-    formats, resolution = config["figures.formats"], config["figures.resolution"]
-    save(figure, splitext(snakemake.output[0])[0], formats=formats, resolution=resolution)
+module, _, name = snakemake.params.function.rpartition(".")
+figure = getattr(importlib.import_module(f"rockdamp.{module}"), name)(*map(dataset.open, snakemake.input))
+save(figure, splitext(snakemake.output[0])[0], ["png", "pdf"], snakemake.params[0]["figures.resolution"])

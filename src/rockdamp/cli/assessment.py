@@ -143,7 +143,7 @@ def assess_command(
         warn(of_supports([check.support_acceleration for check in checked]))
     if options["output"] is not None:
         read = {"records": content_of(motions), "building": repr((placed.building, placed.diaphragm))}
-        write_dataset(answer, options["output"], "assessment", "rockdamp.assessment.assess", **read)
+        write_dataset(answer, options["output"], "assessment", **read)
     if options["plot"] is not None:
         from rockdamp.figures.single import fragility_figure
 

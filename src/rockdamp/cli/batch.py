@@ -74,7 +74,7 @@ def batch(
     bad = [(row, error) for row, error in zip(rows, answer["row_error"].values.tolist(), strict=True) if error]
     if output.suffix == ".nc":
         read = {"records": content_of(motions), "walls": repr(rows), "building": repr(buildings)}
-        write_dataset(answer, output, "batch", "rockdamp.assessment.assess", **read)
+        write_dataset(answer, output, "batch", **read)
     else:
         write_table(lines(answer), output, columns(answer))
     for _, error in bad[:MOST_SHOWN]:

@@ -102,8 +102,7 @@ def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[
         )
     if options["output"] is not None:
         digest = hashlib.sha256("".join(test.digest for test in tests).encode()).hexdigest()
-        module = "rockdamp.laboratory.free_rocking"
-        write_dataset(fitted, options["output"], "free_rocking", module, files=digest)
+        write_dataset(fitted, options["output"], "free_rocking", files=digest)
     if options["plot"] is not None:
         from rockdamp.laboratory.figures import free_rocking_figure
 
@@ -267,7 +266,7 @@ def calibrate_command(record: Path, output: Path | None, plot: Path | None, as_j
         )
     if output is not None:
         read = {"record": measured.digest, "deviations": deviations}
-        write_dataset(fitted, output, "calibration", "rockdamp.laboratory.calibration", **read)
+        write_dataset(fitted, output, "calibration", **read)
     if plot is not None:
         from rockdamp.laboratory.figures import calibration_figure
 

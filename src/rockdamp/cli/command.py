@@ -395,20 +395,20 @@ def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence
         table.writerows(rows)
 
 
-def write_dataset(dataset: xr.Dataset, path: Path, kind: str, module: str, **read: Any) -> None:
+def write_dataset(dataset: xr.Dataset, path: Path, kind: str, **read: Any) -> None:
     """Write the result of a command as NetCDF; the options of the command stand for the config.
 
     `read` replaces options that name a file by the digest of its content: the result does not depend on where the file
     lies, and a pipe is not read twice.
     """
+    from importlib.metadata import version
+
     from rockdamp.storage import dataset as storage
-    from rockdamp.storage.provenance import code_version
 
     files = ("output", "plot", "report", "table", "as_json")
     options = {name: value for name, value in click.get_current_context().params.items() if name not in files}
-    version = code_version(module, "rockdamp.storage.dataset", dataset=kind)
     with writing(path):
-        storage.write(dataset, path, kind, config={**options, **read}, code_version=version)
+        storage.write(dataset, path, kind, config={**options, **read}, code_version=version("rockdamp"))
 
 
 def write_figure(figure: Figure, path: Path) -> None:

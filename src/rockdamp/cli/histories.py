@@ -113,7 +113,7 @@ def decay(release: float, length: tuple[str, float], as_json: bool, **options: A
     histories = decays(curve, dampings, release_amplitude=release, length=tau, wall=wall)
     rows = peaks(histories)
     if options["output"] is not None:
-        write_dataset(histories, options["output"], "free_decay", "rockdamp.histories.labelled")
+        write_dataset(histories, options["output"], "free_decay")
     if options["plot"] is not None:
         from rockdamp.figures.single import decay_figure
 
@@ -236,7 +236,7 @@ def respond_command(
         histories = responses(motion, wall, curve, dampings, scale=factor, tail=tail)
     if options["output"] is not None:
         read = {"records": f"{motion.digest or motions[0].name}", "scale": factor, "to_pga": "", "to_pgv": ""}
-        write_dataset(histories, options["output"], "response", "rockdamp.histories.labelled", **read)
+        write_dataset(histories, options["output"], "response", **read)
     if options["plot"] is not None:
         from rockdamp.figures.single import response_figure
 

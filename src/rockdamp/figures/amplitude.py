@@ -7,8 +7,7 @@ from typing import Any
 import xarray as xr
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import REFERENCE_RESTITUTION, by_model, line_of, new_figure, style_of, styled
-from rockdamp.text import at_most, plain
+from rockdamp.figures.style import REFERENCE_RESTITUTION, line_of, new_figure, style_of, styled
 
 REFERENCE = "ECD"  # whose ratio is the same at every amplitude
 
@@ -35,19 +34,3 @@ def fig_amplitude(amplitude: xr.Dataset) -> Figure:
     axes.set_ylabel(r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
     axes.set_title(f"the same first peak as with $e = {float(at_e['restitution']):g}$")
     return figure
-
-
-def fig_amplitude_caption(amplitude: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-    at_e = _at_reference_restitution(amplitude)
-    release = at_e["release_amplitude"]
-
-    def largest(measure: str) -> str:
-        return by_model(abs(at_e["damping_ratio_energy"] / at_e[measure] - 1).max("release_amplitude"), at_most)
-
-    return f"""
-    ξ is the damping ratio with which the first half cycle ends as at e&nbsp;=&nbsp;{plain(at_e["restitution"])}, for
-    releases from {plain(release.min())} to {plain(release.max())}&nbsp;u<sub>ins</sub> on the reference curve. The
-    closed form is off by {largest("damping_ratio_peaks")} at most of this ξ, and by {largest("damping_ratio")} at most
-    of the ξ of least error, Eq.&nbsp;(17).
-    """

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from rockdamp.figures.style import PALE, new_figure, pick_look, styled, with_interval
-from rockdamp.text import by_name, number, percent, plain
+from rockdamp.figures.style import PALE, new_figure, pick_look, styled
+from rockdamp.text import plain
 
 ALL, RATIO = "all", "median_intensity_ratio"
 
@@ -75,24 +75,6 @@ def _walls(cases: xr.Dataset) -> list[str]:
     return [str(wall) for wall in cases["wall"].values[1:]]
 
 
-def fig_supports_caption(supports: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-    whole, walls = supports.isel(wall=0), supports.isel(wall=slice(1, None))
-    floor = whole.isel(assumption=floors(supports))
-    ratio = floor[RATIO]
-    worst = floor.isel(assumption=int(np.argmin(ratio.fillna(np.inf).values)))
-    least = walls[RATIO].isel(assumption=floors(supports)).min()
-    return f"""
-    The median intensity of collapse, as a PGV of the ground, over that under the usual assumption, for the walls and
-    records of the study of earthquakes with e by the rule measured; all walls together with bootstrap intervals over
-    stations, and each wall. (a) A floor with {percent(supports["diaphragm_damping"])} of damping that the wall does not
-    load: over all walls the least is {with_interval(worst, RATIO)}, at a period of
-    {plain(worst["diaphragm_period"])}&nbsp;s, over single walls {number(least)}. (b) Each change is compared with the
-    walls as assumed, but keeps its side with the worse of both sides. Below one the usual assumption is unsafe, above
-    one safe.
-    """
-
-
 # --- one e at all amplitudes ------------------------------------------------------------------------------------------
 
 APART = 0.006  # of the marks of two exponents [u/u_ins]
@@ -148,23 +130,6 @@ def _peaks(axes: Axes, of_exponent: xr.Dataset) -> None:
     axes.set_title(f"(b) peaks, $g = {float(of_exponent['loss_exponent']):g}$")
     axes.set(xlabel=r"peak with constant $e$, $u/u_\mathrm{ins}$ [-]", ylabel="median peak over constant $e$'s [-]")
     axes.legend()
-
-
-def fig_loss_law_caption(loss_law: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-    whole = loss_law.isel(wall=0)
-    one = whole.isel(loss_exponent=middle(whole))
-    names = {f"{at:g}&nbsp;u<sub>ins</sub>": one.sel(reference_amplitude=at) for at in amplitudes(one)}
-    ratio = {name: number(at["median_intensity_ratio"]) for name, at in names.items()}
-    added = {name: percent(at["false_collapse_rate"]) for name, at in names.items()}
-    return f"""
-    A loss that falls with the amplitude, with the exponent g of measured free rocking and others about it, beside the
-    constant e&nbsp;=&nbsp;{plain(whole["restitution"])} in the same histories: {int(whole["records"])} records of
-    {int(whole["stations"])} stations, all walls together; bars are bootstrap intervals over stations. At
-    g&nbsp;=&nbsp;{plain(one["loss_exponent"])} the median intensity of collapse is, over that of the constant e,
-    {by_name(ratio)} where e was measured at these amplitudes; of the histories that survive with the constant
-    e, {by_name(added)} collapse under the law.
-    """
 
 
 def amplitudes(study: xr.Dataset) -> list[float]:

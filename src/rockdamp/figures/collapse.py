@@ -21,7 +21,6 @@ from rockdamp.figures.style import (
     DISPLACEMENT,
     GREY,
     PALE,
-    by_damper,
     columns_of,
     dampers,
     line_of,
@@ -33,7 +32,6 @@ from rockdamp.figures.style import (
     styled,
 )
 from rockdamp.mechanics.wall import EXCITATION_FACTOR
-from rockdamp.text import number, percent, plain
 from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
 
 MOST_COLUMNS = 4
@@ -243,30 +241,3 @@ def _forest(axes: Axes, at_e: xr.Dataset) -> None:
     axes.set_yticks(range(len(models)), models)
     axes.set_ylim(len(models) - 0.4, -0.6)
     axes.margins(x=0.08)
-
-
-def fig_ida_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-    drawn = at_source(comparison)
-    medians = drawn["fractile"].isel(fractile_probability=drawn.sizes["fractile_probability"] // 2)
-    apart = abs(medians / medians.sel(damping_model=REFERENCE) - 1)
-
-    def median_and_largest(of_damper: xr.Dataset) -> str:
-        off = apart.sel(damping_model=of_damper["damping_model"])
-        return f"{percent(off.median())} and {percent(off.max())}"
-
-    return f"""
-    At e&nbsp;=&nbsp;{plain(drawn["restitution"])} with ξ of the least error, where both medians survive, that of the
-    damper differs from that of restitution by (median, and largest) {by_damper(drawn, median_and_largest)}.
-    """
-
-
-def fig_fragility_caption(comparison: xr.Dataset, walls: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-    drawn = at_source(comparison)
-    return f"""
-    At e&nbsp;=&nbsp;{plain(drawn["restitution"])} with ξ of the least error, all walls together, the medians of the
-    lognormal curves are {by_damper(drawn, lambda at: number(at["median_intensity_ratio"]))} times that under
-    restitution. The grey band holds all curves whose median and dispersion are both within the intervals under
-    restitution.
-    """

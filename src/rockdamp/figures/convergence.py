@@ -56,21 +56,3 @@ def _slopes(axes: Axes, errors: xr.Dataset) -> None:
         axes.plot(step, line, color=GREY, linewidth=0.6, zorder=0)
         left = np.argmin(step)
         axes.text(step[left] / 1.08, line[left], f"slope {slope}", fontsize=7, color=GREY, ha="right", va="center")
-
-
-def fig_convergence_caption(convergence: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-
-    def least_to_most(order: xr.DataArray) -> str:
-        return f"{float(order.min()):.2f} to {float(order.max()):.2f}"
-
-    newmark, printed = (
-        convergence["convergence_order"].sel(scheme="newmark"),
-        convergence["finest_convergence_order"].sel(scheme="paper"),
-    )
-    constant = printed["damping_model"] == "CDC"
-    return f"""
-    Over all steps explicit Newmark with located impacts has order {least_to_most(newmark)}. At the finest steps the
-    scheme as printed has order {least_to_most(printed.where(constant))} for a constant coefficient, and
-    {least_to_most(printed.where(~constant))} for the other models.
-    """

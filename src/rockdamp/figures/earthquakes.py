@@ -17,8 +17,7 @@ from matplotlib.ticker import NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.figures.style import GREY, PALE, by_damper, dampers, line_of, marks_of, new_figure, ramp, style_of, styled
-from rockdamp.text import number, percent, plain, span
+from rockdamp.figures.style import GREY, PALE, dampers, line_of, marks_of, new_figure, ramp, style_of, styled
 from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
 
 SOURCE_NAMES = {
@@ -259,39 +258,3 @@ def _handles(statistics: xr.Dataset) -> list[Line2D]:
         ),
         Line2D([], [], color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="CR, share that survives"),
     ]
-
-
-def fig_earthquakes_caption(earthquakes: xr.Dataset, comparison: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-    drawn = at_source(comparison)
-    medians = by_damper(
-        drawn.isel(band=0), lambda at: f"{number(at['median_ratio'])} ± {number(at['log_dispersion'], 2)}"
-    )
-    return f"""
-    Where neither collapses, the peak over that under restitution is {medians} (median, ± standard deviation of its
-    logarithm) for {_compared_peaks(drawn)}. Of the collapses under restitution the dampers miss
-    {by_damper(drawn, lambda at: percent(at["false_safe_rate"]))}; of the survivals they turn
-    {by_damper(drawn, lambda at: percent(at["false_collapse_rate"]))} into collapses.
-    {int(drawn["records"])} records on {int((drawn["pooled"] == 1).sum())} walls at
-    {drawn.sizes["velocity_ratio"]} velocity ratios, e&nbsp;=&nbsp;{plain(drawn["restitution"])}, ξ of the least error
-    at each wall.
-    """
-
-
-def _compared_peaks(drawn: xr.Dataset) -> str:
-    """Say over which peaks a statistic of all bands is."""
-    edges = drawn["band_start"].min(), drawn["band_end"].max()
-    return f"peaks of {' to '.join(map(plain, edges))}&nbsp;u<sub>ins</sub> under restitution"
-
-
-def fig_earthquakes_ratio_caption(comparison: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-    drawn = at_source(comparison).isel(band=0)
-    stand = standing(drawn).sortby("velocity_ratio")
-    return f"""
-    For {_compared_peaks(drawn)}, at e&nbsp;=&nbsp;{plain(drawn["restitution"])} and with ξ of the least error at each
-    wall, the error is {by_damper(drawn, lambda at: number(at["log_error"], 2))} (root mean square of the logarithm of
-    the peak over that under restitution). Small changes of CR itself cause {span(drawn["varied_log_error"])}. Right:
-    the difference after the strong motion of the histories that survive, and their share under restitution, which falls
-    from {percent(stand[0])} at the lowest velocity ratio to {percent(stand[-1])} at the highest.
-    """

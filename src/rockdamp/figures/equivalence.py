@@ -20,10 +20,8 @@ from rockdamp.figures.style import (
     PALE,
     REFERENCE_A1,
     REFERENCE_AMPLITUDE,
-    REFERENCE_RESTITUTION,
     RESTITUTION,
     SINGLE_COLUMN,
-    by_model,
     dampers,
     line_of,
     marks_of,
@@ -37,7 +35,6 @@ from rockdamp.figures.style import (
     styled,
     texts,
 )
-from rockdamp.text import at_most, by_name, listed, number, percent, plain, ranges
 
 PAPER_AMPLITUDES = (0.9, 0.5, 0.3)  # u0/u_ins, Fig. 5
 MARKS = 7  # markers on a curve, about
@@ -66,16 +63,6 @@ def response_length_text(dataset: xr.Dataset) -> str:
     return f"matched over the response length $\\tau = {float(dataset['response_length']):g}$"
 
 
-def changes_between(first: xr.Dataset, last: xr.Dataset) -> str:
-    """Write how far the damping ratio of each model changes, for a caption."""
-    return by_name(
-        {
-            model: " to ".join(number(end["damping_ratio"].sel(damping_model=model)) for end in (first, last))
-            for model in dampers(first)
-        }
-    )
-
-
 @styled
 def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
@@ -100,20 +87,6 @@ def fig5(amplitude: xr.Dataset) -> Figure:
     panels[0].set(ylabel=DAMPING_RATIO, ylim=(0, 1.05 * float(drawn.to_array().max())))
     head(figure, response_length_text(amplitude))
     return figure
-
-
-def fig5_caption(amplitude: xr.Dataset) -> str:
-    """Write the caption of Fig. 5, HTML."""
-    amplitude = paper_models(amplitude).sortby("restitution")
-    values = amplitude["release_amplitude"].values.tolist()
-    chosen = sorted(values[index] for index in present(values, PAPER_AMPLITUDES))
-    at_e = amplitude.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
-    low, high = (at_e.sel(release_amplitude=chosen[end]) for end in (0, -1))
-    return f"""
-    From a release at {plain(chosen[0])} to one at {plain(chosen[-1])}&nbsp;u<sub>ins</sub>, ξ of least error
-    over τ&nbsp;=&nbsp;{plain(amplitude["response_length"])} changes at e&nbsp;=&nbsp;{plain(at_e["restitution"])} from
-    {changes_between(low, high)}.
-    """
 
 
 def with_one_plateau(cracked_stiffness: xr.Dataset) -> xr.Dataset:
@@ -159,29 +132,6 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
     figure.align_ylabels(grid[:, 0])
     head(figure, response_length_text(slenderness))
     return figure
-
-
-def fig6_caption(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.Dataset) -> str:
-    """Write the caption of Fig. 6, HTML."""
-    walls = (paper_models(slenderness), "slenderness"), (paper_models(overburden), "overburden_ratio")
-    alike, seconds = (
-        max(float(spread(study[name], dim).max()) for study, dim in walls) for name in ("damping_ratio", FIXED)
-    )
-    (low, high), (least, most) = ([plain(end) for end in (s[dim].min(), s[dim].max())] for s, dim in walls)
-    at_e = paper_models(with_one_plateau(cracked_stiffness)).sel(restitution=REFERENCE_RESTITUTION, method="nearest")
-    first, last = (at_e.isel(yield_displacement_ratio=end) for end in (0, -1))
-    return f"""
-    From a<sub>1</sub>&nbsp;=&nbsp;{plain(first["yield_displacement_ratio"])} to
-    {plain(last["yield_displacement_ratio"])}, ξ changes at e&nbsp;=&nbsp;{plain(at_e["restitution"])} from
-    {changes_between(first, last)}. In dimensionless time, slenderness from {low} to {high} and overburden from {least}
-    to {most} times the weight change ξ by {at_most(alike)} at most. Where the response is
-    compared over the same length in seconds, they change it by {at_most(seconds)} at most.
-    """
-
-
-def spread(values: xr.DataArray, dim: str) -> xr.DataArray:
-    """Return the largest less the least value over a dimension, over their mean."""
-    return (values.max(dim) - values.min(dim)) / values.mean(dim)
 
 
 def _study(axes: Axes, match: xr.Dataset, parameter: str, model: str) -> None:
@@ -265,21 +215,6 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     return figure
 
 
-def fig6_error_caption(amplitude: xr.Dataset) -> str:
-    """Write the caption of the second Fig. 6, HTML."""
-    study = paper_models(amplitude).sel(release_amplitude=REFERENCE_AMPLITUDE, method="nearest")
-    lowest, e = with_lowest(study["error"]), study["restitution"].values.tolist()
-    named = listed(
-        f"{model} at e = {ranges(e, lowest == model)}" for model in dampers(study) if (lowest == model).any()
-    )
-    return f"""
-    Of the paper's models that of the lowest error is {named}. The error is the root mean square difference of
-    |u|/u<sub>ins</sub> that the best ξ leaves, for a release from
-    {plain(study["release_amplitude"])}&nbsp;u<sub>ins</sub> over τ&nbsp;=&nbsp;{plain(study["response_length"])}. This
-    length was inferred from the paper's range of e, so this confirms nothing.
-    """
-
-
 def with_lowest(error: xr.DataArray) -> Array:
     """Return the model of the lowest error at each e."""
     models: Array = error["damping_model"].values
@@ -341,29 +276,6 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     lines = f"lines: polynomials, {least}; markers: {response_length_text(equivalence)}"
     head(figure, lines, *_shared(equivalence))
     return figure
-
-
-def fig7_caption(equivalence: xr.Dataset) -> str:
-    """Write the caption of Fig. 7, HTML."""
-    fits = paper_models(equivalence)
-    at = fits.sel(yield_displacement_ratio=REFERENCE_A1, restitution=REFERENCE_RESTITUTION, method="nearest")
-    return f"""
-    The largest error of second-order polynomials ξ(e) is {_by_range(fits, "largest_relative_error")} of ξ,
-    that of ξ/δ of second order in δ&nbsp;=&nbsp;−ln&nbsp;e {_by_range(fits, "delta_largest_relative_error")}. For
-    b<sub>1</sub>&nbsp;=&nbsp;{plain(fits["strength_ratio"])}; at e&nbsp;=&nbsp;{plain(at["restitution"])} and
-    a<sub>1</sub>&nbsp;=&nbsp;{plain(at["yield_displacement_ratio"])} those of ξ(e) give
-    ξ&nbsp;=&nbsp;{by_model(at["damping_ratio_fit"])}, and Eq.&nbsp;(15) gives {number(at["giannini_masiani"])}.
-    """
-
-
-def _by_range(fits: xr.Dataset, errors: str) -> str:
-    """Write the largest error of all models and a1 in each range of e that holds values: "4 % (e up to 0.9)"."""
-    most = float(fits["restitution"].max())
-    largest = fits[errors].max(("damping_model", "yield_displacement_ratio")).dropna("restitution_range")
-    return listed(
-        f"{percent(error)} (e up to {plain(min(end, most))})"
-        for end, error in zip(largest["restitution_range"].values, largest.values, strict=True)
-    )
 
 
 def _rounded_down(r_squared: xr.DataArray) -> str:

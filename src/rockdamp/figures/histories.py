@@ -13,7 +13,6 @@ from rockdamp.figures.style import (
     GREY,
     PALE,
     TAU,
-    by_model,
     dampers,
     line_of,
     new_figure,
@@ -23,7 +22,6 @@ from rockdamp.figures.style import (
     styled,
 )
 from rockdamp.histories.half_cycles import passes_zero
-from rockdamp.text import number, percent, plain
 from rockdamp.vocabulary import REFERENCE
 
 LARGEST_LAW = 4.0  # of xi(w)/xi that is shown: CDC's grows without bound towards w = 0
@@ -45,17 +43,6 @@ def fig3(decays: xr.Dataset) -> Figure:
     _laws(law, decays)
     _loops(force, decays)
     return figure
-
-
-def fig3_caption(decays: xr.Dataset) -> str:
-    """Write the caption of Fig. 3, HTML."""
-    decays = paper_models(decays).sel(damping_model=dampers(paper_models(decays)))
-    forces = by_model(abs(decays["damping_force"]).max("tau"), percent)
-    return f"""
-    In decays from {plain(decays["release_amplitude"])}&nbsp;u<sub>ins</sub> matched to
-    e&nbsp;=&nbsp;{plain(decays["restitution"])} the largest damping force, over the rigid strength F<sub>0</sub>, is
-    {forces}.
-    """
 
 
 def _laws(axes: Axes, decays: xr.Dataset) -> None:
@@ -97,20 +84,6 @@ def fig4(decays: xr.Dataset) -> Figure:
     _matched(upper, lower, decays)
     right.align_ylabels()
     return figure
-
-
-def fig4_caption(decays: xr.Dataset) -> str:
-    """Write the caption of Fig. 4, HTML."""
-    rocking, both = decays["rocking_displacement"], decays["displacement"].sel(damping_model=["CR", "CDR"])
-    difference = ((rocking - rocking.sel(rocking_model="tri-linear")) ** 2).mean("tau") ** 0.5
-    slender, large = (number(difference.sel(rocking_model=name), 2) for name in ("slender", "large rotation"))
-    apart = number((both.diff("damping_model") ** 2).mean() ** 0.5, 2)
-    return f"""
-    Left, at e&nbsp;=&nbsp;{plain(decays["rocking_restitution"])}, u/u<sub>ins</sub> of the nearly rigid tri-linear wall
-    differs by {slender} from the slender limit, and by {large} from rigid bodies with large rotations. Right, at
-    e&nbsp;=&nbsp;{plain(decays["restitution"])}, CDR differs by {apart} from CR (root mean squares over
-    τ&nbsp;=&nbsp;{plain(decays["tau"].max())}).
-    """
 
 
 def _rocking(axes: Axes, decays: xr.Dataset) -> None:

@@ -15,7 +15,6 @@ from rockdamp.arrays import Array
 from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, SINGLE_COLUMN, new_figure, styled
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.text import number, plain
 from rockdamp.vocabulary import PRESETS
 
 # --- bodies, at displacements of any size -----------------------------------------------------------------------------
@@ -220,20 +219,6 @@ def _presets(axes: Axes, mechanism: xr.Dataset) -> None:
     axes.legend(loc="upper right")
 
 
-def fig2_caption(mechanism: xr.Dataset) -> str:
-    """Write the caption of Fig. 2, HTML."""
-    curves = {str(name): mechanism.sel(curve_name=name) for name in mechanism["curve_name"].values}
-    a1, b1 = ({name: plain(curve[key]) for name, curve in curves.items()} for key in PARAMETERS)
-    stages = "; ".join(f"{name}: {a1[name]}, {b1[name]}" for name in PRESETS)
-    return f"""
-    (a) The tri-linear curve of the study, a<sub>1</sub>&nbsp;=&nbsp;{a1["tri-linear"]} and
-    b<sub>1</sub>&nbsp;=&nbsp;{b1["tri-linear"]}, under the bi-linear law of rigid bodies. (b) The two variants of a
-    last branch that ends before u<sub>ins</sub>, here at
-    a<sub>3</sub>&nbsp;=&nbsp;{plain(curves["steeper"]["ultimate_displacement_ratio"])}. (c) Doherty's stages of
-    degradation (a<sub>1</sub>, b<sub>1</sub>): {stages}.
-    """
-
-
 # --- Fig. 1 -----------------------------------------------------------------------------------------------------------
 
 
@@ -387,13 +372,3 @@ def _dimension(
 
 def _arrow(axes: Axes, start: Array, end: Array) -> None:
     axes.annotate("", tuple(end), tuple(start), arrowprops={"arrowstyle": "-|>", "color": "black", **FORCE_ARROW})
-
-
-def fig1_caption(mechanism: xr.Dataset) -> str:
-    """Write the caption of Fig. 1, HTML."""
-    t, h, hinge_ratio = (plain(mechanism[name]) for name in ("thickness", "height", "hinge_ratio"))
-    return f"""
-    The wall at rest and displaced, drawn stockier than the study's, which is {t}&nbsp;m thick and {h}&nbsp;m high with
-    its hinge at h<sub>1</sub>/h&nbsp;=&nbsp;{hinge_ratio};
-    u<sub>ins</sub>&nbsp;=&nbsp;{number(1000 * mechanism["instability_displacement"])}&nbsp;mm.
-    """

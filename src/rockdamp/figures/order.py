@@ -20,7 +20,6 @@ from rockdamp.figures.style import (
     style_of,
     styled,
 )
-from rockdamp.text import percent, plain
 from rockdamp.vocabulary import REFERENCE
 
 FAMILIES = {"ECD": "ECD of order $m$", "BAND": "BAND of width $t_c$", "CQD": "CQD of width $w/a_1$"}
@@ -109,20 +108,3 @@ def _velocity(axes: Axes, order: xr.Dataset) -> None:
     axes.set_xlabel(r"dimensionless time from the impact $p\,t$ [-]")
     axes.set_ylabel(r"$\dot u/(p\,u_\mathrm{ins})$ [-]")
     axes.set_title("(d) its velocity at the crossing")
-
-
-def fig_order_caption(order: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-    at_e = order.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
-    shown = [
-        f"{percent(at_e['log_error_median'].sel(damper=damper), 2)} at"
-        f" {plain(round(float(at_e['crossing_force'].sel(damper=damper, wall='paper')), 1))}&nbsp;F<sub>0</sub>"
-        f" ({damper})"
-        for damper in LOOKS
-    ]
-    release = plain(order["shown_displacement"].sel(shown_damper=REFERENCE)[0])
-    return f"""
-    The nearer a damper comes to restitution, the larger its force at the crossing. r is the peak over that under CR, of
-    histories in which neither wall collapses. Medians are {", ".join(shown)}; the force is that of the paper's curve
-    after a release from {release}&nbsp;u<sub>ins</sub>.
-    """

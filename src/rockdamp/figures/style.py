@@ -17,7 +17,6 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from rockdamp.errors import printable
 from rockdamp.mechanics.damping import damper_classes
-from rockdamp.text import by_name, number
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
@@ -107,22 +106,6 @@ def paper_models(dataset: xr.Dataset) -> xr.Dataset:
 def dampers(data: xr.Dataset) -> list[str]:
     """Return the damping models of a dataset but the reference, CR."""
     return [str(model) for model in data["damping_model"].values if model != REFERENCE]
-
-
-def by_model(values: xr.DataArray, show: Callable[[Any], str] = number, dim: str = "damping_model") -> str:
-    """Write a value for each model, for a caption: "0.029 (CDC) and 0.045 (CDR)"."""
-    return by_name({str(model): show(values.sel({dim: model})) for model in values[dim].values})
-
-
-def by_damper(statistics: xr.Dataset, show: Callable[[xr.Dataset], str]) -> str:
-    """Write for each damper, for a caption, what `show` writes of its part of the dataset."""
-    return by_name({model: show(statistics.sel(damping_model=model)) for model in dampers(statistics)})
-
-
-def with_interval(case: xr.Dataset, name: str) -> str:
-    """Write a statistic with its interval, for a caption: "0.96 (0.93 to 0.98)"."""
-    low, high = map(number, case[f"{name}_interval"].values)
-    return f"{number(case[name])} ({low} to {high})"
 
 
 def literal(text: str) -> str:

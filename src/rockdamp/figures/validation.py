@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from markupsafe import escape
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from rockdamp.figures.style import (
     DISPLACEMENT,
     PALE,
-    by_model,
     line_of,
     literal,
     new_figure,
@@ -22,7 +20,6 @@ from rockdamp.figures.style import (
     scaling,
     styled,
 )
-from rockdamp.text import number
 
 MILLIMETRES = 1000.0
 MEASURED: dict[str, Any] = {"color": "#B0B0B0", "linewidth": 2.8}
@@ -80,24 +77,3 @@ def shown(validation: xr.Dataset) -> tuple[float, float]:
     end = elapsed[np.flatnonzero(measured >= SHOWN * measured.max())[-1]]
     margin = MARGIN * (end - start)
     return max(float(elapsed[0]), start - margin), min(float(elapsed[-1]), end + margin)
-
-
-# Of the shipped record; tests/motions/test_experimental_style.py computes the numbers.
-SYNTHETIC = """
-The pulse is the ideal 2 Hz Ricker wavelet; that of a real table differs. The peak is steep in the motion: with the
-curve and e that made the record, the wall peaks at 0.096, 0.145 and 0.233 u<sub>ins</sub> under CR at 1.30, 1.35 and
-1.40 g, and collapses at 1.45 g.
-"""
-
-
-def fig8_caption(validation: xr.Dataset) -> str:
-    """Write the caption of Fig. 8, HTML."""
-    specimen = escape(validation.attrs.get("record_specimen", "not stated"))
-    synthetic = f"<strong>The record is synthetic</strong>: computed in the style of the test ({specimen}). {SYNTHETIC}"
-    return f"""
-    {synthetic if is_synthetic(validation) else f"Specimen: {specimen}."} Calibrated on the record:
-    a<sub>1</sub>&nbsp;=&nbsp;{number(validation["yield_displacement_ratio"])},
-    b<sub>1</sub>&nbsp;=&nbsp;{number(validation["strength_ratio"])}, e&nbsp;=&nbsp;{number(validation["restitution"])};
-    ξ is that of the polynomials. The largest displacements are
-    {by_model(paper_models(validation)["peak_ratio_to_measured"])} times that of the record.
-    """

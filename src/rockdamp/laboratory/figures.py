@@ -21,7 +21,7 @@ from rockdamp.figures.style import (
     styled,
 )
 from rockdamp.figures.validation import MEASURED, MILLIMETRES, measured_name
-from rockdamp.text import listed, number, percent, plain
+from rockdamp.text import number
 from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 # --- records and least squares ----------------------------------------------------------------------------------------
@@ -227,29 +227,3 @@ def _over_housner(axes: Axes, measured: xr.Dataset) -> None:
     axes.set_xlim(float(slenderness.min()) - 0.5, float(slenderness.max()) + 0.5)
     axes.set_xlabel("$H/B$ of the block [-]")
     axes.set_ylabel("$e$ over Housner's [-]")
-
-
-def fig_measured_rocking_caption(measured: xr.Dataset) -> str:
-    """Write the caption, HTML."""
-    shown, counts = int(measured["shown_impacts"]), measured["impacts_used"].values
-    best = measured["log_likelihood"].sel(damping_model=[REFERENCE, *PAPER_MODELS])
-    behind = (best.max("damping_model") - best).sel(impacts_used=shown, method="nearest")
-    first = str(behind.idxmin("damping_model").item())
-    exponents = listed(
-        f"{number(one['amplitude_exponent'], 2)} ({_ends(one['amplitude_exponent_interval'])}) with {int(count)}"
-        for count, one in ((count, measured.sel(impacts_used=count)) for count in counts)
-    )
-    kept = int(measured["trials"] - measured["duplicates"])
-    squat, slender = (percent(measured["trial_deviation"][end]) for end in (0, -1))
-    return f"""
-    {kept} measured trials of limestone blocks that rock freely, without overburden; no walls, and no earthquakes. Left,
-    the power γ of the energy left with which the relative loss goes: {exponents} impacts; the lines are the dampers'
-    powers to first order in the loss. Of CR and the paper's dampers {first} has the largest likelihood. Right, the mean
-    of e over Housner's is {number(measured["restitution_over_housner_mean"])}; the standard deviation of ln&nbsp;e of
-    one trial is {squat} at H/B&nbsp;=&nbsp;{plain(measured["geometry"][0])} and {slender} at
-    {plain(measured["geometry"][-1])}.
-    """
-
-
-def _ends(interval: xr.DataArray) -> str:
-    return f"{number(interval.sel(bound='lower'), 2)} to {number(interval.sel(bound='upper'), 2)}"

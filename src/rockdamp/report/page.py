@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import importlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,9 +15,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from scipy.stats import chi2
 
-from rockdamp.config import Config
 from rockdamp.errors import InputError
-from rockdamp.pipeline.tables import FIGURES
 from rockdamp.report import earthquakes, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.atomic import replacing
@@ -26,7 +23,8 @@ from rockdamp.storage.dataset import Datasets
 from rockdamp.text import number, percent
 from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
-# Files of this package that the page is made of; named here, so that an edit of one is an edit of the report.
+# Files of this package that the page is made of; workflow/rules/report.smk names them too.
+TEXTS = "figures.yaml"  # titles, alternatives and captions of the figures, in the order of the page
 TEMPLATE = "report.html.j2"
 STYLE = "report.css"
 SCRIPT = "page.js"
@@ -45,9 +43,7 @@ class Content:
     datasets: Datasets
     assumptions: str  # docs/assumptions.md
     citation: str  # CITATION.cff
-    config: Config
-    stated: Mapping[str, Any]  # the config as its files state it; empty for a page that shows none
-    code_version: str  # version and digest of the modules that the report depends on
+    yield_displacement_ratio: float  # a1 of the reference curve
     documents: str = "../docs"  # the folder of the documents, from that of the page
 
 
@@ -59,14 +55,14 @@ def build(content: Content) -> str:
     environment.filters |= {"inline": tables.inline, "in_words": tables.in_words}
     template = environment.from_string(_text(TEMPLATE))
     pictures = {figure["name"]: figure for figure in _figures(content)}
-    short = answer(content.datasets, content.config.curve.yield_displacement_ratio)
+    short = answer(content.datasets, content.yield_displacement_ratio)
     return template.render(
         style=Markup(_text(STYLE)),
         script=Markup(_text(SCRIPT)),
         verdicts=tables.judged(content.claims),
         of_trials=tables.judged(content.measured) if content.measured else [],
         parts=tables.PARTS,
-        figure_words={name: FIGURES[name].number or "figure" for name in content.figures},
+        figure_words={name: picture["number"] or "figure" for name, picture in pictures.items()},
         later=sum(bool(claim["later"]) for claim in content.claims),
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
@@ -79,9 +75,7 @@ def build(content: Content) -> str:
         earthquakes=earthquakes.section(content.datasets),
         assumptions=Markup(tables.prose(content.assumptions)),
         citation=tables.citation(content.citation),
-        config=_yaml(content.stated) if content.stated else "",
         software=tables.software(),
-        code_version=content.code_version,
         datasets=content.datasets,
     )
 
@@ -119,28 +113,24 @@ def measurement(datasets: Datasets) -> dict[str, Any] | None:
 
 
 def _figures(content: Content) -> list[dict[str, Any]]:
+    texts = yaml.safe_load(_text(TEXTS))
     sizes = {name: _size(name, png) for name, png in content.figures.items()}
     widest = max((width for width, _ in sizes.values()), default=1)
     return [
         {
             "name": name,
-            "image": f"data:image/png;base64,{base64.b64encode(png).decode('ascii')}",
+            "image": f"data:image/png;base64,{base64.b64encode(content.figures[name]).decode('ascii')}",
             "width": sizes[name][0],
             "height": sizes[name][1],
             "share": round(sizes[name][0] / widest, 3),
-            "title": FIGURES[name].title,
-            "alternative": FIGURES[name].alternative,
-            "caption": Markup(caption(name, content.datasets)),
+            "number": text["title"].rpartition(": ")[0] if "Fig. " in text["title"] else "",
+            "title": text["title"],
+            "alternative": text["alternative"],
+            "caption": Markup(text["caption"]),
         }
-        for name, png in content.figures.items()
+        for name, text in texts.items()
+        if name in content.figures
     ]
-
-
-def caption(name: str, datasets: Datasets) -> str:
-    """Return a figure's caption, HTML, which stands with the function that draws it."""
-    figure = FIGURES[name]
-    write_caption = getattr(importlib.import_module(figure.sources.modules[0]), f"{name}_caption")
-    return " ".join(write_caption(*(datasets[source] for source in figure.inputs)).split())
 
 
 def _size(name: str, png: bytes) -> tuple[int, int]:
@@ -148,7 +138,3 @@ def _size(name: str, png: bytes) -> tuple[int, int]:
     if png[12:16] != b"IHDR":
         raise InputError(f"the PNG of {name} cannot be read; delete it and run again")
     return int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")
-
-
-def _yaml(config: Mapping[str, Any]) -> str:
-    return str(yaml.safe_dump(dict(config), sort_keys=False, allow_unicode=True, default_flow_style=None, width=100))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,7 +13,6 @@ import xarray as xr
 from rockdamp.errors import printable
 from rockdamp.storage import glossary
 from rockdamp.storage.atomic import replacing
-from rockdamp.storage.provenance import config_digest
 
 CONVENTIONS = "CF-1.11"
 PAPER = (
@@ -77,8 +77,8 @@ def write(
 ) -> None:
     """Write a dataset of a `kind` of the glossary as NetCDF-4 under CF-1.11, complete or not at all.
 
-    `config` is the part of the config that the dataset depends on, `code_version` that of `provenance`. A dataset that
-    is not what the glossary says, or a file that cannot be written, raises `DatasetError`.
+    `config` holds the values of the config that the dataset depends on, by dotted keys. A dataset that is not
+    what the glossary says, or a file that cannot be written, raises `DatasetError`.
     """
     expected, of_kind = check(dataset, kind), glossary.read()["datasets"][kind]
     dataset = dataset.drop_encoding()  # of a file that it was read from, whose coordinates may be gone
@@ -95,7 +95,7 @@ def write(
         "source": "rockdamp: numerical simulation",
         "references": PAPER,
         "Conventions": CONVENTIONS,
-        "config_sha256": config_digest(config),
+        "config": json.dumps(dict(config), ensure_ascii=False),
         "code_version": code_version,
     }
     try:

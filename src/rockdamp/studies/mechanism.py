@@ -1,8 +1,4 @@
-"""Curves and loops of single walls.
-
-Curves of Fig. 2: the rigid bi-linear law and the tri-linear ones built on it; restitution and slenderness. Matched
-histories and the loops of their damping forces (Fig. 3), and the check against rigid rocking (Fig. 4).
-"""
+"""Force-displacement curves of Fig. 2, the wall of Fig. 1, and restitution by slenderness; no history is solved."""
 
 from __future__ import annotations
 
@@ -10,15 +6,10 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array, Quantity
-from rockdamp.config import Config, Matching, RigidWall
+from rockdamp.config import Config
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.two_bodies import large_rotation_decay, slender_decay
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Wall
-from rockdamp.solvers.newmark import solve
-from rockdamp.studies.decays import step_count
-from rockdamp.studies.matches import match_decays
-from rockdamp.vocabulary import MODELS, PRESETS, VISCOUS_MODELS
+from rockdamp.vocabulary import PRESETS
 
 POINTS = 1001
 # ASSUME: the paper draws a3 < 1 without stating its value; this one leaves room for the translated variant.
@@ -94,107 +85,3 @@ def drawn_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:
         "steeper": TrilinearCurve(a1, b1, DRAWN_ULTIMATE_RATIO, "steeper"),
         "translated": TrilinearCurve(a1, lower, DRAWN_ULTIMATE_RATIO, "translated"),
     }
-
-
-FREQUENCIES = np.linspace(0.0, 1.0, 101)
-# ASSUME: Fig. 4a names neither its curve nor its hinge height; the config states them (nearly rigid, mid-height).
-ROCKING_MODELS = ("tri-linear", "slender", "large rotation")
-# At the step of the other histories, the first branch of a nearly rigid curve would be off by six times as much as they
-# are: it is three times as fast as that of the paper's curve.
-RIGID_REFINEMENT = 8  # steps of its history in place of each of the solver's
-
-
-def damping_force(config: Config) -> xr.Dataset:
-    """Return the decays of CR and of every viscous model matched to it, and the three rocking decays of Fig. 4a."""
-    e, x0, length = (
-        config.damping_force.restitution,
-        config.release_amplitude,
-        config.damping_force.response_length,
-    )
-    step, scheme, rigid = config.solver.step, config.solver.scheme, config.damping_force.rigid
-    parts = [
-        matched_histories(config.curve.make(), e, x0, config.matching, length=length, step=step, scheme=scheme),
-        _frequency_laws(),
-        _rocking(rigid, length=length, step=step, scheme=scheme),
-    ]
-    return xr.merge(parts, compat="no_conflicts").assign_coords(
-        restitution=e, release_amplitude=x0, rocking_restitution=rigid.restitution
-    )
-
-
-def matched_histories(
-    curve: TrilinearCurve, e: float, x0: float, matching: Matching, *, length: float, step: float, scheme: str
-) -> xr.Dataset:
-    """Return the decay from x0 under e, and that of each viscous model matched to it, over `length` in tau or more."""
-    steps = max(step_count(length, step), step_count(matching.response_length, step))
-    matched = match_decays(
-        curve.map(np.atleast_1d), np.array([x0]), np.array([e]), VISCOUS_MODELS, matching, step=step, scheme=scheme
-    )
-    ratio = {model: float(of.damping_ratio[0]) for model, of in matched.items()}
-    dampings = [Damping.cr(e), *(Damping(model, xi) for model, xi in ratio.items())]
-    histories = [
-        solve(curve, damping, release_amplitude=x0, step=step, steps=steps, store_every=1, scheme=scheme)
-        for damping in dampings
-    ]
-    force = [
-        damping.coefficient(curve, history.displacement, history.velocity) * history.velocity
-        for damping, history in zip(dampings, histories, strict=True)
-    ]
-    dims = ("damping_model", "tau")
-    return xr.Dataset(
-        {
-            "displacement": (dims, np.stack([history.displacement for history in histories])),
-            "velocity": (dims, np.stack([history.velocity for history in histories])),
-            "damping_force": (dims, np.stack(force)),
-            "damping_ratio": ("damping_model", [np.nan, *ratio.values()]),
-        },
-        coords={"damping_model": list(MODELS), "tau": step * np.arange(steps + 1)},
-    )
-
-
-def _frequency_laws() -> xr.Dataset:
-    """xi(w)/xi of each model against the secant frequency w/w1, from C = 2 m_eff w xi(w): Fig. 3, left.
-
-    ECD depends on the energy frequency, which is no function of the secant frequency alone: it has no such law.
-    """
-    laws = {model: np.full(FREQUENCIES.size, np.nan) for model in VISCOUS_MODELS}
-    exponents = {model: Damping(model, 1.0).secant_exponent for model in VISCOUS_MODELS}
-    for model, exponent in exponents.items():
-        if exponent is None:
-            continue
-        # CDC keeps C of the first branch; at w = 0 its ratio to a vanishing critical damping has no bound.
-        with np.errstate(divide="ignore"):
-            laws[model] = np.where(FREQUENCIES > 0, FREQUENCIES ** (exponent - 1), 0.0 if exponent > 1 else np.nan)
-    return xr.Dataset(
-        {"damping_ratio_law": (("viscous_model", "frequency_ratio"), np.stack(list(laws.values())))},
-        coords={"viscous_model": list(laws), "frequency_ratio": FREQUENCIES},
-    )
-
-
-def _rocking(rigid: RigidWall, *, length: float, step: float, scheme: str) -> xr.Dataset:
-    """Return the decay of the nearly rigid wall of Fig. 4a and those of two rigid bodies, over `length` in tau."""
-    wall, e, x0 = rigid.wall, rigid.restitution, rigid.release_amplitude
-    steps = step_count(length, step)
-    tau = step * np.arange(steps + 1)
-    response = solve(
-        rigid.curve,
-        Damping.cr(e),
-        release_amplitude=x0,
-        step=step / RIGID_REFINEMENT,
-        steps=steps * RIGID_REFINEMENT,
-        store_every=RIGID_REFINEMENT,
-        scheme=scheme,
-    )
-    histories = [
-        response.displacement,
-        slender_decay(tau, e, x0),
-        large_rotation_decay(tau, wall, e, x0),
-    ]
-    return xr.Dataset(
-        {"rocking_displacement": (("rocking_model", "tau"), np.stack(histories))},
-        coords={
-            "rocking_model": list(ROCKING_MODELS),
-            "tau": tau,
-            "rocking_frequency_parameter": float(wall.frequency_parameter),
-        },
-    )

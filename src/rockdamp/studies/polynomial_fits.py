@@ -90,15 +90,15 @@ def _largest_relative(e: Array, rows: Array, fitted: Array) -> Array:
     return largest
 
 
-def table(dataset: xr.Dataset) -> pd.DataFrame:
+def table(equivalence: xr.Dataset) -> pd.DataFrame:
     """Return the polynomials as a table, a row for each model and a1, with their errors and range of validity.
 
     xi = c0 + c1 e + c2 e^2, or delta (d0 + d1 delta + d2 delta^2) with delta = -ln(e).
     """
     rows = []
-    for model in dataset["damping_model"].values:
-        for a1 in dataset["yield_displacement_ratio"].values:
-            fitted = dataset.sel(damping_model=model, yield_displacement_ratio=a1)
+    for model in equivalence["damping_model"].values:
+        for a1 in equivalence["yield_displacement_ratio"].values:
+            fitted = equivalence.sel(damping_model=model, yield_displacement_ratio=a1)
             rows.append(
                 {
                     "damping_model": str(model),
@@ -110,10 +110,10 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
                     **{
                         f"{name}_to_{float(end):.2f}": float(fitted[name].sel(restitution_range=end))
                         for name in ("largest_relative_error", "delta_largest_relative_error")
-                        for end in dataset["restitution_range"].values
+                        for end in equivalence["restitution_range"].values
                     },
-                    "smallest_restitution": float(dataset["restitution"].min()),
-                    "largest_restitution": float(dataset["restitution"].max()),
+                    "smallest_restitution": float(equivalence["restitution"].min()),
+                    "largest_restitution": float(equivalence["restitution"].max()),
                 }
             )
     return pd.DataFrame(rows)

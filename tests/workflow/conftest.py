@@ -10,14 +10,14 @@ from workflow_tree import Tree
 
 @pytest.fixture(scope="session")
 def tree(tmp_path_factory):
-    """The minimal pipeline, built once; a test that changes the copy puts it back.
+    """A copy in which the minimal config is built; a test that changes it puts it back.
 
-    What of it is built already is taken along with snakemake's notes on it, which tell what of that still holds.
+    What is built in the repository is copied with Snakemake's notes on it, as `cp -r` would, with new times.
     """
     tree = Tree(tmp_path_factory.mktemp("pipeline") / "a träe")
     for built in (RESULTS, LOGS, ".snakemake/metadata"):
         if (ROOT / RESULTS).is_dir() and (ROOT / built).is_dir():
-            shutil.copytree(ROOT / built, tree.place / built)
+            shutil.copytree(ROOT / built, tree.place / built, copy_function=shutil.copy)
     full = tree.place / "results/decay/amplitude.nc"
     full.parent.mkdir(parents=True)
     full.write_text("of the full config", encoding="utf-8")
@@ -28,14 +28,17 @@ def tree(tmp_path_factory):
 
 @pytest.fixture
 def edited(tree):
-    """Edit a file of the copy, for the length of a test."""
+    """Write files of the copy, for the length of a test."""
     kept = {}
 
-    def edit(name, change):
+    def edit(name, old, new):
         path = tree.place / name
-        kept.setdefault(path, path.read_text(encoding="utf-8"))
-        path.write_text(change(kept[path]), encoding="utf-8")
+        kept.setdefault(path, path.read_text(encoding="utf-8") if path.exists() else None)
+        text = kept[path] or ""
+        assert old in text, (name, old)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.replace(old, new, 1), encoding="utf-8")
 
     yield edit
     for path, text in kept.items():
-        path.write_text(text, encoding="utf-8")
+        path.write_text(text, encoding="utf-8") if text is not None else path.unlink()

@@ -1,0 +1,84 @@
+"""A build of the minimal config: every result, each by its name, the same bytes on one core as on two."""
+
+import json
+import re
+import shutil
+
+import pytest
+import xarray as xr
+from minimal_build import DATASETS, LOGS, OUTPUTS, RESULTS
+
+from rockdamp.figures import FIGURES
+
+TARGETS = [
+    *("mechanism", "damping_force", "decay", "match", "equivalence", "coefficients", "response_lengths", "calibration"),
+    *("validation", "bilinear", "convergence", "amplitude", "earthquakes", "comparison", "order", "loss_law"),
+    *("supports", "measured_rocking", "claims", "report", "paper", *FIGURES),
+]
+
+
+def test_the_minimal_config_builds_every_result_and_leaves_the_full_ones_alone(tree):
+    assert {f"{RESULTS}/{name}" for name in OUTPUTS} <= set(tree.digests(RESULTS))
+    outside = {name for name in tree.digests() if not name.startswith(RESULTS)}
+    assert outside == {"results/decay/amplitude.nc"}
+    assert (tree.place / "results/decay/amplitude.nc").read_text(encoding="utf-8") == "of the full config"
+
+
+@pytest.mark.parametrize("name", DATASETS)
+def test_a_dataset_says_with_which_values_and_code_it_was_made(tree, name):
+    with xr.open_dataset(tree.place / RESULTS / name) as opened:
+        assert json.loads(opened.attrs["config"])
+        assert re.fullmatch(r"\d+\.\d+\.\d+\+[0-9a-f]{16}", opened.attrs["code_version"])
+        if name == "equivalence.nc":
+            assert json.loads(opened.attrs["config"])["curve.strength_ratio"] == 0.85
+
+
+def test_after_a_build_nothing_is_left_to_do_and_every_stage_and_figure_can_be_asked_for_by_name(tree):
+    assert tree.jobs(tree.snakemake("--dry-run", "all", *TARGETS)) == {}
+
+
+def test_the_paper_needs_no_earthquakes_but_those_of_the_bilinear_curve(tree):
+    jobs = tree.jobs(tree.snakemake("--dry-run", "--forceall", "paper"))
+    assert {"bilinear", "claims", "paper_page", "fig8"} <= set(jobs)
+    assert not [name for name in jobs if name.startswith(("earthquake", "order", "fig_"))]
+
+
+def test_a_bad_value_ends_the_run_in_one_line_for_each_key(tree):
+    run = tree.snakemake("--dry-run", overlay="wall: {thickness: -0.3}\nsolver: {stepp: 0.01}\n")
+    assert run.returncode != 0 and "Traceback" not in run.stderr
+    assert "wall.thickness" in run.stderr and "solver.stepp" in run.stderr
+
+
+@pytest.mark.long
+def test_one_core_gives_the_same_bytes_as_two(tree):
+    overlay = "results: results/again\n"
+    names = ["decay/amplitude.nc", "match/amplitude.nc", "response_lengths.nc"]
+    run = tree.snakemake("--cores", "1", *(f"results/again/{name}" for name in names), overlay=overlay)
+    assert run.returncode == 0, run.stderr
+    again = tree.digests("results/again")
+    shutil.rmtree(tree.place / "results/again")
+    first = tree.digests(RESULTS)
+    assert again == {f"results/again/{name}": first[f"{RESULTS}/{name}"] for name in names}
+
+
+@pytest.mark.long
+def test_a_failed_job_leaves_its_error_in_its_log_and_on_the_terminal(tree):
+    (tree.place / "motion.csv").write_text("nothing", encoding="utf-8")
+    run = tree.snakemake("calibration", overlay="results: results/motion\nvalidation: {record: motion.csv}\n")
+    assert run.returncode != 0
+    log = (tree.place / "logs/results/motion/calibration.log").read_text(encoding="utf-8")
+    assert "motion.csv" in log.splitlines()[-1] and log.splitlines()[-1] in run.stdout + run.stderr
+    assert not (tree.place / "results/motion/calibration.nc").exists()
+
+
+@pytest.mark.long
+def test_snakemakes_own_report_shows_every_figure(tree):
+    run = tree.snakemake("--report", "own-report.html")
+    assert run.returncode == 0, run.stdout + run.stderr
+    html = (tree.place / "own-report.html").read_text(encoding="utf-8")
+    assert all(f"{RESULTS}/figures/{name}.png" in html for name in FIGURES)
+
+
+def test_each_job_leaves_a_log(tree):
+    logs = {str(path.relative_to(tree.place / LOGS)) for path in (tree.place / LOGS).rglob("*.log")}
+    assert {"decay/amplitude.log", "match/amplitude.log", "response_lengths.log", "figures/fig1.log"} <= logs

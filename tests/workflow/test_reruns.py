@@ -1,0 +1,148 @@
+"""What runs again after an edit: what depends on it, and nothing else. Snakemake's reason names what has changed."""
+
+import re
+import shutil
+
+import pytest
+from minimal_build import RESULTS
+
+from rockdamp.figures import FIGURES
+
+PAGES = {"report", "paper_page"}
+QUAKES = {"earthquake_walls", "earthquake_records", "earthquakes_study", "earthquake_check", "comparison"}
+QUAKE_FIGURES = {"fig_earthquakes", "fig_earthquakes_ratio", "fig_ida", "fig_fragility"}
+OTHERS = {"order", "loss_law", "supports"}  # of the walls and records of the earthquakes
+PARTS = {f"{name}_records" for name in OTHERS}
+OTHER_FIGURES = {f"fig_{name}" for name in OTHERS}
+STAGES = {
+    *("mechanism", "decay_study", "match_study", "response_lengths", "damping_force", "equivalence_fit"),
+    *("calibration", "validation", "bilinear", "claims", "convergence", "amplitude", "measured_rocking"),
+    *("measured_claims", "coefficients", *QUAKES, *OTHERS, *PARTS),
+}
+ALL = {*STAGES, *FIGURES, *PAGES}
+UNSOLVED = {"mechanism", "fig1", "fig2"}
+
+# Files with the old and the new text; the jobs; what their reason names, where code or values have changed.
+EDITS = {
+    "a comment, a docstring, an error": (
+        [
+            ("src/rockdamp/solvers/newmark.py", '"""', '"""Edited. '),
+            ("src/rockdamp/mechanics/wall.py", "\n\n\n", "\n\n\n# edited\n"),
+            ("src/rockdamp/errors.py", "\n\n\n", "\n\n\nEDITED = 1\n\n\n"),
+            ("workflow/scripts/dataset.py", '"""', '"""Edited. '),
+            ("workflow/rules/paper.smk", "\n\n\n", "\n\n\n# edited\n"),
+            ("config/minimal.yaml", "results:", "# edited\nresults:"),
+        ],
+        set(),
+        "",
+    ),
+    "a caption": ([("src/rockdamp/report/figures.yaml", "The wall at rest", "A wall at rest")], PAGES, ""),
+    "a template": ([("src/rockdamp/report/report.html.j2", "How to cite", "Citation")], PAGES, ""),
+    "a long_name": (
+        [("src/rockdamp/storage/glossary.yaml", 'long_name: "log_error less', 'long_name: "the log_error less')],
+        {"comparison", *QUAKE_FIGURES, "report"},  # not the histories that it is computed from
+        "glossary: log_error_excess",
+    ),
+    "a line of the kernel": (
+        [("src/rockdamp/solvers/newmark_kernel.py", "PATIENCE = 256", "PATIENCE = 128")],
+        ALL - UNSOLVED,
+        "solvers.newmark_kernel",
+    ),
+    "a line of a script": (
+        [("workflow/scripts/dataset.py", "result = ", "result = 2 * ")],
+        ALL,
+        "dataset ",
+    ),
+    "the script of figures": (
+        [("workflow/scripts/figure.py", '["png"', '["svg", "png"')],
+        {*FIGURES, *PAGES},
+        "figure ",
+    ),
+    "the grids of the config": (
+        [("src/rockdamp/config.py", "np.geomspace(", "2 * np.geomspace(")],
+        ALL,
+        "config ",
+    ),
+    "a value of the config": (
+        [("config/minimal.yaml", "replicates: 50", "replicates: 60")],
+        {
+            "comparison",
+            "order",
+            "loss_law",
+            "supports",
+            "fig_order",
+            "fig_loss_law",
+            "fig_supports",
+            *QUAKE_FIGURES,
+            "report",
+        },
+        "comparison.bootstrap.replicates",
+    ),
+    "a wall of the config": (
+        [("config/minimal.yaml", "thickness: 0.23", "thickness: 0.24")],
+        {*QUAKES, *PARTS, *OTHERS, *QUAKE_FIGURES, *OTHER_FIGURES, "report"},
+        "earthquakes.walls.parapet.thickness",
+    ),
+    "one a1 of a study": (
+        [("config/minimal.yaml", "[0.02, 0.04, 0.17]", "[0.02, 0.05, 0.17]")],
+        {
+            *("decay_study", "match_study", "equivalence_fit", "coefficients", "validation"),
+            *("claims", "fig6", "fig7", "fig8", *QUAKES, *QUAKE_FIGURES, *PAGES),
+        },
+        "studies.cracked_stiffness.yield_displacement_ratio",
+    ),
+    "the resolution": (
+        [("config/minimal.yaml", "resolution: 80", "resolution: 90")],
+        {*FIGURES, *PAGES},
+        "figures.resolution",
+    ),
+    "a record": (
+        [("data/sin-03-00-synthetic.csv", "# ", "# edited: yes\n# ")],
+        {"calibration", "validation", "claims", "fig8", *PAGES},
+        "",
+    ),
+    "another numba": (
+        [("src/numba-99.0.dist-info/METADATA", "", "Metadata-Version: 2.1\nName: numba\nVersion: 99.0\n")],
+        ALL - UNSOLVED,
+        "numba 99.0",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", EDITS)
+def test_an_edit_runs_what_depends_on_it_and_nothing_else(tree, edited, kind):
+    edits, jobs, cause = EDITS[kind]
+    for path in [*(tree.place / "workflow").rglob("*.*"), *(tree.place / "src").rglob("*.py")]:
+        path.touch()  # times do not count
+    for name, old, new in edits:
+        edited(name, old, new)
+    run = tree.snakemake("--dry-run")
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert set(tree.jobs(run)) == jobs
+    reasons = re.findall(r"Params have changed since last execution: (.*?)(?:;|\n)", run.stdout + run.stderr)
+    assert all(len(reason) <= 300 for reason in reasons)
+    assert any(cause in reason for reason in reasons) == bool(cause)
+
+
+@pytest.mark.long
+def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
+    before, overlay = tree.digests(RESULTS), "response_lengths: {step: 5}"
+    run = tree.snakemake(overlay=overlay)
+    assert run.returncode == 0, run.stderr
+    after = tree.digests(RESULTS)
+    changed = {name.removeprefix(f"{RESULTS}/") for name in after if before.get(name) != after[name]}
+    judged = {"response_lengths.nc", "claims.csv", "claims.json", "errata.csv"}  # by the response lengths
+    assert changed - {"report.html", "paper.html"} <= judged and "response_lengths.nc" in changed
+    assert tree.jobs(tree.snakemake("--dry-run", overlay=overlay)) == {}
+    assert tree.snakemake().returncode == 0  # back to the first state, for the other tests
+    assert tree.digests(RESULTS) == before
+
+
+@pytest.mark.long
+def test_a_job_may_not_read_a_value_that_its_rule_does_not_list(tree, edited):
+    edited("workflow/rules/paper.smk", '*settings("wall", "curve", "validation.wall")', '*settings("wall", "curve")')
+    run = tree.snakemake("mechanism")
+    assert run.returncode != 0
+    log = (tree.place / "logs" / RESULTS / "mechanism.log").read_text(encoding="utf-8")
+    assert "AttributeError" in log and "validation" in log
+    shutil.rmtree(tree.place / ".snakemake/incomplete", ignore_errors=True)
