@@ -50,9 +50,9 @@ localrules:
 
 rule paper:
     input:
-        RESULTS + "/paper.html",
-        RESULTS + "/claims.csv",
-        RESULTS + "/coefficients.csv",
+        "<results>/paper.html",
+        "<results>/claims.csv",
+        "<results>/coefficients.csv",
         PAPER_FIGURE_FILES,
 
 
@@ -63,4 +63,4 @@ rule all:
         rules.earthquakes.input,
         rules.report.output,
         FIGURE_FILES,
-        RESULTS + "/measured_claims.csv",
+        "<results>/measured_claims.csv",

@@ -506,8 +506,6 @@ class Supports(Section):
 
 
 class Figures(Section):
-    formats: list[Literal["pdf", "png", "svg"]]
-    """File formats of each figure, png among them, as the report shows it."""
     resolution: Annotated[int, Field(ge=30, le=1200)]
     """Dots per inch of the PNG."""
 
@@ -670,7 +668,6 @@ def _check_lists(config: Config) -> None:
     for key, values, needed in (
         ("order.order", config.order.order, [16]),
         ("order.band_width", config.order.band_width, [0.2, 0.4]),
-        ("figures.formats", config.figures.formats, ["png"]),
         ("measured_rocking.impacts_used", measured.impacts_used, [measured.shown_impacts]),
         (
             "studies.amplitude.release_amplitude",

@@ -142,7 +142,6 @@ BAD = [  # a key, a wrong value, and the key that the error begins with, if it i
     ("release_amplitude", 0.4, "studies.amplitude.release_amplitude"),
     ("order.order", [0, 8]),
     ("order.band_width", [0.2]),
-    ("figures.formats", ["pdf"]),
     ("measured_rocking.shown_impacts", 7, "measured_rocking.impacts_used"),
     ("restitution", {"start": 0.9, "stop": 0.95, "step": 0.05}),
     ("restitution", {"start": 0.9, "stop": 1.1, "step": 0.05}),

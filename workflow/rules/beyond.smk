@@ -3,9 +3,9 @@
 
 rule convergence:
     output:
-        RESULTS + "/convergence.nc",
+        "<results>/convergence.nc",
     log:
-        LOGS + "/convergence.log",
+        "<logs>/convergence.log",
     params:
         *settings("convergence"),
         *code("studies.convergence"),
@@ -18,9 +18,9 @@ rule convergence:
 
 rule amplitude:
     output:
-        RESULTS + "/amplitude.nc",
+        "<results>/amplitude.nc",
     log:
-        LOGS + "/amplitude.log",
+        "<logs>/amplitude.log",
     params:
         *settings("solver", "curve", "matching", "amplitude"),
         *code("studies.amplitude"),
@@ -35,9 +35,9 @@ rule measured_rocking:
     input:
         CONFIG.measured_rocking.trials,
     output:
-        RESULTS + "/measured_rocking.nc",
+        "<results>/measured_rocking.nc",
     log:
-        LOGS + "/measured_rocking.log",
+        "<logs>/measured_rocking.log",
     priority: 1  # it takes long
     params:
         *settings("measured_rocking"),
@@ -52,12 +52,12 @@ rule measured_rocking:
 rule measured_claims:
     input:
         claims="data/measured_claims.yaml",
-        datasets=[RESULTS + "/measured_rocking.nc"],
+        datasets=["<results>/measured_rocking.nc"],
     output:
-        table=RESULTS + "/measured_claims.csv",
-        structure=RESULTS + "/measured_claims.json",
+        table="<results>/measured_claims.csv",
+        structure="<results>/measured_claims.json",
     log:
-        LOGS + "/measured_claims.log",
+        "<logs>/measured_claims.log",
     params:
         *code("claims", script="claims"),
         judges="MEASURED",

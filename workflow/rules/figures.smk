@@ -6,12 +6,12 @@ for figure, (module, datasets) in FIGURES.items():
         name:
             figure
         input:
-            expand(RESULTS + "/{dataset}.nc", dataset=datasets),
+            expand("<results>/{dataset}.nc", dataset=datasets),
         output:
-            report(RESULTS + f"/figures/{figure}.png", category="Figures", labels={"figure": figure}),
-            RESULTS + f"/figures/{figure}.pdf",
+            report(f"<results>/figures/{figure}.png", category="Figures", labels={"figure": figure}),
+            f"<results>/figures/{figure}.pdf",
         log:
-            LOGS + f"/figures/{figure}.log",
+            f"<logs>/figures/{figure}.log",
         params:
             *settings("figures"),
             *code(module, script="figure"),
@@ -20,6 +20,6 @@ for figure, (module, datasets) in FIGURES.items():
             "../scripts/figure.py"
 
 
-FIGURE_FILES = expand(RESULTS + "/figures/{figure}.{suffix}", figure=FIGURES, suffix=["png", "pdf"])
+FIGURE_FILES = expand("<results>/figures/{figure}.{suffix}", figure=FIGURES, suffix=["png", "pdf"])
 PAPER_FIGURES = [figure for figure in FIGURES if not figure.startswith("fig_")]
 PAPER_FIGURE_FILES = [file for file in FIGURE_FILES if Path(file).stem in PAPER_FIGURES]

@@ -5,9 +5,9 @@ SOLVER = settings("solver", "curve", "release_amplitude")
 
 rule mechanism:
     output:
-        RESULTS + "/mechanism.nc",
+        "<results>/mechanism.nc",
     log:
-        LOGS + "/mechanism.log",
+        "<logs>/mechanism.log",
     params:
         *settings("wall", "curve", "validation.wall"),
         *code("studies.mechanism"),
@@ -20,9 +20,9 @@ rule mechanism:
 
 rule decay_study:
     output:
-        RESULTS + "/decay/{study}.nc",
+        "<results>/decay/{study}.nc",
     log:
-        LOGS + "/decay/{study}.log",
+        "<logs>/decay/{study}.log",
     params:
         *SOLVER,
         *settings("wall", "restitution", "matching.response_length", "response_lengths.stop"),
@@ -37,16 +37,16 @@ rule decay_study:
 
 rule decay:
     input:
-        expand(RESULTS + "/decay/{study}.nc", study=STUDIES),
+        expand("<results>/decay/{study}.nc", study=STUDIES),
 
 
 rule match_study:
     input:
-        decays=RESULTS + "/decay/{study}.nc",
+        decays="<results>/decay/{study}.nc",
     output:
-        RESULTS + "/match/{study}.nc",
+        "<results>/match/{study}.nc",
     log:
-        LOGS + "/match/{study}.log",
+        "<logs>/match/{study}.log",
     params:
         *SOLVER,
         *settings("wall", "matching"),
@@ -66,11 +66,11 @@ rule match:
 
 rule response_lengths:
     input:
-        decays=RESULTS + "/decay/amplitude.nc",
+        decays="<results>/decay/amplitude.nc",
     output:
-        RESULTS + "/response_lengths.nc",
+        "<results>/response_lengths.nc",
     log:
-        LOGS + "/response_lengths.log",
+        "<logs>/response_lengths.log",
     params:
         *SOLVER,
         *settings("wall", "studies.amplitude", "matching.scan", "response_lengths"),
@@ -84,9 +84,9 @@ rule response_lengths:
 
 rule damping_force:
     output:
-        RESULTS + "/damping_force.nc",
+        "<results>/damping_force.nc",
     log:
-        LOGS + "/damping_force.log",
+        "<logs>/damping_force.log",
     params:
         *SOLVER,
         *settings("matching", "damping_force"),
@@ -100,11 +100,11 @@ rule damping_force:
 
 rule equivalence_fit:
     input:
-        matched=RESULTS + "/match/cracked_stiffness.nc",
+        matched="<results>/match/cracked_stiffness.nc",
     output:
-        RESULTS + "/equivalence.nc",
+        "<results>/equivalence.nc",
     log:
-        LOGS + "/equivalence.log",
+        "<logs>/equivalence.log",
     params:
         *settings("curve", "release_amplitude"),
         *code("studies.polynomial_fits"),
@@ -117,11 +117,11 @@ rule equivalence_fit:
 
 rule coefficients:
     input:
-        equivalence=RESULTS + "/equivalence.nc",
+        equivalence="<results>/equivalence.nc",
     output:
-        RESULTS + "/coefficients.csv",
+        "<results>/coefficients.csv",
     log:
-        LOGS + "/coefficients.log",
+        "<logs>/coefficients.log",
     params:
         *code("studies.polynomial_fits"),
         function="studies.polynomial_fits.table",
@@ -131,17 +131,17 @@ rule coefficients:
 
 rule equivalence:
     input:
-        RESULTS + "/equivalence.nc",
-        RESULTS + "/coefficients.csv",
+        "<results>/equivalence.nc",
+        "<results>/coefficients.csv",
 
 
 rule calibration:
     input:
         record=CONFIG.validation.record,
     output:
-        RESULTS + "/calibration.nc",
+        "<results>/calibration.nc",
     log:
-        LOGS + "/calibration.log",
+        "<logs>/calibration.log",
     params:
         *settings("validation.wall", "validation.curve", "validation.step"),
         *code("laboratory.calibration"),
@@ -155,12 +155,12 @@ rule calibration:
 rule validation:
     input:
         record=CONFIG.validation.record,
-        equivalence=RESULTS + "/equivalence.nc",
-        calibration=RESULTS + "/calibration.nc",
+        equivalence="<results>/equivalence.nc",
+        calibration="<results>/calibration.nc",
     output:
-        RESULTS + "/validation.nc",
+        "<results>/validation.nc",
     log:
-        LOGS + "/validation.log",
+        "<logs>/validation.log",
     params:
         *settings("validation.wall", "validation.curve", "validation.step", "validation.fit_yield_displacement_ratios"),
         *code("studies.validation"),
@@ -175,9 +175,9 @@ rule bilinear:
     input:
         files_of(CONFIG.bilinear.records),
     output:
-        RESULTS + "/bilinear.nc",
+        "<results>/bilinear.nc",
     log:
-        LOGS + "/bilinear.log",
+        "<logs>/bilinear.log",
     params:
         *settings("wall", "curve", "damping_force", "bilinear"),
         *code("studies.bilinear"),
@@ -194,19 +194,19 @@ rule claims:
         errata="data/errata.yaml",
         datasets=[
             *MATCHES,
-            RESULTS + "/mechanism.nc",
-            RESULTS + "/damping_force.nc",
-            RESULTS + "/response_lengths.nc",
-            RESULTS + "/equivalence.nc",
-            RESULTS + "/validation.nc",
-            RESULTS + "/bilinear.nc",
+            "<results>/mechanism.nc",
+            "<results>/damping_force.nc",
+            "<results>/response_lengths.nc",
+            "<results>/equivalence.nc",
+            "<results>/validation.nc",
+            "<results>/bilinear.nc",
         ],
     output:
-        table=RESULTS + "/claims.csv",
-        structure=RESULTS + "/claims.json",
-        errata=RESULTS + "/errata.csv",
+        table="<results>/claims.csv",
+        structure="<results>/claims.json",
+        errata="<results>/errata.csv",
     log:
-        LOGS + "/claims.log",
+        "<logs>/claims.log",
     params:
         *code("claims", script="claims"),
         judges="JUDGES",
