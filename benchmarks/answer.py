@@ -14,7 +14,7 @@ from rockdamp import Damping, TrilinearCurve
 from rockdamp.equivalence import matching
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.equivalent import STEP
-from rockdamp.equivalence.minima import Cases, global_minima
+from rockdamp.equivalence.matching import Cases, global_minima
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
@@ -96,9 +96,9 @@ def rockdamp(a1: np.ndarray, b1: np.ndarray, e: np.ndarray, last: bool) -> np.nd
 
 def _rockdamp(a1: np.ndarray, b1: np.ndarray, e: np.ndarray, last: bool) -> np.ndarray:
     curve, amplitude = TrilinearCurve(a1, b1).map(lambda p: np.broadcast_to(p, e.shape)), np.full(e.size, RELEASE)
-    cases = Cases.released(curve, amplitude, e, step=STEP, steps=STEPS)
+    cases = Cases.release(curve, amplitude, e, step=STEP, steps=STEPS)
     if last:
-        return matching.solve(cases, ["CDC"], STEPS)["CDC"].damping_ratio
+        return matching.match_dampers(cases, ["CDC"], STEPS)["CDC"].damping_ratio
     return global_minima(cases, "CDC", [STEPS]).damping_ratio[0]
 
 

@@ -343,10 +343,11 @@ def written(page: str, data: Data) -> str:
     return BLOCK.sub(anew, page)
 
 
-def false_safe(compared: xr.Dataset) -> str:
+def missed_collapses(compared: xr.Dataset) -> str:
     """Return the shares of collapses that each damper misses, as the package ships them: ratios of least error."""
     rates = compared["false_safe_rate"].sel(damping_ratio_source=RECOMMENDED_SOURCE).drop_sel(damping_model="CR")
-    rows = rates.transpose("restitution", "damping_model").to_series().round(6).reset_index()
+    rates = rates.rename("missed_collapse_rate").transpose("restitution", "damping_model")
+    rows = rates.to_series().round(6).reset_index()
     return str(rows.to_csv(index=False, lineterminator="\n"))
 
 
@@ -364,6 +365,6 @@ if __name__ == "__main__":
     opened = read(results)
     for page in map(ROOT.joinpath, PAGES):
         page.write_text(written(page.read_text(encoding="utf-8"), opened), encoding="utf-8")
-    (SHIPPED / "false_safe.csv").write_text(false_safe(opened["comparison"]), encoding="utf-8")
+    (SHIPPED / "missed_collapses.csv").write_text(missed_collapses(opened["comparison"]), encoding="utf-8")
     for picture in (results / name for name in PICTURES):
         shutil.copyfile(picture, ROOT / "docs/figures" / picture.name)

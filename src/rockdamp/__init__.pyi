@@ -4,9 +4,7 @@ from .assessment.assess import assess as assess
 from .equivalence.closed_form import damping_ratio_energy as damping_ratio_energy
 from .equivalence.closed_form import equivalence_factor as equivalence_factor
 from .equivalence.closed_form import giannini_masiani as giannini_masiani
-from .equivalence.equivalent import Equivalent as Equivalent
 from .equivalence.equivalent import equivalent as equivalent
-from .equivalence.equivalent import equivalent_dampings as equivalent_dampings
 from .errors import InputError as InputError
 from .errors import InputWarning as InputWarning
 from .histories.labelled import free_decay as free_decay

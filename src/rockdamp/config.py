@@ -16,7 +16,6 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from rockdamp.arrays import Array
-from rockdamp.equivalence import closed_form
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -219,8 +218,8 @@ class Scan(Section):
     points: Annotated[int, Field(ge=8)]
     """How many are tried, in a geometric sequence."""
 
-    def make(self) -> closed_form.Scan:
-        return closed_form.Scan(**dict(self))
+    def values(self) -> Array:
+        return np.geomspace(self.smallest, self.largest, self.points)
 
     @model_validator(mode="after")
     def _ascends(self) -> Self:

@@ -39,7 +39,7 @@ def found(tmp_path_factory):
 )
 def test_each_wall_has_the_ratios_that_equivalent_finds_for_it_alone(found, name, curve):
     """Of every damper, ECD among them: the same search, to the last bit on one machine."""
-    alone = rd.equivalent(0.9, *curve, release_amplitude=X0)
+    alone = rd.equivalent(0.9, rd.TrilinearCurve(*curve), release_amplitude=X0)
     assert [(row["damping_model"], row["damping_ratio"], row["error"]) for row in found[name]] == [
         (row["damping_model"], row["damping_ratio"], "") for row in alone
     ]

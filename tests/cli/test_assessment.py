@@ -61,7 +61,7 @@ def test_a_program_s_damping_is_that_of_the_wall():
     assert rows["CDC"]["damping_coefficient"] / critical == pytest.approx(rows["CDC"]["damping_ratio"], rel=1e-12)
     assert values["initial_frequency"] == pytest.approx(np.sqrt(stiffness / float(wall.effective_mass)), rel=1e-12)
     assert [row["damping_coefficient"] for row in values["damping"]][1:] == [None] * 4
-    matched = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, 0.06, 0.72)}
+    matched = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, rd.TrilinearCurve(0.06, 0.72))}
     assert {model: row["damping_ratio"] for model, row in rows.items()} == matched
 
 

@@ -84,7 +84,7 @@ def test_respond_gives_the_agreed_keys_and_the_packages_numbers(record):
 def test_a_comparison_has_a_row_for_each_model(record):
     arguments = respond(record, "--compare", "--restitution", 0.85)
     rows = printed(*arguments)
-    matched = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, 0.04, 0.8)}
+    matched = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, rd.TrilinearCurve(0.04, 0.8))}
     assert {row["damping_model"]: row["damping_ratio"] for row in rows} == {"CR": None, **matched}
     alone = printed(*respond(record, "--damping-model", "CR", "--restitution", 0.85))
     assert {key: rows[0][key] for key in (*KEYS, *MOTION)} == alone

@@ -104,7 +104,7 @@ def test_the_table_of_what_a_damping_ratio_stands_for():
         e = np.exp(-log_decrement(xi, np.array([0, 1])))  # BAND has the formula of the orders above 0
         assert row[1:3] == [f"{value:.4f}" for value in e]
     every_e = np.linspace(0.5, 0.98, 17)
-    matched = rd.equivalent(every_e, CURVE.yield_displacement_ratio, CURVE.strength_ratio)
+    matched = rd.equivalent(every_e, CURVE)
     for column, model in enumerate(("CDC", "CDR", "SDR"), start=3):
         assert head[column] == f"e, {model}"
         xi = np.array([one["damping_ratio"] for one in matched if one["damping_model"] == model])

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from rockdamp.equivalence.closed_form import damping_ratio_energy
-from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping, damper_classes
@@ -102,8 +100,6 @@ BAD = [
     (lambda: Damping("ECD16", 0.05), r"damping_model is 'ECD16'; it must be ECD, order=16"),
     (lambda: Damping.of_restitution(0.85, "band0.4"), r"damping_model is 'band0\.4'; it must be BAND, width=0\.4"),
     (lambda: Damping.of_restitution([0.5, 0.0], "BAND"), r"restitution \(e\) is 0\.0; it must be greater than 0"),
-    (lambda: damping_ratio_energy(CURVE, "ECD", 0.0, 0.5), r"restitution \(e\) is 0\.0; it must be greater than 0"),
-    (lambda: equivalent(0.0, 0.04, 0.85), r"restitution \(e\) is 0\.0; it must be greater than 0"),
     (lambda: Damping.cr(np.array([0.9, 1.2])), r"restitution \(e\) is 1\.2; it must be"),
     (lambda: Damping("CDC", -0.01), r"damping_ratio \(xi\) is -0\.01; it must be at least 0"),
     (lambda: Damping.cr(0.9, exponent=-1.0), r"exponent is -1\.0; it must be at least 0"),

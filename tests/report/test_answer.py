@@ -13,7 +13,7 @@ import xarray as xr
 from html_page import Page
 
 from rockdamp import report
-from rockdamp.equivalence.programs import OFFERS
+from rockdamp.equivalence.programs import REQUIREMENT
 from rockdamp.report.answer import (
     COLUMNS,
     OF_PROGRAMS,
@@ -87,7 +87,7 @@ def test_without_either_study_there_is_no_answer(data):
 def test_a_program_s_damper_has_its_errors_with_the_leading_ratio(data):
     leading = data["comparison"].sel(damping_ratio_source=RECOMMENDED_SOURCE).isel(band=0)
     rows = by_program(data["comparison"])
-    assert [row["model"] for row in rows] == list(OFFERS)
+    assert [row["model"] for row in rows] == list(REQUIREMENT)
     for row in rows:
         for errors, name in zip(row["errors"], OF_PROGRAMS, strict=True):
             assert errors == [percent(value) for value in leading[name].sel(damping_model=row["model"]).values]
@@ -101,7 +101,7 @@ def test_the_errors_follow_the_slider_over_the_e_of_the_study(short, data):
     answer_at = Page(html).by_id("answer")
     assert json.loads(answer_at["attrs"]["data-e"]) == [f"{e:g}" for e in compared["restitution"].values]
     lists = [json.loads(one["attrs"]["data-by-e"]) for one in Page(html).all("span") if "data-by-e" in one["attrs"]]
-    assert lists.count([percent(rate) for rate in rates.values]) == len(OFFERS)
+    assert lists.count([percent(rate) for rate in rates.values]) == len(REQUIREMENT)
     assert json.loads(answer_at["attrs"]["data-e"]) in lists  # and the e that it is of
 
 
@@ -109,8 +109,8 @@ def test_the_damping_ratios_are_those_of_least_error_of_the_studys_wall_between_
     told = ratios(data, 0.04)
     fitted = data["equivalence"]
     stored = fitted["damping_ratio"].sel(yield_displacement_ratio=0.04)
-    assert list(told["ratio"]) == list(OFFERS)
-    for model in OFFERS:
+    assert list(told["ratio"]) == list(REQUIREMENT)
+    for model in REQUIREMENT:
         at = stored.sel(damping_model=model)
         assert float(shown_ratio(told, model, "0.85")) == pytest.approx(
             100 * float(at.sel(restitution=0.85)), abs=0.006

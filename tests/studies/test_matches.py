@@ -5,7 +5,7 @@ import pytest
 from configs import changed, configured
 
 from rockdamp.config import Grid
-from rockdamp.equivalence.minima import Cases, global_minima
+from rockdamp.equivalence.matching import Cases, global_minima
 from rockdamp.studies import mechanism, polynomial_fits
 from rockdamp.studies.decays import study as decay_study
 from rockdamp.studies.earthquakes import incremental
@@ -35,9 +35,9 @@ def test_equal_lengths_in_tau_make_walls_equal_and_equal_seconds_do_not(name, pa
     length = float(matched["response_length"]) * wall.frequency_parameter / reference.frequency_parameter
     step, steps = given.solver.step, round(length / given.solver.step)
     curve, release = given.curve.make().map(lambda value: np.full(2, value)), np.full(2, given.release_amplitude)
-    cases = Cases.released(curve, release, restitution, step=step, steps=steps)
+    cases = Cases.release(curve, release, restitution, step=step, steps=steps)
     for model in ("CDC", "SDR"):
-        alike = global_minima(cases, model, [steps], given.matching.scan.make(), given.solver.scheme).damping_ratio[0]
+        alike = global_minima(cases, model, [steps], given.matching.scan.values()).damping_ratio[0]
         own = fixed.sel({parameter: value, "damping_model": model}).sel(restitution=restitution)
         np.testing.assert_allclose(own, alike, rtol=1e-9)
 

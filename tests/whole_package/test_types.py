@@ -17,7 +17,6 @@ MISTAKES = {
     "rd.solve(CURVE, CR, step=0.01, steps=10).displacement": '"Response" has no attribute "displacement"',
     "rd.solve(CURVE, CR, step=0.01, steps=10, store_every=1).error": '"Histories" has no attribute "error"',
     "rd.solve(CURVE, CR, step=0.01)": 'No overload variant of "solve"',
-    'rd.equivalent(0.85, 0.04, 0.85)[0]["xi"]': 'TypedDict "Equivalent" has no key "xi"',
 }
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from rockdamp.assessment.assess import FEWEST_STATIONS, alike, stacked
 from rockdamp.assessment.table import BadRow, Row
 from rockdamp.equivalence.equivalent import least_error, longest_step
-from rockdamp.equivalence.matching import of_each
+from rockdamp.equivalence.matching import map_in_threads
 from rockdamp.errors import InputError
 from rockdamp.text import counted
 from rockdamp.vocabulary import VISCOUS_MODELS
@@ -172,7 +172,9 @@ def ratios(rows: Sequence[Row | BadRow], release_amplitude: float) -> Iterator[R
         for start in range(0, len(part), AT_ONCE)
     ]
     numbers = range(len(batches))
-    found = of_each(lambda number: _search(batches[number], VISCOUS_MODELS, release_amplitude), numbers, "Batches")
+    found = map_in_threads(
+        lambda number: _search(batches[number], VISCOUS_MODELS, release_amplitude), numbers, "Batches"
+    )
     of_line: dict[int, list[Ratio]] = {}
     for one in (ratio for batch in found.values() for ratio in batch):
         of_line.setdefault(one[0], []).append(one[1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -223,7 +224,7 @@ def values(
         ],
         "initial_frequency": frequencies[0],
         "initial_period": frequencies[1],
-        "damping": typed,
+        "damping": list(map(asdict, typed)),
     }
 
 
@@ -324,10 +325,10 @@ def show_damping(typed: list[ProgramInput], frequencies: tuple[float, float], re
     click.echo(f"\nviscous damping for e = {restitution:.4g}; w1 = {w1:.4g} rad s-1, T1 = {period:.4g} s:\n")
     table = [
         {
-            "damping_model": row["damping_model"],
-            "xi": row["damping_ratio"],
-            "C": row["damping_coefficient"],
-            "xi refers to": row["refers_to"],
+            "damping_model": row.damping_model,
+            "xi": row.damping_ratio,
+            "C": row.damping_coefficient,
+            "xi refers to": row.refers_to,
         }
         for row in typed
     ]

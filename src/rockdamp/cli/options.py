@@ -298,7 +298,7 @@ def make_dampings(
     options: Mapping[str, Any], curve: TrilinearCurve, wall: Wall | Parapet | None = None, **equivalence: float
 ) -> list[Damping]:
     """Return the one damper that the options describe; with --compare, every model's. A rule for e takes a wall."""
-    from rockdamp.equivalence.equivalent import equivalent_dampings, longest_step
+    from rockdamp.equivalence.equivalent import equivalent, longest_step
     from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
     from rockdamp.plausibility import of_sizes, warn
     from rockdamp.questions import of_band
@@ -318,7 +318,9 @@ def make_dampings(
     if options["compare"]:
         if model is not None or ratio is not None:
             raise click.UsageError("--compare finds every model's damping ratio; it must be given --restitution alone")
-        return equivalent_dampings(_needed("--restitution", restitution, "--compare"), curve, **equivalence)
+        e = _needed("--restitution", restitution, "--compare")
+        rows = equivalent(e, curve, **equivalence)
+        return [Damping.cr(e), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]
     if model is None and restitution is not None and ratio is None:
         model = REFERENCE
     if model is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import asdict
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -152,8 +153,8 @@ def wall(amplitude: list[float] | None, as_json: bool, **options: Any) -> None:
 
 def _damping(typed: list[ProgramInput], e: float) -> dict[str, Any]:
     """Return the dampers for the JSON; C by itself for each that can be a dashpot."""
-    constant = {row["damping_model"]: row["damping_coefficient"] for row in typed if row["damping_coefficient"]}
-    return {"damping_restitution": e, "damping_coefficient": constant, "damping": typed}
+    constant = {row.damping_model: row.damping_coefficient for row in typed if row.damping_coefficient}
+    return {"damping_restitution": e, "damping_coefficient": constant, "damping": list(map(asdict, typed))}
 
 
 def _restitutions(wall: Wall | Parapet) -> list[dict[str, Any]]:
@@ -239,15 +240,8 @@ def equivalent_command(
     from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
 
     curve, built = make_curve(options), make_optional_wall(options)
-    rows: list[Any] = equivalent(
-        restitution,
-        float(curve.yield_displacement_ratio),
-        float(curve.strength_ratio),
-        options["a3"],
-        options["softening"],
-        release,
-        DEFAULT_RESPONSE_LENGTH if options["response_length"] is None else options["response_length"],
-    )
+    length = DEFAULT_RESPONSE_LENGTH if options["response_length"] is None else options["response_length"]
+    rows = equivalent(restitution, curve, release_amplitude=release, response_length=length)
     if built is not None:
         from rockdamp.equivalence.programs import advice, dashpot, frequencies
 

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
-from rockdamp.equivalence.programs import OFFERS, refers_to
+from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
 from rockdamp.figures.style import REFERENCE_RESTITUTION
 from rockdamp.mechanics.damping import damper_classes
 from rockdamp.storage.dataset import Datasets
@@ -133,7 +133,7 @@ def ratios(data: Datasets, a1: float) -> dict[str, Any] | None:
         "e": [round(float(e), 6) for e in ratio["restitution"].values],
         "ratio": {
             model: [round(float(value), 6) for value in ratio.sel(damping_model=model)]
-            for model in OFFERS
+            for model in REQUIREMENT
             if bool(np.isfinite(ratio.sel(damping_model=model)).all())
         },
     }
@@ -155,8 +155,8 @@ def by_program(compared: xr.Dataset) -> list[dict[str, Any]]:
             "offer": offer,
             "model": model,
             "title": damper_classes()[model].title,
-            "refers_to": refers_to(model),
+            "refers_to": REFERENCE_QUANTITY[model],
             "errors": [list(map(percent, leading[name].sel(damping_model=model).values)) for name in OF_PROGRAMS],
         }
-        for model, offer in OFFERS.items()
+        for model, offer in REQUIREMENT.items()
     ]

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.equivalence.closed_form import exact_ratio
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
@@ -95,9 +94,8 @@ def convergence(config: Config) -> xr.Dataset:
 
 def _histories(ensemble: SeededWalls, model: str, excitation: str, scheme: str, sample: float, substeps: int) -> Array:
     """Displacements at the samples of the load; NaN in lanes that collapse."""
-    damping = Damping.from_values(
-        model, restitution=ensemble.restitution, damping_ratio=exact_ratio(ensemble.restitution)
-    )
+    ecd = Damping.of_restitution(ensemble.restitution, "ECD")
+    damping = Damping.from_values(model, restitution=ensemble.restitution, damping_ratio=ecd.damping_ratio)
     response = solve(
         ensemble.curve,
         damping,

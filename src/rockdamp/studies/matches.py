@@ -9,9 +9,15 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config, Matching, Study
-from rockdamp.equivalence.closed_form import Scan, damping_ratio_energy
-from rockdamp.equivalence.matching import Matched, least_absolute, of_each, solve
-from rockdamp.equivalence.minima import Cases, global_minima
+from rockdamp.equivalence.closed_form import damping_ratio_energy
+from rockdamp.equivalence.matching import (
+    Cases,
+    Matched,
+    global_minima,
+    least_absolute,
+    map_in_threads,
+    match_dampers,
+)
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.studies.decays import longest_response, response_lengths_of_fixed_seconds, step_count
 from rockdamp.vocabulary import VISCOUS_MODELS
@@ -24,22 +30,21 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     length that the wall of the config has: then the walls' lengths in tau differ, and with them the damping ratios.
     Those other lengths are matched at the solver's step.
     """
-    study, step, scheme = config.study(name), config.solver.step, config.solver.scheme
-    response_length, scan = config.matching.response_length, config.matching.scan.make()
+    study, step = config.study(name), config.solver.step
+    response_length, scan = config.matching.response_length, config.matching.scan.values()
     restitution = decays["restitution"].values
     steps = step_count(response_length, step)
     wall = config.wall.make()
     fixed = response_lengths_of_fixed_seconds(study, wall, response_length) if study.varies_wall else None
     last = step_count(longest_response(study, wall, response_length), step)
     stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
-    cases = cases_of(study, restitution, stored, step)
-    matched = solve(
+    cases = cases_of(study, restitution, stored, step, config.solver.scheme)
+    matched = match_dampers(
         cases,
         VISCOUS_MODELS,
         steps,
         scan=scan,
         refinement=config.matching.refinement,
-        scheme=scheme,
         description=f"match {name}",
     )
     of_model = {
@@ -58,9 +63,9 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     if fixed is not None:
 
         def at_fixed_seconds(model: str) -> Array:
-            return _match_each(cases, model, fixed, (response_length, matched[model].damping_ratio), scan, scheme)
+            return _match_each(cases, model, fixed, (response_length, matched[model].damping_ratio), scan)
 
-        for model, ratio in of_each(at_fixed_seconds, VISCOUS_MODELS, f"match {name} at fixed seconds").items():
+        for model, ratio in map_in_threads(at_fixed_seconds, VISCOUS_MODELS, f"match {name} at fixed seconds").items():
             of_model[model]["damping_ratio_fixed_seconds"] = ratio
     dims = ("damping_model", study.parameter, "restitution")
     shape = (len(of_model), study.values.size, restitution.size)
@@ -88,9 +93,9 @@ def _least_absolute(
 
     def of_model(model: str) -> Array:
         squares = matched[model].damping_ratio[at]
-        return least_absolute(cases.take(at), model, squares, steps, config.solver.scheme)
+        return least_absolute(cases.take(at), model, squares, steps)
 
-    ratios = of_each(of_model, VISCOUS_MODELS, "match by absolute differences")
+    ratios = map_in_threads(of_model, VISCOUS_MODELS, "match by absolute differences")
     coords = {"damping_model": list(ratios), "restitution": restitution}
     return xr.DataArray(np.stack(list(ratios.values())), coords=coords, dims=("damping_model", "restitution"))
 
@@ -111,19 +116,18 @@ def match_decays(
     Curve, release amplitude and e have the shape (cases,).
     """
     steps = step_count(matching.response_length, step)
-    cases = Cases.released(curve, release_amplitude, restitution, step=step, steps=steps, scheme=scheme)
-    return solve(
+    cases = Cases.release(curve, release_amplitude, restitution, step=step, steps=steps, scheme=scheme)
+    return match_dampers(
         cases,
         damping_models,
         steps,
-        scan=matching.scan.make(),
+        scan=matching.scan.values(),
         refinement=matching.refinement,
-        scheme=scheme,
         description=description,
     )
 
 
-def cases_of(study: Study, restitution: Array, displacement: Array, step: float) -> Cases:
+def cases_of(study: Study, restitution: Array, displacement: Array, step: float, scheme: str) -> Cases:
     """Flatten the decays of a study, shape (study parameter, restitution, tau), to cases."""
     count = restitution.size
     return Cases(
@@ -132,12 +136,11 @@ def cases_of(study: Study, restitution: Array, displacement: Array, step: float)
         np.tile(restitution, study.values.size),
         displacement.reshape(study.values.size * count, -1),
         step,
+        scheme,
     )
 
 
-def _match_each(
-    cases: Cases, model: str, response_lengths: Array, known: tuple[float, Array], scan: Scan, scheme: str
-) -> Array:
+def _match_each(cases: Cases, model: str, response_lengths: Array, known: tuple[float, Array], scan: Array) -> Array:
     """Match each wall's cases at its own response length; `known` is a length with its damping ratios already."""
     per_wall = cases.restitution.size // response_lengths.size
 
@@ -146,6 +149,6 @@ def _match_each(
         if np.isclose(response_lengths[wall], known[0], rtol=1e-12):
             return known[1][own]
         steps = step_count(response_lengths[wall], cases.step)
-        return global_minima(cases.take(own), model, [steps], scan, scheme).damping_ratio[0]
+        return global_minima(cases.take(own), model, [steps], scan).damping_ratio[0]
 
     return np.concatenate([of_wall(wall) for wall in range(response_lengths.size)])

@@ -11,8 +11,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.equivalence.closed_form import Scan
-from rockdamp.equivalence.minima import RESOLUTION, Cases, global_minima
+from rockdamp.equivalence.matching import RESOLUTION, Cases, global_minima
 from rockdamp.progress import track
 from rockdamp.studies.decays import INFERS, step_count
 from rockdamp.studies.matches import cases_of
@@ -34,10 +33,10 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     ``inferred_response_length_of_release`` is what another wall would imply.
     """
     study, lengths, step = config.study(INFERS), config.response_lengths.values(), config.solver.step
-    scan, scheme = config.matching.scan.make(), config.solver.scheme
+    scan = config.matching.scan.values()
     restitution = decays["restitution"].values
     stored = decays["displacement"].values[..., : step_count(lengths[-1], step) + 1]
-    cases = cases_of(study, restitution, np.asarray(stored, dtype=float), step)
+    cases = cases_of(study, restitution, np.asarray(stored, dtype=float), step, config.solver.scheme)
 
     def decays_of(row: int, length: float) -> Cases:
         of_row = cases.take(slice(row * restitution.size, (row + 1) * restitution.size))
@@ -47,7 +46,7 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     def errors(row: int, lengths: Array, models: Sequence[str]) -> xr.Dataset:
         steps = np.array([step_count(length, step) for length in lengths])
         of_row = decays_of(row, lengths[-1])
-        matches = [global_minima(of_row, model, steps, scan, scheme) for model in models]
+        matches = [global_minima(of_row, model, steps, scan) for model in models]
         error = np.stack([match.error for match in matches], axis=-1)
         dims = ("response_length", "restitution", "damping_model")
         return xr.Dataset(
@@ -62,7 +61,7 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     reference = int(np.argmin(np.abs(study.values - config.release_amplitude)))
     dataset = errors(reference, lengths, VISCOUS_MODELS)
     dataset["damping_ratio_uncertainty"] = uncertainty(
-        decays_of(reference, lengths[-1]), lengths, dataset["damping_ratio"], scan, scheme
+        decays_of(reference, lengths[-1]), lengths, dataset["damping_ratio"], scan
     )
     inferred = infer(dataset)
     near = errors(reference, between_neighbours(lengths, inferred), PAPER_MODELS)
@@ -85,14 +84,14 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     )
 
 
-def uncertainty(decays: Cases, lengths: Array, damping_ratio: xr.DataArray, scan: Scan, scheme: str) -> xr.DataArray:
+def uncertainty(decays: Cases, lengths: Array, damping_ratio: xr.DataArray, scan: Array) -> xr.DataArray:
     """Return twice the largest change of the damping ratios at coarser steps, and at least the search's resolution."""
     changes = []
     for factor in COARSER:
-        coarser = decays.refined(decays.steps, 1 / factor, scheme)
+        coarser = decays.refine(decays.steps, 1 / factor)
         steps = np.round(lengths / coarser.step).astype(int)
         models = damping_ratio["damping_model"].values
-        ratios = [global_minima(coarser, str(model), steps, scan, scheme).damping_ratio for model in models]
+        ratios = [global_minima(coarser, str(model), steps, scan).damping_ratio for model in models]
         changes.append(np.abs(np.stack(ratios, axis=-1) - damping_ratio.values))
     return damping_ratio.copy(data=np.maximum(2 * np.max(changes, axis=0), RESOLUTION * damping_ratio.values))
 

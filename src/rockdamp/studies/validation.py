@@ -36,7 +36,7 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
         float(estimate.sel(parameter=name)) for name in ("yield_displacement_ratio", "strength_ratio", "restitution")
     )
     curve = given.curve.make(yield_displacement_ratio=a1, strength_ratio=b1)
-    Polynomials.from_dataset(equivalence).require_cover(e, a1, "yield_displacement_ratio")
+    damping_ratios(equivalence, e, np.array([a1]))  # which are refused where the fits do not reach
     ratios = damping_ratios(equivalence, e, np.array(given.fit_yield_displacement_ratios))
 
     rest = rest_samples(record)
@@ -83,8 +83,15 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -
     The paper averages its fits at two values of a1 around the wall's.
     """
     polynomials = Polynomials.from_dataset(equivalence)
-    polynomials.require_cover(restitution, ratios, "fit_yield_displacement_ratios")
-    return {model: float(np.mean([polynomials(model, restitution, a1) for a1 in ratios])) for model in VISCOUS_MODELS}
+    found = {model: float(np.mean([polynomials(model, restitution, a1) for a1 in ratios])) for model in VISCOUS_MODELS}
+    if not np.isfinite(list(found.values())).all():
+        low, high = polynomials.restitution
+        a1 = polynomials.yield_displacement_ratio
+        raise InputError(
+            f"restitution is {restitution:g} and yield_displacement_ratio {', '.join(map('{:g}'.format, ratios))}; they"
+            f" must be within the range of the fits, {low:g} to {high:g} and {a1[0]:g} to {a1[-1]:g}"
+        )
+    return found
 
 
 # --- one model against the measurement ------------------------------------------------------------------------------

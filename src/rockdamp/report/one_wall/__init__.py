@@ -26,7 +26,7 @@ from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import REPLICATES
 from rockdamp.assessment.checks import Check, sensitivity
 from rockdamp.assessment.collapses import LEAST_OF_DAMPER, STRIPES, UNITS, side_by_side
-from rockdamp.equivalence.programs import OFFERS, false_safe, frequencies, program_inputs
+from rockdamp.equivalence.programs import REQUIREMENT, frequencies, missed_collapses, program_inputs
 from rockdamp.figures.mechanism import wall_figure
 from rockdamp.figures.single import fragility_figure, response_figure
 from rockdamp.histories.labelled import responses
@@ -195,10 +195,10 @@ def _losses(subject: Subject) -> dict[str, Any]:
     """Return the dampers that stand for restitution."""
     e, wall = float(subject.answer["restitution"]), subject.wall
     with as_meant():
-        typed = {row["damping_model"]: row for row in program_inputs(wall, subject.curve, max(e, LEAST_OF_DAMPER))}
+        typed = {row.damping_model: row for row in program_inputs(wall, subject.curve, max(e, LEAST_OF_DAMPER))}
     return {
-        "dampers": [(offer, damper_classes()[model].title, typed[model]) for model, offer in OFFERS.items()],
-        "studied_e": plain(false_safe(e)[0]),
+        "dampers": [(offer, damper_classes()[model].title, typed[model]) for model, offer in REQUIREMENT.items()],
+        "studied_e": plain(missed_collapses(e)[0]),
     }
 
 
