@@ -353,6 +353,22 @@ def piece(branch, law, start, remaining, tau, step, rates):
     return before, turns, step, closed_state(x, v, c, k, p - branch.offset, slope, before)
 
 
+@register_jitable
+def piece_on_branch(branch, law, start, remaining, tau, step, rates):
+    """Return the next piece, which may leave its branch: length, whether it turns, where it leaves to, step, state.
+
+    The displacement is monotone in a piece, so no exit is missed. A start on a bound is an exit at once if the motion
+    goes out, and none if it goes in.
+    """
+    end, turns, step, (x_end, v_end) = piece(branch, law, start, remaining, tau, step, rates)
+    way = 0 if end == 0.0 else 1 if x_end > branch.high else -1 if x_end < branch.low else 0
+    if way:
+        bound = branch.high if way > 0 else branch.low
+        end = event(branch, law, start, DISPLACEMENT, bound, way, 0.0, end, rates) if start[0] != bound else 0.0
+        x_end, v_end = bound, state(branch, law, start, end, rates)[1]
+    return end, turns and way == 0, way, step, x_end, v_end
+
+
 # --- the run ----------------------------------------------------------------------------------------------------------
 
 
@@ -406,6 +422,14 @@ def impact(law, one_sided, v, p):
     return v if abs(v) > law.rest else 0.0
 
 
+@register_jitable
+def lift_time(p, slope):
+    """Return the time until a load lifts a wall that rests at its stop; infinite where it does not."""
+    if p > LIFTING:
+        return 0.0
+    return (LIFTING - p) / slope if slope > 0.0 else np.inf
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def run(branches, law, one_sided, at, x, v, load, sampling, times, displacement, velocity):
     """Move from tau = 0 to the last of `times`, or to the collapse.
@@ -431,30 +455,20 @@ def run(branches, law, one_sided, at, x, v, load, sampling, times, displacement,
     for segment in range(max(load.size, 1)):
         begin, stop, p, slope = load_segment(load, sampling, segment, times[-1])
         while tau < stop and 0 <= at < branches.shape[0]:
-            branch, origin, until = branch_at(branches, at), tau, stop - tau
+            branch, origin, remaining = branch_at(branches, at), tau, stop - tau
             start = (x, v, p + slope * (tau - begin), slope)
-            if resting:  # until the load lifts the wall from its stop
-                wait = 0.0 if start[2] > LIFTING else (LIFTING - start[2]) / slope if slope > 0.0 else np.inf
-                resting = tau + wait >= stop
-                tau = stop if resting else tau + wait
-                reached = store(
-                    branch, law, (x, v, 0.0, 0.0), origin, tau, times, reached, displacement, velocity, rates
-                )
-                continue
-            end, turning, step, (x_end, v_end) = piece(branch, law, start, until, tau, step, rates)
-            if end == 0.0 and not turning and branch.constant < 0.0:
-                return FAILED, tau, x, impacts[:impact_count], turns[:turn_count]
-            # The displacement is monotone in a piece, so no exit is missed. A start on a bound is an exit at once
-            # if the motion goes out, and none if it goes in.
-            way = 1 if x_end > branch.high else -1 if x_end < branch.low else 0
-            if way:
-                bound = branch.high if way > 0 else branch.low
-                end = event(branch, law, start, DISPLACEMENT, bound, way, 0.0, end, rates) if x != bound else 0.0
-                x_end, v_end = bound, state(branch, law, start, end, rates)[1]
-            tau = stop if end == until else origin + end
+            if resting:
+                end = lift_time(start[2], slope)
+                resting = end >= remaining
+                start, turning, way = (0.0, 0.0, 0.0, 0.0), False, 0
+                end = remaining if resting else end
+            else:
+                end, turning, way, step, x, v = piece_on_branch(branch, law, start, remaining, tau, step, rates)
+                if end == 0.0 and not turning and way == 0 and branch.constant < 0.0:
+                    return FAILED, tau, x, impacts[:impact_count], turns[:turn_count]
+            tau = stop if end == remaining else origin + end
             reached = store(branch, law, start, origin, tau, times, reached, displacement, velocity, rates)
-            x, v = x_end, v_end
-            if turning and not way:
+            if turning:
                 v = 0.0  # to the last bit: from there on, the hyperbolic branch does not amplify rounding
                 turns = append(turns, turn_count, tau, x)
                 turn_count += 1
@@ -530,17 +544,16 @@ def exact_history(
     Examples
     --------
     >>> import rockdamp as rd
-    >>> from rockdamp.solvers.exact import exact_history
     >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
-    >>> history = exact_history(curve, rd.Damping("CR", 0.85), [10.0], release_amplitude=0.5)
+    >>> history = rd.exact_history(curve, rd.Damping("CR", 0.85), [10.0], release_amplitude=0.5)
     >>> history.turning_displacement.round(3)[:3]
     array([-0.246,  0.15 , -0.096])
     """
     if one_sided and damping.model != "CR":
         raise InputError(f"damping_model is {damping.model}; it must be CR with a wall that rocks to one side")
     a3 = float(curve.ultimate_displacement_ratio)
-    least, text = (0.0, "at least 0") if one_sided else (-a3, "at least -a3")
-    check("release_amplitude", release_amplitude, lambda x: (x >= least) & (x < a3), f"{text} and less than a3, {a3:g}")
+    allowed = f"less than a3, {a3:g}, " + ("and at least 0" if one_sided else "to either side")
+    check("release_amplitude", release_amplitude, lambda x: (abs(x) < a3) & ((x >= 0) | (not one_sided)), allowed)
     times, load = np.array(times, dtype=float, ndmin=1), np.array(load, dtype=float)
     x, v = float(release_amplitude), float(release_velocity)
     law, constants = law_parameters(curve, damping)
