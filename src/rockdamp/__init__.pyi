@@ -30,6 +30,7 @@ from .motions.intensity import intensity_measures as intensity_measures
 from .motions.records import Record as Record
 from .motions.records import read_record as read_record
 from .motions.records import write_record as write_record
+from .solvers.exact import exact_history as exact_history
 from .solvers.newmark import solve as solve
 from .solvers.newmark import stable_step as stable_step
 from .solvers.response import ComparedHistories as ComparedHistories

@@ -68,5 +68,11 @@ class OneSidedWall:
         return np.asarray(1.05 * (1 - 1.5 * sine2) ** 2 * np.abs(1 - 1.5 * (1 - sine2)))
 
     def rocking_onset(self, strength_ratio: ArrayLike = 1.0) -> Array:
-        """Return the ground acceleration whose static load reaches the plateau, by b1 of a cracked wall. [m s-2]"""
+        """Return the ground acceleration whose static load reaches the plateau. [m s-2]
+
+        Parameters
+        ----------
+        strength_ratio : float or ndarray
+            b1 of a cracked wall, broadcasts. [-]
+        """
         return self.mechanism.rocking_onset(strength_ratio)

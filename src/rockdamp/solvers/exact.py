@@ -547,7 +547,7 @@ def exact_history(
     >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> history = rd.exact_history(curve, rd.Damping("CR", 0.85), [10.0], release_amplitude=0.5)
     >>> history.turning_displacement.round(3)[:3]
-    array([-0.246,  0.15 , -0.096])
+    array([-0.335,  0.237, -0.174])
     """
     if one_sided and damping.model != "CR":
         raise InputError(f"damping_model is {damping.model}; it must be CR with a wall that rocks to one side")
