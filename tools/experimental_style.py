@@ -17,8 +17,8 @@ from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
-from rockdamp.motions.pulse_shapes import ricker
-from rockdamp.motions.records import Record, write_record
+from rockdamp.motions.pulses import ricker
+from rockdamp.motions.record import Record, write_record
 from rockdamp.solvers.exact import exact_history
 from rockdamp.vocabulary import STANDARD_GRAVITY
 

@@ -354,7 +354,7 @@ def missed_collapses(compared: xr.Dataset) -> str:
 def read(results: Path) -> Data:
     """Open the datasets that the tables are made of."""
     names = [*INPUTS, *(f"match/{study}" for study in STUDIES)]
-    opened = {name: dataset.open(results / f"{name}.nc") for name in names}
+    opened = {name: dataset.read(results / f"{name}.nc") for name in names}
     return {**opened, "claims": pd.read_csv(results / "claims.csv").to_xarray()}
 
 

@@ -25,11 +25,10 @@ from .mechanics.wall import Parapet as Parapet
 from .mechanics.wall import Wall as Wall
 from .motions.catalogue import GroundMotion as GroundMotion
 from .motions.catalogue import load_records as load_records
-from .motions.intensity import IntensityMeasures as IntensityMeasures
 from .motions.intensity import intensity_measures as intensity_measures
-from .motions.records import Record as Record
-from .motions.records import read_record as read_record
-from .motions.records import write_record as write_record
+from .motions.record import Record as Record
+from .motions.record import read_record as read_record
+from .motions.record import write_record as write_record
 from .solvers.exact import exact_history as exact_history
 from .solvers.newmark import solve as solve
 from .solvers.newmark import stable_step as stable_step

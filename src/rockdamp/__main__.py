@@ -1,7 +1,7 @@
 """Start the command line, as `rockdamp` and as `python -m rockdamp`.
 
 What must hold from the first moment on is set here, before the command line is imported: Ctrl-C ends the process, and
-files that are opened get no number of a standard stream. A process that is ended leaves no temporary file.
+files that are opened get no number of a standard stream.
 """
 
 from __future__ import annotations
@@ -18,13 +18,9 @@ def main() -> None:
     if interruptible:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # while nothing is written
     from rockdamp.cli import main as command
-    from rockdamp.storage.atomic import WRITING
 
     def end(number: int, _: object) -> None:
         """End the process by the signal: a KeyboardInterrupt is lost in an import or where an object is deleted."""
-        for path in [*WRITING]:
-            with suppress(OSError):
-                path.unlink()
         with suppress(OSError):
             os.write(2, b"Aborted!\n")
         signal.signal(number, signal.SIG_DFL)

@@ -10,7 +10,7 @@ from rockdamp.assessment.assess import FEWEST_STATIONS, intervals
 from rockdamp.assessment.collapses import STRIPES
 from rockdamp.assessment.table import RULES
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
-from rockdamp.motions.records import followed_by_rest
+from rockdamp.motions.record import append_rest
 from rockdamp.plausibility import as_meant
 from rockdamp.solvers.exact import exact_history
 from rockdamp.statistics.fragility import fit_fragility, wilson
@@ -26,7 +26,7 @@ def test_collapses_and_peaks_are_those_of_the_event_driven_solver(wall, curve, m
     compared = 0
     for motion in few:
         record = motion.record
-        ground = followed_by_rest(record.ground_acceleration, record.step, 3.0)
+        ground = append_rest(record.ground_acceleration, record.step, 3.0)
         for index, pga in enumerate(found["pga"].values):
             factor = pga / np.abs(record.ground_acceleration).max()
             assert float(found["scale_factor"].sel(record=motion.name)[index]) == pytest.approx(factor, rel=1e-12)
@@ -128,7 +128,7 @@ def test_what_is_returned_is_what_the_glossary_says(answer, tmp_path):
     for name, variable in answer.variables.items():
         assert variable.attrs["units"] and variable.attrs["long_name"], name
     dataset.write(answer, tmp_path / "a.nc", "assessment", config={}, code_version="test")
-    assert dataset.open(tmp_path / "a.nc")["station"].values.tolist() == answer["station"].values.tolist()
+    assert dataset.read(tmp_path / "a.nc")["station"].values.tolist() == answer["station"].values.tolist()
 
 
 def test_an_intensity_that_no_earthquake_has_is_warned_of(wall, curve, motions):

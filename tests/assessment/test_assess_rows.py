@@ -144,7 +144,7 @@ def test_as_a_dataset_it_is_what_the_glossary_says(rows, motions, measure, tmp_p
     with as_meant():
         made = assess_rows(rows, motions[:2], measure, 0.5)
     storage.write(made, tmp_path / "walls.nc", "batch", config={}, code_version="test")
-    read = storage.open(tmp_path / "walls.nc")
+    read = storage.read(tmp_path / "walls.nc")
     assert read["wall"].values.tolist() == ["a", "bad", "b", "c", "d", "e"]
     assert read["collapses"].sel(wall="bad").values.tolist() == [-1, -1]
     assert str(read["row_error"].sel(wall="bad").item()).startswith("line 3")

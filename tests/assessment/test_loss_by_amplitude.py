@@ -7,7 +7,7 @@ import rockdamp as rd
 from rockdamp.assessment.answers import columns, lines
 from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.table import Row
-from rockdamp.motions.records import followed_by_rest
+from rockdamp.motions.record import append_rest
 from rockdamp.solvers.exact import exact_history
 from rockdamp.storage import dataset
 
@@ -19,7 +19,7 @@ def test_the_peak_is_that_of_the_law_solved_event_by_event(wall, curve, motions)
     motion, p = motions[3], float(wall.frequency_parameter)
     asked = {"pga": 4.2, "restitution": 0.85, "step": 0.005}
     found = rd.assess(wall, curve, motion, **asked, **LAW).sel(damping_model="CR")
-    ground = followed_by_rest(motion.record.ground_acceleration, motion.record.step, 3.0)
+    ground = append_rest(motion.record.ground_acceleration, motion.record.step, 3.0)
     exact = exact_history(
         curve,
         rd.Damping.cr(0.85, **LAW),

@@ -88,7 +88,7 @@ def test_what_is_written_is_what_is_printed(tmp_path, answer):
     result = run("assess", *WALL, *RECORDS, "--pgv", 0.6, *options)
     assert result.exit_code == 0, result.output
     assert "0.171 g" in result.stdout and "as given" in result.stdout and "Wilson" in result.stdout
-    stored = dataset.open(tmp_path / "a.nc")
+    stored = dataset.read(tmp_path / "a.nc")
     dataset.check(stored, "assessment")
     assert stored["median_pgv"].values.tolist() == answer["median_pgv"].values.tolist()
     assert (tmp_path / "a.png").stat().st_size > 1000

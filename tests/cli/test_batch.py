@@ -53,7 +53,7 @@ def test_netcdf_is_written_too(table, tmp_path):
     out = tmp_path / "out.nc"
     result = run("batch", table, *RECORDS, "--pga", "0.3g", "--output", out)
     assert result.exit_code == 0, result.output
-    stored = dataset.open(out)
+    stored = dataset.read(out)
     dataset.check(stored, "batch")
     assert float(stored["pga"]) == pytest.approx(2.941995)
 

@@ -101,7 +101,7 @@ def test_histories_are_written_with_units_and_origin(record, tmp_path):
         ("response", respond(record, *CDR, "--tail", "500ms")),
     ):
         assert "history.nc written" in run(*arguments, "--output", path).stderr
-        found = dataset.open(path)
+        found = dataset.read(path)
         dataset.check(found, kind)
         assert {"title", "source", "references", "Conventions", "config", "code_version"} <= set(found.attrs)
         assert all(variable.attrs["units"] and variable.attrs["long_name"] for variable in found.variables.values())
@@ -113,7 +113,7 @@ def test_histories_are_written_with_units_and_origin(record, tmp_path):
 def test_the_digest_of_the_options_follows_the_record_and_not_its_place(record, tmp_path):
     def digest(name, *more):
         run(*respond(tmp_path / name, *CDR, "--output", tmp_path / "out.nc", *more))
-        return dataset.open(tmp_path / "out.nc").attrs["config"]
+        return dataset.read(tmp_path / "out.nc").attrs["config"]
 
     (tmp_path / "copy.csv").write_bytes(record.read_bytes())
     assert digest("copy.csv") == digest("pulse.csv")
@@ -172,7 +172,7 @@ def test_calibrate_prints_and_writes_what_was_fitted(quick, record, tmp_path):
     assert all(row["true_value"] is None for row in rows)
     assert given["wall"] == rd.Wall(0.102, 2.754, hinge_ratio=0.57, overburden_ratio=6.2)
     assert (given["ultimate_displacement_ratio"], given["softening"]) == (0.9, "translated")
-    dataset.check(dataset.open(output), "calibration")
+    dataset.check(dataset.read(output), "calibration")
     assert plot.read_bytes().startswith(b"\x89PNG")
     misfit, _, head, *_ = run(*arguments).stdout.splitlines()
     assert misfit == "the best fit leaves 0.2 mm, 5 % of the peak, 2 times the sensor's noise at rest"

@@ -75,4 +75,4 @@ def test_the_notebook_is_kept_without_outputs():
 def test_readme_s_first_screen_counts_the_records():
     first = (ROOT / "README.md").read_text(encoding="utf-8").partition("\nOn a machine")[0]
     records = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))["records"]
-    assert f"Under {len(catalogue.listing(records))} earthquake records" in " ".join(first.split())
+    assert f"Under {len(catalogue.record_names(records))} earthquake records" in " ".join(first.split())

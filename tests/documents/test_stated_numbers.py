@@ -18,7 +18,7 @@ def built(name):
     path = ROOT / f"results/{name}.nc"
     if not path.exists():
         pytest.skip("the full results are not built")
-    return dataset.open(path)
+    return dataset.read(path)
 
 
 def stated(page, pattern):

@@ -12,8 +12,8 @@ from rockdamp.histories.measured_test import computed_response
 from rockdamp.laboratory.least_squares import RecordFit
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.pulse_shapes import ricker
-from rockdamp.motions.records import Record
+from rockdamp.motions.pulses import ricker
+from rockdamp.motions.record import Record
 from rockdamp.solvers.exact import exact_history
 
 CURVE, DAMPING, STEP = TrilinearCurve(0.03, 0.80), Damping.cr(0.835), 0.0025

@@ -5,8 +5,8 @@ import pytest
 
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import QUIET, quiet_level, rest_samples
-from rockdamp.motions.pulse_shapes import ricker
-from rockdamp.motions.records import Record
+from rockdamp.motions.pulses import ricker
+from rockdamp.motions.record import Record
 
 ELAPSED = np.arange(600) / 200
 

@@ -11,7 +11,7 @@ from repository import ROOT
 from rockdamp.errors import InputError
 from rockdamp.laboratory import least_squares
 from rockdamp.laboratory.calibration import PARAMETERS, calibrate, study, true_values
-from rockdamp.motions.records import Record, read_record
+from rockdamp.motions.record import Record, read_record
 
 STEP = 0.01  # twice the config's, for speed: the solver's error stays below the bounds used here
 

@@ -17,18 +17,16 @@ def test_a_file_is_read_and_written_back(tmp_path, column, name):
     assert getattr(test, name).tolist() == [0.05, 0.0499, 0.0495] and test.synthetic
     assert test.header["specimen"] == "a block" and test.step == pytest.approx(0.002)
     rd.write_free_rocking(again, test)
-    assert rd.read_free_rocking(again) == test
+    assert again.read_text() == path.read_text()
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "is empty; it must be a free-rocking test as CSV"),
-        (f"{HEADER}elapsed_s,displacement_m,rotation_rad\n0,1,2\n", "one of displacement_m, rotation_rad"),
-        (f"{HEADER}elapsed_s,displacement_m,ground_acceleration_g\n0,1,2\n", "has no motion of the ground"),
-        (f"{HEADER}# units: s, mm\nelapsed_s,displacement_m\n{ROWS}", "units is 's, mm' and has 'mm'"),
-        (f"{HEADER}elapsed_s,displacement_m\n0,1\n0.1,x\n", "displacement_m is 'x' on line 5"),
-        (f"{HEADER}elapsed_s,displacement_m\n0,1\n0.1,2\n0.3,2\n", "elapsed_s is 0.1 on line 5"),
+        ("", "columns are"),
+        (f"{HEADER}elapsed_s,displacement_m,rotation_rad\n0,1,2\n", "columns are"),
+        (f"{HEADER}elapsed_s,displacement_m\n0,1\n0.1,x\n", "line 5"),
+        (f"{HEADER}elapsed_s,displacement_m\n0,1\n0.1,2\n0.2,2\n0.4,2\n0.5,1\n", "missing after 0.2"),
         ("# synthetic: perhaps\nelapsed_s,displacement_m\n" + ROWS, "synthetic is 'perhaps'"),
     ],
 )

@@ -55,8 +55,8 @@ def test_every_choice_of_geometries_is_held_out_and_every_simulated_set_chosen_o
 
 def test_the_spread_that_the_package_ships_is_that_of_the_built_trials():
     try:
-        study = dataset.open(ROOT / "results/measured_rocking.nc")
-    except (FileNotFoundError, dataset.DatasetError):
+        study = dataset.read(ROOT / "results/measured_rocking.nc")
+    except FileNotFoundError:
         pytest.skip("the full results are not built")
     whole = np.hypot(float(study["deviation_within"]), float(study["deviation_between"]))
     assert whole == pytest.approx(BLOCK_RESTITUTION_DEVIATION, abs=0.001)

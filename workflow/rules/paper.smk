@@ -173,7 +173,7 @@ rule validation:
 
 rule bilinear:
     input:
-        files_of(CONFIG.bilinear.records),
+        record_files(CONFIG.bilinear.records),
     output:
         "<results>/bilinear.nc",
     log:

@@ -11,7 +11,7 @@ from rockdamp.storage import dataset
 sys.stderr = sys.stdout = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)
 
 paths, output, results = snakemake.input, snakemake.output, snakemake.config["results"]
-datasets = {os.path.relpath(path, results).removesuffix(".nc"): dataset.open(path) for path in paths.datasets}
+datasets = {os.path.relpath(path, results).removesuffix(".nc"): dataset.read(path) for path in paths.datasets}
 verdicts = claims.judge(claims.read(paths.claims), datasets, getattr(claims, snakemake.params.judges))
 claims.table(verdicts).to_csv(output.table, index=False, lineterminator="\n")
 Path(output.structure).write_text(claims.as_json(verdicts), encoding="utf-8")

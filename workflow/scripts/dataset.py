@@ -20,8 +20,8 @@ def read(paths):
     if not isinstance(paths, str):
         return [read(path) for path in paths]
     if paths.endswith(".nc"):
-        return dataset.open(paths)
-    return load("motions.records.read_record")(paths)  # not imported: other stages do not depend on it
+        return dataset.read(paths)
+    return load("motions.record.read_record")(paths)  # not imported: other stages do not depend on it
 
 
 params, output = snakemake.params, snakemake.output[0]

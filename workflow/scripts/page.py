@@ -18,7 +18,7 @@ content = Content(
     measured=measured,
     errata=rows(paths.errata),
     figures={Path(path).stem: Path(path).read_bytes() for path in paths.figures},
-    datasets={os.path.relpath(path, results).removesuffix(".nc"): dataset.open(path) for path in paths.datasets},
+    datasets={os.path.relpath(path, results).removesuffix(".nc"): dataset.read(path) for path in paths.datasets},
     assumptions=Path(paths.assumptions).read_text(encoding="utf-8"),
     citation=Path(paths.citation).read_text(encoding="utf-8"),
     yield_displacement_ratio=snakemake.params[0]["curve.yield_displacement_ratio"],

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import rockdamp
-from rockdamp.storage import glossary
+from rockdamp.storage import dataset as storage
 
 LIBRARIES = {"numba", "numpy", "scipy"}
 PLUMBING = {"cli", "errors", "progress", "text"}  # they change no stored number
@@ -32,7 +32,7 @@ def code(module, script="dataset"):
 
 def texts(dataset):
     """Return params of a rule: ``glossary: restitution 1d0c77ab`` for each name of its dataset, and for its title."""
-    entries = {"title": glossary.read()["datasets"][dataset]["title"], **glossary.variables(dataset)}
+    entries = {"title": storage.glossary()["datasets"][dataset]["title"], **storage.variables(dataset)}
     return [f"glossary: {name} {_digest(json.dumps(entry))}" for name, entry in entries.items()]
 
 

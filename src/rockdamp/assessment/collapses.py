@@ -27,7 +27,7 @@ from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.motions.records import Record
+from rockdamp.motions.record import Record
 from rockdamp.plausibility import as_meant
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE

@@ -6,6 +6,7 @@ import csv
 import difflib
 import io
 import os
+import re
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
@@ -26,7 +27,7 @@ from rockdamp.mechanics.floors import DAMPING_RATIO, Diaphragm
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import SORRENTINO_RATIO, WEAKEST, Parapet, Wall
 from rockdamp.stated import of_heights, of_stated
-from rockdamp.storage import input_file
+from rockdamp.storage.files import read_text
 from rockdamp.units import UnitError, quantity
 from rockdamp.units import number as text_number
 from rockdamp.vocabulary import RECOMMENDED
@@ -90,7 +91,7 @@ def read_walls(path: str | os.PathLike[str], storeys: int | None = None) -> list
     path = Path(path)
     text = _text(path)
     heads = [line for line in text.splitlines() if line.strip() and not line.startswith(REMARK)]
-    mark = input_file.divider(heads[0] if heads else "") or ","
+    mark = next((mark for mark in ";\t," if heads and mark in heads[0]), ",")
     reader = csv.reader(io.StringIO(text), strict=True, delimiter=mark)
     try:
         first: list[str] = next((cells for cells in reader if not _is_remark(cells)), [])
@@ -118,8 +119,8 @@ def _is_remark(cells: list[str]) -> bool:
 def _text(path: Path) -> str:
     """Return a table as the text of a CSV; of a workbook, its first sheet."""
     if path.suffix.lower() not in WORKBOOKS:
-        return input_file.text(input_file.content(path, "a CSV of walls"), path)
-    book = io.BytesIO(input_file.content(path, "a table of walls"))
+        return read_text(path)
+    book = io.BytesIO(path.read_bytes())
     import pandas as pd  # slow to import
 
     try:
@@ -130,6 +131,10 @@ def _text(path: Path) -> str:
         raise InputError(f"{path}: needs {package}; it must be saved as CSV, or: pip install {package}") from None
     except (ValueError, KeyError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: {error}; it must be a table of walls, as a workbook or as CSV") from None
+
+
+def _with_point(cell: str, mark: str) -> str:
+    return cell.replace(",", ".") if mark != "," and re.fullmatch(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?", cell) else cell
 
 
 def _check_columns(names: list[str], path: Path) -> None:
@@ -152,7 +157,7 @@ def _rows(reader: Iterator[list[str]], names: list[str], mark: str, storeys: int
         try:
             if len(cells) != len(names):
                 raise InputError(f"there are {len(cells)} cells; there must be {len(names)}, one for each column")
-            texts = [input_file.with_point(cell.strip(), mark) for cell in cells]
+            texts = [_with_point(cell.strip(), mark) for cell in cells]
             row = _row(line, dict(zip(names, texts, strict=True)), storeys)
             if identifier in lines:
                 raise InputError(f"id is {identifier!r}, as on line {lines[identifier]}; each wall must have its own")

@@ -253,7 +253,7 @@ def calibrate_command(record: Path, output: Path | None, plot: Path | None, as_j
     are printed too; several tests of one specimen go into one estimate.
     """
     from rockdamp.laboratory import calibration
-    from rockdamp.motions.records import read_record
+    from rockdamp.motions.record import read_record
 
     measured, deviations = read_record(record), _deviations(options)
     with concerning(record):

@@ -12,7 +12,8 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from itertools import chain, product
+from glob import glob
+from itertools import product
 from math import isfinite
 from pathlib import Path
 from shlex import join
@@ -274,9 +275,8 @@ class Command(click.Command):
         except ValueError as error:
             # Compared here, as importing the classes above would make the help slow.
             from rockdamp.errors import InputError
-            from rockdamp.storage.dataset import DatasetError
 
-            if not isinstance(error, (InputError, DatasetError)):
+            if not isinstance(error, InputError):
                 raise
             _fail(ctx, str(error))
 
@@ -321,11 +321,10 @@ def _refuse_same_files(ctx: click.Context) -> None:
     ]
     if not written:
         return
-    from rockdamp.motions.catalogue import matching
-
     for param, paths in stated:
         reads = isinstance(param.type, click.Path) or param.multiple  # names of records are text
-        for (output, target), source in product(written, chain.from_iterable(map(matching, paths)) if reads else ()):
+        sources = [source for path in paths for source in glob(path) + glob(f"{path}/*")] if reads else []
+        for (output, target), source in product(written, sources):
             if os.path.samefile(target, source):
                 raise click.UsageError(f"{output} is {target!r}, which {param.opts[0]} reads; it must be another file")
 
@@ -386,10 +385,10 @@ def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence
     """Write rows as CSV, whole or not at all; the default columns are those of the first row."""
     import csv
 
-    from rockdamp.storage.atomic import replacing
+    from rockdamp.storage.files import replace_file
 
     rows = list(rows)
-    with writing(path), replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+    with writing(path), replace_file(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         table: Any = csv.DictWriter(file, columns or list(rows[0]), lineterminator="\n")
         table.writeheader()
         table.writerows(rows)

@@ -268,10 +268,10 @@ def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
 
 def _motions(records: Sequence[str]) -> list[GroundMotion]:
     """Return the named ground motions; one path alone is read as it is, even a pipe."""
-    from rockdamp.motions.catalogue import PREFIX, from_file
+    from rockdamp.motions.catalogue import PREFIX, load_record
 
     if len(records) == 1 and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0])):
-        return said_smooth([from_file(records[0])])
+        return said_smooth([load_record(records[0])])
     return ground_of(records)
 
 

@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from rockdamp.figures.style import STYLE
-from rockdamp.storage.atomic import replacing
+from rockdamp.storage.files import replace_file
 
 # fontTools warns at every PDF that the fonts of Matplotlib have an early date.
 logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
@@ -40,7 +40,7 @@ def save(figure: Figure, path: str | os.PathLike[str], formats: Iterable[str], r
             metadata = {_DATES[suffix]: None} if suffix in _DATES else {}
             drawn = io.BytesIO()  # matplotlib's writers hide what went wrong with a disk
             figure.savefig(drawn, format=suffix, dpi=resolution, metadata=metadata)
-            with replacing(target) as temporary:
+            with replace_file(target) as temporary:
                 temporary.write_bytes(drawn.getvalue())
             written.append(target)
     return written

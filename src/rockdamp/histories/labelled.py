@@ -26,12 +26,11 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.motions.records import Record
+from rockdamp.motions.record import Record
 from rockdamp.questions import of_start
 from rockdamp.solvers.newmark import solve, stable_step
 from rockdamp.solvers.response import Histories, Response
-from rockdamp.storage import glossary
-from rockdamp.storage.dataset import ATTRIBUTES
+from rockdamp.storage.dataset import ATTRIBUTES, glossary
 from rockdamp.vocabulary import OUTCOMES
 
 STEP = 0.0025  # in tau, at most: that of the studies
@@ -308,7 +307,7 @@ def _shortened(name: str, array: xr.DataArray) -> xr.DataArray:
 
 def described(dataset: xr.Dataset, texts: Mapping[str, Mapping[str, str]] | None = None) -> xr.Dataset:
     """Add units and meaning to the variables that have an entry of the glossary, or of `texts`."""
-    texts = glossary.read()["names"] if texts is None else texts
+    texts = glossary()["names"] if texts is None else texts
     for name in texts.keys() & set(map(str, dataset.variables)):
         dataset[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
     return dataset

@@ -19,7 +19,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.motions.records import Record, followed_by_rest
+from rockdamp.motions.record import Record, append_rest
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, Options
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -89,10 +89,10 @@ class Forcing:
                     "a parapet stands on one floor, and this is a motion of two supports; it must be one of"
                     " floor_motions(parapet=True)"
                 )
-            motions = np.stack([followed_by_rest(each, record.step, tail) for each in record.motions])
+            motions = np.stack([append_rest(each, record.step, tail) for each in record.motions])
             shares = support_factors(wall)
         return cls(
-            followed_by_rest(record.ground_acceleration, record.step, tail),
+            append_rest(record.ground_acceleration, record.step, tail),
             wall.frequency_parameter * record.step,
             wall.load_factor * np.asarray(factor),
             # ASSUME: the motion of a test, measured with the wall's response, is smooth between its samples: straight

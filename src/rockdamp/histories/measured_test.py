@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Protocol
+
 import numpy as np
 
 from rockdamp.arguments import number
@@ -11,7 +14,7 @@ from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.records import Record, Sampled
+from rockdamp.motions.record import Record
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import Histories
 
@@ -21,7 +24,16 @@ SHORTEST_REST = 10  # samples
 NOISY, MOST_NOISY = 5.0, 0.3  # of the accelerometer's noise, that is no motion; of the peak, that is one however noisy
 
 
-def record_attributes(record: Sampled) -> dict[str, str]:
+class Described(Protocol):
+    """A record, or a free-rocking test: what has a header."""
+
+    @property
+    def header(self) -> Mapping[str, str]: ...
+    @property
+    def synthetic(self) -> bool: ...
+
+
+def record_attributes(record: Described) -> dict[str, str]:
     """Return the attributes that a dataset, and with it each figure, must state of its record."""
     stated = {f"record_{key}": record.header.get(key, "not stated") for key in ("specimen", "source", "licence")}
     return {**stated, "record_synthetic": "yes" if record.synthetic else "no"}

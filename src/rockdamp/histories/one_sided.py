@@ -19,7 +19,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.motions.records import Record, followed_by_rest
+from rockdamp.motions.record import Record, append_rest
 from rockdamp.solvers.exact import ExactHistory, exact_history
 from rockdamp.vocabulary import OUTCOMES, REFERENCE
 
@@ -44,7 +44,7 @@ def run_one_sided(
     threads: int = 1,
 ) -> list[ExactHistory]:
     """Run a wall from rest under a record that is scaled by each factor, with a rest of `tail` after it. [-], [s]"""
-    ground = followed_by_rest(record.ground_acceleration, record.step, tail)
+    ground = append_rest(record.ground_acceleration, record.step, tail)
     sampling, damping = float(wall.frequency_parameter) * record.step, Damping(REFERENCE, restitution)
 
     def solve(load_factor: float) -> ExactHistory:

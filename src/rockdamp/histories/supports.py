@@ -30,8 +30,8 @@ from rockdamp.arrays import Array
 from rockdamp.histories.loads import SupportRecord
 from rockdamp.mechanics.floors import RIGID_PERIOD, Building, Diaphragm, Modes
 from rockdamp.mechanics.wall import Wall
-from rockdamp.motions.catalogue import OWN, GroundMotion, load_records
-from rockdamp.motions.records import Record
+from rockdamp.motions.catalogue import GroundMotion, load_records
+from rockdamp.motions.record import Record
 from rockdamp.solvers.oscillator import oscillate
 
 _One = str | os.PathLike[str] | Record | GroundMotion
@@ -106,7 +106,7 @@ def floor_motions(
     for motion in collect_motions(records):
         ground = motion.intensity_record
         record = _support_record(ground, _move_supports(ground, building, diaphragm), parapet)
-        kept = {name: getattr(motion, name) for name in ("name", "group", "record_set", "pulse_period", "event")}
+        kept = {name: getattr(motion, name) for name in ("name", "group", "record_set")}
         motions.append(FloorMotion(**kept, record=record, ground=ground))
     return motions
 
@@ -118,7 +118,7 @@ def collect_motions(records: Records) -> list[GroundMotion]:
     motions: list[GroundMotion] = []
     for number, record in enumerate(records, 1):
         if isinstance(record, Record):
-            motions.append(GroundMotion(f"record {number}", f"record {number}", OWN, record))
+            motions.append(GroundMotion(f"record {number}", f"record {number}", "own", record))
         elif isinstance(record, GroundMotion):
             motions.append(record)
         else:

@@ -15,10 +15,10 @@ from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.errors import InputError, require
-from rockdamp.histories.measured_test import record_attributes
+from rockdamp.histories.measured_test import Described, record_attributes
 from rockdamp.laboratory.least_squares import HIGH, LOW, PARAMETERS, SEARCHED, RecordFit, Solution
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.records import Record, Sampled
+from rockdamp.motions.record import Record
 from rockdamp.plausibility import warn
 
 # ASSUME: a wall that survives stays below u_ins, where it collapses; a sensor's drift and a slack measure may add
@@ -252,7 +252,7 @@ def study(config: Config, record: Record) -> xr.Dataset:
     )
 
 
-def true_values(record: Sampled, names: Sequence[str]) -> Array:
+def true_values(record: Described, names: Sequence[str]) -> Array:
     """Return the values with which a synthetic record was made; NaN where it does not state them, or was measured."""
     values = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in names]
     try:

@@ -19,7 +19,7 @@ from rockdamp.histories.measured_test import measured_displacement, motion_noise
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.records import Record
+from rockdamp.motions.record import Record
 from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve

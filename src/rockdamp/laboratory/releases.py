@@ -3,33 +3,32 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
 
 import numpy as np
 from scipy.signal import detrend, find_peaks
 from scipy.stats import theilslopes
 
-from rockdamp.arguments import instance
-from rockdamp.arguments import path as file_path
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, require
 from rockdamp.histories.half_cycles import CLEAR, half_cycles
-from rockdamp.motions import record_files
-from rockdamp.motions.record_files import ROCKING_COLUMNS
-from rockdamp.motions.records import Sampled, read_lines, write_columns
+from rockdamp.motions.record import cells, check_series, mean_step, read_header, read_rows, write_columns
+from rockdamp.storage.files import read_text
 
 TIME = "elapsed_s"
+ROCKING_COLUMNS = ("displacement_m", "rotation_rad")  # one of them
 
 
 @dataclass(frozen=True, eq=False)
-class FreeRocking(Sampled):
+class FreeRocking:
     """A free-rocking test, sampled uniformly in time: one or more releases, without a motion of the ground.
 
     Parameters
     ----------
     elapsed : ndarray, shape (samples,)
-        Time, uniform to 1e-4 of a step. [s]
+        Time, uniform as that of a `Record`. [s]
     displacement : ndarray, shape (samples,), optional
         Horizontal displacement at the hinge, or at the top of a parapet; the sensor's zero need not be the wall's. [m]
     rotation : ndarray, shape (samples,), optional
@@ -56,13 +55,22 @@ class FreeRocking(Sampled):
     displacement: Array | None = None
     rotation: Array | None = None
     header: Mapping[str, str] = field(default_factory=dict)
-    digest: str = field(default="", compare=False)
+    digest: str = ""
 
     def __post_init__(self) -> None:
         if (self.displacement is None) == (self.rotation is None):
             raise InputError(f"a free-rocking test must have one of {' and '.join(ROCKING_COLUMNS)}")
-        names = ("elapsed", "displacement", "rotation")
-        self._keep(dict(zip(names, (TIME, *ROCKING_COLUMNS), strict=True)), optional=names[1:])
+        check_series(self, ("elapsed", "displacement", "rotation"))
+
+    @property
+    def step(self) -> float:
+        """Time between samples. [s]"""
+        return mean_step(self.elapsed)
+
+    @property
+    def synthetic(self) -> bool:
+        """True if the header says that it was computed; without such a statement it was measured."""
+        return self.header.get("synthetic") == "yes"
 
     @property
     def column(self) -> str:
@@ -81,7 +89,6 @@ def read_free_rocking(path: str | os.PathLike[str]) -> FreeRocking:
     Parameters
     ----------
     path : path-like
-        A regular file, or a stream such as ``/dev/stdin``; it is read once.
 
     Raises
     ------
@@ -100,11 +107,20 @@ def read_free_rocking(path: str | os.PathLike[str]) -> FreeRocking:
     array([0.05, 0.05])
     """
 
-    def test(lines: Sequence[str], digest: str) -> FreeRocking:
-        elapsed, values, header = record_files.rocking_csv(lines)
-        return FreeRocking(elapsed, *values, header, digest)
-
-    return read_lines(file_path("path", path), "a free-rocking test as CSV", test)
+    text = read_text(path)
+    lines = text.splitlines()
+    try:
+        header, first = read_header(lines)
+        names = cells(lines[first]) if first < len(lines) else []
+        if len(names) != 2 or names[0] != TIME or names[1] not in ROCKING_COLUMNS:
+            raise InputError(
+                f"columns are {', '.join(names)}; they must be {TIME} and one of {', '.join(ROCKING_COLUMNS)}"
+            )
+        elapsed, values = np.array(read_rows(lines, first + 1, 2)).T
+        measured = dict.fromkeys(("displacement", "rotation")) | {names[1].partition("_")[0]: values}
+        return FreeRocking(elapsed, **measured, header=header, digest=sha256(text.encode()).hexdigest())
+    except InputError as error:
+        raise InputError(f"{os.fspath(path)}: {error}") from None
 
 
 def write_free_rocking(path: str | os.PathLike[str], test: FreeRocking) -> None:
@@ -135,7 +151,6 @@ def write_free_rocking(path: str | os.PathLike[str], test: FreeRocking) -> None:
     0.0,0.05
     0.002,0.05
     """
-    path, test = file_path("path", path), instance("test", test, FreeRocking)
     write_columns(path, test.header, {TIME: test.elapsed, test.column: test.measured})
 
 

@@ -19,7 +19,7 @@ from rockdamp.laboratory.velocity_ratios import LOSSES, MOST, Prediction
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import solve
-from rockdamp.storage import input_file
+from rockdamp.storage.files import read_text
 from rockdamp.vocabulary import REFERENCE
 
 COLUMNS = (
@@ -71,7 +71,7 @@ def read_rocking_trials(path: str | os.PathLike[str]) -> RockingTrials:
     header, a column, an impact or a number is missing, or two rows disagree.
     """
     shown = os.fspath(path)
-    text = input_file.text(input_file.content(path, "a CSV of rocking trials"), path)
+    text = read_text(path)
     try:
         return _trials(_rows(text), _header(text))
     except InputError as error:

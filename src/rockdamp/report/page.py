@@ -18,8 +18,8 @@ from scipy.stats import chi2
 from rockdamp.errors import InputError
 from rockdamp.report import earthquakes, tables
 from rockdamp.report.answer import answer, shown_ratio
-from rockdamp.storage.atomic import replacing
 from rockdamp.storage.dataset import Datasets
+from rockdamp.storage.files import replace_file
 from rockdamp.text import number, percent
 from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
@@ -84,7 +84,7 @@ def write(content: Content, path: str | os.PathLike[str]) -> None:
     """Write the report, complete or not at all."""
     html = build(content)
     Path(path).parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as temporary:
+    with replace_file(path) as temporary:
         temporary.write_text(html, encoding="utf-8", newline="\n")
 
 

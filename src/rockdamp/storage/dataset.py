@@ -1,18 +1,22 @@
-"""Check datasets against the glossary, and write and open them as NetCDF."""
+"""Write datasets as NetCDF under CF, with what the glossary says of their variables, and read them."""
 
 from __future__ import annotations
 
 import json
 import os
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-import xarray as xr
+import numpy as np
+import yaml
 
-from rockdamp.errors import printable
-from rockdamp.storage import glossary
-from rockdamp.storage.atomic import replacing
+from rockdamp.errors import InputError
+from rockdamp.storage.files import replace_file
+
+if TYPE_CHECKING:  # the Snakefile reads the glossary at every start
+    import xarray as xr
 
 CONVENTIONS = "CF-1.11"
 PAPER = (
@@ -22,49 +26,44 @@ PAPER = (
 LARGE = 10_000  # values; smaller variables are not worth compressing
 COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
 ATTRIBUTES = ("units", "long_name", "symbol")
-ADVICE = "; delete it and run again"
+INTERVAL = "_interval"
+DECIMALS = 12  # of coordinates that are printed with fewer
 
-Datasets = Mapping[str, xr.Dataset]  # by the name of their file
-
-
-class DatasetError(ValueError):
-    """A dataset that is not what the glossary says, or a file that cannot be read."""
-
-    def __init__(self, message: str) -> None:
-        super().__init__(printable(message))
+Datasets: TypeAlias = "Mapping[str, xr.Dataset]"  # by the name of their file
 
 
-def dataset_names() -> tuple[str, ...]:
-    """Return the names of the datasets that the glossary knows."""
-    return tuple(glossary.read()["datasets"])
+@cache
+def glossary() -> dict[str, dict[str, Any]]:
+    """Return the glossary: the entries of all ``names``, and what it says of each kind of ``datasets``."""
+    text = Path(__file__).with_name("glossary.yaml").read_text(encoding="utf-8")
+    whole: dict[str, dict[str, Any]] = yaml.load(text, yaml.CSafeLoader)
+    return whole
 
 
 def variables(kind: str) -> dict[str, dict[str, Any]]:
-    """Return what the glossary says of each name that a kind of dataset has."""
-    if kind not in dataset_names():
-        raise DatasetError(f"dataset kind is {kind!r}; it must be one of {', '.join(dataset_names())}")
-    return glossary.variables(kind)
+    """Return the glossary's entry of each name that a kind of dataset has; ``optional`` ones only some of its files."""
+    dataset = glossary()["datasets"][kind]
+    optional, meanings = dataset.get("optional", []), dataset.get("says", {})
+    entries = {name: {**_entry(name), **meanings.get(name, {})} for name in [*dataset["variables"], *optional]}
+    return entries | {name: {**entries[name], "optional": True} for name in optional}
+
+
+def _entry(name: str) -> dict[str, Any]:
+    names = glossary()["names"]
+    if name in names or not name.endswith(INTERVAL):
+        return dict(names[name])
+    own = name.removesuffix(INTERVAL)
+    return {"units": names[own]["units"], "long_name": f"95 % bootstrap interval of {own}"}
 
 
 def check(dataset: xr.Dataset, kind: str) -> dict[str, dict[str, Any]]:
-    """Return the glossary's entries of a dataset, or raise `DatasetError` where it has other names than its kind."""
+    """Return the entries of a dataset's names, or raise `InputError` where it has other names than its kind."""
     expected = variables(kind)
     unknown = sorted(set(map(str, dataset.variables)) - set(expected))
-    missing = sorted(
-        name for name, entry in expected.items() if name not in dataset.variables and not entry.get("optional")
-    )
+    missing = [name for name, entry in expected.items() if name not in dataset.variables and not entry.get("optional")]
     if unknown or missing:
-        raise DatasetError(f"{kind}: not in the glossary: {unknown}; missing: {missing}")
+        raise InputError(f"{kind}: not in the glossary: {unknown}; missing: {sorted(missing)}")
     return expected
-
-
-def require_attributes(dataset: xr.Dataset, path: str | os.PathLike[str], expected: Mapping[str, str]) -> None:
-    """Raise `DatasetError` unless a dataset that was read has the expected attributes, such as its config's digest."""
-    for name, value in expected.items():
-        stated = dataset.attrs.get(name)
-        if stated != value:
-            advice = "delete it and run again"
-            raise DatasetError(f"{os.fspath(path)} states {name} {stated}; that of this run is {value}; {advice}")
 
 
 def write(
@@ -77,35 +76,42 @@ def write(
 ) -> None:
     """Write a dataset of a `kind` of the glossary as NetCDF-4 under CF-1.11, complete or not at all.
 
-    `config` holds the values of the config that the dataset depends on, by dotted keys. A dataset that is not
-    what the glossary says, or a file that cannot be written, raises `DatasetError`.
+    `config` are the values that it was made with, kept as JSON; `code_version` is that of the sources. Coordinates that
+    are printed with few decimals are stored so that ``.sel`` finds what is printed.
     """
-    expected, of_kind = check(dataset, kind), glossary.read()["datasets"][kind]
+    expected, entry_of_kind = check(dataset, kind), glossary()["datasets"][kind]
     dataset = dataset.drop_encoding()  # of a file that it was read from, whose coordinates may be gone
+    dataset = dataset.assign_coords({name: _rounded(dataset[name]) for name in dataset.dims if name in dataset.coords})
     encoding: dict[str, dict[str, Any]] = {}
     for name in map(str, dataset.variables):
         entry, variable = expected[name], dataset[name]
         variable.attrs = {key: entry[key] for key in ATTRIBUTES if key in entry}
         encoding[name] = _encoding(variable, entry, is_coordinate=name in dataset.coords)
-        if variable.size > LARGE and of_kind.get("compressed", True):
+        if variable.size > LARGE and entry_of_kind.get("compressed", True):
             encoding[name] |= COMPRESSED
     dataset.attrs = {
         **dataset.attrs,
-        "title": of_kind["title"],
+        "title": entry_of_kind["title"],
         "source": "rockdamp: numerical simulation",
         "references": PAPER,
         "Conventions": CONVENTIONS,
         "config": json.dumps(dict(config), ensure_ascii=False),
         "code_version": code_version,
     }
-    try:
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as temporary:
-            dataset.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
-    except (OSError, RuntimeError) as error:  # netCDF calls a full disk "HDF error", a RuntimeError
-        reason = getattr(error, "strerror", None) or error
-        allowed = "its folder must be writable and the disk not full"
-        raise DatasetError(f"{os.fspath(path)} cannot be written ({reason}); {allowed}") from error
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    with replace_file(path) as temporary:
+        dataset.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
+
+
+def _rounded(coordinate: xr.DataArray) -> xr.DataArray:
+    """Round equal steps, and values that are off a short decimal by noise alone; others keep their bits."""
+    if coordinate.dtype.kind != "f":
+        return coordinate
+    values, steps = coordinate.values, np.diff(coordinate.values)
+    short = np.round(values, DECIMALS)
+    equal = steps.size > 1 and np.allclose(steps, steps[0], rtol=1e-6, atol=0)
+    noise = np.abs(values - short) <= 8 * np.spacing(np.abs(values))
+    return coordinate.copy(data=short) if equal or noise.all() else coordinate
 
 
 def _encoding(variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: bool) -> dict[str, Any]:
@@ -121,15 +127,9 @@ def _encoding(variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: b
     return encoding
 
 
-def open(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a result whole into memory; a file that is missing, truncated or no NetCDF raises `DatasetError`."""
-    name = os.fspath(path)
-    if not os.path.lexists(path):
-        raise DatasetError(f"{name}: there is no such file")
-    if not Path(path).is_file():  # to open a named pipe would be to wait for who writes to it
-        raise DatasetError(f"{name} cannot be read as NetCDF (it is no regular file){ADVICE}")
-    try:
-        with xr.open_dataset(path, engine="netcdf4") as dataset:
-            return dataset.load()
-    except (OSError, ValueError, RuntimeError) as error:
-        raise DatasetError(f"{name} cannot be read as NetCDF ({error}){ADVICE}") from error
+def read(path: str | os.PathLike[str]) -> xr.Dataset:
+    """Read a dataset whole into memory."""
+    import xarray as xr
+
+    with xr.open_dataset(path, engine="netcdf4") as dataset:
+        return dataset.load()

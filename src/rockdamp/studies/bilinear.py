@@ -21,7 +21,7 @@ def bilinear(config: Config) -> xr.Dataset:
     rigid: RigidWall = config.damping_force.rigid
     curves = {"tri-linear": config.curve.make(), "bi-linear": rigid.curve}
     ended = under_records(
-        map(catalogue.read, track(catalogue.listing(settings.records), "Bi-linear and tri-linear curve")),
+        map(catalogue.load_record, track(catalogue.record_names(settings.records), "Bi-linear and tri-linear curve")),
         {name: (config.wall.make(), curve) for name, curve in curves.items()},
         Damping.cr([float(e)]),
         settings.velocity_ratio.values(),

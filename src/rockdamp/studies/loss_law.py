@@ -34,7 +34,7 @@ def histories(config: Config) -> xr.Dataset:
     # The constant e is the first lane of the same batch: its exponent is 0.
     damping = Damping.cr(section.restitution, exponent=np.append(0.0, g), at=np.append(at[:1], at))
     ended = under_records(
-        map(catalogue.read, track(catalogue.listing(config.records), "Laws of loss, records")),
+        map(catalogue.load_record, track(catalogue.record_names(config.records), "Laws of loss, records")),
         {named.name: (named.wall, named.curve) for named in quakes.walls},
         damping,
         quakes.velocity_ratio.values(),

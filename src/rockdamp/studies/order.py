@@ -89,8 +89,8 @@ def chunk(number: str, config: Config) -> xr.Dataset:
     step, over ``damper``, ``step`` and `HISTORIES`; NaN where a wall collapses or the step is not run.
     """
     size, section = config.earthquakes.chunk, config.order
-    entries = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
-    motions = [catalogue.read(entry) for entry in entries]
+    entries = catalogue.record_names(config.records)[int(number) * size : (int(number) + 1) * size]
+    motions = [catalogue.load_record(entry) for entry in entries]
     reference = _run(Case(REFERENCE, Damping.cr(np.array(section.restitution)), section.step), config, motions)
     dampers = damper_cases(config)
     cases = [*dampers, *variation_cases(config)]

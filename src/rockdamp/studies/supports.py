@@ -35,7 +35,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.motions.records import Record, followed_by_rest
+from rockdamp.motions.record import Record, append_rest
 from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
 from rockdamp.solvers.uneven_march import collapses
@@ -89,7 +89,7 @@ def names_of(settings: Supports) -> list[str]:
 def histories(config: Config) -> xr.Dataset:
     """Run every wall in every case under every record; ``collapsed`` is 1, 0, or -1 where a case is not run."""
     settings, walls, tail = config.supports, config.earthquakes.walls, config.earthquakes.tail
-    motions = [catalogue.read(entry) for entry in catalogue.listing(config.records)]
+    motions = [catalogue.load_record(name) for name in catalogue.record_names(config.records)]
     names, plain = names_of(settings), [*_plain(walls, settings.eccentricity)]
     ratio = settings.velocity_ratio.values()
     shape = (len(motions), len(names), ratio.size, len(walls))
@@ -185,7 +185,7 @@ def uneven(
     `other` is the component whose motion, times `settings.vertical`, stands for the vertical one; without one that case
     is left out. `factor` on both has the shape (walls, levels).
     """
-    ground = followed_by_rest(record.ground_acceleration, record.step, tail)
+    ground = append_rest(record.ground_acceleration, record.step, tail)
     p, w1, e, load = (
         np.array([float(value) for value in values])[:, None] for values in zip(*map(_parameters, walls), strict=True)
     )

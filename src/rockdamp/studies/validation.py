@@ -17,7 +17,7 @@ from rockdamp.histories.measured_test import (
     rest_samples,
 )
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.records import Record
+from rockdamp.motions.record import Record
 from rockdamp.solvers.response import COLLAPSED, Histories
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 

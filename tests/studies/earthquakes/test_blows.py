@@ -12,7 +12,7 @@ from configs import changed, configured
 from rockdamp.config import GeometricGrid
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion
-from rockdamp.motions.records import Record
+from rockdamp.motions.record import Record
 from rockdamp.studies.earthquakes import event_driven_check, incremental
 
 STEP = 0.001  # s, of the record: a thousandth of the walls' periods and less

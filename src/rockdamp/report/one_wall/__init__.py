@@ -37,7 +37,7 @@ from rockdamp.mechanics.floors import Building, Diaphragm
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.plausibility import as_meant
-from rockdamp.storage.atomic import replacing
+from rockdamp.storage.files import replace_file
 from rockdamp.text import DASH, RAISED, counted, number, percent, plain
 from rockdamp.vocabulary import (
     REFERENCE,
@@ -153,7 +153,7 @@ def build(subject: Subject) -> str:
 def write(subject: Subject, path: str | os.PathLike[str]) -> None:
     """Write the page, complete or not at all."""
     html = build(subject)
-    with replacing(path) as temporary:
+    with replace_file(path) as temporary:
         Path(temporary).write_text(html, encoding="utf-8", newline="\n")
 
 

@@ -129,8 +129,8 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         {dim: xr.DataArray(sample.place[:, i], dims="history") for i, dim in enumerate(BY_DAMPER)}
     )
     walls = {named.name: named for named in quakes.walls}
-    entries = {entry.name: entry for entry in catalogue.listing(config.records)}
-    motions = {name: catalogue.read(entries[name]) for name in np.unique(picked["record"].values).tolist()}
+    sources = {catalogue.motion_name(name): name for name in catalogue.record_names(config.records)}
+    motions = {name: catalogue.load_record(sources[name]) for name in np.unique(picked["record"].values).tolist()}
 
     cases = picked[["damping_ratio", "scale_factor"]].load()  # and the coordinates
 

@@ -30,7 +30,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import IntensityMeasures, intensity_measures
-from rockdamp.motions.records import Record
+from rockdamp.motions.record import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
 from rockdamp.solvers.response import COLLAPSED, ComparedPeaks, Histories, Options, Peaks, Reference, Response
@@ -336,9 +336,9 @@ def _damping_ratios(config: Config, polynomials: Polynomials) -> Array:
 def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
     """Run every wall under one job's chunk of the records; jobs are numbered from 0."""
     size = config.earthquakes.chunk
-    mine = catalogue.listing(config.records)[int(number) * size : (int(number) + 1) * size]
+    mine = catalogue.record_names(config.records)[int(number) * size : (int(number) + 1) * size]
     e, ratio = walls["restitution"].values, walls["damping_ratio"].values
-    parts = [run(config, e, ratio, catalogue.read(entry)) for entry in track(mine, f"Records {int(number) + 1}")]
+    parts = [run(config, e, ratio, catalogue.load_record(name)) for name in track(mine, f"Records {int(number) + 1}")]
     return xr.concat(parts, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
 
 
@@ -385,7 +385,7 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
         name: (of, np.stack([values[name] for values in per_wall], axis=of.index("wall"))) for name, of in dims.items()
     }
     data |= {name: ((), float(getattr(intensity, name))) for name in MEASURES}
-    data |= {"pulse_period": ((), float(motion.pulse_period)), "sampling_step": ((), motion.record.step)}
+    data |= {"sampling_step": ((), motion.record.step)}
     coords = {
         "velocity_ratio": ratio,
         "wall": [named.name for named in quakes.walls],

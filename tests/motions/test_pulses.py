@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from rockdamp.motions.pulse_shapes import ricker
+from rockdamp.motions.pulses import ricker
 
 
 def test_a_ricker_wavelet_has_its_peak_zeros_and_troughs_where_the_formula_puts_them():

@@ -5,14 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arguments import number, numbers
 from rockdamp.arrays import Array
-from rockdamp.errors import require
 
 
 def ricker(time: ArrayLike, frequency: float, amplitude: float) -> Array:
     """Return a Ricker wavelet A (1 - 2 s) exp(-s), s = (pi f t)^2, with its peak at t = 0. [s], [Hz], [m s-2]"""
-    at, amplitude, frequency = numbers("time", time), number("amplitude", amplitude), number("frequency", frequency)
-    require(frequency > 0, "frequency", frequency, "greater than 0 [Hz]")
-    s = (np.pi * frequency * at) ** 2
+    s = (np.pi * frequency * np.asarray(time, float)) ** 2
     return amplitude * (1 - 2 * s) * np.exp(-s)
