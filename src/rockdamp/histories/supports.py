@@ -42,7 +42,7 @@ POINTS = 10  # in the shortest period, at least: then lines between them lose 3 
 LEFT = 0.05
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class FloorMotion(GroundMotion):
     """The motion of a wall's supports above a ground motion; `record` is that of the supports.
 

@@ -35,7 +35,7 @@ SUFFIXES = (".at2", ".csv")  # of the records in a folder, in small letters
 STATION = re.compile(r"RSN\d+(?=_)")  # PEER begins the names of all components of one station's record with it
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class GroundMotion:
     """A ground motion to shake a wall with.
 

@@ -6,7 +6,7 @@ import math
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from hashlib import sha256
 from itertools import chain
 from typing import Any, TypeAlias
@@ -67,6 +67,11 @@ class Record:
 
     def __post_init__(self) -> None:
         check_series(self, ("elapsed", "ground_acceleration", "displacement"))
+
+    def __eq__(self, other: object) -> bool:
+        """Say whether another record has the same samples, header and file."""
+        same = (np.array_equal(getattr(self, each.name), getattr(other, each.name)) for each in fields(self))
+        return type(other) is type(self) and all(same)
 
     @property
     def step(self) -> float:

@@ -1,1 +1,1 @@
-"""Read and write files: CF datasets by the glossary, provenance, YAML, whole or not at all."""
+"""Read and write files: datasets by the glossary, texts, whole or not at all."""
