@@ -1,7 +1,5 @@
 """`decay`, `respond` and `calibrate` at the command line: what they print and what they write."""
 
-import json
-
 import numpy as np
 import pytest
 import xarray as xr
