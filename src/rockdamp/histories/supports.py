@@ -106,8 +106,7 @@ def floor_motions(
     for motion in collect_motions(records):
         ground = motion.intensity_record
         record = _support_record(ground, _move_supports(ground, building, diaphragm), parapet)
-        kept = {name: getattr(motion, name) for name in ("name", "group", "record_set")}
-        motions.append(FloorMotion(**kept, record=record, ground=ground))
+        motions.append(FloorMotion(motion.name, motion.group, motion.record_set, record, ground))
     return motions
 
 
