@@ -11,14 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import erfcx, ndtri
 
-from rockdamp.arguments import broadcast, numbers
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require
-from rockdamp.plausibility import called_from_outside, warn
-from rockdamp.questions import of_counts, of_dispersion
+from rockdamp.errors import InputError, check
 
 INTERVAL = (0.025, 0.975)
-QUANTILE = float(ndtri(INTERVAL[1]))  # of the normal distribution
 ITERATIONS = 50
 CONVERGED = 1e-10  # of the Newton step
 LARGEST_STEP = 2.0  # in the linear predictor
@@ -33,13 +29,6 @@ class Fragility(NamedTuple):
         Intensity at which half collapse, in the unit of the intensity; NaN where the outcomes do not define it.
     dispersion : ndarray
         Standard deviation of the logarithm of the intensity. [-]
-
-    Examples
-    --------
-    >>> import rockdamp as rd
-    >>> curve = rd.fit_fragility([0.2, 0.4, 0.8, 1.6], collapses=[0, 4, 30, 43], runs=44)
-    >>> isinstance(curve, rd.Fragility)
-    True
     """
 
     median: Array
@@ -66,11 +55,6 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
         survival the outcomes are separated and any small dispersion is as good; and where collapses become fewer with
         intensity.
 
-    Raises
-    ------
-    InputError
-        If the intensities do not ascend from above 0, or there are more collapses than runs.
-
     Examples
     --------
     >>> import rockdamp as rd
@@ -78,26 +62,20 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     >>> round(float(curve.median), 3), round(float(curve.dispersion), 3)
     (0.676, 0.401)
     """
-    s = numbers("intensity", intensity)
-    require(s > 0, "intensity", s, "greater than 0")
-    if s.ndim != 1 or not s.size or np.any(np.diff(s) <= 0):
+    s = check("intensity", intensity, lambda s: s > 0, "greater than 0")
+    if s.ndim != 1 or np.any(np.diff(s) <= 0):
         raise InputError("intensity must be ascending and have one dimension")
-    counts = {"collapses": numbers("collapses", collapses), "runs": numbers("runs", runs)}
-    shape = broadcast(intensity=s, **counts)
-    k, n = (np.broadcast_to(count, shape) for count in counts.values())
-    require((k >= 0) & (k <= n), "collapses", k, "at least 0 and at most the number of runs")
-    asked = called_from_outside()
-    warn(of_counts(k, n) if asked else [])
+    runs = np.asarray(runs, dtype=float)
+    collapses = check("collapses", collapses, lambda k: (k >= 0) & (k <= runs), "at least 0 and at most the runs")
+    k, n, _ = np.broadcast_arrays(collapses, runs, s)
     x = np.log(s)
     center, spread = x.mean(), max(float(x.std()), 1e-12)
-    z = (x - center) / spread
     defined = _overlap(k, n)
-    a, b = _climb(z, k[defined], n[defined])
+    a, b = _climb((x - center) / spread, k[defined], n[defined])
     median, dispersion = (np.full(k.shape[:-1], np.nan) for _ in range(2))
     with np.errstate(invalid="ignore", divide="ignore"):
         median[defined] = np.where(b > 0, np.exp(center - spread * a / b), np.nan)
         dispersion[defined] = np.where(b > 0, spread / b, np.nan)
-    warn(of_dispersion(dispersion) if asked else [])
     return Fragility(median, dispersion)
 
 
@@ -125,8 +103,7 @@ def _overlap(k: Array, n: Array) -> NDArray[np.bool_]:
 def _climb(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
     """Maximise the log likelihood of P = Phi(a + b z) by Newton's method, for counts of shape (curves, stripes)."""
     total = np.maximum(n.sum(axis=-1), 1e-300)
-    a, b = np.zeros(k.shape[0]), np.ones(k.shape[0])
-    a -= 1 - 2 * k.sum(axis=-1) / total
+    a, b = 2 * k.sum(axis=-1) / total - 1, np.ones(k.shape[0])
     for _ in range(ITERATIONS):
         eta = a[:, None] + b[:, None] * z
         # The normal density over Phi(eta), and over Phi(-eta).
@@ -144,6 +121,9 @@ def _climb(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
     return a, b
 
 
+# --- the bootstrap ----------------------------------------------------------------------------------------------------
+
+
 def resample(groups: ArrayLike, replicates: int, seed: int) -> Array:
     """Return bootstrap weights: how often each record is drawn in each replicate, shape (replicates, records).
 
@@ -152,9 +132,7 @@ def resample(groups: ArrayLike, replicates: int, seed: int) -> Array:
     _, group = np.unique(np.asarray(groups), return_inverse=True)
     count = int(group.max()) + 1
     drawn = np.random.default_rng(seed).integers(0, count, (replicates, count))
-    times = np.zeros((replicates, count))
-    np.add.at(times, (np.arange(replicates)[:, None], drawn), 1.0)
-    return times[:, group]
+    return np.stack([np.bincount(row, minlength=count) for row in drawn]).astype(float)[:, group]
 
 
 def weighted_quantile(values: Array, record: NDArray[np.int64], weights: Array, probability: float) -> Array:
@@ -188,10 +166,9 @@ def weighted_quantile(values: Array, record: NDArray[np.int64], weights: Array, 
 def interval(drawn: Array) -> Array:
     """Return the 95 % interval over the replicates, the first axis; NaN where under nine in ten define a value."""
     known = np.isfinite(drawn)
-    filled = np.where(known, drawn, np.inf)
-    order, count = np.sort(filled, axis=0), known.sum(axis=0)
-    at = [np.clip((p * (count - 1)).round().astype(int), 0, len(drawn) - 1) for p in INTERVAL]
-    bounds = np.stack([np.take_along_axis(order, index[None], axis=0)[0] for index in at], axis=-1)
+    order, count = np.sort(np.where(known, drawn, np.inf), axis=0), known.sum(axis=0)
+    places = [np.clip((p * (count - 1)).round().astype(int), 0, len(drawn) - 1) for p in INTERVAL]
+    bounds = np.stack([np.take_along_axis(order, place[None], axis=0)[0] for place in places], axis=-1)
     return np.where((count >= 0.9 * len(drawn))[..., None], bounds, np.nan)
 
 
@@ -208,7 +185,7 @@ def wilson(share: ArrayLike, count: ArrayLike) -> Array:
     Statistical Association* 22(158), 209-212, doi:10.1080/01621459.1927.10502953.
     """
     p, n = np.broadcast_arrays(np.asarray(share, dtype=float), np.asarray(count, dtype=float))
-    z = QUANTILE
+    z = float(ndtri(INTERVAL[1]))
     middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + (z / (2 * n)) ** 2)
     bounds = np.stack([middle - half, middle + half], axis=-1) / (1 + z * z / n)[..., None]
     bounds[p == 0, 0], bounds[p == 1, 1] = 0.0, 1.0  # which rounding misses
@@ -225,12 +202,10 @@ def effective_count(counted: NDArray[Any], groups: ArrayLike, replicates: int, s
     trials, number = len(counted), np.unique(np.asarray(groups)).size
     if number == trials:
         return np.full(counted.shape[1:], float(trials))
-    weights = resample(groups, replicates, seed)
-    values = counted.astype(float)
-    drawn = np.tensordot(weights, values, 1) / weights.sum(axis=1).reshape(-1, *(1 for _ in values.shape[1:]))
+    weights, p = resample(groups, replicates, seed), counted.mean(axis=0)
+    drawn = (np.tensordot(weights, counted.astype(float), 1).T / weights.sum(axis=1)).T
     # Of g groups a bootstrap varies by (g - 1)/g too little.
     variance = drawn.var(axis=0) * number / max(number - 1, 1)
-    p = values.mean(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         effective = np.where((p > 0) & (p < 1), p * (1 - p) / variance, number)
     return np.clip(effective, number, trials)

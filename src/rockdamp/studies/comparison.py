@@ -1,6 +1,6 @@
 """Compare every damper with restitution under earthquakes, and restitution with small changes of itself.
 
-Every statistic has a bootstrap interval over the stations of the records: see `statistics.against_restitution`.
+Every statistic has a bootstrap interval over the stations of the records: see `statistics.paired`.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.progress import track
-from rockdamp.statistics.against_restitution import (
+from rockdamp.statistics.fragility import interval, resample
+from rockdamp.statistics.paired import (
     BOUND,
-    bootstrapped,
-    fragilities,
+    compare_fragilities,
+    compare_pairs,
     quotient,
     root_mean_square,
 )
-from rockdamp.statistics.fragility import interval, resample
 from rockdamp.vocabulary import REFERENCE
 
 FRACTILES = (0.16, 0.50, 0.84)
@@ -37,7 +37,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     A source of damping ratios that has none for some wall is compared on the others, beside CR on these too: ``pooled``
     tells which. CR with small changes is on every wall that has a ratio.
 
-    The statistics are those of `against_restitution.bootstrapped`, by band of CR's peak, where the first band is all of
+    The statistics are those of `paired.compare_pairs`, by band of CR's peak, where the first band is all of
     them. Those of CR with small changes begin with ``varied_``. ``log_error_excess`` is how much more a damper errs
     than the one of least error at that e, over the histories that survive with both.
     """
@@ -49,10 +49,10 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     some = has_ratio.any("damping_ratio_source").values
     pooled, taken = earthquakes.isel(wall=some), has_ratio.isel(wall=some)
     pooled = pooled.assign(collapsed=pooled["collapsed"].where(taken | (pooled["damping_model"] == REFERENCE), NOT_RUN))
-    varied = bootstrapped(_beside_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
+    varied = compare_pairs(_beside_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
     statistics = xr.merge(
         [
-            bootstrapped(_beside_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
+            compare_pairs(_beside_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
             varied.rename({name: f"varied_{name}" for name in varied}),
             _excess(pooled, edges, weights, covers_most(has_ratio).values),
             _pooled_fragility(pooled.assign(collapsed=pooled["collapsed"].where(taken, NOT_RUN)), weights),
@@ -163,7 +163,7 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, ranked: NDArr
 
 def _fragility(scale: Array, collapses: NDArray[Any], runs: NDArray[Any], weights: Array, cr: int) -> xr.Dataset:
     """Fit counts (record, restitution, damping model, source, scale), and divide the medians by CR's."""
-    fitted = fragilities(scale, collapses, runs, weights, (..., slice(cr, cr + 1), slice(None)))
+    fitted = compare_fragilities(scale, collapses, runs, weights, (..., slice(cr, cr + 1), slice(None)))
     dims = {name: (*BY_DAMPER, "bound") if name.endswith("_interval") else BY_DAMPER for name in fitted}
     statistics = xr.Dataset({name: (dims[name], values) for name, values in fitted.items()})
     return statistics.rename(median="median_velocity_ratio", median_interval="median_velocity_ratio_interval")

@@ -18,8 +18,8 @@ from rockdamp.histories.loads import under_records
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.progress import track
-from rockdamp.statistics.against_restitution import BOUND, HISTORIES, bootstrapped, fragilities
 from rockdamp.statistics.fragility import resample
+from rockdamp.statistics.paired import BOUND, HISTORIES, compare_fragilities, compare_pairs
 
 EVERY_WALL = "all"
 LAW = ("loss_exponent", "reference_amplitude")
@@ -82,14 +82,14 @@ def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
 
 def _of_walls(histories: xr.Dataset, weights: Array, bands: list[tuple[float, float]]) -> xr.Dataset:
     """Return the statistics over some walls together."""
-    compared = bootstrapped(histories.drop_vars("restitution").expand_dims(restitution=1), weights, bands)
+    compared = compare_pairs(histories.drop_vars("restitution").expand_dims(restitution=1), weights, bands)
     kept = [name for statistic in (*OF_PEAKS, *OF_OUTCOMES) for name in (statistic, f"{statistic}_interval")]
     compared = compared[[*kept, "pairs"]].isel(restitution=0)
     order = ("record", *LAW, "velocity_ratio")
     laws = histories["collapsed"].sum("wall").transpose(*order).values
     constant = histories["reference_collapsed"].sum("wall").values[:, None]
     collapses = np.concatenate([constant, laws.reshape(len(laws), -1, laws.shape[-1])], axis=1)
-    curves = fragilities(
+    curves = compare_fragilities(
         histories["velocity_ratio"].values, collapses, histories.sizes["wall"], weights, (..., slice(0, 1))
     )
     shape = laws.shape[1:3]

@@ -24,8 +24,8 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import solve
-from rockdamp.statistics.against_restitution import BOUND, quotient, root_mean_square
 from rockdamp.statistics.fragility import interval, resample, weighted_quantile
+from rockdamp.statistics.paired import BOUND, quotient, root_mean_square
 from rockdamp.vocabulary import REFERENCE
 
 LARGE = 0.05  # of |ln r|: the share of the histories beyond it

@@ -39,8 +39,8 @@ from rockdamp.motions.record import Record, append_rest
 from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
 from rockdamp.solvers.uneven_march import collapses
-from rockdamp.statistics.against_restitution import BOUND, fragilities
 from rockdamp.statistics.fragility import resample
+from rockdamp.statistics.paired import BOUND, compare_fragilities
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 EVERY_WALL = "all"
@@ -244,7 +244,7 @@ def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
         # By record, set of walls, side of the pair and intensity.
         fell = np.stack([np.where(both, one, 0) @ chosen.T for one in pair], axis=-1).transpose(0, 2, 3, 1)
         runs = (both @ chosen.T).transpose(0, 2, 1)[:, :, None]
-        curves = fragilities(histories["velocity_ratio"].values, fell, runs, weights, (..., slice(1, 2)))
+        curves = compare_fragilities(histories["velocity_ratio"].values, fell, runs, weights, (..., slice(1, 2)))
         ratio.append(curves["median_intensity_ratio"][:, 0])
         bounds.append(curves["median_intensity_ratio_interval"][:, 0])
         stations.append(np.unique(histories["station"].values[both.any(axis=(1, 2))]).size)
