@@ -13,9 +13,10 @@ from rockdamp.config import Config
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import Load, simulate
+from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.response import COMPLETED
 from rockdamp.studies.decays import step_count
-from rockdamp.vocabulary import MODELS, REFERENCE
+from rockdamp.vocabulary import MODELS
 
 SCHEMES = ("newmark", "paper")
 EXCITATIONS = ("free", "forced")
@@ -93,13 +94,18 @@ def convergence(config: Config) -> xr.Dataset:
 
 def _histories(ensemble: SeededWalls, model: str, excitation: str, scheme: str, sample: float, substeps: int) -> Array:
     """Displacements at the samples of the load; NaN in lanes that collapse."""
-    e = ensemble.restitution
-    response = simulate(
+    ecd = Damping.of_restitution(ensemble.restitution, "ECD")
+    damping = Damping.from_values(model, restitution=ensemble.restitution, damping_ratio=ecd.damping_ratio)
+    response = solve(
         ensemble.curve,
-        Damping(model, e if model == REFERENCE else Damping.from_restitution(e, "ECD").value),
+        damping,
         release_amplitude=ensemble.release_amplitude,
-        load=Load(ensemble.ground, ensemble.load_factor if excitation == "forced" else 0.0, sample, substeps),
+        load_factor=ensemble.load_factor if excitation == "forced" else 0.0,
+        ground_acceleration=ensemble.ground if excitation == "forced" else (),
+        step=sample / substeps,
+        substeps=substeps,
+        steps=(ensemble.ground.size - 1) * substeps,
         store_every=substeps,
         scheme=scheme,
     )
-    return np.where(response.collapsed[:, None], np.nan, response.displacement)
+    return np.where((response.outcome == COMPLETED)[:, None], response.displacement, np.nan)
