@@ -25,9 +25,7 @@ HEAD = 5  # lines of an AT2 file, of which one has NPTS and DT
 
 _Series: TypeAlias = tuple[Array, Array, Array | None, dict[str, str]]  # times, accelerations, displacements, header
 _SEPARATORS = str.maketrans(',;"', "   ")
-_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?"
-_NAMED = re.compile(rf"\b(NPTS|DT)\s*[=:]?\s*({_NUMBER})", re.IGNORECASE)
-_BEFORE_NAMES = re.compile(rf"\s*({_NUMBER})[\s,]+({_NUMBER})[\s,]+(NPTS|DT)[\s,]+(NPTS|DT)", re.IGNORECASE)
+_AT2 = re.compile(r"\bNPTS\b|\bDT\b|(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")  # in capital letters
 _UNIT = re.compile(
     r"(?:\bUNITS?(?:\s+(?:OF|IN|ARE|IS))?\s*[:=]?|\bIN(?!\s+UNIT)|\()\s*([A-Z][\w/*^ -]*)", re.IGNORECASE
 )
@@ -240,13 +238,12 @@ def _plain(lines: Sequence[str], step: float | None, factor: float | None) -> _S
 
 
 def _samples_and_step(line: str) -> tuple[float, float] | None:
-    """Return NPTS and DT of a line that states both, in any order, before or behind their names."""
-    found = {name.upper(): value for name, value in _NAMED.findall(line)}
-    if match := _BEFORE_NAMES.match(line):
-        found = {match[3].upper(): match[1], match[4].upper(): match[2]}
-    if len(found) < 2:
-        return None
-    return float(found["NPTS"]), float(found["DT"].upper().replace("D", "E"))
+    """Return NPTS and DT of a line that states both, in any order, the numbers behind their names or before them."""
+    found = _AT2.findall(line.upper())
+    names = [word for word in found if word in ("NPTS", "DT")]
+    numbers = [float(word.replace("D", "E")) for word in found if word not in ("NPTS", "DT")]
+    stated = dict(zip(names, numbers, strict=False))
+    return (stated["NPTS"], stated["DT"]) if len(stated) == 2 else None
 
 
 def _acceleration(unit: str) -> float | None:
