@@ -30,23 +30,8 @@ def ascending(values: list[float]) -> list[float]:
     return values
 
 
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-Fraction = Annotated[float, Field(gt=0, lt=1)]
-Restitution = Annotated[float, Field(gt=0, le=1)]
-Step = Annotated[float, Field(ge=1e-4, le=1)]
-ScaledStep = Annotated[float, Field(ge=1e-4, lt=0.5)]  # its double and fourfold must be stable too
-Count = Annotated[int, Field(ge=1)]
-Seed = Annotated[int, Field(ge=0)]
-Refinement = Annotated[int, Field(ge=2, multiple_of=2)]
-Ascending = Annotated[list[Positive], Field(min_length=1), AfterValidator(ascending)]
-AscendingFromZero = Annotated[list[NotNegative], Field(min_length=1), AfterValidator(ascending)]
-Fractions = Annotated[list[Fraction], Field(min_length=1), AfterValidator(ascending)]
-Records = Annotated[list[str], Field(min_length=1)]
-
-
 class Section(BaseModel):
-    """Base of a section: it takes its own keys alone, each described by the docstring below it."""
+    """Base of a section: it takes its own keys alone, each described by the docstring below it or by its kind."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -56,74 +41,95 @@ class Section(BaseModel):
         json_schema_extra=lambda schema: schema.pop("required", None),  # a file of one's own states a few keys
     )
 
+    def check_rules(self) -> None:
+        """Raise `ValueError` where values do not fit together."""
+
+    @model_validator(mode="after")
+    def _checked(self) -> Self:
+        self.check_rules()
+        return self
+
 
 class Grid(Section):
     """An arithmetic grid that includes its ends."""
 
-    start: Positive
-    """The smallest value."""
-    stop: Positive
-    """The largest value."""
-    step: Positive
-    """Spacing; a whole number of steps leads from start to stop."""
+    start: Annotated[float, Field(gt=0)]
+    stop: Annotated[float, Field(gt=0)]
+    step: Annotated[float, Field(gt=0)]
 
     def values(self) -> Array:
         """Return the values, rounded so that 0.85 is 0.85."""
         count = round((self.stop - self.start) / self.step)
         return np.round(self.start + self.step * np.arange(count + 1), 12)
 
-    @model_validator(mode="after")
-    def _whole(self) -> Self:
+    def check_rules(self) -> None:
         steps = (self.stop - self.start) / self.step
         if not (steps > 0 and abs(steps - round(steps)) < 1e-9 * steps):
             raise ValueError("a whole number of steps should lead from start up to stop")
-        return self
 
 
 class GeometricGrid(Section):
     """A geometric sequence that includes its ends."""
 
-    start: Positive
-    """The smallest value."""
-    stop: Positive
-    """The largest value."""
+    start: Annotated[float, Field(gt=0)]
+    stop: Annotated[float, Field(gt=0)]
     count: Annotated[int, Field(ge=2)]
-    """Number of values."""
 
     def values(self) -> Array:
         return np.geomspace(self.start, self.stop, self.count)
 
-    @model_validator(mode="after")
-    def _ascends(self) -> Self:
+    def check_rules(self) -> None:
         if not self.start < self.stop:
             raise ValueError("stop should be greater than start")
-        return self
 
 
-# --- the solver, walls and curves ------------------------------------------------------------------------------------
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Fraction = Annotated[float, Field(gt=0, lt=1)]
+UpToOne = Annotated[float, Field(gt=0, le=1)]
+Count = Annotated[int, Field(ge=1)]
+Seed = Annotated[int, Field(ge=0)]
+Ascending = Annotated[list[Positive], Field(min_length=1), AfterValidator(ascending)]
+AscendingFromZero = Annotated[list[NotNegative], Field(min_length=1), AfterValidator(ascending)]
+Fractions = Annotated[list[Fraction], Field(min_length=1), AfterValidator(ascending)]
+
+# What several sections have.
+Thickness = Annotated[Positive, Field(description="Thickness t. [m]")]
+Slenderness = Annotated[Positive, Field(description="Slenderness h/t. [-]")]
+HingeRatio = Annotated[Fraction, Field(description="Height h1 of the hinge over h. [-]")]
+OverburdenRatio = Annotated[NotNegative, Field(description="Vertical force on top over the wall's weight, O/W. [-]")]
+YieldRatio = Annotated[Positive, Field(description="a1 = u1/u_ins, less than a2, where the plateau ends. [-]")]
+StrengthRatio = Annotated[Fraction, Field(description="b1 = F_y/F0. [-]")]
+Restitution = Annotated[UpToOne, Field(description="Coefficient of restitution e. [-]")]
+Restitutions = Annotated[Fractions, Field(description="Coefficients of restitution e, ascending. [-]")]
+RestitutionChange = Annotated[Positive, Field(description="How much e is lowered and raised, for CR itself. [-]")]
+ResponseLength = Annotated[Positive, Field(description="Length of the response in tau = p t. [-]")]
+Refinement = Annotated[
+    int,
+    Field(ge=2, multiple_of=2, description="Steps of the last minimisation in place of each of the solver's. Even."),
+]
+Step = Annotated[float, Field(ge=1e-4, le=1, description="Longest step in tau = p t. [-]")]
+ScaledStep = Annotated[
+    float, Field(ge=1e-4, lt=0.5, description="Longest step, times the angular frequency of the first branch. [-]")
+]
+Intensities = Annotated[GeometricGrid, Field(description="Intensities lambda PGV/(p u_ins) of each record. [-]")]
+Tail = Annotated[Positive, Field(description="Rest after a record. [s]")]
+Records = Annotated[list[str], Field(min_length=1)]
+
+# --- the paper --------------------------------------------------------------------------------------------------------
 
 
 class Solver(Section):
-    """How free decays and matches are integrated."""
-
     scheme: Literal["newmark", "paper"]
-    """newmark is explicit Newmark with located impacts, second order; paper is the paper's linear acceleration without
-    iteration, with impacts at the end of the step, first order."""
+    """Explicit Newmark with located impacts, or the paper's linear acceleration with impacts at the end of a step."""
     step: Step
-    """Step in dimensionless time tau = p t; below the stability limit 2 sqrt(a1/b1) of every curve. [-]"""
 
 
 class WallSizes(Section):
-    """A wall between two floors."""
-
-    thickness: Positive
-    """Thickness t. [m]"""
-    slenderness: Positive
-    """Slenderness h/t. [-]"""
-    hinge_ratio: Fraction
-    """Height h1 of the hinge over h. [-]"""
-    overburden_ratio: NotNegative
-    """Overburden ratio O/W: the vertical force on the top over the wall's weight. [-]"""
+    thickness: Thickness
+    slenderness: Slenderness
+    hinge_ratio: HingeRatio
+    overburden_ratio: OverburdenRatio
     eccentricity: float
     """Distance of the overburden from mid-thickness, positive towards the top contact corner. [m]"""
     density: Positive
@@ -136,124 +142,60 @@ class WallSizes(Section):
         values = {**dict(self), **changes}
         return Wall(height=values["thickness"] * values.pop("slenderness"), **values)
 
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def check_rules(self) -> None:
         self.make()
-        return self
 
 
 class Curve(Section):
-    """A force-displacement curve."""
-
-    yield_displacement_ratio: Positive
-    """a1 = u1/u_ins, less than a2, where the plateau ends. [-]"""
-    strength_ratio: Fraction
-    """b1 = F_y/F0. [-]"""
-    ultimate_displacement_ratio: Restitution
+    yield_displacement_ratio: YieldRatio
+    strength_ratio: StrengthRatio
+    ultimate_displacement_ratio: UpToOne
     """a3 = u3/u_ins, where the force is zero again; more than 1 - b1 (steeper) or a1 + b1 (translated). [-]"""
     softening: Literal["steeper", "translated"]
-    """For a3 < 1: steeper keeps the end of the plateau on the bi-linear law (a2 = 1 - b1), translated keeps the slope
-    -K0 (a2 = a3 - b1)."""
+    """For a3 < 1: the end of the plateau stays on the bi-linear law (a2 = 1 - b1), or the slope -K0 (a2 = a3 - b1)."""
 
     def make(self, **changes: Any) -> TrilinearCurve:
         """Return the curve, with `changes` in place of its own values."""
         return TrilinearCurve(**{**dict(self), **changes})
 
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def check_rules(self) -> None:
         self.make()
-        return self
 
 
-# --- the paper --------------------------------------------------------------------------------------------------------
+class Studies(Section):
+    """Values of the parameter that each study varies, ascending; rockdamp.vocabulary.STUDIES names it."""
 
-
-class AmplitudeStudy(Section):
-    release_amplitude: Ascending
-    """Release amplitudes u0/u_ins, each less than a3, the top level's release_amplitude among them. [-]"""
-
-
-class SlendernessStudy(Section):
+    amplitude: Ascending
+    """u0/u_ins, each less than a3, release_amplitude among them; for Fig. 5 and the response lengths. [-]"""
     slenderness: Ascending
-    """Slenderness h/t. [-]"""
-
-
-class OverburdenStudy(Section):
-    overburden_ratio: AscendingFromZero
-    """Overburden ratio O/W. [-]"""
+    """h/t, for the top of Fig. 6. [-]"""
+    overburden: AscendingFromZero
+    """O/W, for the centre of Fig. 6. [-]"""
+    cracked_stiffness: Ascending
+    """a1, for the bottom of Fig. 6 and the fits of Fig. 7. [-]"""
 
 
 class SofterPlateau(Section):
     yield_displacement_ratio: Positive
     """The a1 from which on this plateau is used. [-]"""
-    strength_ratio: Fraction
-    """b1 from there on. [-]"""
-
-
-class CrackedStiffnessStudy(Section):
-    yield_displacement_ratio: Ascending
-    """a1 = u1/u_ins, each less than a2, where the plateau ends. [-]"""
-    strength_ratio_beyond: SofterPlateau
-    """The plateau of the softer curves, for which curve.strength_ratio leaves no room."""
-
-
-class Studies(Section):
-    """A study for each name of `rockdamp.vocabulary.STUDIES`."""
-
-    amplitude: AmplitudeStudy
-    """Release amplitudes, for Fig. 5 and the response lengths."""
-    slenderness: SlendernessStudy
-    """Slenderness, for the top of Fig. 6."""
-    overburden: OverburdenStudy
-    """Overburden, for the centre of Fig. 6."""
-    cracked_stiffness: CrackedStiffnessStudy
-    """Cracked stiffness, for the bottom of Fig. 6 and the fits of Fig. 7."""
-
-
-class Scan(Section):
-    smallest: Positive
-    """The smallest one tried, over the closed form's. [-]"""
-    largest: Positive
-    """The largest one tried, over the closed form's. [-]"""
-    points: Annotated[int, Field(ge=8)]
-    """How many are tried, in a geometric sequence."""
-
-    def values(self) -> Array:
-        return np.geomspace(self.smallest, self.largest, self.points)
-
-    @model_validator(mode="after")
-    def _ascends(self) -> Self:
-        if not self.smallest < self.largest:
-            raise ValueError("largest should be greater than smallest")
-        return self
+    strength_ratio: StrengthRatio
 
 
 class Matching(Section):
-    response_length: Positive
-    """Length of the response in tau that Eq. (17) sums over, which results/response_lengths.nc infers. Longer than the
-    time to the latest first impact, and at most response_lengths.stop. [-]"""
+    response_length: ResponseLength
     refinement: Refinement
-    """Steps in place of each of the solver's in the last minimisation, from which the damping ratio is published; what
-    fewer steps give, down to half as many, says how certain it is. Even. [-]"""
-    scan: Scan
-    """Damping ratios among which the basins of Err are looked for, before the lowest are refined."""
 
 
 class RigidWall(Section):
-    thickness: Positive
-    """Thickness t. [m]"""
+    thickness: Thickness
     height: Positive
     """Height h. [m]"""
-    hinge_ratio: Fraction
-    """Height h1 of the hinge over h. [-]"""
+    hinge_ratio: HingeRatio
     restitution: Restitution
-    """Coefficient of restitution e, as the paper's figure gives it. [-]"""
     release_amplitude: Fraction
-    """Release amplitude u0/u_ins. [-]"""
-    yield_displacement_ratio: Positive
-    """a1 = u1/u_ins, small. [-]"""
-    strength_ratio: Fraction
-    """b1 = F_y/F0, near 1. [-]"""
+    """u0/u_ins. [-]"""
+    yield_displacement_ratio: YieldRatio
+    strength_ratio: StrengthRatio
 
     @property
     def wall(self) -> Wall:
@@ -263,24 +205,20 @@ class RigidWall(Section):
     def curve(self) -> TrilinearCurve:
         return TrilinearCurve(self.yield_displacement_ratio, self.strength_ratio)
 
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def check_rules(self) -> None:
         self.wall, self.curve  # noqa: B018 - the constructors refuse what cannot be
-        return self
 
 
 class DampingForce(Section):
     restitution: Restitution
-    """Coefficient of restitution e of the decay that the viscous models are matched to. [-]"""
-    response_length: Positive
-    """Length of the histories in tau. [-]"""
+    response_length: ResponseLength
     rigid: RigidWall
     """The wall of Fig. 4a, whose curve is all but bi-linear."""
 
 
 class Validation(Section):
     record: str
-    """The record: a CSV with the columns elapsed_s, ground_acceleration_m_s2 and displacement_m."""
+    """A CSV with the columns elapsed_s, ground_acceleration_m_s2 and displacement_m."""
     wall: WallSizes
     """The wall of the test."""
     curve: Curve
@@ -288,7 +226,6 @@ class Validation(Section):
     fit_yield_displacement_ratios: Ascending
     """The a1 of the polynomials xi(e) whose mean is each viscous model's damping ratio. [-]"""
     step: Step
-    """Longest step in tau; the record's step is divided until it is no longer. [-]"""
 
 
 # --- beyond the paper -------------------------------------------------------------------------------------------------
@@ -296,53 +233,42 @@ class Validation(Section):
 
 class Bilinear(Section):
     records: Records
-    """Records, named as the top level's."""
-    velocity_ratio: GeometricGrid
-    """Intensities that every record is scaled to, lambda PGV/(p u_ins). [-]"""
+    """As the top level's."""
+    velocity_ratio: Intensities
     step: ScaledStep
-    """Longest step, times the angular frequency of the first branch. [-]"""
-    tail: Positive
-    """Rest after the record. [s]"""
+    tail: Tail
 
 
 class Amplitude(Section):
     release_share: Fractions
     """Release amplitudes over the displacement of zero force, u0/u3. [-]"""
-    restitution: Fractions
-    """Coefficients of restitution e. [-]"""
+    restitution: Restitutions
     refinement: Refinement
-    """Steps in place of each of the solver's in the last minimisation, as matching.refinement. [-]"""
 
 
 class Convergence(Section):
     seed: Seed
-    """Seed of the random walls and of the load."""
     lanes: Count
     """Number of walls."""
-    length: Positive
-    """Length of the histories in tau, a whole number of the coarsest step. [-]"""
+    length: ResponseLength
     coarsest: Step
-    """The longest step in tau. [-]"""
     halvings: Count
     """How often the coarsest step is halved."""
 
 
 class Bootstrap(Section):
     replicates: Annotated[int, Field(ge=10)]
-    """Number of resamplings."""
     seed: Seed
-    """Seed of the resampling."""
 
 
 class SimulatedTrials(Section):
     draws: Count
     """Number of sets of each model."""
     seed: Seed
-    """Seed of the sets."""
 
 
 Impacts = Annotated[int, Field(ge=3)]
-SmallYield = Annotated[float, Field(ge=0.002, le=0.05)]
+NearlyRigid = Annotated[float, Field(ge=0.002, le=0.05)]
 Release = Annotated[float, Field(ge=0.1, le=0.9)]
 
 
@@ -350,19 +276,19 @@ class MeasuredRocking(Section):
     trials: str
     """File of the measured trials."""
     impacts_used: Annotated[list[Impacts], Field(min_length=1), AfterValidator(ascending)]
-    """Numbers of impacts of each trial that are used, the first ones, ascending."""
+    """Numbers of impacts of each trial that are used, the first ones."""
     shown_impacts: Impacts
     """That of these numbers with which all but the comparison of models is done."""
-    yield_displacement_ratio: Annotated[list[SmallYield], Field(min_length=1), AfterValidator(ascending)]
-    """a1 of nearly rigid curves, ascending; their plateau is at 1 - 2 a1. [-]"""
+    yield_displacement_ratio: Annotated[list[NearlyRigid], Field(min_length=1), AfterValidator(ascending)]
+    """a1 of nearly rigid curves; their plateau is at 1 - 2 a1. [-]"""
     release_amplitude: Annotated[list[Release], Field(min_length=1), AfterValidator(ascending)]
-    """Displacements from which the blocks may have been released, u0/u_ins, ascending. [-]"""
-    shown_yield_displacement_ratio: SmallYield
+    """Displacements from which the blocks may have been released, u0/u_ins. [-]"""
+    shown_yield_displacement_ratio: NearlyRigid
     """a1 of the curve on which the models are compared. [-]"""
     shown_release_amplitude: Release
     """The release from which the models are compared, u0/u_ins. [-]"""
     amplitude_exponent: Annotated[list[float], Field(min_length=3), AfterValidator(ascending)]
-    """Exponents of the energy left with which the loss per impact may go, ascending. [-]"""
+    """Exponents of the energy left with which the loss per impact may go. [-]"""
     held_out: Annotated[int, Field(ge=1, le=6)]
     """Number of geometries that are held out, in every choice."""
     bootstrap: Bootstrap
@@ -375,26 +301,19 @@ class MeasuredRocking(Section):
 
 
 class NamedWall(Section):
-    """A wall that earthquakes shake: with a hinge or a parapet, with a preset or its own a1 and b1; a3 is 1."""
+    """A wall with a hinge, or a parapet; with a preset, or its own a1 and b1. Its a3 is 1."""
 
     name: str
-    """Name of the wall, not that of another one."""
-    thickness: Positive
-    """Thickness t. [m]"""
-    slenderness: Positive
-    """Slenderness h/t. [-]"""
-    overburden_ratio: NotNegative
-    """Overburden ratio O/W: the vertical force on the top over the wall's weight. [-]"""
+    thickness: Thickness
+    slenderness: Slenderness
+    overburden_ratio: OverburdenRatio
     parapet: bool = False
-    """Whether the wall is one block that rocks on its base; otherwise it stands between two floors."""
-    hinge_ratio: Fraction | None = None
-    """Height h1 of the hinge over h; of a wall between two floors. [-]"""
+    """Whether it is one block that rocks on its base; otherwise it stands between two floors."""
+    hinge_ratio: HingeRatio | None = None
     preset: Literal["new", "moderate", "severe"] | None = None
-    """Doherty's stage of degradation, in place of a1 and b1."""
-    yield_displacement_ratio: Positive | None = None
-    """a1 = u1/u_ins, less than a2, where the plateau ends; without a preset. [-]"""
-    strength_ratio: Fraction | None = None
-    """b1 = F_y/F0; without a preset. [-]"""
+    """Doherty's stage of degradation."""
+    yield_displacement_ratio: YieldRatio | None = None
+    strength_ratio: StrengthRatio | None = None
 
     @property
     def wall(self) -> Wall | Parapet:
@@ -409,84 +328,66 @@ class NamedWall(Section):
             return TrilinearCurve.preset(self.preset)
         return TrilinearCurve(self.yield_displacement_ratio, self.strength_ratio)
 
-    @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def check_rules(self) -> None:
         if self.parapet != (self.hinge_ratio is None):
             raise ValueError("a wall should have a hinge_ratio, or parapet: true")
-        absent = {self.yield_displacement_ratio is None, self.strength_ratio is None}
-        if absent != {self.preset is not None}:
+        if {self.yield_displacement_ratio is None, self.strength_ratio is None} != {self.preset is not None}:
             raise ValueError("a wall should have a preset, or yield_displacement_ratio and strength_ratio")
         self.wall, self.curve  # noqa: B018 - the constructors refuse what cannot be
-        return self
 
 
 class Sample(Section):
     histories: Count
-    """Number of histories."""
     seed: Seed
-    """Seed of the sample."""
 
 
 class Earthquakes(Section):
     walls: Annotated[list[NamedWall], Field(min_length=1)]
-    """The walls."""
-    restitution: Fractions
-    """Coefficients of restitution e, ascending. [-]"""
-    restitution_change: Positive
-    """How much e is lowered and raised to see how sensitive CR's own answer is; e stays between 0 and 1. [-]"""
-    velocity_ratio: GeometricGrid
-    """Intensities that every record is scaled to for every wall, lambda PGV/(p u_ins). [-]"""
+    """Each has a name of its own."""
+    restitution: Restitutions
+    restitution_change: RestitutionChange
+    velocity_ratio: Intensities
     step: ScaledStep
-    """Longest step of the published histories, times the angular frequency of the first branch; a record's step is
-    divided until it is no longer. Errors are bounded with steps two and four times as long. [-]"""
-    tail: Positive
-    """Rest after the record. [s]"""
+    tail: Tail
     chunk: Count
     """Records that one job runs; fewer make more jobs, for more cores."""
     check: Sample
-    """Histories that are solved again, event by event: as many of each stratum, from walls far from collapse to those
-    whose outcome depends on the step."""
+    """Histories that are solved again, event by event: as many far from collapse as near to it."""
 
 
 class Comparison(Section):
     bands: Annotated[list[Positive], Field(min_length=2), AfterValidator(ascending)]
-    """Edges of the bands of the peak under restitution, u/u_ins, in which peaks are compared; ascending. [-]"""
+    """Edges of the bands of the peak under restitution, u/u_ins, in which peaks are compared. [-]"""
     bootstrap: Bootstrap
-    """Resampling of the stations, which bounds what a few dozen of them can say."""
+    """Stations are drawn again."""
 
 
 class Order(Section):
     order: AscendingFromZero
-    """Orders m of ECD, ascending, 16 among them. [-]"""
+    """Orders m of ECD, 16 among them. [-]"""
     band_width: Fractions
-    """Half widths t_c of BAND, a phase of the first branch, ascending, 0.2 and 0.4 among them. [rad]"""
+    """Half widths t_c of BAND, a phase of the first branch, 0.2 and 0.4 among them. [rad]"""
     length_width: Fractions
-    """Half widths of CQD over a1, ascending. [-]"""
-    restitution: Fractions
-    """Coefficients of restitution e, ascending. [-]"""
-    restitution_change: Positive
-    """How much e is lowered and raised, for CR beside them. [-]"""
+    """Half widths of CQD over a1. [-]"""
+    restitution: Restitutions
+    restitution_change: RestitutionChange
     loss_change: Fraction
     """Fraction by which the loss delta = -ln e is lowered and raised. [-]"""
-    step: Step
-    """Longest step, times the angular frequency of the first branch; a band has at least eight. [-]"""
-    ladder: Annotated[list[Step], Field(min_length=1), AfterValidator(ascending)]
-    """Steps of which the largest converged one is sought, times the same frequency, ascending. [-]"""
-    finest_step: Step
-    """Step that these are compared with, times the same frequency. [-]"""
+    step: ScaledStep
+    ladder: Annotated[list[ScaledStep], Field(min_length=1), AfterValidator(ascending)]
+    """Steps, as step, of which the largest converged one is sought. [-]"""
+    finest_step: ScaledStep
     ladder_every: Count
     """One record of so many runs with the ladder."""
 
 
 class LossLaw(Section):
-    restitution: Fraction
-    """Coefficient of restitution e of the constant, and of each law. [-]"""
+    restitution: Restitution
     exponent: Fractions
-    """Exponents g: the loss goes with the energy to the power -g. [-]"""
+    """g: the loss goes with the energy to the power -g. [-]"""
     amplitude: Fractions
-    """Amplitudes u/u_ins that e of a law belongs to. [-]"""
-    step: Step
-    """Longest step, times the angular frequency of the first branch. [-]"""
+    """u/u_ins that e of a law belongs to. [-]"""
+    step: ScaledStep
 
 
 class Supports(Section):
@@ -498,10 +399,8 @@ class Supports(Section):
     """Factor on the other horizontal component of a station, which stands for the vertical one. [-]"""
     eccentricity: Annotated[float, Field(gt=0, le=0.5)]
     """Distance of the overburden from mid-thickness, over the thickness. [-]"""
-    velocity_ratio: GeometricGrid
-    """Intensities of the ground's motion, lambda PGV/(p u_ins). [-]"""
+    velocity_ratio: Intensities
     step: ScaledStep
-    """Longest step, times the angular frequency of the first branch. [-]"""
 
 
 class Figures(Section):
@@ -526,7 +425,7 @@ class Study:
 
 
 class Config(Section):
-    """What the pipeline computes with, as config/default.yaml states it."""
+    """What the pipeline computes with."""
 
     results: Annotated[str, Field(pattern="^[^{}]+$")]  # braces would be wildcards of Snakemake
     """Folder that everything is built in."""
@@ -539,13 +438,15 @@ class Config(Section):
     release_amplitude: Fraction
     """Displacement that free decays start from, u0/u_ins, less than a3. [-]"""
     restitution: Grid
-    """Coefficients of restitution e of every study, at least three, as the fits of Fig. 7 have three coefficients."""
+    """Coefficients of restitution e of every study, at least three, as Fig. 7 fits three coefficients. [-]"""
     studies: Studies
     """The studies of free decay; each varies one parameter of the reference wall."""
+    softer_plateau: SofterPlateau
+    """b1 of the softer curves of studies.cracked_stiffness, for which curve.strength_ratio leaves no room."""
     matching: Matching
     """Eq. (17), the damping ratio that follows a decay under restitution best."""
     response_lengths: Grid
-    """Lengths of the response in tau that are compared; the decays of the study of the amplitude run to the longest."""
+    """Lengths of the response in tau from which the paper's is inferred. [-]"""
     damping_force: DampingForce
     """The histories and loops of Figs 3 and 4."""
     validation: Validation
@@ -577,39 +478,30 @@ class Config(Section):
 
     def study(self, name: str) -> Study:
         """Return the walls of the study `name`."""
-        parameter, section = STUDIES[name], getattr(self.studies, name)
-        values = np.array(getattr(section, parameter))
-        wall, curve, release = self.wall, self.curve, np.full(values.shape, self.release_amplitude)
+        parameter, values = STUDIES[name], np.array(getattr(self.studies, name))
+        release, wall, curve = np.full(values.shape, self.release_amplitude), self.wall.make(), self.curve.make()
         varies_wall = parameter in WallSizes.model_fields
-        varied_wall = wall.make(**{parameter: values}) if varies_wall else wall.make()
-        varied_curve = curve.make()
-        if parameter == "release_amplitude":
+        if varies_wall:
+            wall = self.wall.make(**{parameter: values})
+        elif parameter == "release_amplitude":
             release = values
-        elif parameter in Curve.model_fields:
-            beyond = section.strength_ratio_beyond
-            softer = values >= beyond.yield_displacement_ratio
-            b1 = np.where(softer, beyond.strength_ratio, curve.strength_ratio)
-            varied_curve = curve.make(**{"strength_ratio": b1, parameter: values})
-        return Study(
-            name,
-            parameter,
-            values,
-            varied_curve.map(lambda p: np.broadcast_to(p, values.shape)),
-            release,
-            np.broadcast_to(varied_wall.frequency_parameter, values.shape),
-            varies_wall,
-        )
+        else:
+            softer = values >= self.softer_plateau.yield_displacement_ratio
+            b1 = np.where(softer, self.softer_plateau.strength_ratio, self.curve.strength_ratio)
+            curve = self.curve.make(yield_displacement_ratio=values, strength_ratio=b1)
+        curve = curve.map(lambda value: np.broadcast_to(value, values.shape))
+        frequency_parameter = np.broadcast_to(wall.frequency_parameter, values.shape)
+        return Study(name, parameter, values, curve, release, frequency_parameter, varies_wall)
 
     def leaves(self, *keys: str) -> dict[str, Any]:
         """Return the values at and below dotted `keys`, by their own dotted keys; a wall's have its name in them."""
         return {name: value for key in keys for name, value in _leaves(key, attrgetter(key)(self)).items()}
 
     def part(self, *keys: str) -> Self:
-        """Return a config that has what dotted `keys` name alone; whoever reads more of it gets an AttributeError."""
+        """Return a config that has what dotted `keys` name alone; whoever reads more of it gets an `AttributeError`."""
         return _part(self, [key.split(".") for key in keys])
 
-    @model_validator(mode="after")
-    def _check_rules(self) -> Self:
+    def check_rules(self) -> None:
         studies = []
         for name in STUDIES:
             try:
@@ -619,7 +511,6 @@ class Config(Section):
         _check_steps(self, studies)
         _check_lists(self)
         _check_responses(self, studies)
-        return self
 
 
 def _leaves(key: str, value: Any) -> dict[str, Any]:
@@ -658,64 +549,55 @@ def _check_steps(config: Config, studies: list[Study]) -> None:
         ("validation.step", config.validation.step, [config.validation.curve.make()]),
     ):
         limit = min(2 / float(np.max(curve.initial_frequency)) for curve in run)
-        _require(step < limit, key, step, f"less than the stability limit, {limit:.6g}")
+        _require(step < limit, key, step, f"less than the stability limit 2 sqrt(a1/b1), {limit:.6g}")
 
 
 def _check_lists(config: Config) -> None:
     """What a figure or a later stage looks up must be among the values that are computed."""
-    measured, softer = config.measured_rocking, config.studies.cracked_stiffness
+    measured = config.measured_rocking
     for key, values, needed in (
         ("order.order", config.order.order, [16]),
         ("order.band_width", config.order.band_width, [0.2, 0.4]),
         ("measured_rocking.impacts_used", measured.impacts_used, [measured.shown_impacts]),
-        (
-            "studies.amplitude.release_amplitude",
-            config.studies.amplitude.release_amplitude,
-            [config.release_amplitude],
-        ),
+        ("studies.amplitude", config.studies.amplitude, [config.release_amplitude]),
     ):
         _require(set(needed) <= set(values), key, values, f"a list with {needed}")
     names = [named.name for named in config.earthquakes.walls]
     _require(len(set(names)) == len(names), "earthquakes.walls", names, "walls of different names")
     e = config.restitution.values()
     _require(e.size >= 3 and e[-1] <= 1, "restitution", e.tolist(), "at least three values up to 1")
-    a1 = np.array(softer.yield_displacement_ratio)
-    a1 = a1[a1 < softer.strength_ratio_beyond.yield_displacement_ratio]
-    _require(a1.size, "strength_ratio_beyond.yield_displacement_ratio", a1.tolist(), "above one of its study")
-    fit = np.array(config.validation.fit_yield_displacement_ratios)
-    allowed = f"within the a1 of the polynomials, {a1[0]:g} to {a1[-1]:g}"
-    _require((a1[0] <= fit) & (fit <= a1[-1]), "validation.fit_yield_displacement_ratios", fit.tolist(), allowed)
     for key, section in (("earthquakes", config.earthquakes), ("order", config.order)):
         change, most = section.restitution_change, min(section.restitution[0], 1 - section.restitution[-1])
         _require(change < most, f"{key}.restitution_change", change, f"less than {most:g}, by its restitution")
+    a1 = [a1 for a1 in config.studies.cracked_stiffness if a1 < config.softer_plateau.yield_displacement_ratio]
+    fit = config.validation.fit_yield_displacement_ratios
+    held = bool(a1) and a1[0] <= fit[0] and fit[-1] <= a1[-1]
+    _require(held, "validation.fit_yield_displacement_ratios", fit, f"within the a1 of the polynomials, {a1}")
 
 
 def _check_responses(config: Config, studies: list[Study]) -> None:
-    """A decay must start where the wall survives, last beyond its first impact, and be as long as what is matched."""
-    curve, force, length = config.curve.make(), config.damping_force, config.matching.response_length
-    longest, x0 = config.response_lengths.stop, config.release_amplitude
+    """A decay must start where the wall survives, and last beyond its first impact, a quarter of the period."""
+    force, length, longest = config.damping_force, config.matching.response_length, config.response_lengths.stop
     for study in studies:
         release, a3 = study.release_amplitude, study.curve.ultimate_displacement_ratio
         _require(release < a3, f"release_amplitude of studies.{study.name}", release, "less than a3")
-    impacts = [study.curve.period(study.release_amplitude) / 4 for study in studies]
-    latest = max(float(np.max(impact)) for impact in impacts)
-    start = config.response_lengths.start
-    _require(start > latest, "response_lengths.start", start, f"greater than {latest:.6g}, the latest first impact")
-    release = config.amplitude.release_share[-1] * curve.ultimate_displacement_ratio
-    walls = [float(named.curve.period(x0)) / 4 for named in config.earthquakes.walls]
-    latest = max(latest, float(curve.period(release)) / 4, *walls)
-    allowed = f"greater than {latest:.6g}, the latest first impact, and at most response_lengths.stop, {longest:g}"
-    _require(latest < length <= longest, "matching.response_length", length, allowed)
-    first = float(force.rigid.curve.period(force.rigid.release_amplitude)) / 4
-    allowed = f"greater than {first:.6g}, the first impact"
-    _require(force.response_length > first, "damping_force.response_length", force.response_length, allowed)
-    seconds = length / config.wall.make().frequency_parameter
-    for study, impact in zip(studies, impacts, strict=True):
-        if study.varies_wall:  # held in seconds, the response of another wall has another length in tau
-            lengths = seconds * study.frequency_parameter
-            allowed = f"such that responses of {seconds:.6g} s hold an impact and are no longer than {longest:g} in tau"
-            key = f"studies.{study.name}.{study.parameter}"
-            _require((impact < lengths) & (lengths <= longest), key, study.values, allowed)
+    # Held in seconds, the response of another wall has another length in tau.
+    seconds = [np.maximum(1, config.wall.make().frequency_parameter / study.frequency_parameter) for study in studies]
+    periods = [study.curve.period(study.release_amplitude) * held for study, held in zip(studies, seconds, strict=True)]
+    largest = config.amplitude.release_share[-1] * config.curve.ultimate_displacement_ratio
+    periods.append(config.curve.make().period(largest))
+    periods += [named.curve.period(config.release_amplitude) for named in config.earthquakes.walls]
+    for key, value, impact in (
+        ("matching.response_length", length, max(float(np.max(period)) for period in periods) / 4),
+        ("response_lengths.start", config.response_lengths.start, float(np.max(periods[0])) / 4),
+        (
+            "damping_force.response_length",
+            force.response_length,
+            float(force.rigid.curve.period(force.rigid.release_amplitude)) / 4,
+        ),
+    ):
+        _require(value > impact, key, value, f"greater than {impact:.6g}, the time of the latest first impact in tau")
+    _require(length <= longest, "matching.response_length", length, f"at most response_lengths.stop, {longest:g}")
 
 
 # --- from Snakemake's values ------------------------------------------------------------------------------------------

@@ -56,7 +56,7 @@ def test_your_own_wall_goes_through_the_studies(tree):
     results = tree.place / "results/my-wall"
     config = yaml.safe_load((tree.place / "examples/my-wall.yaml").read_text(encoding="utf-8"))
     with xr.open_dataset(results / "match/amplitude.nc") as matched:
-        amplitudes = config["studies"]["amplitude"]["release_amplitude"]
+        amplitudes = config["studies"]["amplitude"]
         assert matched["release_amplitude"].values.tolist() == amplitudes
     for figure in ("fig5", "fig6", "fig7"):
         assert (results / f"figures/{figure}.png").is_file()

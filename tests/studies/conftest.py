@@ -17,10 +17,10 @@ def paper():
 def config():
     """The paper's config with fewer values, a larger step and shorter responses."""
     studies = {
-        "amplitude": {"release_amplitude": [0.3, 0.5, 0.9]},
-        "slenderness": {"slenderness": [10, 15, 30]},
-        "overburden": {"overburden_ratio": [0.0, 0.5]},
-        "cracked_stiffness": {"yield_displacement_ratio": [0.02, 0.04, 0.10, 0.20]},
+        "amplitude": [0.3, 0.5, 0.9],
+        "slenderness": [10, 15, 30],
+        "overburden": [0.0, 0.5],
+        "cracked_stiffness": [0.02, 0.04, 0.10, 0.20],
     }
     return configured(
         {"solver": {"step": 0.01}, "restitution": {"start": 0.74, "stop": 0.98, "step": 0.04}},

@@ -22,7 +22,7 @@ SHARE = np.linspace(0.05, 0.95, 10)
 def found():
     """Of the shipped config with fewer values and a larger step."""
     section = {"release_share": [0.05, 0.5, 0.95]}
-    small = {"solver": {"step": 0.01}, "matching": {"scan": {"points": 120}}, "amplitude": section}
+    small = {"solver": {"step": 0.01}, "amplitude": section}
     return amplitude(configured(small))
 
 

@@ -38,7 +38,7 @@ def test_equal_lengths_in_tau_make_walls_equal_and_equal_seconds_do_not(name, pa
     curve, release = given.curve.make().map(lambda value: np.full(2, value)), np.full(2, given.release_amplitude)
     cases = Cases.release(curve, release, restitution, step=step, steps=steps)
     for model in ("CDC", "SDR"):
-        alike = global_minima(cases, model, [steps], given.matching.scan.values()).damping_ratio[0]
+        alike = global_minima(cases, model, [steps]).damping_ratio[0]
         own = fixed.sel({parameter: value, "damping_model": model}).sel(restitution=restitution)
         np.testing.assert_allclose(own, alike, rtol=1e-9)
 
@@ -64,7 +64,7 @@ def test_every_stage_publishes_the_same_damping_ratio_of_a_wall(config, scheme):
         "restitution": Grid(start=0.78, stop=0.86, step=0.04),
         "damping_force.restitution": e,
     }
-    values |= {"studies.cracked_stiffness.yield_displacement_ratio": [0.04]}
+    values |= {"studies.cracked_stiffness": [0.04]}
     values |= {"earthquakes.restitution": [e]}
     small = changed(config, values)
     studied = match("cracked_stiffness", small, decay_study("cracked_stiffness", small))

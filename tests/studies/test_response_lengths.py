@@ -31,7 +31,7 @@ def test_a_damping_ratio_of_one_step_lies_within_its_uncertainty(found, matches)
 @pytest.mark.no_cover
 def test_the_default_response_length_is_the_one_that_the_paper_implies(paper):
     """The inference on the paper's grid of e, over the response lengths that hold its minimum, at twice the step."""
-    reference = {"amplitude": {"release_amplitude": [paper.release_amplitude]}}
+    reference = {"amplitude": [paper.release_amplitude]}
     step = {"solver": {"step": 2 * paper.solver.step}}
     config = changed(configured(step, {"studies": reference}), {"response_lengths.stop": 30})
     found = response_lengths.response_lengths(config, decay_study("amplitude", config))

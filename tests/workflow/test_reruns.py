@@ -89,7 +89,7 @@ EDITS = {
             *("decay_study", "match_study", "equivalence_fit", "coefficients", "validation"),
             *("claims", "fig6", "fig7", "fig8", *QUAKES, *QUAKE_FIGURES, *PAGES),
         },
-        "studies.cracked_stiffness.yield_displacement_ratio",
+        "studies.cracked_stiffness",
     ),
     "the resolution": (
         [("config/minimal.yaml", "resolution: 80", "resolution: 90")],

@@ -33,9 +33,9 @@ def settings(*keys):
     return [{key: value} for key, value in CONFIG.leaves(*keys).items()]
 
 
-def study_setting(index):
-    """Return a param: one value of the config of the study that the wildcard names, or none."""
-    return lambda wildcards: dict([*CONFIG.leaves(f"studies.{wildcards.study}").items()][index : index + 1])
+def study_values(wildcards):
+    return CONFIG.leaves(f"studies.{wildcards.study}")
 
 
-STUDY_SETTINGS = [study_setting(index) for index in range(3)]  # no study has more
+def softer_plateau(wildcards):
+    return CONFIG.leaves("softer_plateau") if wildcards.study == "cracked_stiffness" else {}

@@ -26,7 +26,8 @@ rule decay_study:
     params:
         *SOLVER,
         *settings("wall", "restitution", "matching.response_length", "response_lengths.stop"),
-        *STUDY_SETTINGS,
+        study_values,
+        softer_plateau,
         *code("studies.decays"),
         *texts("decay"),
         function="studies.decays.study",
@@ -50,7 +51,8 @@ rule match_study:
     params:
         *SOLVER,
         *settings("wall", "matching"),
-        *STUDY_SETTINGS,
+        study_values,
+        softer_plateau,
         *code("studies.matches"),
         *texts("match"),
         function="studies.matches.match",
@@ -73,7 +75,7 @@ rule response_lengths:
         "<logs>/response_lengths.log",
     params:
         *SOLVER,
-        *settings("wall", "studies.amplitude", "matching.scan", "response_lengths"),
+        *settings("wall", "studies.amplitude", "response_lengths"),
         *code("studies.response_lengths"),
         *texts("response_lengths"),
         function="studies.response_lengths.response_lengths",

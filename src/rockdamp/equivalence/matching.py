@@ -278,7 +278,7 @@ def _require_interior(cases: Cases, model: str, lengths: NDArray[np.int64], coar
         raise InputError(
             f"Err of {model} at e = {cases.restitution[c]:.6g}, u0/u_ins = {cases.release_amplitude[c]:.6g} and"
             f" response_length {lengths[at] * cases.step:.6g} is lowest at the edge of the scan,"
-            f" xi = {trial[c, lowest[at, c]]:.6g}; matching.scan must reach further"
+            f" xi = {trial[c, lowest[at, c]]:.6g}"
         )
 
 

@@ -31,7 +31,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     Those other lengths are matched at the solver's step.
     """
     study, step = config.study(name), config.solver.step
-    response_length, scan = config.matching.response_length, config.matching.scan.values()
+    response_length = config.matching.response_length
     restitution = decays["restitution"].values
     steps = step_count(response_length, step)
     wall = config.wall.make()
@@ -43,7 +43,6 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
         cases,
         VISCOUS_MODELS,
         steps,
-        scan=scan,
         refinement=config.matching.refinement,
         description=f"match {name}",
     )
@@ -63,7 +62,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     if fixed is not None:
 
         def at_fixed_seconds(model: str) -> Array:
-            return _match_each(cases, model, fixed, (response_length, matched[model].damping_ratio), scan)
+            return _match_each(cases, model, fixed, (response_length, matched[model].damping_ratio))
 
         for model, ratio in map_in_threads(at_fixed_seconds, VISCOUS_MODELS, f"match {name} at fixed seconds").items():
             of_model[model]["damping_ratio_fixed_seconds"] = ratio
@@ -121,7 +120,6 @@ def match_decays(
         cases,
         damping_models,
         steps,
-        scan=matching.scan.values(),
         refinement=matching.refinement,
         description=description,
     )
@@ -140,7 +138,7 @@ def cases_of(study: Study, restitution: Array, displacement: Array, step: float,
     )
 
 
-def _match_each(cases: Cases, model: str, response_lengths: Array, known: tuple[float, Array], scan: Array) -> Array:
+def _match_each(cases: Cases, model: str, response_lengths: Array, known: tuple[float, Array]) -> Array:
     """Match each wall's cases at its own response length; `known` is a length with its damping ratios already."""
     per_wall = cases.restitution.size // response_lengths.size
 
@@ -149,6 +147,6 @@ def _match_each(cases: Cases, model: str, response_lengths: Array, known: tuple[
         if np.isclose(response_lengths[wall], known[0], rtol=1e-12):
             return known[1][own]
         steps = step_count(response_lengths[wall], cases.step)
-        return global_minima(cases.take(own), model, [steps], scan).damping_ratio[0]
+        return global_minima(cases.take(own), model, [steps]).damping_ratio[0]
 
     return np.concatenate([of_wall(wall) for wall in range(response_lengths.size)])

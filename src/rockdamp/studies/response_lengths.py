@@ -33,7 +33,6 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     ``inferred_response_length_of_release`` is what another wall would imply.
     """
     study, lengths, step = config.study(INFERS), config.response_lengths.values(), config.solver.step
-    scan = config.matching.scan.values()
     restitution = decays["restitution"].values
     stored = decays["displacement"].values[..., : step_count(lengths[-1], step) + 1]
     cases = cases_of(study, restitution, np.asarray(stored, dtype=float), step, config.solver.scheme)
@@ -46,7 +45,7 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     def errors(row: int, lengths: Array, models: Sequence[str]) -> xr.Dataset:
         steps = np.array([step_count(length, step) for length in lengths])
         of_row = decays_of(row, lengths[-1])
-        matches = [global_minima(of_row, model, steps, scan) for model in models]
+        matches = [global_minima(of_row, model, steps) for model in models]
         error = np.stack([match.error for match in matches], axis=-1)
         dims = ("response_length", "restitution", "damping_model")
         return xr.Dataset(
@@ -61,7 +60,7 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     reference = int(np.argmin(np.abs(study.values - config.release_amplitude)))
     dataset = errors(reference, lengths, VISCOUS_MODELS)
     dataset["damping_ratio_uncertainty"] = uncertainty(
-        decays_of(reference, lengths[-1]), lengths, dataset["damping_ratio"], scan
+        decays_of(reference, lengths[-1]), lengths, dataset["damping_ratio"]
     )
     inferred = infer(dataset)
     near = errors(reference, between_neighbours(lengths, inferred), PAPER_MODELS)
@@ -84,14 +83,14 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     )
 
 
-def uncertainty(decays: Cases, lengths: Array, damping_ratio: xr.DataArray, scan: Array) -> xr.DataArray:
+def uncertainty(decays: Cases, lengths: Array, damping_ratio: xr.DataArray) -> xr.DataArray:
     """Return twice the largest change of the damping ratios at coarser steps, and at least the search's resolution."""
     changes = []
     for factor in COARSER:
         coarser = decays.refine(decays.steps, 1 / factor)
         steps = np.round(lengths / coarser.step).astype(int)
         models = damping_ratio["damping_model"].values
-        ratios = [global_minima(coarser, str(model), steps, scan).damping_ratio for model in models]
+        ratios = [global_minima(coarser, str(model), steps).damping_ratio for model in models]
         changes.append(np.abs(np.stack(ratios, axis=-1) - damping_ratio.values))
     return damping_ratio.copy(data=np.maximum(2 * np.max(changes, axis=0), RESOLUTION * damping_ratio.values))
 
