@@ -38,7 +38,7 @@ def section(quick: bool) -> Section:
     a1, b1, e = rng.uniform(0.03, 0.12, walls), rng.uniform(0.65, 0.85, walls), rng.uniform(0.75, 0.95, walls)
     a1[0], b1[0], e[0] = 0.04, 0.85, 0.85
     one = TrilinearCurve(0.04, 0.85)
-    truth = exact_history(one, Damping.cr(0.85), TIMES, release_amplitude=RELEASE).displacement
+    truth = exact_history(one, Damping("CR", 0.85), TIMES, release_amplitude=RELEASE).displacement
     best = minimise(one, 0.85, truth, lambda xi: _exact(one, xi))
     ours = {
         (name, many): lambda last=last, many=many: rockdamp(a1[:many], b1[:many], e[:many], last)

@@ -26,8 +26,7 @@ from peers import (
 
 from rockdamp import Damping, TrilinearCurve
 from rockdamp.solvers.exact import exact_history
-from rockdamp.solvers.newmark import available_threads, solve
-from rockdamp.solvers.response import Response
+from rockdamp.solvers.newmark import Histories, Load, available_threads, simulate
 
 MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", ORDER_16, "BAND")
 LANES = (1, 2, 4, 8, 64, 512, 4096)
@@ -72,18 +71,14 @@ class Batch:
             return Damping("ECD", self.parameter, order=16)
         return Damping(self.model, self.parameter)
 
-    def run(self, threads: int = 1, **asked: Any) -> Response:
+    def run(self, threads: int = 1, **asked: Any) -> Histories:
         """Run them by rockdamp; `asked` is what else `solve` is asked for."""
-        return solve(
+        return simulate(
             self.curve,
             self.damping,
-            step=self.step,
-            steps=self.steps,
             release_amplitude=self.release,
-            load_factor=self.load_factor,
-            ground_acceleration=self.ground,
-            substeps=self.substeps,
             threads=threads,
+            load=Load(self.ground, self.load_factor, self.step * self.substeps, self.substeps),
             **asked,
         )
 
@@ -123,7 +118,7 @@ def section(quick: bool) -> Section:
 
 # --- peaks alone ------------------------------------------------------------------------------------------------------
 
-LONG_STEP = 0.05  # in tau: too long for a lane to leave, see solvers.peaks_kernel.FINE
+LONG_STEP = 0.05  # in tau: too long for a lane to leave, see solvers.kernel.FINE
 
 
 def _peaks_alone(found: Section, quick: bool) -> None:
@@ -364,16 +359,12 @@ def _one_wall(
     ns = speeds["CDC", forced, MOST]
 
     def ours(substeps: int) -> np.ndarray:
-        return solve(
+        return simulate(
             ONE,
             Damping("CDC", XI),
-            step=SAMPLE / substeps,
-            steps=samples * substeps,
             release_amplitude=release,
-            load_factor=1.0,
-            ground_acceleration=load,
-            substeps=substeps,
             store_every=substeps,
+            load=Load(load, 1.0, SAMPLE / substeps * substeps, substeps),
         ).displacement
 
     def error(history: np.ndarray) -> float:

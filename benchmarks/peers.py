@@ -1,6 +1,6 @@
 """The same walls by other means: a C loop, OpenSeesPy, SciPy, and a plain numba loop over one history at a time.
 
-Everything is dimensionless, as in rockdamp.solvers.newmark_kernel.
+Everything is dimensionless, as in rockdamp.solvers.kernel.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from rockdamp import Damping, TrilinearCurve
-from rockdamp.mechanics.damping.ecd import normalisation
-from rockdamp.solvers.newmark_kernel import LANES
+from rockdamp.mechanics.damping import normalisation
+from rockdamp.solvers.kernel import LANES
 
 SOURCE = Path(__file__).with_name("scheme.c")
 FLAGS = ("-O3", "-march=native", "-ffast-math")

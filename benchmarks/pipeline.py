@@ -21,7 +21,7 @@ from measure import Section, Table, interleaved, number, of_children
 from rockdamp import Damping, TrilinearCurve
 from rockdamp.config import parse_config
 from rockdamp.figures import FIGURES
-from rockdamp.solvers.newmark import available_threads, solve
+from rockdamp.solvers.newmark import available_threads, simulate
 from rockdamp.studies.decays import study
 from rockdamp.studies.matches import match
 from rockdamp.vocabulary import STUDIES
@@ -185,8 +185,8 @@ def _matching(found: Section, quick: bool) -> Table:
     """Time the matching of all four studies in this process: computation alone."""
     changed = {"restitution": {"start": 0.8, "stop": 0.9, "step": 0.1}} if quick else {}
     config = parse_config(yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8")) | changed)
-    for damping in (Damping.cr(0.9), Damping("CDR", 0.05)):
-        solve(TrilinearCurve(0.04, 0.85), damping, step=0.01, steps=1, release_amplitude=0.5)  # loads the kernel
+    for damping in (Damping("CR", 0.9), Damping("CDR", 0.05)):
+        simulate(TrilinearCurve(0.04, 0.85), damping, step=0.01, steps=1, release_amplitude=0.5)  # loads the kernel
     table = Table("Matching of the studies: computation alone.", ["study", "damping ratios, each at two steps", "s"])
     total = 0.0
     for name in STUDIES:

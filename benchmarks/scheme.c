@@ -1,6 +1,6 @@
 /* The kernel's schemes in C, for the comparison alone: explicit Newmark with located impacts, walls in blocks of LANES.
  *
- * One function for each damper, so that each computes only what it needs. Same observables as rockdamp.solvers.newmark_kernel: peak,
+ * One function for each damper, so that each computes only what it needs. Same observables as rockdamp.solvers.kernel: peak,
  * its step, crossings of x = 0, collapse beyond a3. Dimensionless; compiled with -O3 -march=native -ffast-math.
  */
 #include <math.h>

@@ -71,7 +71,7 @@ def synthetic_record(
     p, u_ins = float(WALL.frequency_parameter), float(WALL.instability_displacement)
     history = exact_history(
         TrilinearCurve(yield_displacement_ratio, strength_ratio),
-        Damping.cr(restitution),
+        Damping("CR", restitution),
         p * elapsed,
         **Forcing.from_record(WALL, Record(fine, motion)).event_driven(),
     )

@@ -115,7 +115,7 @@ class Copy:
     def first_failure(self, tests: list[str]) -> str:
         """Return the first test that fails against the copy as it is, below `tests`; empty if none does.
 
-        The cache of compiled code notices every edit: `rockdamp.solvers.compiled`.
+        The cache of compiled code notices every edit of a file with compiled entries.
         """
         changes = {"PYTHONPATH": str(self.source), "NUMBA_CACHE_DIR": str(self.folder / "cache")}
         command = [*PYTEST, *(str(ROOT / "tests" / name) for name in tests)]

@@ -30,15 +30,13 @@ from .motions.record import Record as Record
 from .motions.record import read_record as read_record
 from .motions.record import write_record as write_record
 from .solvers.exact import exact_history as exact_history
-from .solvers.newmark import solve as solve
+from .solvers.newmark import Histories as Histories
+from .solvers.newmark import Load as Load
+from .solvers.newmark import Peaks as Peaks
+from .solvers.newmark import Reference as Reference
+from .solvers.newmark import peaks as peaks
+from .solvers.newmark import simulate as simulate
 from .solvers.newmark import stable_step as stable_step
-from .solvers.response import ComparedHistories as ComparedHistories
-from .solvers.response import ComparedPeaks as ComparedPeaks
-from .solvers.response import Comparison as Comparison
-from .solvers.response import Histories as Histories
-from .solvers.response import Peaks as Peaks
-from .solvers.response import Reference as Reference
-from .solvers.response import Response as Response
 from .statistics.fragility import Fragility as Fragility
 from .statistics.fragility import fit_fragility as fit_fragility
 

@@ -30,10 +30,10 @@ class InputError(ValueError):
     --------
     >>> import rockdamp as rd
     >>> try:
-    ...     rd.Damping.cr(1.2)
+    ...     rd.Damping("CR", 1.2)
     ... except rd.InputError as error:
     ...     print(error)
-    restitution (e) is 1.2; it must be at least 0 and at most 1
+    restitution is 1.2; it must be at least 0 and at most 1
     """
 
     def __init__(self, message: str, name: str = "") -> None:

@@ -242,10 +242,9 @@ def of_damping(damping_ratio: ArrayLike) -> list[str]:
 
 def of_dampings(dampings: Sequence[Any]) -> list[str]:
     """Return the warnings about the parameters of dampers."""
-    parameters = [damping.parameters for damping in dampings]
-    doubts = of_damping([_largest(each.get("damping_ratio", 0.0)) for each in parameters])
-    doubts += of_exponent([_largest(damping.exponent) for damping in dampings if damping.loss_depends_on_amplitude])
-    return doubts + of_restitution([_least(each.get("restitution", 1.0)) for each in parameters])
+    doubts = of_damping([_largest(damping.value) for damping in dampings if damping.model != "CR"])
+    doubts += of_exponent([_largest(damping.loss_exponent) for damping in dampings])
+    return doubts + of_restitution([_least(damping.value) for damping in dampings if damping.model == "CR"])
 
 
 def of_exponent(exponent: ArrayLike) -> list[str]:

@@ -15,19 +15,8 @@ RECOMMENDED = "BAND"  # of the viscous dampers; docs/theory.md, section 9, deriv
 # commands. docs/earthquakes.md says why, with the errors under earthquakes.
 RECOMMENDED_SOURCE = "least error"
 
-# The damping models, in the order of the datasets: the coefficient of restitution first, then the viscous dampers. Each
-# is a class in a file of mechanics/damping, which is imported when a damper is first made, as this module imports
-# nothing.
-DAMPERS = {
-    "CR": "cr:Restitution",
-    "CDC": "cdc:ConstantCoefficient",
-    "CDR": "cdr:ConstantRatio",
-    "SDR": "sdr:StiffnessProportionalRatio",
-    "ECD": "ecd:EnergyConsistent",
-    "BAND": "band:FixedTimeBand",
-    "CQD": "band:FixedLengthBand",
-}
-MODELS = tuple(model for model in DAMPERS if model != "CQD")  # that are compared
+# The damping models that are compared, in the order of the datasets: the coefficient of restitution first.
+MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", "BAND")
 NUMBERED = {"ECD": "order", "BAND": "width"}  # by model the parameter of a word such as ECD16 or BAND0.4
 REFERENCE = "CR"  # the model that the viscous dampers stand in for
 VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)

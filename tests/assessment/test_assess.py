@@ -32,7 +32,7 @@ def test_collapses_and_peaks_are_those_of_the_event_driven_solver(wall, curve, m
             assert float(found["scale_factor"].sel(record=motion.name)[index]) == pytest.approx(factor, rel=1e-12)
             solved = exact_history(
                 curve,
-                rd.Damping.cr(0.85),
+                rd.Damping("CR", 0.85),
                 [p * record.step * (ground.size - 1)],
                 load=float(wall.load_factor) * factor * ground,
                 sampling=p * record.step,
@@ -47,10 +47,10 @@ def test_collapses_and_peaks_are_those_of_the_event_driven_solver(wall, curve, m
 
 def test_both_dampers_are_run_by_what_respond_would_do(wall, curve, motions, answer):
     assert answer["damping_model"].values.tolist() == [REFERENCE, RECOMMENDED]
-    exact = rd.Damping.of_restitution(0.85, RECOMMENDED)
+    exact = rd.Damping.from_restitution(0.85, RECOMMENDED)
     assert float(answer["damping_ratio"][1]) == float(exact.damping_ratio) and np.isnan(answer["damping_ratio"][0])
     motion = motions[2]
-    for damping in (rd.Damping.cr(0.85), exact):
+    for damping in (rd.Damping("CR", 0.85), exact):
         for index in range(2):
             run = rd.respond(
                 wall,

@@ -18,7 +18,10 @@ def test_large_peaks_that_stand_and_first_collapses_are_near():
 
 def test_near_collapse_the_answer_is_that_of_the_finest_step_and_elsewhere_of_the_usual(motions, curve):
     walls, record = rd.Wall(np.array([0.25, 0.3]), 3.0), motions[2].record
-    factor, dampings = np.array([[0.5, 1.0, 2.0, 4.0]] * 2), [rd.Damping.cr(0.85), rd.Damping.of_restitution(0.85)]
+    factor, dampings = (
+        np.array([[0.5, 1.0, 2.0, 4.0]] * 2),
+        [rd.Damping("CR", 0.85), rd.Damping.from_restitution(0.85, "ECD")],
+    )
     options = {"step": 0.2, "tail": 3.0}
     peak, collapsed, coarser = refined(record, walls, curve, dampings, factor, **options)
     runs = [peaks_and_collapses(record, walls, curve, dampings, factor, **options, halvings=n) for n in (0, 1, 2)]

@@ -22,7 +22,7 @@ def test_the_peak_is_that_of_the_law_solved_event_by_event(wall, curve, motions)
     ground = append_rest(motion.record.ground_acceleration, motion.record.step, 3.0)
     exact = exact_history(
         curve,
-        rd.Damping.cr(0.85, **LAW),
+        rd.Damping("CR", 0.85, **LAW),
         p * motion.record.step * np.arange(1, ground.size),
         load=float(wall.load_factor) * found["scale_factor"].item() * ground,
         sampling=p * motion.record.step,

@@ -35,9 +35,9 @@ def test_decay_gives_the_peak_of_each_half_cycle():
 @pytest.mark.parametrize(
     ("word", "damping"),
     [
-        ("ecd16", rd.Damping.of_restitution(0.85, order=16)),
-        ("BAND", rd.Damping.of_restitution(0.85, "BAND")),
-        ("BAND0.4", rd.Damping.of_restitution(0.85, "BAND", width=0.4)),
+        ("ecd16", rd.Damping.from_restitution(0.85, "ECD", order=16)),
+        ("BAND", rd.Damping.from_restitution(0.85, "BAND")),
+        ("BAND0.4", rd.Damping.from_restitution(0.85, "BAND", width=0.4)),
     ],
 )
 def test_a_model_s_word_has_its_order_or_width(word, damping):

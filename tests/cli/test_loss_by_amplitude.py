@@ -35,12 +35,12 @@ def test_without_at_e_belongs_to_0_3():
 def test_respond_computes_with_the_law(record):
     values = printed("respond", "--record", record, *SIZES, *CURVE, "--restitution", 0.85, *LAW, "--tail", 2)
     wall, curve = rd.Wall(0.25, 3.0), rd.TrilinearCurve(0.04, 0.85)
-    damping = rd.Damping.cr(0.85, exponent=0.26, at=0.1)
+    damping = rd.Damping("CR", 0.85, loss_exponent=0.26, reference_amplitude=0.1)
     found = rd.respond(wall, curve, damping, rd.read_record(record), tail=2)
     assert values["peak"] == found["peak"].item() > 0.01
     ends = [
         rd.respond(wall, curve, one, rd.read_record(record), tail=2)["control_displacement"].values[-1]
-        for one in (damping, rd.Damping.cr(0.85))
+        for one in (damping, rd.Damping("CR", 0.85))
     ]
     assert ends[0] != ends[1]
 

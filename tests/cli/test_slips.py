@@ -82,7 +82,7 @@ def test_a_run_that_ends_before_the_wall_has_reached_its_peak_is_told(tmp_path):
     assert "collapsed" in whole.stdout and "tail" not in whole.stderr
     new = rd.TrilinearCurve.preset("new")
     with pytest.warns(rd.InputWarning, match="at the end of the run the wall is so fast"):
-        rd.respond(rd.Wall(0.25, 3.0), new, rd.Damping.cr([0.85, 0.9]), pulse)
+        rd.respond(rd.Wall(0.25, 3.0), new, rd.Damping("CR", [0.85, 0.9]), pulse)
 
 
 def test_a_wall_states_its_onset_of_rocking_each_e_with_its_reason_and_its_units():

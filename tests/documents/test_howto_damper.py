@@ -4,7 +4,7 @@ import re
 
 import pytest
 import xarray as xr
-from howto_pages import blocks, edit, follow, make_tree, python
+from howto_pages import edit, follow, make_tree, python
 
 pytestmark = pytest.mark.long
 NAME = "QVD"
@@ -38,14 +38,9 @@ def test_its_matched_decay_stands_beside_the_others(tree):
     assert (tree.place / "results/minimal/figures/fig3.png").stat().st_size > 1000
 
 
-def test_it_is_one_file_of_at_most_40_lines_and_one_line():
-    file, line, *_ = (block.partition("\n")[2] for block in blocks("add-a-damper", "python"))
-    assert len(file.splitlines()) <= 40 and len(line.splitlines()) == 1
-
-
 def test_the_suite_takes_it_up_without_an_edit(tree):
     assert int(re.search(r"(\d+) passed", tree.printed)[1]) > 50
-    folders = ["tests/solvers/test_newmark.py", "tests/solvers/test_kernels_without_jit.py", "tests/figures"]
+    folders = ["tests/solvers/test_newmark.py", "tests/figures"]
     chosen = f"{NAME} or test_models_are_told_apart or fig_earthquakes or fig5"
     told = python(tree, "-m", "pytest", "-q", "-p", "no:cacheprovider", *folders, "-k", chosen)
     assert int(re.search(r"(\d+) passed", told)[1]) > 5

@@ -20,7 +20,7 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import simulate
 from rockdamp.vocabulary import VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)
@@ -36,7 +36,7 @@ def release(restitution, amplitude=0.5, step=0.005, length=8.0, **scheme):
 def history(damping, cases):
     """u of the reference curve at each step of the cases, under damping ratios in the place of restitution."""
     start = {"release_amplitude": float(cases.release_amplitude[0]), "step": cases.step, "steps": cases.steps}
-    return np.abs(solve(CURVE, damping, store_every=1, **start).displacement)
+    return np.abs(simulate(CURVE, damping, **start).displacement)
 
 
 # --- the global minimum of Err ----------------------------------------------------------------------------------------

@@ -12,7 +12,6 @@ from minimal_build import PAPER_FIGURES
 
 from rockdamp.figures import style
 from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, style_of
-from rockdamp.mechanics.damping import damper_classes
 from rockdamp.vocabulary import PAPER_MODELS
 
 LINES = rc_params_from_file(style.STYLE, use_default_template=False)
@@ -112,9 +111,7 @@ def strokes(linestyle):
 def test_models_are_told_apart_without_colour_those_without_a_chosen_style_too(monkeypatch):
     spare = ["one more", "another", "a third"]
     monkeypatch.setattr(style, "MODELS", (*ALL, *spare))
-    monkeypatch.setattr(
-        style, "damper_classes", lambda: damper_classes() | dict.fromkeys(spare, damper_classes()["CR"])
-    )
+    monkeypatch.setattr(style, "COLOURS", style.COLOURS | dict.fromkeys(spare, style.COLOURS["CR"]))
     for one, other in combinations([style_of(model) for model in (*ALL, *spare)], 2):
         assert one.linestyle != other.linestyle and one.marker != other.marker
         assert strokes(one.linestyle) != strokes(other.linestyle)

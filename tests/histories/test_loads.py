@@ -16,7 +16,7 @@ from rockdamp.motions.pulses import ricker
 from rockdamp.motions.record import Record
 from rockdamp.solvers.exact import exact_history
 
-CURVE, DAMPING, STEP = TrilinearCurve(0.03, 0.80), Damping.cr(0.835), 0.0025
+CURVE, DAMPING, STEP = TrilinearCurve(0.03, 0.80), Damping("CR", 0.835), 0.0025
 
 
 def test_record(rate, displacement=True):

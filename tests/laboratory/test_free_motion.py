@@ -36,7 +36,7 @@ def test_excursions_joined_at_impacts_are_the_decay_of_the_event_driven_solver()
     """An impact multiplies sqrt(V) by e; between two of them the motion is free."""
     curve, e, x0 = CURVES[0], 0.85, 0.5
     tau = np.linspace(0, 12, 400)
-    history = exact_history(curve, Damping.cr(e), tau, release_amplitude=x0).displacement
+    history = exact_history(curve, Damping("CR", e), tau, release_amplitude=x0).displacement
     amplitude = curve.amplitude(curve.energy(x0) * e ** (2.0 * np.arange(12)))
     quarter = curve.period(amplitude) / 4
     crossing = quarter[0] + np.concatenate([[0], np.cumsum(2 * quarter[1:])])

@@ -20,7 +20,7 @@ ELAPSED = 0.002 * np.arange(3000)
 
 def decay(damping=None, release=0.5, sign=1.0, seed=1, noise=2e-4, before=250):
     """A release of WALL by the event-driven solver, with noise and a zero; held before it."""
-    history = exact_history(CURVE, damping or rd.Damping.cr(E), P * ELAPSED, release_amplitude=release)
+    history = exact_history(CURVE, damping or rd.Damping("CR", E), P * ELAPSED, release_amplitude=release)
     moved = np.concatenate([np.full(before, release), history.displacement, np.zeros(300)])
     random = np.random.RandomState(seed)
     return sign * U_INS * moved + 0.003 + noise * random.standard_normal(moved.size)
@@ -107,7 +107,7 @@ def test_a_damper_that_made_a_test_is_told(model, ratio):
 
 def test_e_is_told_at_the_amplitudes_where_an_assessment_needs_it():
     """A specimen that loses more as it fades: e is 0.86 at 0.3 u_ins, smaller below and larger above."""
-    law = rd.Damping.cr(E, exponent=0.26, at=0.3)
+    law = rd.Damping("CR", E, loss_exponent=0.26, reference_amplitude=0.3)
     tests = [test_of(decay(law, release=0.6, seed=1)), test_of(decay(law, release=0.6, seed=2, sign=-1.0))]
     found = rd.calibrate_free_rocking(tests, WALL)
     power = (CURVE.energy(np.array([0.1, 0.3, 0.5])) / CURVE.energy(0.3)) ** -0.26
@@ -165,10 +165,13 @@ def drawn_specimen(random):
 
 
 LOSSES = [
-    ({}, rd.Damping.cr(E)),
-    ({"g": 0.26}, rd.Damping.cr(E, exponent=0.26, at=0.3)),
-    ({"g": 0.26, "order": 16.0}, rd.Damping.of_restitution(E, order=16, exponent=0.26, at=0.3)),
-    ({"order": 0.0}, rd.Damping.of_restitution(E)),
+    ({}, rd.Damping("CR", E)),
+    ({"g": 0.26}, rd.Damping("CR", E, loss_exponent=0.26, reference_amplitude=0.3)),
+    (
+        {"g": 0.26, "order": 16.0},
+        rd.Damping.from_restitution(E, "ECD", order=16, loss_exponent=0.26, reference_amplitude=0.3),
+    ),
+    ({"order": 0.0}, rd.Damping.from_restitution(E, "ECD")),
 ]
 
 
@@ -215,7 +218,7 @@ def test_degrees_and_a_wrong_wall_are_named():
 def test_a_rigid_block_is_told_and_how_to_read_its_e():
     with as_meant():
         rigid = rd.TrilinearCurve(0.001, 0.995)
-    history = exact_history(rigid, rd.Damping.cr(E), P * ELAPSED, release_amplitude=0.5)
+    history = exact_history(rigid, rd.Damping("CR", E), P * ELAPSED, release_amplitude=0.5)
     peaks = np.abs([0.5, *history.turning_displacement[:2]])
     energy = peaks - peaks**2 / 2
     assert np.sqrt(energy[1:] / energy[:-1]) == pytest.approx(E, abs=1e-3)

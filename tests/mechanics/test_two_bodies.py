@@ -267,7 +267,7 @@ def test_tri_linear_wall_tends_to_the_slender_limit_as_its_first_branch_shrinks(
     misfits = []
     for a1 in (4e-3, 2e-3, 1e-3, 5e-4):
         curve = TrilinearCurve(a1, 1 - 1.001 * a1)
-        wall = exact_history(curve, Damping.cr(0.955), times, release_amplitude=0.9)
+        wall = exact_history(curve, Damping("CR", 0.955), times, release_amplitude=0.9)
         misfits.append(np.abs(wall.displacement - rigid).max())
     # The first branch costs energy of order a1 and time of order a1: first order.
     assert np.log2(np.divide(misfits[:-1], misfits[1:])) == pytest.approx([1.0] * 3, abs=0.1)

@@ -113,7 +113,7 @@ def test_a_curve_without_a_least_error_has_the_closed_form_alone(by_pgv, monkeyp
     monkeypatch.setattr(programs, "equivalent", none)
     shown = text(build(by_pgv))
     assert "there is none within reach for this curve" in shown and "ξ, least error" not in shown
-    exact = 100 * float(rd.Damping.of_restitution(0.85, RECOMMENDED).damping_ratio)
+    exact = 100 * float(rd.Damping.from_restitution(0.85, RECOMMENDED).value)
     assert f"{exact:.2f} %" in shown
 
 

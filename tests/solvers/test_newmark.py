@@ -9,7 +9,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers.exact import exact_history
-from rockdamp.solvers.newmark import solve, stable_step
+from rockdamp.solvers.newmark import Load, simulate, stable_step
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)  # the wall of Fig. 5
@@ -51,12 +51,12 @@ def crossings(x, step):
 @pytest.mark.parametrize("model", ["CR", "ECD"])
 def test_peaks_follow_the_energy_of_each_impact_for_cr_and_for_the_exact_ecd(model):
     # V(x_n) = e^(2n) V(x0), from any amplitude and for any curve, without a fit.
-    damping = Damping.cr(RESTITUTIONS) if model == "CR" else Damping("ECD", matched_ratio(RESTITUTIONS))
+    damping = Damping("CR", RESTITUTIONS) if model == "CR" else Damping("ECD", matched_ratio(RESTITUTIONS))
     count = np.arange(1, 6)
     expected = RESTITUTIONS[:, None] ** (2 * count)
     worst, typical = [], []
     for step in (1e-3, 5e-4):
-        response = solve(CURVES, damping, release_amplitude=RELEASES, step=step, steps=round(20 / step), store_every=1)
+        response = simulate(CURVES, damping, release_amplitude=RELEASES, step=step, steps=round(20 / step))
         found = turning_energies(CURVES, response, count.size) / CURVES.energy(RELEASES)[..., None]
         worst.append(np.abs(found / expected - 1).max())
         typical.append(np.median(np.abs(found / expected - 1)))
@@ -67,13 +67,13 @@ def test_peaks_follow_the_energy_of_each_impact_for_cr_and_for_the_exact_ecd(mod
 
 
 # On the curve's first branch these are the linear oscillator's damper.
-LINEAR_INSIDE = [model for model in VISCOUS_MODELS if Damping(model, 0.0).linear_branches]
+LINEAR_INSIDE = ["CDC", "CDR", "SDR", "ECD"]
 
 
 @pytest.mark.parametrize("model", LINEAR_INSIDE)
 def test_inside_the_first_branch_every_damper_follows_the_linear_oscillator(model):
     xi, release, step = np.array([0.0, 0.02, 0.1, 0.4]), 0.03, 1e-3
-    response = solve(CURVE, Damping(model, xi), release_amplitude=release, step=step, steps=6000, store_every=1)
+    response = simulate(CURVE, Damping(model, xi), release_amplitude=release, step=step, steps=6000)
     w = CURVE.initial_frequency
     tau, root = step * np.arange(6001), np.sqrt(1 - xi**2)[:, None]
     phase = w * root * tau
@@ -85,8 +85,8 @@ def test_inside_the_first_branch_every_damper_follows_the_linear_oscillator(mode
 
 @pytest.mark.parametrize("model", ["CR", *LINEAR_INSIDE])
 def test_on_the_first_branch_one_impact_per_crossing_is_delta_pi_xi_over_the_root_of_1_minus_xi_squared(model):
-    damping = Damping.cr(RESTITUTIONS) if model == "CR" else Damping(model, matched_ratio(RESTITUTIONS))
-    response = solve(CURVE, damping, release_amplitude=0.03, step=5e-4, steps=8000, store_every=1)
+    damping = Damping("CR", RESTITUTIONS) if model == "CR" else Damping(model, matched_ratio(RESTITUTIONS))
+    response = simulate(CURVE, damping, release_amplitude=0.03, step=5e-4, steps=8000)
     energy = turning_energies(CURVE, response, 4)
     decrement = -np.diff(np.log(energy), axis=-1) / 2  # of the peaks: V goes with their square
     np.testing.assert_allclose(decrement, -np.log(RESTITUTIONS)[:, None] * np.ones(3), rtol=2e-5)
@@ -94,7 +94,7 @@ def test_on_the_first_branch_one_impact_per_crossing_is_delta_pi_xi_over_the_roo
 
 def test_without_damping_the_period_is_the_curve_s_closed_form():
     step, steps = 5e-4, 80000
-    response = solve(CURVES, Damping("CDR", 0.0), release_amplitude=RELEASES, step=step, steps=steps, store_every=1)
+    response = simulate(CURVES, Damping("CDR", 0.0), release_amplitude=RELEASES, step=step, steps=steps)
     for lane in np.ndindex(response.peak.shape):
         at = crossings(response.displacement[lane], step)
         measured = 2 * (at[-1] - at[0]) / (at.size - 1)
@@ -118,9 +118,9 @@ def test_impact_times_of_a_decay_are_those_rebuilt_with_thirty_digits(quarter_pe
             target = e ** (2 * n) * stored_energy(*drawn, x0)
             x = mp.findroot(lambda z, v=target: stored_energy(*drawn, z) - v, (mp.mpf("1e-9"), x), solver="anderson")
             tau += quarter_period(*drawn, x)
-    exact = exact_history(CURVE, Damping.cr(0.85), [times[-1] + 0.1], release_amplitude=0.7)
+    exact = exact_history(CURVE, Damping("CR", 0.85), [times[-1] + 0.1], release_amplitude=0.7)
     np.testing.assert_allclose(exact.impacts, times, rtol=1e-12)
-    response = solve(CURVE, Damping.cr(0.85), release_amplitude=0.7, step=step, steps=60000, store_every=1)
+    response = simulate(CURVE, Damping("CR", 0.85), release_amplitude=0.7, step=step, steps=60000)
     # The chord over a step with an impact in it misses the impact by at most (1 - sqrt(e))/(1 + sqrt(e)) = 0.04 steps.
     np.testing.assert_allclose(crossings(response.displacement, step)[:count], times, atol=0.05 * step)
 
@@ -129,15 +129,11 @@ def test_impact_times_of_a_decay_are_those_rebuilt_with_thirty_digits(quarter_pe
 def test_a_step_of_constant_acceleration_settles_at_the_static_equilibrium_and_undamped_reaches_twice_it(scheme):
     static = 0.015
     ground = np.full(801, 2.0)
-    response = solve(
+    response = simulate(
         CURVE,
         Damping("CDC", np.array([0.0, 0.3])),
-        load_factor=static * CURVE.initial_stiffness / 2.0,
-        ground_acceleration=ground,
-        step=0.01,
-        steps=800,
-        store_every=1,
         scheme=scheme,
+        load=Load(ground, static * CURVE.initial_stiffness / 2.0, 0.01),
     )
     assert response.peak[0] == pytest.approx(2 * static, rel=1e-3)
     # exp(-0.3 w1 8) is 2e-5: what is left of the transient.
@@ -147,16 +143,7 @@ def test_a_step_of_constant_acceleration_settles_at_the_static_equilibrium_and_u
 
 def test_the_first_branch_under_a_ramp_follows_its_closed_form():
     w, rate, step = CURVE.initial_frequency, 0.05, 1e-3
-    response = solve(
-        CURVE,
-        Damping("CDR", 0.0),
-        load_factor=1.0,
-        ground_acceleration=[0.0, rate * 4.0],
-        substeps=4000,
-        step=step,
-        steps=4000,
-        store_every=1,
-    )
+    response = simulate(CURVE, Damping("CDR", 0.0), load=Load([0.0, rate * 4.0], 1.0, step * 4000, 4000))
     tau = step * np.arange(4001)
     expected = rate * (tau / w**2 - np.sin(w * tau) / w**3)
     np.testing.assert_allclose(response.displacement, expected, atol=5e-5 * rate * 4 / w**2)
@@ -205,18 +192,9 @@ def test_a_dimensionless_run_is_the_si_run_of_the_same_wall(wall, model, exponen
         s = (np.pi * float(wall.frequency_parameter) / 20 * (elapsed - 1.0)) ** 2  # a Ricker wave
         ground = 0.9 * float(wall.rigid_strength / wall.mass) * (1 - 2 * s) * np.exp(-s)
     expected = integrate_si(wall, law, ratio, exponent, release, elapsed, ground)
-    substeps = 256
-    response = solve(
-        TrilinearCurve(*law),
-        Damping(model, ratio),
-        release_amplitude=release,
-        load_factor=wall.load_factor,
-        ground_acceleration=() if ground is None else ground,
-        step=wall.frequency_parameter / 64 / substeps,
-        substeps=substeps,
-        steps=160 * substeps,
-        store_every=substeps,
-    )
+    load = Load(np.zeros(161) if ground is None else ground, wall.load_factor, wall.frequency_parameter / 64, 256)
+    damping = Damping(model, ratio)
+    response = simulate(TrilinearCurve(*law), damping, load=load, release_amplitude=release, store_every=256)
     found = response.displacement * wall.instability_displacement
     assert 0.1 < response.peak < 1  # far from nothing and from collapse
     # (w1 step)^2 is at most 1e-6 here.
@@ -231,23 +209,57 @@ GROUND = np.random.default_rng(11).normal(size=81)
 @pytest.mark.parametrize("scheme", ["newmark", "paper"])
 @pytest.mark.parametrize("model", MODELS)
 def test_substeps_are_linear_interpolation_of_the_record(model, scheme):
-    substeps, step = 5, 0.01
     damping = Damping(model, 0.85 if model == "CR" else 0.05)
-    given = {"load_factor": 0.02, "release_amplitude": 0.2, "step": step, "steps": 400, "store_every": 1}
-    inside = solve(CURVE, damping, ground_acceleration=GROUND, substeps=substeps, scheme=scheme, **given)
-    resampled = np.interp(np.arange(401) / substeps, np.arange(81), GROUND)
-    outside = solve(CURVE, damping, ground_acceleration=resampled, scheme=scheme, **given)
+    start = {"release_amplitude": 0.2, "scheme": scheme}
+    inside = simulate(CURVE, damping, load=Load(GROUND, 0.02, 0.05, 5), **start)
+    resampled = np.interp(np.arange(401) / 5, np.arange(81), GROUND)
+    outside = simulate(CURVE, damping, load=Load(resampled, 0.02, 0.01), **start)
     np.testing.assert_allclose(inside.displacement, outside.displacement, atol=1e-12)
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_record_of_zeros_is_a_free_decay_bit_for_bit(model):
     damping = Damping(model, 0.85 if model == "CR" else 0.05)
-    given = {"release_amplitude": 0.4, "step": 0.01, "steps": 600, "store_every": 1}
-    free = solve(CURVE, damping, **given)
-    still = solve(CURVE, damping, ground_acceleration=np.zeros(61), substeps=10, load_factor=0.5, **given)
+    free = simulate(CURVE, damping, release_amplitude=0.4, step=0.01, steps=600)
+    still = simulate(CURVE, damping, release_amplitude=0.4, load=Load(np.zeros(61), 0.5, 0.1, 10))
     np.testing.assert_array_equal(still.displacement, free.displacement)
     np.testing.assert_array_equal(still.velocity, free.velocity)
+
+
+# --- energy -----------------------------------------------------------------------------------------------------------
+
+SINE = 0.4 * np.sin(np.arange(31) * 0.2 * 1.7 + 0.4)  # every 0.2 in tau
+
+
+def left_over(damping, substeps, forced):
+    """Largest energy that is not accounted for, over the most that the wall was given."""
+    step, steps = 0.2 / substeps, 30 * substeps
+    load = np.interp(np.arange(steps + 1) / substeps, np.arange(31), SINE if forced else 0 * SINE)
+    run = simulate(CURVE, damping, load=Load(SINE, float(forced), 0.2, substeps), release_amplitude=0.6 * (not forced))
+    x, v = run.displacement, run.velocity
+    energy, rate = v**2 / 2 + CURVE.energy(x), damping.coefficient(CURVE, x, v) * v**2
+    lost = np.append(0, np.cumsum(step * (rate[1:] + rate[:-1]) / 2))
+    work = np.append(0, np.cumsum((load[1:] + load[:-1]) / 2 * np.diff(x)))
+    return np.abs(energy[0] + work - lost - energy).max() / (energy[0] + work).max()
+
+
+@pytest.mark.parametrize("forced", [False, True], ids=["free", "forced"])
+@pytest.mark.parametrize("model", VISCOUS_MODELS)
+def test_a_damper_takes_what_leaves_the_wall_to_second_order(model, forced):
+    """Eq. (14)."""
+    coarse, fine = (left_over(Damping(model, 0.05), substeps, forced) for substeps in (10, 80))
+    assert fine < 2e-4 and np.log(coarse / fine) / np.log(8) > 1.5
+    assert left_over(Damping("CR", 1.0), 80, forced) < 2e-4
+
+
+def test_as_the_order_grows_the_response_under_a_load_tends_to_restitution():
+    tau = np.arange(1601) * 0.005
+    load = Load(np.where(tau < 1.5, 1.1 * np.sin(2 * np.pi * tau / 1.5), 0.0), 1.0, 0.005, 4)
+    for curve in (CURVE, TrilinearCurve(0.20, 0.50), TrilinearCurve(0.06, 0.72, 0.9)):
+        dampings = [Damping("CR", 0.85), *(Damping.from_restitution(0.85, "ECD", order=m) for m in (8, 64, 512))]
+        impact, *others = (simulate(curve, damping, load=load, store_every=4).displacement for damping in dampings)
+        away = [np.sqrt(np.mean((x - impact) ** 2)) for x in others]
+        assert away[0] > 2 * away[1] > 4 * away[2] > 0
 
 
 # --- stability --------------------------------------------------------------------------------------------------------
@@ -256,6 +268,17 @@ def test_a_record_of_zeros_is_a_free_decay_bit_for_bit(model):
 def test_just_below_the_stability_limit_a_linear_run_is_bounded_as_the_discrete_solution_says():
     # Explicit Newmark without damping: x_n = x0 cos(n theta), cos(theta) = 1 - (w1 step)^2/2, for w1 step < 2.
     step = 0.999 * float(stable_step(CURVE))
-    response = solve(CURVE, Damping("CDR", 0.0), release_amplitude=0.03, step=step, steps=1000, store_every=1)
+    response = simulate(CURVE, Damping("CDR", 0.0), release_amplitude=0.03, step=step, steps=1000)
     theta = np.arccos(1 - 2 * 0.999**2)
     np.testing.assert_allclose(response.displacement, 0.03 * np.cos(theta * np.arange(1001)), atol=1e-10)
+
+
+@pytest.mark.parametrize("order", [0, 1, 16, 64])
+@pytest.mark.parametrize("e", [0.5, 0.95])
+def test_every_order_is_stable_up_to_the_limit_of_the_undamped_wall(order, e):
+    curve, amplitude = TrilinearCurve(0.4, 0.5), np.linspace(0.2, 0.3, 40)  # never beyond the first branch
+    damping, w1 = Damping.from_restitution(e, "ECD", order=order), float(curve.initial_frequency)
+    for step in (0.3, 0.8, 1.2, 1.6, 1.98):  # w1 h
+        x = simulate(curve, damping, step=step / w1, steps=400, release_amplitude=amplitude).displacement
+        assert np.abs(x).max() < 0.4
+        assert (np.abs(x[:, -60:]).max(axis=1) <= amplitude).all()

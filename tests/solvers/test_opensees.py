@@ -13,7 +13,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import Load, simulate
 
 ops = opensees()
 
@@ -72,16 +72,17 @@ def opensees_history(damping_ratio, release, ground, substeps, wall=WALL, curve=
 
 def rockdamp_histories(release, ground, substeps):
     """Displacements at the samples, for each damping ratio. [m]"""
-    response = solve(
+    response = simulate(
         CURVE,
         Damping("CDC", DAMPING_RATIOS),
         release_amplitude=release,
-        load_factor=WALL.load_factor,
-        ground_acceleration=() if ground is None else ground,
-        step=float(WALL.frequency_parameter) * SAMPLE / substeps,
-        substeps=substeps,
-        steps=(SAMPLES - 1) * substeps,
         store_every=substeps,
+        load=Load(
+            () if ground is None else ground,
+            WALL.load_factor,
+            float(WALL.frequency_parameter) * SAMPLE / substeps * substeps,
+            substeps,
+        ),
     )
     return response.displacement * WALL.instability_displacement
 
@@ -123,17 +124,13 @@ def test_peaks_under_earthquakes_agree_within_what_halving_the_steps_says(name):
     substeps = int(np.ceil(p * step * float(curve.initial_frequency) / 0.05))
 
     def ours(substeps):
-        found = solve(
+        found = simulate(
             curve,
             Damping("CDC", ratio),
-            step=p * step / substeps,
-            steps=(ground.size - 1) * substeps,
-            load_factor=float(wall.load_factor) * scales,
-            ground_acceleration=ground,
-            substeps=substeps,
             store_every=substeps,
+            load=Load(ground, float(wall.load_factor) * scales, p * step / substeps * substeps, substeps),
         )
-        return np.abs(found.displacement).max(axis=1), found.outcome
+        return np.abs(found.displacement).max(axis=1), found.collapsed
 
     def theirs(substeps):
         found = [

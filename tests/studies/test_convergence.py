@@ -20,7 +20,7 @@ from configs import changed
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import Load, simulate
 from rockdamp.studies import convergence
 from rockdamp.vocabulary import MODELS, RECOMMENDED
 
@@ -48,22 +48,18 @@ class Ensemble:
 
     def damping(self, lane=slice(None)):
         own = self.parameter[lane]
-        return Damping.from_values(self.model, restitution=own, damping_ratio=own)
+        return Damping(self.model, own)
 
     def solve(self, forced, scheme, substeps):
-        load = {"ground_acceleration": self.load, "load_factor": self.factor} if forced else {}
-        response = solve(
+        response = simulate(
             self.curve,
             self.damping(),
             release_amplitude=self.release,
-            step=SAMPLE / substeps,
-            steps=(SAMPLES - 1) * substeps,
-            substeps=substeps,
+            load=Load(self.load, self.factor if forced else 0.0, SAMPLE, substeps),
             store_every=substeps,
             scheme=scheme,
-            **load,
         )
-        assert not response.outcome.any()
+        assert not response.collapsed.any()
         return response.displacement
 
     def exact(self, forced):

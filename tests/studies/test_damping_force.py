@@ -29,7 +29,7 @@ def test_the_nearly_rigid_history_is_that_of_the_event_driven_solver(paper):
     rigid = paper.damping_force.rigid
     exact = exact_history(
         rigid.curve,
-        Damping.cr(rigid.restitution),
+        Damping("CR", rigid.restitution),
         found["tau"].values,
         release_amplitude=rigid.release_amplitude,
     )

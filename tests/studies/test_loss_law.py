@@ -30,11 +30,11 @@ def test_a_peak_is_the_event_driven_solver_s(config, histories):
     sampling = float(named.wall.frequency_parameter) * motion.step
     load = float(named.wall.load_factor) * factor * motion.ground_acceleration
     one, e = histories.isel(place), float(config.loss_law.restitution)
-    cases = [(one["reference_peak"], Damping.cr(e))]
+    cases = [(one["reference_peak"], Damping("CR", e))]
     for g in config.loss_law.exponent:
         for at in config.loss_law.amplitude:
             peak = one["peak"].sel(loss_exponent=g, reference_amplitude=at)
-            cases.append((peak, Damping.cr(e, exponent=g, at=at)))
+            cases.append((peak, Damping("CR", e, loss_exponent=g, reference_amplitude=at)))
     for peak, damping in cases:
         times = sampling * np.arange(1, load.size)
         exact = exact_history(named.curve, damping, times, load=load, sampling=sampling)

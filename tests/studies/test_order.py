@@ -7,8 +7,7 @@ import pytest
 from configs import configured
 
 from rockdamp.histories.loads import under_records
-from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.damping.band import band_strength
+from rockdamp.mechanics.damping import Damping, band_strength
 from rockdamp.motions import catalogue
 from rockdamp.studies import order
 
@@ -74,10 +73,10 @@ def test_changes_of_the_loss_and_of_the_step_are_what_their_names_say(config, ch
         return runs["peak"]
 
     for name, expected in (
-        ("loss - 7 %", peak(Damping.cr(e ** (1 - 0.07)), 0.05)),
-        ("loss + 7 %", peak(Damping.cr(e ** (1 + 0.07)), 0.05)),
-        ("half step", peak(Damping.cr(e), 0.025)),
-        ("end of step", peak(Damping.cr(e), 0.05, scheme="paper")),
+        ("loss - 7 %", peak(Damping("CR", e ** (1 - 0.07)), 0.05)),
+        ("loss + 7 %", peak(Damping("CR", e ** (1 + 0.07)), 0.05)),
+        ("half step", peak(Damping("CR", e), 0.025)),
+        ("end of step", peak(Damping("CR", e), 0.05, scheme="paper")),
     ):
         np.testing.assert_array_equal(chunks[0]["peak"].sel(damper=name)[:1], expected)
 

@@ -50,7 +50,7 @@ def test_walls_as_assumed_are_the_solver_s(config, histories):
     for row, entry in enumerate(catalogue.record_names(config.records)):
         record = catalogue.load_record(entry).record
         factor = config.supports.velocity_ratio.values() * named.wall.velocity_scale / intensity_measures(record).pgv
-        damping = Damping.cr(named.wall.restitution_measured)
+        damping = Damping("CR", named.wall.restitution_measured)
         expected = peaks_and_collapses(record, named.wall, named.curve, [damping], factor, step=0.05, tail=1.0)[1]
         found = histories["collapsed"].sel(assumption=supports.ASSUMED, wall="loaded").values[row]
         np.testing.assert_array_equal(found, expected[0, :, 0])

@@ -18,7 +18,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.record import Record, read_record
 from rockdamp.solvers.exact import exact_history
-from rockdamp.solvers.response import Histories
+from rockdamp.solvers.newmark import Histories
 from rockdamp.studies.validation import _misfits, damping_ratios, validate
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
@@ -84,14 +84,14 @@ def test_damping_ratios_are_the_mean_of_the_polynomials_as_in_the_paper(equivale
 
 def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
     curve = TrilinearCurve(0.03, 0.80)
-    response = computed_response(record, WALL, curve, Damping.cr(0.835), 0.0025)
+    response = computed_response(record, WALL, curve, Damping("CR", 0.835), 0.0025)
     exact = exact_history(
         curve,
-        Damping.cr(0.835),
+        Damping("CR", 0.835),
         P * record.elapsed,
         **Forcing.from_record(WALL, record).event_driven(),
     )
-    coarse = computed_response(record, WALL, curve, Damping.cr(0.835), 0.01)
+    coarse = computed_response(record, WALL, curve, Damping("CR", 0.835), 0.01)
     error, coarser = (np.abs(one.displacement - exact.displacement).max() for one in (response, coarse))
     # Second order, erratic in a single history: a quarter of the step takes off the better part of the error.
     assert error < 0.5 * coarser
@@ -102,7 +102,7 @@ def test_straight_lines_between_samples_of_the_motion_would_lower_the_peak_by_a_
     smooth = synthetic_record(noise=0)
     straight = Record(smooth.elapsed, smooth.ground_acceleration)  # without a response it is no spline
     curve = TrilinearCurve(0.031, 0.799)
-    peaks = [float(computed_response(one, WALL, curve, Damping.cr(0.84), 0.0025).peak) for one in (smooth, straight)]
+    peaks = [float(computed_response(one, WALL, curve, Damping("CR", 0.84), 0.0025).peak) for one in (smooth, straight)]
     assert 1 - peaks[1] / peaks[0] == pytest.approx(0.003, abs=5e-4)
 
 

@@ -14,7 +14,7 @@ CURVES = (
     TrilinearCurve(0.1, 0.8, 0.85, "steeper"),
 )
 KNOWN = (
-    Damping.cr(0.85),
+    Damping("CR", 0.85),
     Damping("CDC", 0.05),
     Damping("CDR", 0.06),
     Damping("SDR", 0.07),

@@ -32,6 +32,6 @@ def test_the_first_peaks_of_three_dampers_under_a_half_sine():
     step = 0.7 / 256
     load = 2 * np.sin(np.pi * np.linspace(0, 1, 257))
     for model, peak in zip(("CR", RECOMMENDED, "ECD"), (0.400, 0.397, 0.331), strict=True):
-        damping = Damping.of_restitution(0.85, model)
+        damping = Damping.from_restitution(0.85, model)
         run = exact_history(CURVE, damping, [2.0], load=load, sampling=step)
         assert run.turning_displacement[0] == pytest.approx(peak, abs=6e-4)

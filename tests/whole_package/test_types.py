@@ -8,15 +8,15 @@ import sys
 import pytest
 from repository import ROOT
 
-FIRST = "import rockdamp as rd; CURVE, CR = rd.TrilinearCurve(0.04, 0.85), rd.Damping.cr(0.85)"
+FIRST = "import rockdamp as rd; CURVE, CR = rd.TrilinearCurve(0.04, 0.85), rd.Damping('CR', 0.85)"
 # One mistake a line, and what a type checker says of it.
 MISTAKES = {
     "rd.Wal(thickness=0.3, height=4.5)": 'Module has no attribute "Wal"',
     "rd.Wall(thickness=0.3, hight=4.5)": 'Unexpected keyword argument "hight"',
     "rd.read_record(3)": 'Argument 1 to "read_record" has incompatible type "int"',
-    "rd.solve(CURVE, CR, step=0.01, steps=10).displacement": '"Response" has no attribute "displacement"',
-    "rd.solve(CURVE, CR, step=0.01, steps=10, store_every=1).error": '"Histories" has no attribute "error"',
-    "rd.solve(CURVE, CR, step=0.01)": 'No overload variant of "solve"',
+    "rd.peaks(CURVE, CR, step=0.01, steps=10).displacement": '"Peaks" has no attribute "displacement"',
+    "rd.simulate(CURVE, CR, step=0.01, steps=10).error": '"Histories" has no attribute "error"',
+    "rd.simulate(CURVE, CR, stop=0.01)": 'Unexpected keyword argument "stop"',
 }
 
 

@@ -44,9 +44,9 @@ EDITS = {
         "glossary: log_error_excess",
     ),
     "a line of the kernel": (
-        [("src/rockdamp/solvers/newmark_kernel.py", "PATIENCE = 256", "PATIENCE = 128")],
+        [("src/rockdamp/solvers/kernel.py", "PATIENCE = 256", "PATIENCE = 128")],
         ALL - UNSOLVED,
-        "solvers.newmark_kernel",
+        "solvers.kernel",
     ),
     "a line of a script": (
         [("workflow/scripts/dataset.py", "result = ", "result = 2 * ")],

@@ -106,7 +106,7 @@ def assess(
         measured at 0.1 it is unsafe (docs/earthquakes.md). [-]
     exponent, at : float
         Exponent g of a loss that falls with the amplitude, at least 0 and less than 0.5, and the amplitude u/u_ins that
-        e belongs to, less than a3, as for `Damping.cr`; no wall against a stop takes them. [-]
+        e belongs to, less than a3, as for `Damping`; no wall against a stop takes them. [-]
     tail : float
         Rest after each record. [s]
     step : float

@@ -21,8 +21,7 @@ from rockdamp.errors import require
 from rockdamp.histories.loads import peaks_and_collapses
 from rockdamp.histories.one_sided import run_one_sided
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
-from rockdamp.mechanics.damping.ecd import least_restitution
+from rockdamp.mechanics.damping import CAP, REFERENCE_AMPLITUDE, Damping, critical_damping_ratio
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
@@ -30,7 +29,7 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
 from rockdamp.plausibility import as_meant
 from rockdamp.solvers.newmark import available_threads
-from rockdamp.vocabulary import RECOMMENDED, REFERENCE
+from rockdamp.vocabulary import RECOMMENDED, REFERENCE, VISCOUS_MODELS
 
 UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
 ORDER = 16  # of ECD, which stands beside restitution where the loss has an exponent: BAND takes none
@@ -41,7 +40,7 @@ TAIL = 3.0  # rest after a record [s]
 STRIPES = np.geomspace(0.15, 8.0, 16)
 NEAR = 0.5  # u/u_ins, from which on a wall that survives is near collapse; the study of earthquakes has it too
 HALVINGS = 2  # of the step near collapse; the last one shows what is left of the error
-LEAST_OF_DAMPER = 1.01 * float(least_restitution(ORDER))  # e that the damper is run with
+LEAST_OF_DAMPER = 1.01 * float(np.exp(-np.pi * CAP * critical_damping_ratio(ORDER)))  # e that the damper is run with
 SHOWN = partial(progress.track, description="Records")
 
 
@@ -59,9 +58,9 @@ def side_by_side(restitution: ArrayLike, loss: Loss = CONSTANT) -> list[Damping]
     """Return restitution and the damper that is recommended in its place, of `LEAST_OF_DAMPER` at least."""
     e = np.maximum(restitution, LEAST_OF_DAMPER)
     if not loss.exponent:
-        return [Damping.cr(restitution), Damping.of_restitution(e, RECOMMENDED)]
-    named = loss._asdict()
-    return [Damping.cr(restitution, **named), Damping.of_restitution(e, "ECD", order=ORDER, **named)]
+        return [Damping("CR", restitution), Damping.from_restitution(e, RECOMMENDED)]
+    named = {"loss_exponent": loss.exponent, "reference_amplitude": loss.at}
+    return [Damping("CR", restitution, **named), Damping.from_restitution(e, "ECD", order=ORDER, **named)]
 
 
 def collapses(
@@ -120,8 +119,11 @@ def collapses(
     factor = intensity / levels[:, None]
     at, stripes = (*dims[:2], "intensity", dims[3]), (*dims[:2], "stripe", dims[3])
     by_wall = {
-        name: [np.broadcast_to(getattr(damping, name, np.nan), walls) for damping in dampings]
-        for name in ("damping_ratio", "order")
+        name: [
+            np.broadcast_to(getattr(damping, field) if damping.model in models else np.nan, walls)
+            for damping in dampings
+        ]
+        for name, field, models in (("damping_ratio", "value", VISCOUS_MODELS), ("order", "order", ("ECD",)))
     }
     return xr.Dataset(
         {

@@ -349,7 +349,7 @@ def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | st
         by_name, reason = by_rule(wall, restitution)
         e = float(by_name)
     else:
-        e, reason = float(Damping.cr(number("restitution (e)", restitution)).restitution), "as given"
+        e, reason = float(Damping("CR", number("restitution (e)", restitution)).value), "as given"
     if isinstance(wall, OneSidedWall):  # against a stop an e of 0.3 is usual
         return e, reason
     if e < LEAST_OF_DAMPER:

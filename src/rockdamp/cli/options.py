@@ -299,7 +299,7 @@ def make_dampings(
 ) -> list[Damping]:
     """Return the one damper that the options describe; with --compare, every model's. A rule for e takes a wall."""
     from rockdamp.equivalence.equivalent import equivalent, longest_step
-    from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
+    from rockdamp.mechanics.damping import DAMPERS, REFERENCE_AMPLITUDE, Damping
     from rockdamp.plausibility import of_sizes, warn
     from rockdamp.questions import of_band
 
@@ -315,12 +315,15 @@ def make_dampings(
     if loss.get("exponent"):
         at = loss.get("at", REFERENCE_AMPLITUDE)
         click.echo(f"e = {restitution:g} at {at:g} u_ins; the loss has g = {loss['exponent']:g}", err=True)
+    named = {
+        name: loss[key] for key, name in (("exponent", "loss_exponent"), ("at", "reference_amplitude")) if key in loss
+    }
     if options["compare"]:
         if model is not None or ratio is not None:
             raise click.UsageError("--compare finds every model's damping ratio; it must be given --restitution alone")
         e = _needed("--restitution", restitution, "--compare")
         rows = equivalent(e, curve, **equivalence)
-        return [Damping.cr(e), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]
+        return [Damping("CR", e), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]
     if model is None and restitution is not None and ratio is None:
         model = REFERENCE
     if model is None:
@@ -331,17 +334,17 @@ def make_dampings(
     if model not in VISCOUS_MODELS:
         if ratio is not None:
             raise click.UsageError("--damping-ratio belongs to viscous models; CR must have --restitution alone")
-        return [Damping(model, _needed("--restitution", restitution, f"--damping-model {model}"), **loss)]
-    named = parameter | loss
+        return [Damping(model, _needed("--restitution", restitution, f"--damping-model {model}"), **named)]
+    named |= parameter
     if restitution is not None:
-        exact = Damping.exact_models()
+        exact = [REFERENCE, *(model for model, damper in DAMPERS.items() if damper.is_amplitude_independent)]
         if model not in exact:
             raise click.UsageError(f"--restitution belongs to {', '.join(exact)}; {model} must have --damping-ratio")
         if ratio is not None:
             raise click.UsageError(
                 f"--damping-ratio and --restitution state the same of {model}; it must have one of them"
             )
-        made = Damping.of_restitution(restitution, model, **named)
+        made = Damping.from_restitution(restitution, model, **named)
     else:
         made = Damping(model, _needed("--damping-ratio", ratio, f"--damping-model {model}"), **named)
     if model == "BAND":

@@ -12,6 +12,7 @@ order: xi = delta/sqrt(pi^2 + delta^2); of BAND xi = delta/pi.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -64,7 +65,7 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     work = np.zeros(np.broadcast_shapes(x0.shape, curve.shape, damping.shape))
     if damping.model == "BAND":  # by its construction; the quadrature would not see the end of the band
         return work + 1 / np.pi
-    damping = damping.replace(damping_ratio=np.full((), FIRST_ORDER))
+    damping = replace(damping, value=FIRST_ORDER)
     v0 = curve.energy(x0)
     inner = [a1 * (a2 / a1) ** (piece / PLATEAU_PIECES) for piece in range(PLATEAU_PIECES + 1)]
     ends = [0.0, *(np.minimum(end, x0) for end in inner), x0]

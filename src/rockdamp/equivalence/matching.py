@@ -26,10 +26,9 @@ from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping, damper_classes
+from rockdamp.mechanics.damping import DAMPERS, Damping
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import available_threads, solve, stable_step
-from rockdamp.solvers.response import Reference
+from rockdamp.solvers.newmark import Reference, available_threads, peaks, simulate, stable_step
 
 T = TypeVar("T")
 K = TypeVar("K", bound=Hashable)
@@ -77,13 +76,12 @@ class Cases:
         scheme: str = "newmark",
     ) -> Cases:
         """Release walls at rest: their decays under restitution over `steps` steps of the solver."""
-        decays = solve(
+        decays = simulate(
             curve,
-            Damping.cr(restitution),
+            Damping("CR", restitution),
             release_amplitude=release_amplitude,
             step=step,
             steps=steps,
-            store_every=1,
             scheme=scheme,
         )
         return cls(curve, release_amplitude, restitution, decays.displacement, step, scheme)
@@ -132,16 +130,16 @@ class Cases:
 
         The marks count `every` steps as one. The shape is (marks, ...), with that of the ratios.
         """
-        return solve(
+        found = peaks(
             self.take_curve(case),
             Damping(damping_model, damping_ratio),
             release_amplitude=self.release_amplitude[case],
             step=self.step * every,
             steps=int(np.max(marks)),
             reference=Reference(self.displacement[:, ::every], case, marks),
-            peaks_only=True,
             scheme=self.scheme,
-        ).error
+        )
+        return np.asarray(found.error)
 
 
 @dataclass(frozen=True)
@@ -249,7 +247,7 @@ def global_minima(cases: Cases, damping_model: str, response_length_steps: Array
         )
     guess = damping_ratio_energy(cases.curve, damping_model, cases.restitution, cases.release_amplitude)
     trial = guess[:, None] * scan
-    trial = np.minimum(trial, damper_classes()[damping_model].largest_damping_ratio)
+    trial = np.minimum(trial, DAMPERS[damping_model].largest_value)
     longest = min(SCAN_STEP, float(stable_step(cases.curve).min()) / SCAN_STEPS)
     every = max(1, int(longest / cases.step + 0.5))
     every_case = np.arange(lossy.size)[:, None]
@@ -415,13 +413,12 @@ def least_absolute(cases: Cases, damping_model: str, least_squares: Array, steps
         width = 1.8
         for count in (41, 101):
             trial = ratio * np.geomspace(1 / width, width, count)
-            response = solve(
+            response = simulate(
                 cases.take_curve(case),
                 Damping(damping_model, trial),
                 release_amplitude=cases.release_amplitude[case],
                 step=cases.step,
                 steps=steps,
-                store_every=1,
                 scheme=cases.scheme,
             )
             apart = np.abs(np.abs(response.displacement) - np.abs(cases.displacement[case, : steps + 1]))

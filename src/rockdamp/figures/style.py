@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from rockdamp.errors import printable
-from rockdamp.mechanics.damping import damper_classes
 from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
@@ -24,6 +23,15 @@ SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
 # The paper's reference case, nearest to which a figure or its caption shows one e, u0/u_ins or a1.
 REFERENCE_RESTITUTION, REFERENCE_AMPLITUDE, REFERENCE_A1 = 0.85, 0.5, 0.04
 INCH = 25.4  # [mm]
+COLOURS = {
+    "CR": "#1A1A1A",
+    "CDC": "#0072B2",
+    "CDR": "#D55E00",
+    "SDR": "#009E73",
+    "ECD": "#9A4C95",
+    "BAND": "#D0267F",
+    "CQD": "#7F7F7F",
+}
 Colour = tuple[float, float, float]
 
 
@@ -92,8 +100,7 @@ def style_of(model: str) -> ModelStyle:
     """Return how a model is drawn, with a spare line and marker where none is chosen for it."""
     index = [name for name in (*MODELS, model) if name not in CHOSEN].index(model) if model not in CHOSEN else 0
     spare = SPARE_LINES[index % len(SPARE_LINES)], SPARE_MARKERS[index % len(SPARE_MARKERS)]
-    colour = damper_classes()[model].colour
-    return ModelStyle(colour, *CHOSEN.get(model, spare))
+    return ModelStyle(COLOURS[model], *CHOSEN.get(model, spare))
 
 
 def paper_models(dataset: xr.Dataset) -> xr.Dataset:

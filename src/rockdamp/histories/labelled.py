@@ -22,16 +22,15 @@ from rockdamp.histories.half_cycles import LEAST, half_cycles
 from rockdamp.histories.loads import MOST_STEPS, Forcing, require_affordable, substeps_of
 from rockdamp.histories.measured_test import record_attributes
 from rockdamp.mechanics.curve import RULES, TrilinearCurve
-from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping import DAMPERS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
 from rockdamp.questions import of_start
-from rockdamp.solvers.newmark import solve, stable_step
-from rockdamp.solvers.response import Histories, Response
+from rockdamp.solvers.newmark import Histories, simulate, stable_step
 from rockdamp.storage.dataset import ATTRIBUTES, glossary
-from rockdamp.vocabulary import OUTCOMES
+from rockdamp.vocabulary import OUTCOMES, REFERENCE
 
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
@@ -87,7 +86,7 @@ def free_decay(
     >>> import rockdamp as rd
     >>> wall = rd.Wall(thickness=0.3, height=4.5)
     >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
-    >>> decay = rd.free_decay(curve, rd.Damping.cr([0.8, 0.9]), wall=wall)
+    >>> decay = rd.free_decay(curve, rd.Damping("CR", [0.8, 0.9]), wall=wall)
     >>> dict(decay.control_displacement.sizes)
     {'restitution': 2, 'elapsed': 1001}
     >>> decay.control_displacement.attrs["units"]
@@ -100,7 +99,7 @@ def free_decay(
     require(length > 0, "length", length, "greater than 0")
     spacing = length / (points - 1)
     every = batch.steps_within(spacing, step, points - 1)
-    response = solve(
+    response = simulate(
         batch.curve,
         batch.damping,
         release_amplitude=batch.values["release_amplitude"],
@@ -169,13 +168,13 @@ def respond(
     motion = forcing.ground_acceleration
     warn_of_motion(motion, batch.values["scale_factor"])
     substeps = batch.steps_within(taken.step, step, forcing.intervals)
-    every = substeps if histories else None
-    response = solve(batch.curve, batch.damping, store_every=every, **forcing.newmark(substeps))
+    every = substeps if histories else substeps * forcing.intervals
+    response = simulate(batch.curve, batch.damping, load=forcing.newmark(substeps), store_every=every)
     _question_rest(batch, response, motion)
-    if isinstance(response, Histories):
+    if histories:
         end = response.displacement[..., -1], response.velocity[..., -1]
         plausibility.warn(plausibility.of_end(batch.curve.energy, response.peak, *end))
-    history = batch.dataset(response, taken.elapsed[0] + taken.step * np.arange(motion.size))
+    history = batch.dataset(response, taken.elapsed[0] + taken.step * np.arange(motion.size), histories)
     if not histories:
         return history.pipe(described)
     scaled = batch.parameters["scale_factor"].variable * xr.Variable("elapsed", motion)
@@ -189,7 +188,7 @@ def warn_of_motion(ground: Array, scale: Array) -> None:
     plausibility.warn(doubts[:1] if len(doubts) == np.size(scale) else [])
 
 
-def _question_rest(batch: _Batch, response: Response, ground: Array) -> None:
+def _question_rest(batch: _Batch, response: Histories, ground: Array) -> None:
     """Ask whether a motion that rocks no wall of the batch was meant in g, where that would."""
     a1 = batch.curve.yield_displacement_ratio
     if batch.wall is None or not response.peak.size or not (response.peak < a1).all():
@@ -213,14 +212,14 @@ class _Batch:
     ) -> None:
         if wall is not None:
             instance("wall", wall, Wall, Parapet)
-            e = getattr(damping, "restitution", 0.0)
+            e = damping.value if damping.model == "CR" else 0.0
             plausibility.warn(plausibility.of_sizes(e, wall.restitution_rigid))
         instance("curve", curve, TrilinearCurve)
         instance("damping", damping, Damping)
         plausibility.warn(plausibility.of_dampings([damping]))
         others = {name: quantity(name, value) for name, value in others.items()}
         self.parameters = _names(_parameters(wall)) | _names(_parameters(curve))
-        self.parameters |= _names(damping.parameters)
+        self.parameters |= _names({name: getattr(damping, field) for name, field in _fields(damping).items()})
         for name, value in others.items():
             self.parameters |= _names({name: value})
         try:
@@ -235,7 +234,7 @@ class _Batch:
         with plausibility.as_meant():  # it was warned of when it was made
             self.wall = None if wall is None else replace(wall, **{name: lanes[name] for name in _parameters(wall)})
         self.curve = replace(curve, **{name: lanes[name] for name in _parameters(curve)})
-        self.damping = damping.replace(**{name: lanes[name] for name in damping.parameters})
+        self.damping = replace(damping, **{field: lanes[name] for name, field in _fields(damping).items()})
         self.values = {name: lanes[name] for name in others}
         self.frequency = np.ones(()) if self.wall is None else np.asarray(self.wall.frequency_parameter)
         self.u_ins = np.ones(()) if self.wall is None else np.asarray(self.wall.instability_displacement)
@@ -248,11 +247,11 @@ class _Batch:
         require_affordable(float(between) * times, f"the length is {spacing * times:g}")
         return int(between)
 
-    def dataset(self, response: Response, time: NDArray[Any]) -> xr.Dataset:
+    def dataset(self, response: Histories, time: NDArray[Any], histories: bool = True) -> xr.Dataset:
         """Name what the solver returned; with a wall in m and s."""
         clock = "tau" if self.wall is None else "elapsed"
         variables: dict[str, Any] = {}
-        if isinstance(response, Histories):
+        if histories:
             of = "" if self.wall is None else "control_"  # in metres the hinge's, or the top's of a parapet
             u_ins, speed = self.u_ins[..., None], (self.u_ins * self.frequency)[..., None]
             variables[f"{of}displacement"] = ((*self.dims, clock), u_ins * response.displacement)
@@ -261,8 +260,8 @@ class _Batch:
             "peak": (self.dims, response.peak),
             f"peak_{clock}": (self.dims, time[0] + response.peak_tau / self.frequency),
             "impacts": (self.dims, response.impacts),
-            "outcome": (self.dims, np.asarray(OUTCOMES)[response.outcome]),
-            f"outcome_{clock}": (self.dims, time[0] + response.outcome_tau / self.frequency),
+            "outcome": (self.dims, np.asarray(OUTCOMES)[response.collapsed.astype(int)]),
+            f"outcome_{clock}": (self.dims, time[0] + response.end_tau / self.frequency),
         }
         if self.wall is not None:
             variables["peak_displacement"] = (self.dims, self.u_ins * response.peak)
@@ -270,7 +269,7 @@ class _Batch:
         varied = {name: array for name, array in short.items() if array.ndim}
         fixed = {name: float(array) for name, array in short.items() if not array.ndim}
         coords = {"damping_model": self.model, **varied}
-        coords |= {clock: time} if isinstance(response, Histories) else {}
+        coords |= {clock: time} if histories else {}
         attrs = {"title": "Time history of a rocking wall", "softening": self.curve.softening, **fixed}
         return xr.Dataset(variables, coords=coords, attrs=attrs)
 
@@ -279,6 +278,13 @@ def _parameters(owner: Wall | Parapet | TrilinearCurve | None) -> dict[str, Quan
     """Return the numbers that make a wall or a curve, by name."""
     values = {field.name: getattr(owner, field.name) for field in fields(owner)} if owner is not None else {}
     return {name: value for name, value in values.items() if not isinstance(value, str)}
+
+
+def _fields(damping: Damping) -> dict[str, str]:
+    """Return the fields of a damper by the names of its parameters in a dataset."""
+    names = {"restitution" if damping.model == "CR" else "damping_ratio": "value"}
+    names |= {name: name for name in ("order", "width") if name in DAMPERS[damping.model].takes}
+    return names | ({"exponent": "loss_exponent", "at": "reference_amplitude"} if damping.loss_exponent.any() else {})
 
 
 def _names(values: Mapping[str, Quantity]) -> dict[str, xr.DataArray]:
@@ -425,7 +431,13 @@ def _side_by_side(
         join="exact",
     )
     parameters: dict[str, Any] = {
-        name: ("damping_model", [float(damping.parameters.get(name, np.nan)) for damping in dampings])
+        name: (
+            "damping_model",
+            [
+                float(damping.value) if (damping.model == REFERENCE) == (name == "restitution") else np.nan
+                for damping in dampings
+            ],
+        )
         for name in ("restitution", "damping_ratio")
     }
     parameters |= {name: float(getattr(curve, name)) for name in RULES}
@@ -492,6 +504,6 @@ def rows(
                     "pga": abs(factor) * measures.pga,
                     "pgv": abs(factor) * measures.pgv,
                     "damping_model": damping.model,
-                    "damping_ratio": float(xi) if (xi := damping.parameters.get("damping_ratio")) is not None else None,
+                    "damping_ratio": None if damping.model == REFERENCE else float(damping.value),
                     **{name: run[name].values[index].item() for name in OF_ROW},
                 }

@@ -20,8 +20,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest
-from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED, Options
+from rockdamp.solvers import newmark
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 MOST_STEPS = 10_000_000  # of one history: some seconds of computation
@@ -111,15 +110,12 @@ class Forcing:
         """Return the fewest substeps between two samples no longer than `longest`, in tau, for all walls together."""
         return int(substeps_of(self.sampling, longest).max())
 
-    def newmark(self, substeps: int = 1) -> Options:
-        """Return the arguments of `newmark.solve` for so many steps between two samples."""
-        return {
-            "step": self.sampling / substeps,
-            "steps": substeps * self.intervals,
-            "load_factor": self._factors(),
-            "ground_acceleration": self._every(substeps),
-            "substeps": 1 if self.smooth else substeps,
-        }
+    def newmark(self, substeps: int = 1) -> newmark.Load:
+        """Return the load for so many steps of the solver between two samples."""
+        ground, factors = self._every(substeps), self._factors()
+        if self.smooth:
+            return newmark.Load(ground, factors, self.sampling / substeps)
+        return newmark.Load(ground, factors, self.sampling, substeps)
 
     def _factors(self) -> Quantity:
         """Return the factors on the motion; of several motions they are the first axis."""
@@ -194,7 +190,7 @@ def under_records(
     dim : str
         Name of the dimension of the damper.
     scheme : str
-        That of `newmark.solve`.
+        That of `newmark.peaks`.
 
     Returns
     -------
@@ -210,17 +206,16 @@ def under_records(
             factor = (velocity_ratio * wall.velocity_scale / pgv)[:, None]
             forcing = Forcing.from_record(wall, motion.record, factor, tail=tail)
             substeps = forcing.substeps(step / curve.initial_frequency)
-            options: Options = {**forcing.newmark(substeps), "scheme": scheme}
-            of_record.append(solve(curve, damping, peaks_only=True, **options))
+            of_record.append(newmark.peaks(curve, damping, load=forcing.newmark(substeps), scheme=scheme))
         ends.append(of_record)
     record, record_set, station = (list(each) for each in zip(*names, strict=True))
     shape = (*HISTORIES, dim)
-    peak, outcome = (
+    peak, collapsed = (
         np.stack([np.stack([getattr(end, name) for end in row], axis=1) for row in ends])
-        for name in ("peak", "outcome")
+        for name in ("peak", "collapsed")
     )
     return xr.Dataset(
-        {"peak": (shape, peak), "collapsed": (shape, (outcome == COLLAPSED).astype(np.int8))},
+        {"peak": (shape, peak), "collapsed": (shape, collapsed.astype(np.int8))},
         coords={
             "record": record,
             "record_set": ("record", record_set),
@@ -270,8 +265,6 @@ def peaks_and_collapses(
         lanes = replace(forcing, sampling=sampling[walls], load_factor=load_factor[:, walls], shares=picked)
         alike = lanes.newmark(many)
         for column, damping in enumerate(dampings):
-            response = solve(
-                curve.map(itemgetter(walls)), damping.map(spread).map(itemgetter(walls)), peaks_only=True, **alike
-            )
-            peak[walls, :, column], collapsed[walls, :, column] = response.peak.T, (response.outcome == COLLAPSED).T
+            found = newmark.peaks(curve.map(itemgetter(walls)), damping.map(spread).map(itemgetter(walls)), load=alike)
+            peak[walls, :, column], collapsed[walls, :, column] = found.peak.T, found.collapsed.T
     return peak, collapsed

@@ -15,8 +15,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.record import Record
-from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import Histories
+from rockdamp.solvers.newmark import Histories, simulate
 
 # ASSUME: the paper gives no definitions of its own for any of these.
 QUIET = 0.02  # of the peak acceleration: before the motion first exceeds it the wall is at rest
@@ -50,7 +49,7 @@ def computed_response(
     require(step > 0, "step", step, "greater than 0")
     forcing = Forcing.from_record(wall, record)
     substeps = forcing.substeps(step)
-    return solve(curve, damping, store_every=substeps, **forcing.newmark(substeps))
+    return simulate(curve, damping, load=forcing.newmark(substeps), store_every=substeps)
 
 
 def quiet_level(record: Record) -> float:

@@ -156,7 +156,7 @@ def calibrate(
     >>> elapsed, random = np.arange(1281) / 256, np.random.RandomState(1)
     >>> pulse = 14.0 * (1 - (9 * (elapsed - 1.5)) ** 2) * np.exp(-((9 * (elapsed - 1.5)) ** 2) / 2)
     >>> motion = rd.Record(elapsed, pulse + 0.01 * random.standard_normal(elapsed.size))
-    >>> shaken = rd.respond(wall, rd.TrilinearCurve(0.033, 0.795), rd.Damping.cr(0.845), motion)
+    >>> shaken = rd.respond(wall, rd.TrilinearCurve(0.033, 0.795), rd.Damping("CR", 0.845), motion)
     >>> shown = shaken.control_displacement + 1e-4 * random.standard_normal(elapsed.size)
     >>> fit = rd.calibrate(rd.Record(elapsed, motion.ground_acceleration, shown), wall)
     >>> float(fit.estimate.sel(parameter="restitution").round(3))

@@ -20,7 +20,7 @@ from rockdamp.laboratory.calibration import size_deviations, true_values
 from rockdamp.laboratory.excursions import LEVEL, Excursions, Losses, Solution, exponent_of, restitution_at
 from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping import DAMPERS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.plausibility import LENGTHS, as_meant, warn
 from rockdamp.vocabulary import MODELS, REFERENCE, SOFTENING
@@ -89,7 +89,7 @@ def calibrate_free_rocking(
     >>> import numpy as np
     >>> import rockdamp as rd
     >>> wall = rd.Wall(thickness=0.25, height=3.0)
-    >>> curve, damping = rd.TrilinearCurve(0.05, 0.80), rd.Damping.cr(0.88)
+    >>> curve, damping = rd.TrilinearCurve(0.05, 0.80), rd.Damping("CR", 0.88)
     >>> decay = rd.free_decay(curve, damping, wall=wall, length=6.0, points=3001, step=0.002)
     >>> held = np.full(200, 0.125)
     >>> shown = np.concatenate([held, decay.control_displacement]) + 1e-4 * np.random.RandomState(1).standard_normal(
@@ -290,7 +290,7 @@ def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float, r
     restitution = np.full((len(MODELS), rocking.size), np.nan)
     for index, model in enumerate(MODELS):
         shape = np.ones(before.size)
-        if model != REFERENCE and not Damping(model, 1.0).amplitude_independent:
+        if model != REFERENCE and not DAMPERS[model].is_amplitude_independent:
             shape = 1 / equivalence_factor(curve, Damping(model, 1.0), middle)
         line = losses.line(shape / shape.mean(), restricted=False)
         expected.append(-float(np.polyfit(log_energy, np.log(shape), 1)[0]))

@@ -22,7 +22,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.record import Record
 from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import Load, simulate
 from rockdamp.vocabulary import SOFTENING
 
 PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
@@ -147,15 +147,8 @@ class RecordFit:
         return self._displacement(*self._wall(parameters), self.wall.load_factor, self.motion)
 
     def _displacement(self, curve: TrilinearCurve, damping: Damping, load_factor: Quantity, motion: Array) -> Array:
-        response = solve(
-            curve,
-            damping,
-            step=self.wall.frequency_parameter * self.record.step / self._substeps,
-            steps=self.motion.size - 1,
-            load_factor=load_factor,
-            ground_acceleration=motion,
-            store_every=self._substeps,
-        ).displacement
+        load = Load(motion, load_factor, self.wall.frequency_parameter * self.record.step / self._substeps)
+        response = simulate(curve, damping, load=load, store_every=self._substeps).displacement
         # Collapsed walls must stay comparable numbers, and lose.
         response[np.isnan(response)] = LOST
         return self.u_ins * response
@@ -164,7 +157,7 @@ class RecordFit:
         """Curve and damping of parameters of shape (batch, 3)."""
         a1, b1, e = parameters.T
         with as_meant():  # a point of the search
-            return TrilinearCurve(a1, b1, self.ultimate_displacement_ratio, self.softening), Damping.cr(e)
+            return TrilinearCurve(a1, b1, self.ultimate_displacement_ratio, self.softening), Damping("CR", e)
 
     @property
     def _substeps(self) -> int:

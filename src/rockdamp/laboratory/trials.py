@@ -18,7 +18,7 @@ from rockdamp.histories.half_cycles import turning_points
 from rockdamp.laboratory.velocity_ratios import LOSSES, MOST, Prediction
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import simulate
 from rockdamp.storage.files import read_text
 from rockdamp.vocabulary import REFERENCE
 
@@ -168,7 +168,7 @@ def dampings(block: NearlyRigid, model: str) -> Damping:
     """Return a damper with values that lose from nothing to more than the largest of `LOSSES` at the first impact."""
     restitution = np.exp(-BEYOND * LOSSES)
     if model == REFERENCE:
-        return Damping.cr(restitution)
+        return Damping("CR", restitution)
     return Damping(model, damping_ratio_energy(block.curve, model, restitution, block.release_amplitude))
 
 
@@ -183,7 +183,7 @@ def losses_by_impact(block: NearlyRigid, damping: Damping, impacts: int) -> Arra
     step = block.yield_displacement_ratio / fastest / FIRST_BRANCH_STEPS
     quarter = float(curve.period(release)) / 4.0  # an undamped quarter is the longest
     steps = STORED * int(np.ceil((2 * impacts + 2) * quarter / step / STORED))
-    run = solve(curve, damping, release_amplitude=release, step=step, steps=steps, store_every=STORED)
+    run = simulate(curve, damping, release_amplitude=release, step=step, steps=steps, store_every=STORED)
     turned, _ = turning_points(run.displacement, run.velocity, STORED * step)
     peaks = np.full((turned.shape[0], impacts + 1), np.nan)
     peaks[:, 0] = release

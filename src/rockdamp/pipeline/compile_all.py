@@ -2,62 +2,40 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from rockdamp.mechanics.damping import Damping
-    from rockdamp.solvers.response import Options
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from time import process_time
 
 LOADED = 0.5  # s of processor time, in which a compiled loop is read from the cache and run; compiling takes longer
+RUNS = [("exact", "CR", 0.0), *((march, model, 0.0) for march in ("peaks", "full") for model in ("CR", "CDC", "CDR"))]
+RUNS += [(march, model, 0.0) for march in ("peaks", "full") for model in ("SDR", "ECD", "BAND")]
+RUNS += [(march, "ECD", order) for march in ("peaks", "full") for order in (8.0, 16.0)]
 
 
 def compile_all(processes: int = 1) -> None:
-    """Compile every loop that the pipeline runs, into Numba's cache, so that later processes find it there.
+    """Compile what most stages run, into Numba's cache; what one stage alone runs is compiled there.
 
-    A short run of each damper, with all that the solver keeps and of peaks alone, of ECD of a doubled order, and of the
-    exact solver. The scheme as printed, other orders, a loss that falls
-    with the amplitude and walls of an uneven force, of one stage alone, are compiled by who asks for them. Numba
-    compiles one function at a time in a process: from the first loop on that is not in the cache, further processes
-    help.
+    Numba compiles one function at a time in a process: from the first loop on that is not in the cache, further
+    processes help.
     """
-    from concurrent.futures import ProcessPoolExecutor
-    from functools import partial
-    from multiprocessing import get_context
-    from time import process_time
-
-    import rockdamp.solvers.exact  # noqa: F401 - before the clock runs
-    from rockdamp.mechanics.damping import Damping
-    from rockdamp.vocabulary import MODELS
-
-    models = [Damping(model, 0.5) for model in MODELS]
-    dampers = [*models, Damping("ECD", 0.05, order=8)]
-    runs = [partial(_run_exactly)]  # the first tells whether anything is to be compiled
-    runs += [partial(_run, damping, peaks_only=True) for damping in dampers]
-    runs += [partial(_run, damping) for damping in dampers]
-    for count, run in enumerate(runs, 1):
+    for count, one in enumerate(RUNS, 1):
         start = process_time()
-        run()
+        run(*one)
         if processes > 1 and process_time() - start > LOADED:
             with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-                for done in [pool.submit(run) for run in runs[count:]]:
-                    done.result()
+                list(pool.map(run, *zip(*RUNS[count:], strict=True)))
             break
 
 
-def _run(damping: Damping, *, peaks_only: bool = False) -> None:
-    from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.solvers.newmark import solve
-
-    run: Options = {"release_amplitude": 0.5, "step": 0.01, "steps": 1}
-    if peaks_only:
-        solve(TrilinearCurve(0.04, 0.85), damping, peaks_only=True, **run)
-    else:
-        solve(TrilinearCurve(0.04, 0.85), damping, **run)
-
-
-def _run_exactly() -> None:
+def run(march: str, model: str, order: float) -> None:
+    """Take one step of one damper."""
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.damping import Damping
     from rockdamp.solvers.exact import exact_history
+    from rockdamp.solvers.newmark import peaks, simulate
 
-    exact_history(TrilinearCurve(0.04, 0.85), Damping("CR", 0.9), [0.01], release_amplitude=0.5)
+    curve, damping = TrilinearCurve(0.04, 0.85), Damping(model, 0.5, order=order)
+    if march == "exact":
+        exact_history(curve, damping, [0.01], release_amplitude=0.5)
+    else:
+        (peaks if march == "peaks" else simulate)(curve, damping, release_amplitude=0.5, step=0.01, steps=1)

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
 from rockdamp.figures.style import REFERENCE_RESTITUTION
-from rockdamp.mechanics.damping import damper_classes
+from rockdamp.mechanics.damping import DAMPERS
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import DASH, counted, number, percent, plain
 from rockdamp.vocabulary import RECOMMENDED_SOURCE
@@ -154,7 +154,7 @@ def by_program(compared: xr.Dataset) -> list[dict[str, Any]]:
         {
             "offer": offer,
             "model": model,
-            "title": damper_classes()[model].title,
+            "title": DAMPERS[model].title,
             "refers_to": REFERENCE_QUANTITY[model],
             "errors": [list(map(percent, leading[name].sel(damping_model=model).values)) for name in OF_PROGRAMS],
         }

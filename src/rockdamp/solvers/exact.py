@@ -28,8 +28,7 @@ from scipy.integrate import DOP853
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.damping.band import band_strength
+from rockdamp.mechanics.damping import Damping, band_strength
 
 # DOP853's coefficients. The last two estimate the error of a step, and also weigh the rates at its end.
 STAGES = DOP853.n_stages
@@ -590,15 +589,15 @@ def exact_history(
 def law_parameters(curve: TrilinearCurve, damping: Damping) -> tuple[Law, list[float]]:
     """Return the law of a damper, and C on each branch from x = 0 outwards: -1 where it is not constant."""
     k1, a1, model = float(curve.initial_stiffness), float(curve.yield_displacement_ratio), damping.model
-    g, double_r = 0.0, 1.0
-    if model in ("CR", "ECD") and damping.loss_depends_on_amplitude:
-        a3 = float(curve.ultimate_displacement_ratio)
-        check("reference_amplitude", damping.at, lambda x: x < a3, f"less than a3, {a3:g}")
-        g, double_r = float(damping.exponent), 2 * float(curve.energy(damping.at))
+    g, double_r = float(damping.loss_exponent), 1.0
+    if g > 0.0:
+        a3, at = float(curve.ultimate_displacement_ratio), damping.reference_amplitude
+        check("reference_amplitude", at, lambda x: x < a3, f"less than a3, {a3:g}")
+        double_r = 2 * float(curve.energy(at))
     rest = AT_REST if g > 0.0 else 0.0
     if model == "CR":
-        return Law(CR, (float(damping.restitution), g, double_r, 0.0), rest), [0.0] * 3
-    xi = float(damping.damping_ratio)
+        return Law(CR, (float(damping.value), g, double_r, 0.0), rest), [0.0] * 3
+    xi = float(damping.value)
     linear = 2 * math.sqrt(k1) * xi
     if model == "ECD":
         m = float(damping.order)

@@ -1,65 +1,143 @@
-"""The batched solver: any number of walls, dampers and releases advance together through the compiled kernel."""
+"""The batched solver: any number of walls, dampers and releases advance together through the compiled kernel.
+
+Everything is dimensionless: displacements over u_ins, times tau = p t.
+"""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from itertools import pairwise
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
 from threading import Event
-from typing import Literal, Unpack, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rockdamp.arguments import broadcast, finite, instance, one_of, whole
-from rockdamp.arrays import Array, Quantity, is_named
-from rockdamp.errors import InputError, holds, require
-from rockdamp.mechanics import trilinear
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError, check, check_choice
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.damping.base import IMPACT
-from rockdamp.plausibility import called_from_outside, of_dampings, warn
-from rockdamp.questions import of_rest, of_run, of_start
-from rockdamp.solvers import newmark_kernel as kernel
-from rockdamp.solvers import peaks_kernel
-from rockdamp.solvers.response import (
-    COLLAPSED,
-    RESPONSES,
-    Batch,
-    ComparedHistories,
-    ComparedPeaks,
-    Comparison,
-    Histories,
-    Options,
-    Peaks,
-    Reference,
-    Response,
-)
+from rockdamp.solvers import kernel
 
-SCHEMES = tuple(kernel.STEPS)
-BRANCHES = 3  # of the curve
+SCHEMES = ("newmark", "paper")
+MOST_VALUES = 2**28  # of one array
 MOST_STEPS = 10**9  # of a run: minutes for each block of lanes
-SLICE = 2**18  # steps of a block of lanes between two looks at whether the run was interrupted: a fraction of a second
-SHARE = 2**13  # of them that a thread has at least, by default: for fewer it would cost more than it gives
-NEVER = Event()
-ACCELERATION = "the acceleration at the start, of load, curve and damper"
-SHORTEST = 1e-12  # step in tau; of far shorter ones the square vanishes, by which the scheme as printed divides
+SHORTEST_STEP = 1e-12  # in tau: the printed scheme divides by its square
+STEPS_PER_CALL = 2**18  # of a block, in one call of the kernel: a fraction of a second, so that Ctrl-C is noticed
+STEPS_PER_THREAD = 2**13  # of a block, at least: for fewer a thread would cost more than it gives
 
 
-def stable_step(curve: TrilinearCurve) -> Array:
-    r"""Return the stability limit of the explicit scheme, the step in tau that `solve` must stay below. [-]
-
-    .. math:: \Delta\tau < \frac{2}{\omega_1} = 2 \sqrt{\frac{a_1}{b_1}}
+@dataclass(frozen=True, eq=False)
+class Load:
+    """A ground motion as the solver takes it: one motion, or several that add up.
 
     Parameters
     ----------
-    curve : TrilinearCurve
+    ground : ndarray, shape (samples,) or (motions, samples)
+        Acceleration, linear between its samples. [m s-2]
+    factor : float or ndarray
+        What makes it the load, `Wall.load_factor`; broadcasts to the batch. Of several motions they are its first
+        axis. [s2 m-1]
+    sampling : float or ndarray
+        p dt, the time between two samples in tau; broadcasts to the batch. [-]
+    substeps : int
+        Steps of the solver between two samples.
+    """
 
-    Returns
-    -------
-    ndarray, shape of the curve's parameters
+    ground: Any
+    factor: Any
+    sampling: Any
+    substeps: int = 1
+
+    def __post_init__(self) -> None:
+        # A writable copy: the kernel is compiled for one.
+        ground = check("ground acceleration", self.ground, np.isfinite, "a finite number").copy()
+        ground = ground[None] if ground.ndim == 1 else ground
+        if ground.ndim != 2 or ground.shape[0] < 1 or ground.shape[1] < 2:
+            raise InputError(f"ground acceleration has shape {ground.shape}; it must be (motions, 2 samples or more)")
+        factor = check("load factor", self.factor, np.isfinite, "a finite number")
+        factor = factor[None] if len(ground) == 1 else factor
+        if factor.shape[:1] != ground.shape[:1]:
+            raise InputError(f"load factor has shape {factor.shape}; its first axis must be the {len(ground)} motions")
+        check("substeps", self.substeps, lambda n: (n >= 1) & (n == np.floor(n)), "a whole number, at least 1")
+        object.__setattr__(self, "ground", ground)
+        object.__setattr__(self, "factor", factor)
+        object.__setattr__(self, "sampling", check("sampling", self.sampling, lambda h: h > 0, "greater than 0"))
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """Histories that Eq. (17) compares with while the kernel runs, so that no other history is stored.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (cases, steps + 1)
+        u/u_ins at each step of the solver. [-]
+    case : int or ndarray of int, broadcasts to the batch
+        The row that each lane is compared with.
+    checkpoints : sequence of int, ascending
+        Steps up to which the error is summed.
+    """
+
+    displacement: ArrayLike
+    case: ArrayLike
+    checkpoints: ArrayLike
+
+
+@dataclass(frozen=True, eq=False)
+class Histories:
+    """Time histories of a batch; `shape` is what the inputs broadcast to.
+
+    Attributes
+    ----------
+    displacement, velocity : ndarray, shape (*shape, stored)
+        u/u_ins and its derivative by tau, the start included; NaN after a collapse. [-]
+    peak, peak_tau : ndarray, shape
+        Largest |u|/u_ins at the steps of the solver, and its time. [-]
+    impacts : ndarray of int, shape
+        Crossings of u = 0, whatever the damper. [-]
+    collapsed : ndarray of bool, shape
+        Whether |u| went beyond u3, where the run ends.
+    end_tau : ndarray, shape
+        Time of the last step, or of the one that collapsed. [-]
+    """
+
+    displacement: Array
+    velocity: Array
+    peak: Array
+    peak_tau: Array
+    impacts: NDArray[np.int64]
+    collapsed: NDArray[np.bool_]
+    end_tau: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """How far a batch of time histories came, and which of them collapsed.
+
+    Attributes
+    ----------
+    peak : ndarray, shape
+        Largest |u|/u_ins at the steps of the solver; a3 of a wall that collapsed. [-]
+    collapsed : ndarray of bool, shape
+    error : ndarray, shape (checkpoints, *shape), or None without a reference
+        Err of Eq. (17) at each checkpoint k: over the steps 1 to k, the sum of the squared differences between
+        |u|/u_ins and the reference's; infinite where the wall collapsed. [-]
+    """
+
+    peak: Array
+    collapsed: NDArray[np.bool_]
+    error: Any = None
+
+
+def stable_step(curve: TrilinearCurve) -> Array:
+    r"""Return the stability limit of the explicit scheme, the step in tau that `simulate` must stay below. [-]
+
+    .. math:: \Delta\tau < \frac{2}{\omega_1} = 2 \sqrt{\frac{a_1}{b_1}}
 
     Examples
     --------
@@ -67,268 +145,147 @@ def stable_step(curve: TrilinearCurve) -> Array:
     >>> rd.stable_step(rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)).round(3).item()
     0.434
     """
-    instance("curve", curve, TrilinearCurve)
     return np.asarray(2.0 / curve.initial_frequency)
 
 
-@overload
-def solve(
+def simulate(
     curve: TrilinearCurve,
     damping: Damping,
     *,
-    reference: None = None,
-    store_every: None = None,
-    peaks_only: Literal[False] = False,
-    **options: Unpack[Options],
-) -> Response: ...
-
-
-@overload
-def solve(
-    curve: TrilinearCurve,
-    damping: Damping,
-    *,
-    reference: None = None,
-    store_every: int,
-    peaks_only: Literal[False] = False,
-    **options: Unpack[Options],
-) -> Histories: ...
-
-
-@overload
-def solve(
-    curve: TrilinearCurve,
-    damping: Damping,
-    *,
-    reference: Reference,
-    store_every: None = None,
-    peaks_only: Literal[False] = False,
-    **options: Unpack[Options],
-) -> Comparison: ...
-
-
-@overload
-def solve(
-    curve: TrilinearCurve,
-    damping: Damping,
-    *,
-    reference: Reference,
-    store_every: int,
-    peaks_only: Literal[False] = False,
-    **options: Unpack[Options],
-) -> ComparedHistories: ...
-
-
-@overload
-def solve(
-    curve: TrilinearCurve,
-    damping: Damping,
-    *,
-    reference: None = None,
-    store_every: None = None,
-    peaks_only: Literal[True],
-    **options: Unpack[Options],
-) -> Peaks: ...
-
-
-@overload
-def solve(
-    curve: TrilinearCurve,
-    damping: Damping,
-    *,
-    reference: Reference,
-    store_every: None = None,
-    peaks_only: Literal[True],
-    **options: Unpack[Options],
-) -> ComparedPeaks: ...
-
-
-def solve(
-    curve: TrilinearCurve,
-    damping: Damping,
-    *,
-    step: ArrayLike,
-    steps: int,
+    load: Load | None = None,
+    step: ArrayLike | None = None,
+    steps: int | None = None,
     release_amplitude: ArrayLike = 0.0,
     release_velocity: ArrayLike = 0.0,
-    load_factor: ArrayLike = 0.0,
-    ground_acceleration: ArrayLike = (),
-    substeps: int = 1,
-    reference: Reference | None = None,
-    store_every: int | None = None,
-    peaks_only: bool = False,
+    store_every: int = 1,
     scheme: str = "newmark",
     threads: int | None = None,
-) -> Response | Peaks:
+) -> Histories:
     r"""Integrate Eq. (16), or its undamped form with the impacts of Eq. (8), for every lane of a batch.
 
     .. math::
         \ddot{x} + C(x, \dot{x}) \, \dot{x} + f(x) = \gamma \, \ddot{u}_g(\tau); \qquad
         \text{CR:} \quad C = 0, \quad \dot{x}^+ = e \, \dot{x}^- \quad \text{at} \quad x = 0
 
-    with the `load_factor` :math:`\gamma`. Everything is dimensionless: displacements over u_ins, times tau = p t.
-    Arguments that say so broadcast together; what they broadcast to is the batch.
+    with the load's factor :math:`\gamma`. Curve, damping, load, step and release broadcast together to the batch.
 
     Parameters
     ----------
     curve, damping : TrilinearCurve, Damping
-        Broadcast. One model for the whole batch.
+        One model for the whole batch.
+    load : Load, optional
+        None for a free decay.
     step : float or ndarray
-        Step in tau, broadcasts. Below the stability limit; without damping the corners of the curve feed energy in
-        from a fifth of the limit on, so keep to a twentieth of it. [-]
+        Of a free decay, in tau; a load has its own. Below the stability limit; without damping the corners of the curve
+        feed energy in from a fifth of the limit on, so keep to a twentieth of it. [-]
     steps : int
-        Number of steps.
+        Number of steps; by default the load's length.
     release_amplitude, release_velocity : float or ndarray
-        Displacement and velocity at the start, broadcast. [-]
-    load_factor : float or ndarray
-        Factor that makes `ground_acceleration` the load: `Wall.load_factor`, broadcasts. Of several motions it has
-        them as its first axis: a lane's load is their sum, each times the lane's factor on it. [s2 m-1]
-    ground_acceleration : ndarray, shape (samples,) or (motions, samples)
-        Shared record, or several, linear between the samples; empty for a free decay. [m s-2]
-    substeps : int
-        Steps of the solver per sample of the record.
-    reference : Reference, optional
-        Sum Eq. (17) against it.
-    store_every : int, optional
-        Store the histories at every this many steps; by default none are stored.
-    peaks_only : bool
-        Return outcomes and peaks alone, and with `reference` the sums: faster, as a history may end once its peak is
-        sure. Not with `store_every`.
+        u/u_ins, less than a3, and its derivative by tau, at the start. [-]
+    store_every : int
+        Steps from one stored state to the next.
     scheme : {"newmark", "paper"}
         Explicit Newmark with located impacts, second order for every damper; or the paper's linear acceleration
         without iteration, with impacts at the end of the step.
     threads : int, optional
-        Threads to use; by default those that the process may use.
-
-    Returns
-    -------
-    Response
-        `Histories` with `store_every`, `Comparison` with `reference`, and `ComparedHistories` with both. With
-        `peaks_only` it is `Peaks`, and `ComparedPeaks` with `reference`.
-
-    Raises
-    ------
-    InputError
-        If a value lies outside its range, a release is at or beyond a3, or the step is beyond the stability limit.
+        By default those that the process may use.
 
     Examples
     --------
     >>> import rockdamp as rd
     >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> run = {"release_amplitude": 0.5, "step": 0.0025, "steps": 8000}
-    >>> rd.solve(curve, rd.Damping.cr([0.8, 0.9]), store_every=100, **run).displacement.shape
+    >>> rd.simulate(curve, rd.Damping("CR", [0.8, 0.9]), store_every=100, **run).displacement.shape
     (2, 81)
     """
-    instance("curve", curve, TrilinearCurve)
-    instance("damping", damping, Damping)
-    if asked := called_from_outside():
-        warn(of_dampings([damping]))
-    scheme = scheme if scheme in SCHEMES else one_of("scheme", scheme, SCHEMES)
-    is_constant = damping.linear_branches == BRANCHES
-    loops = peaks_kernel if peaks_only else kernel
-    march = loops.compiled_march(scheme, damping.formula, damping.step_kind, is_constant)
-    starts = {"step": step, "release_amplitude": release_amplitude, "release_velocity": release_velocity}
-    loads = {"load_factor": load_factor, "ground_acceleration": ground_acceleration}
-    _refuse_names({"yield_displacement_ratio": curve.yield_displacement_ratio, **damping.parameters, **starts, **loads})
-    steps, substeps = whole("steps", steps, 1, MOST_STEPS), whole("substeps", substeps, 1, MOST_STEPS)
-    every = 1 if store_every is None else whole("store_every", store_every, 1, MOST_STEPS)
-    threads = None if threads is None else whole("threads", threads, 1)
-    ground = _check_record(ground_acceleration, steps, substeps, scheme)
-    arrays = {name: finite(name, value) for name, value in starts.items()}
-    factors = _factors(load_factor, len(ground))
-    cases = {} if reference is None else {"case": instance("reference", reference, Reference).case}
-    if peaks_only and store_every is not None:
-        raise InputError(
-            f"store_every is {every} with peaks_only; it must be left out, as peaks come without histories"
-        )
-    # Two or three walls under restitution are faster one by one: a block computes each impact for all of its lanes.
-    shape = broadcast(curve=curve, damping=damping, **arrays, load_factor=factors[0], **cases)
-    batch = Batch(shape, apart=damping.step_kind == IMPACT and not peaks_only)
-    stored = steps // every + 1 if store_every is not None else 0
-    batch.require_room(stored, 0 if reference is None else reference.checkpoints.size)
-    parts = (*arrays.values(), curve.initial_frequency, *curve.parameters(), *damping.formula_parameters(curve))
-    parts += (arrays["step"],) if damping.takes_step else ()
-    h, x0, v0, w1, *described = batch.plain(*parts)
-    scales = batch.plain(*factors) if len(factors) > 1 else batch.plain(factors[0])
-    _check_start(h, x0, 2.0 / w1, described[5])
-    damping.check_step(curve, arrays["step"])
-    if asked:
-        rest = of_start(x0, curve.yield_displacement_ratio) if np.all(v0 == 0) and not ground.any() else []
-        warn(rest + of_run(h, 2.0 / w1, steps, substeps, factors, ground, shape))
-    load, acceleration = _balance(curve, described[:6], damping, x0, v0, scales, ground)
-    (acceleration,) = batch.plain(acceleration)
-    g = scales[0] if len(scales) == 1 else load
-    state = x0, v0, acceleration, 1.0, 0.0, abs(x0), 0.0, 0.0, 0.0
-    work = batch.pack((*state, *described[:6], h, g, g, *described[6:]))
-    compared, case_of_lane, checkpoints, error = batch.compare(reference, steps)
-    by_lane = batch.by_motion(factors)
-    if peaks_only:
-        parts_of = work, batch.width, ground, by_lane, substeps, steps, compared, case_of_lane, checkpoints
-        peaks = _peaks(march, batch, threads, reference is not None, *parts_of)
-        warn(of_rest(peaks.peak, factors, ground, curve) if asked else [])
-        return peaks
-    displacement, velocity = batch.histories(stored), batch.histories(stored)
+    batch = _Batch(curve, damping, load, step, steps, release_amplitude, release_velocity)
+    every = int(
+        check("store_every", store_every, lambda n: (n >= 1) & (n == np.floor(n)), "a whole number, at least 1")
+    )
+    stored = batch.steps // every + 1
+    batch.require_room(stored)
+    displacement, velocity = np.full((2, batch.blocks, batch.width, stored), np.nan)
+    march = batch.march("full", scheme)
 
-    each = work, by_lane, case_of_lane, error, displacement, velocity
-
-    def advance(part: slice, stopped: Event) -> None:
-        for blocks, first, last in _slices(part, steps, substeps):
+    def run(part: slice, stopped: Event) -> None:
+        blocks = batch.work[part], batch.width, batch.ground, batch.factors[part], batch.substeps
+        length = max(STEPS_PER_CALL // max(part.stop - part.start, 1), 1)
+        for first in range(1, batch.steps + 1, length):
             if stopped.is_set():
                 return
-            w, by_motion, case, sums, x, v = [array[blocks] for array in each] if batch.blocks > 1 else each
-            span = substeps, first, last
-            march(w, batch.width, ground, by_motion, *span, compared, case, checkpoints, sums, every, x, v)
+            last = min(first + length - 1, batch.steps)
+            march(*blocks, first, last, every, displacement[part], velocity[part])
 
-    _in_threads(advance, batch.blocks, steps, threads)
+    batch.in_threads(run, threads)
+    displacement, velocity = (
+        values.reshape(-1, stored)[: batch.lanes].reshape(*batch.shape, stored) for values in (displacement, velocity)
+    )
+    return Histories(
+        displacement,
+        velocity,
+        peak=batch.row(kernel.PEAK),
+        peak_tau=batch.row(kernel.PEAK_AT) * batch.step,
+        impacts=batch.row(kernel.CROSSINGS).astype(np.int64),
+        collapsed=batch.row(kernel.ALIVE) == 0,
+        end_tau=batch.row(kernel.END) * batch.step,
+    )
 
-    ended = batch.ended(work, h)
-    warn(of_rest(ended["peak"], factors, ground, curve) if asked else [])
-    if store_every is not None:
-        ended |= {"displacement": batch.trim(displacement), "velocity": batch.trim(velocity)}
-    if reference is not None:
-        collapsed = ended["outcome"] == COLLAPSED
-        ended["error"] = np.where(collapsed, np.inf, batch.by_checkpoint(error))
-    return RESPONSES[store_every is not None, reference is not None](**ended)
 
-
-def _peaks(
-    march: Callable[..., int],
-    batch: Batch,
-    threads: int | None,
-    is_compared: bool,
-    work: Array,
-    width: int,
-    ground: Array,
-    by_lane: Array,
-    substeps: int,
-    steps: int,
-    compared: Array,
-    case_of_lane: NDArray[np.int64],
-    checkpoints: NDArray[np.int64],
+def peaks(
+    curve: TrilinearCurve,
+    damping: Damping,
+    *,
+    load: Load | None = None,
+    step: ArrayLike | None = None,
+    steps: int | None = None,
+    release_amplitude: ArrayLike = 0.0,
+    release_velocity: ArrayLike = 0.0,
+    reference: Reference | None = None,
+    scheme: str = "newmark",
+    threads: int | None = None,
 ) -> Peaks:
-    """Run the march of peaks alone."""
-    work[:, peaks_kernel.LANE : peaks_kernel.LANE + width] = np.arange(batch.blocks * width).reshape(-1, width)
-    outcome, peak = np.empty(batch.lanes, np.int8), np.empty(batch.lanes)
-    error = np.empty((checkpoints.size, batch.lanes if is_compared else 0))
-    remaining = _remaining(ground)
-    length = -(-SLICE // peaks_kernel.INTERVAL) * peaks_kernel.INTERVAL
+    """Return peaks and collapses alone, the same as `simulate` finds, and Err of Eq. (17) against a reference.
 
-    def advance(part: slice, stopped: Event) -> None:
-        blocks, by_motion, case = work[part], by_lane[part], case_of_lane[part]
-        moving = min(part.stop * width, batch.lanes) - part.start * width
-        first = 1
-        while first <= steps and moving > 0 and not stopped.is_set():
-            last = min(first - 1 + max(length // (part.stop - part.start), peaks_kernel.INTERVAL), steps)
-            span = substeps, first, last, steps
-            of_reference = compared, case, checkpoints, error
-            moving = march(blocks, width, moving, ground, remaining, by_motion, *span, *of_reference, outcome, peak)
+    It is faster, as a history ends once its peak is sure. The parameters are those of `simulate`.
+
+    Parameters
+    ----------
+    reference : Reference, optional
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
+    >>> run = {"release_velocity": [0.2, 1.5], "step": 0.0025, "steps": 4000}
+    >>> found = rd.peaks(curve, rd.Damping("CR", 0.8), **run)
+    >>> found.collapsed.tolist(), found.peak.round(3).tolist()
+    ([False, True], [0.044, 1.0])
+    """
+    batch = _Batch(curve, damping, load, step, steps, release_amplitude, release_velocity, reference)
+    batch.require_room(batch.checkpoints.size)
+    lanes = np.arange(batch.blocks * batch.width).reshape(-1, batch.width)
+    batch.work[:, kernel.LANE : kernel.LANE + batch.width] = lanes
+    outcome, peak = np.empty(batch.lanes, np.int8), np.empty(batch.lanes)
+    error = np.empty((batch.checkpoints.size, batch.lanes if reference else 0))
+    remaining = _remaining(batch.ground)
+    march = batch.march("peaks", scheme)
+
+    def run(part: slice, stopped: Event) -> None:
+        blocks, factors, case = batch.work[part], batch.factors[part], batch.case[part]
+        results = batch.reference, case, batch.checkpoints, error, outcome, peak
+        length = max(STEPS_PER_CALL // max(part.stop - part.start, 1) // kernel.INTERVAL, 1) * kernel.INTERVAL
+        running, first = min(part.stop * batch.width, batch.lanes) - part.start * batch.width, 1
+        while first <= batch.steps and running > 0 and not stopped.is_set():
+            last = min(first + length - 1, batch.steps)
+            span = batch.substeps, first, last, batch.steps
+            running = march(blocks, batch.width, running, batch.ground, remaining, factors, *span, *results)
             first = last + 1
 
-    _in_threads(advance, batch.blocks, steps, threads)
-    ends = outcome.reshape(batch.shape), peak.reshape(batch.shape)
-    if not is_compared:
-        return Peaks(*ends)
-    return ComparedPeaks(*ends, np.where(ends[0] == COLLAPSED, np.inf, error.reshape(checkpoints.size, *batch.shape)))
+    batch.in_threads(run, threads)
+    peak, collapsed = peak.reshape(batch.shape), outcome.reshape(batch.shape) == kernel.COLLAPSED
+    if reference is None:
+        return Peaks(peak, collapsed)
+    return Peaks(peak, collapsed, np.where(collapsed, np.inf, error.reshape(len(error), *batch.shape)))
 
 
 def _remaining(ground: Array) -> Array:
@@ -340,128 +297,127 @@ def _remaining(ground: Array) -> Array:
     return np.pad(np.cumsum(between[:, ::-1], axis=1)[:, ::-1], ((0, 0), (0, 1)))
 
 
-def _refuse_names(given: Mapping[str, ArrayLike]) -> None:
-    """Raise `InputError` for arrays with named dimensions, which would be taken by position."""
-    for name, value in given.items():
-        if is_named(value):
-            raise InputError(f"{name} has named dimensions; give them to rockdamp.free_decay or rockdamp.respond")
+class _Batch:
+    """The lanes of a batch in the kernel's blocks; copies of the last lane fill up the last block.
 
-
-def _check_record(ground_acceleration: ArrayLike, steps: int, substeps: int, scheme: str) -> Array:
-    """Return the motions, shape (motions, samples)."""
-    # A copy, and not a read-only one: the kernel is compiled for arrays that can be written.
-    ground = finite("ground_acceleration", ground_acceleration).copy()
-    if ground.ndim != 1:
-        require(ground.ndim == 2, "the number of dimensions of ground_acceleration", ground.ndim, "1 or 2")
-    if ground.size and steps > (ground.shape[-1] - 1) * substeps:
-        of = "" if ground.ndim == 1 else f"; ground_acceleration has shape {ground.shape}, (motions, samples)"
-        raise InputError(
-            f"steps is {steps}; it must be at most {(ground.shape[-1] - 1) * substeps}, the record's length{of}"
-        )
-    motions = ground if ground.ndim == 2 else ground[None]
-    if len(motions) != 1:
-        require(len(motions) > 0, "the number of motions", len(motions), "at least 1")
-        require(motions.size > 0, "the number of samples of several motions", 0, "at least 1")
-        require(scheme != "paper", "the number of motions", len(motions), "1 by the scheme 'paper'")
-    return motions
-
-
-def _factors(load_factor: ArrayLike, motions: int) -> Array:
-    """Return the lanes' factors on each motion, shape (motions, ...)."""
-    factors = finite("load_factor", load_factor)
-    if motions == 1:
-        return factors[None]
-    shape = factors.shape or (1,)
-    require(
-        shape[0] == motions,
-        "the first axis of load_factor",
-        shape[0],
-        f"{motions}, a factor on each motion, which add up",
-    )
-    return factors
-
-
-def _check_start(h: Quantity, x0: Quantity, limit: Quantity, a3: Quantity) -> None:
-    """Raise `InputError` for a step beyond its limits, and for a release beyond the collapse."""
-    if not holds(h >= SHORTEST):
-        require(h > 0, "step", h, "greater than 0")
-        require(h >= SHORTEST, "step", h, f"at least {SHORTEST} (in tau)")
-    if not holds(h < limit):
-        stable = np.asarray(h < limit)
-        beyond = np.broadcast_to(limit, stable.shape)[~stable]
-        require(stable, "step", h, f"less than the stability limit 2 sqrt(a1/b1) = {beyond[0]:.6g} (in tau)")
-    require(abs(x0) < a3, "release_amplitude", x0, "less than a3, where the wall collapses")
-
-
-def _balance(
-    curve: TrilinearCurve,
-    described: Sequence[Quantity],
-    damping: Damping,
-    x0: Quantity,
-    v0: Quantity,
-    factors: Sequence[Quantity],
-    ground: Array,
-) -> tuple[Quantity, Quantity]:
-    """Return the load at the start and the acceleration that balances the forces there; refuse what is out of scale."""
-    k1, b1, ks, _, _, a3 = described
-    if isinstance(x0, float) and len(factors) == 1 and v0 == 0:  # the usual case
-        load = factors[0] * ground.item(0) + 0.0 if ground.size else 0.0
-        net = load - math.copysign(trilinear.force_of_one(abs(x0), k1, b1, ks, a3), x0)
-        require(math.isfinite(net), ACCELERATION, net, "a finite number")
-        return load, net
-    with np.errstate(over="ignore", invalid="ignore"):
-        load = np.einsum("m...,m->...", factors, ground[:, 0]) + 0.0 if ground.size else 0.0
-        net = load - np.sign(x0) * trilinear.force(np.abs(x0), k1, b1, ks, a3)
-        start = net
-        if not holds(v0 == 0):
-            start = net - damping.unchecked_coefficient(curve, x0, v0) * v0
-    require(np.isfinite(start), ACCELERATION, start, "a finite number")
-    return load, start
-
-
-def _slices(part: slice, steps: int, substeps: int) -> Iterable[tuple[slice, int, int]]:
-    """Return blocks and steps, first and last, for one call of the kernel after the other: `SLICE` steps at once."""
-    if (part.stop - part.start) * steps <= SLICE:
-        return ((part, 1, steps),)
-    return _several_slices(part, steps, substeps)
-
-
-def _several_slices(part: slice, steps: int, substeps: int) -> Iterator[tuple[slice, int, int]]:
-    at_once = max(SLICE // steps, 1)
-    length = max(SLICE // substeps, 1) * substeps  # from sample to sample of the record
-    for start in range(part.start, part.stop, at_once):
-        blocks = slice(start, min(start + at_once, part.stop))
-        for first in range(1, steps + 1, length):
-            yield blocks, first, min(first + length - 1, steps)
-
-
-def _in_threads(advance: Callable[[slice, Event], None], blocks: int, steps: int, threads: int | None) -> None:
-    """Call `advance` on parts of the blocks, on as many threads as are allowed; the parts do not change a bit.
-
-    Where one part fails, or the user interrupts the run, the others stop between two calls of the kernel.
+    The blocks are as narrow as they can be with so many of them, as an idle lane costs as much as a busy one.
     """
-    workers = min(blocks, threads or blocks * steps // SHARE)
-    if threads is None and workers > 1:
-        workers = min(workers, available_threads())
-    if workers <= 1:
-        advance(slice(0, blocks), NEVER)
-        return
-    stopped = Event()
-    with ThreadPoolExecutor(workers) as pool:
-        done = [pool.submit(advance, part, stopped) for part in _parts(blocks, workers)]
-        try:
-            for part in as_completed(done):
-                part.result()
-        finally:
-            stopped.set()
+
+    def __init__(
+        self,
+        curve: TrilinearCurve,
+        damping: Damping,
+        load: Load | None,
+        step: ArrayLike | None,
+        steps: int | None,
+        release_amplitude: ArrayLike,
+        release_velocity: ArrayLike,
+        reference: Reference | None = None,
+    ) -> None:
+        self.ground, self.substeps, factors = np.empty((1, 0)), 1, np.zeros(1)
+        most = MOST_STEPS
+        if load is not None:
+            self.ground, self.substeps, factors = load.ground, int(load.substeps), load.factor
+            step, most = load.sampling / load.substeps, self.substeps * (self.ground.shape[1] - 1)
+            steps = most if steps is None else steps
+        if step is None or steps is None:
+            raise InputError("a free decay needs a step and steps; a load has its own")
+        whole = f"a whole number from 1 to {most}"
+        self.steps = int(check("steps", steps, lambda n: (n >= 1) & (n <= most) & (n == np.floor(n)), whole))
+        k1, b1, ks, a1, a2, a3 = curve.parameters()
+        x = check("release_amplitude", release_amplitude, lambda x: np.abs(x) < a3, "less than a3")
+        v = check("release_velocity", release_velocity, np.isfinite, "a finite number")
+        self.step = _checked_step(step, curve, damping)
+        self.damper, parameters = damping.kernel_arguments(curve)
+        case = np.asarray(reference.case if reference else 0)
+        of_inputs = (self.step.shape, x.shape, v.shape, curve.shape, damping.shape, factors.shape[1:], case.shape)
+        self.shape = np.broadcast_shapes(*of_inputs)
+        self.lanes = math.prod(self.shape)
+        least = -(-self.lanes // max(-(-self.lanes // kernel.LANES), 1))
+        self.width = max(least, 1) if least < 4 else -(-least // kernel.VECTOR) * kernel.VECTOR
+        self.blocks = -(-self.lanes // self.width)
+        start = np.einsum("m...,m->...", factors, self.ground[:, 0]) + 0.0 if load is not None else 0.0
+        restoring = np.sign(x) * kernel.force(np.abs(x), (k1, b1, ks, a1, a2, a3))
+        drag = damping.coefficient(curve, x, v) * v if v.any() else 0.0
+        a = check("acceleration at the start", start - restoring - drag, np.isfinite, "a finite number")
+        g = factors[0] if len(factors) == 1 else start
+        number = float(kernel.DAMPERS.index(self.damper))
+        state = x, v, a, 1.0, 0.0, np.abs(x), 0.0, 0.0, 0.0
+        rows = (*state, k1, b1, ks, a1, a2, a3, self.step, g, g, *parameters, number)
+        self.require_room(0)
+        self.work = self._in_blocks(rows, kernel.LANES).reshape(self.blocks, kernel.ROWS * kernel.LANES)
+        several = len(factors) > 1
+        self.factors = self._in_blocks(factors, self.width) if several else np.empty((self.blocks, 0, 0))
+        self.reference, self.checkpoints = np.empty((0, 0)), np.zeros(1, np.int64)
+        self.case = np.empty((self.blocks if reference else 0, self.width), np.int64)
+        if reference:
+            self._compare(reference, case)
+
+    def _compare(self, reference: Reference, case: NDArray[np.int64]) -> None:
+        compared = np.ascontiguousarray(check("reference", reference.displacement, np.isfinite, "a finite number"))
+        if compared.ndim != 2 or compared.shape[1] <= self.steps:
+            raise InputError(f"reference has shape {compared.shape}; it must be (cases, more than {self.steps} steps)")
+        check("case", case, lambda row: (row >= 0) & (row < len(compared)), "a row of the reference")
+        self.reference, self.checkpoints = compared, np.array(reference.checkpoints, np.int64)
+        marks = np.diff([0, *self.checkpoints, self.steps + 1])
+        check("the space between checkpoints", marks, lambda n: n > 0, f"positive, from 1 to {self.steps} steps")
+        self.case = self._in_blocks((case,), self.width)[:, 0].astype(np.int64)
+
+    def _in_blocks(self, rows: Sequence[Any] | Array, width: int) -> Array:
+        """Return rows of values in the shape (blocks, rows, width)."""
+        lane = np.minimum(np.arange(self.blocks * self.width), self.lanes - 1)
+        blocks = np.zeros((self.blocks, len(rows), width))
+        for number, row in enumerate(rows):
+            values = np.broadcast_to(row, self.shape).reshape(-1)[lane]
+            blocks[:, number, : self.width] = values.reshape(self.blocks, self.width)
+        return blocks
+
+    def row(self, place: int) -> Array:
+        """Return a row of the kernel's blocks in the shape of the batch."""
+        return self.work[:, place : place + self.width].reshape(-1)[: self.lanes].reshape(self.shape)
+
+    def require_room(self, stored: int) -> None:
+        """Raise `InputError` where the lanes, with what is stored of each, are more than an array may hold."""
+        if self.lanes * max(stored, kernel.ROWS) > MOST_VALUES:
+            raise InputError(
+                f"{self.lanes} histories with {stored} values each are more than {MOST_VALUES} values; run parts"
+            )
+
+    def march(self, name: str, scheme: str) -> Callable[..., Any]:
+        """Return the compiled march of the damper, or of all dampers by the printed scheme."""
+        damper = "paper" if check_choice("scheme", scheme, SCHEMES) == "paper" else self.damper
+        march: Callable[..., Any] = getattr(kernel, f"{name}_{damper}")
+        return march
+
+    def in_threads(self, run: Callable[..., None], threads: int | None) -> None:
+        """Call `run` on parts of the blocks, side by side; the parts do not change a bit.
+
+        Where one part fails, or the user interrupts the run, the others stop between two calls of the kernel.
+        """
+        stopped = Event()
+        workers = threads or min(available_threads(), self.blocks * self.steps // STEPS_PER_THREAD)
+        workers = min(workers, self.blocks)
+        if workers <= 1:
+            run(slice(0, self.blocks), stopped)
+            return
+        edges = np.linspace(0, self.blocks, min(4 * workers, self.blocks) + 1).astype(int).tolist()
+        with ThreadPoolExecutor(workers) as pool:
+            try:
+                list(pool.map(partial(run, stopped=stopped), map(slice, edges[:-1], edges[1:])))
+            finally:
+                stopped.set()
 
 
-def _parts(blocks: int, workers: int) -> list[slice]:
-    """Return blocks for one worker after the other to take: smaller ones as they end, so that none idles long."""
-    edges = [0]
-    while edges[-1] < blocks:
-        edges.append(edges[-1] + max((blocks - edges[-1]) // (2 * workers), 1))
-    return [slice(*ends) for ends in pairwise(edges)]
+def _checked_step(step: ArrayLike, curve: TrilinearCurve, damping: Damping) -> Array:
+    limit = stable_step(curve)
+    allowed = f"below the stability limit 2 sqrt(a1/b1) = {np.min(limit, initial=np.inf):.6g} in tau, and positive"
+    checked = check("step", step, lambda h: (h >= SHORTEST_STEP) & (h < limit), allowed)
+    if damping.model == "BAND":
+        c = damping.width / curve.initial_frequency
+        check(
+            "step", step, lambda h: h <= c, f"at most t_c/w1 = {np.min(c, initial=np.inf):.3g}: two steps in the band"
+        )
+    return checked
 
 
 def available_threads() -> int:
@@ -470,3 +426,38 @@ def available_threads() -> int:
     if stated and stated.isdigit() and int(stated) > 0:
         return int(stated)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def uneven_collapses(
+    curve: TrilinearCurve,
+    restitution: ArrayLike,
+    *,
+    step: ArrayLike,
+    substeps: ArrayLike,
+    load: ArrayLike,
+    ground: Array,
+    lift: ArrayLike = 0.0,
+    vertical: Array | None = None,
+    side: tuple[ArrayLike, ArrayLike] = (1.0, 1.0),
+) -> NDArray[np.bool_]:
+    """Return which lanes collapse: x'' + (1 + lift vertical) f(x) = load ground, and e at each impact, from rest.
+
+    The force need not be odd, and may change with time. Everything but the motions broadcasts to the result's shape.
+
+    Parameters
+    ----------
+    step, substeps : ndarray
+        In tau, and how many there are between two samples of the motions.
+    load, ground, lift, vertical : ndarray
+        Factors of the lanes on the two motions, and these, shape (samples,). The weights are never less than none.
+    side : two ndarrays
+        What times the curve is that of u > 0, and of u < 0, in force and displacement alike.
+    """
+    up = np.zeros_like(ground) if vertical is None else vertical
+    if up.shape != ground.shape:
+        raise InputError(f"vertical has {up.size} samples; it must have those of the ground motion, {ground.size}")
+    columns = np.broadcast_arrays(*curve.parameters(), restitution, step, substeps, load, lift, *side)
+    lanes = np.stack([np.ravel(np.asarray(column, dtype=float)) for column in columns], axis=-1)
+    collapsed = np.empty(len(lanes), dtype=bool)
+    kernel.uneven_march(lanes, np.array(ground), np.array(up), collapsed)
+    return collapsed.reshape(columns[0].shape)

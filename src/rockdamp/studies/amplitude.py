@@ -18,7 +18,7 @@ from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import turning_points
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import simulate
 from rockdamp.studies.matches import match_decays
 from rockdamp.vocabulary import PAPER_MODELS
 
@@ -98,9 +98,7 @@ def damping_ratio_peaks(
 def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array) -> Array:
     """Return ln sqrt(V(x0)/V(x1)) over the half cycle that begins at rest at x0, shape (lanes,). [-]"""
     step = LONGER * curve.period(release_amplitude) / 2 / HALF_CYCLE_STEPS
-    response = solve(
-        curve, damping, release_amplitude=release_amplitude, step=step, steps=HALF_CYCLE_STEPS, store_every=1
-    )
+    response = simulate(curve, damping, release_amplitude=release_amplitude, step=step, steps=HALF_CYCLE_STEPS)
     turned, _ = turning_points(response.displacement, response.velocity, step)
     if not turned.shape[1] or np.isnan(turned[:, 0]).any():
         raise InputError(f"a half cycle under {damping.model} lasts more than {LONGER} times an undamped one")

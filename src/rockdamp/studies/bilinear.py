@@ -23,7 +23,7 @@ def bilinear(config: Config) -> xr.Dataset:
     ended = under_records(
         map(catalogue.load_record, track(catalogue.record_names(settings.records), "Bi-linear and tri-linear curve")),
         {name: (config.wall.make(), curve) for name, curve in curves.items()},
-        Damping.cr([float(e)]),
+        Damping("CR", [float(e)]),
         settings.velocity_ratio.values(),
         step=settings.step,
         tail=settings.tail,

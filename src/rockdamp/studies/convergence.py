@@ -13,10 +13,9 @@ from rockdamp.config import Config
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COMPLETED
+from rockdamp.solvers.newmark import Load, simulate
 from rockdamp.studies.decays import step_count
-from rockdamp.vocabulary import MODELS
+from rockdamp.vocabulary import MODELS, REFERENCE
 
 SCHEMES = ("newmark", "paper")
 EXCITATIONS = ("free", "forced")
@@ -94,18 +93,13 @@ def convergence(config: Config) -> xr.Dataset:
 
 def _histories(ensemble: SeededWalls, model: str, excitation: str, scheme: str, sample: float, substeps: int) -> Array:
     """Displacements at the samples of the load; NaN in lanes that collapse."""
-    ecd = Damping.of_restitution(ensemble.restitution, "ECD")
-    damping = Damping.from_values(model, restitution=ensemble.restitution, damping_ratio=ecd.damping_ratio)
-    response = solve(
+    e = ensemble.restitution
+    response = simulate(
         ensemble.curve,
-        damping,
+        Damping(model, e if model == REFERENCE else Damping.from_restitution(e, "ECD").value),
         release_amplitude=ensemble.release_amplitude,
-        load_factor=ensemble.load_factor if excitation == "forced" else 0.0,
-        ground_acceleration=ensemble.ground if excitation == "forced" else (),
-        step=sample / substeps,
-        substeps=substeps,
-        steps=(ensemble.ground.size - 1) * substeps,
+        load=Load(ensemble.ground, ensemble.load_factor if excitation == "forced" else 0.0, sample, substeps),
         store_every=substeps,
         scheme=scheme,
     )
-    return np.where((response.outcome == COMPLETED)[:, None], response.displacement, np.nan)
+    return np.where(response.collapsed[:, None], np.nan, response.displacement)

@@ -9,7 +9,7 @@ from rockdamp.config import Config, Matching, RigidWall
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.two_bodies import large_rotation_decay, slender_decay
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import simulate
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
@@ -49,10 +49,9 @@ def matched_histories(
         curve.map(np.atleast_1d), np.array([x0]), np.array([e]), VISCOUS_MODELS, matching, step=step, scheme=scheme
     )
     ratio = {model: float(of.damping_ratio[0]) for model, of in matched.items()}
-    dampings = [Damping.cr(e), *(Damping(model, xi) for model, xi in ratio.items())]
+    dampings = [Damping("CR", e), *(Damping(model, xi) for model, xi in ratio.items())]
     histories = [
-        solve(curve, damping, release_amplitude=x0, step=step, steps=steps, store_every=1, scheme=scheme)
-        for damping in dampings
+        simulate(curve, damping, release_amplitude=x0, step=step, steps=steps, scheme=scheme) for damping in dampings
     ]
     force = [
         damping.coefficient(curve, history.displacement, history.velocity) * history.velocity
@@ -76,10 +75,7 @@ def _frequency_laws() -> xr.Dataset:
     ECD depends on the energy frequency, which is no function of the secant frequency alone: it has no such law.
     """
     laws = {model: np.full(FREQUENCIES.size, np.nan) for model in VISCOUS_MODELS}
-    exponents = {model: Damping(model, 1.0).secant_exponent for model in VISCOUS_MODELS}
-    for model, exponent in exponents.items():
-        if exponent is None:
-            continue
+    for model, exponent in (("CDC", 0.0), ("CDR", 1.0), ("SDR", 2.0)):  # of C, in the secant frequency
         # CDC keeps C of the first branch; at w = 0 its ratio to a vanishing critical damping has no bound.
         with np.errstate(divide="ignore"):
             laws[model] = np.where(FREQUENCIES > 0, FREQUENCIES ** (exponent - 1), 0.0 if exponent > 1 else np.nan)
@@ -94,9 +90,9 @@ def _rocking(rigid: RigidWall, *, length: float, step: float, scheme: str) -> xr
     wall, e, x0 = rigid.wall, rigid.restitution, rigid.release_amplitude
     steps = step_count(length, step)
     tau = step * np.arange(steps + 1)
-    response = solve(
+    response = simulate(
         rigid.curve,
-        Damping.cr(e),
+        Damping("CR", e),
         release_amplitude=x0,
         step=step / RIGID_REFINEMENT,
         steps=steps * RIGID_REFINEMENT,

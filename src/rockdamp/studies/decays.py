@@ -11,7 +11,7 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config, Study
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import simulate
 
 INFERS = "amplitude"  # the study from whose decays the length of the response is inferred
 
@@ -51,13 +51,12 @@ def study(name: str, config: Config) -> xr.Dataset:
         else longest_response(walls, config.wall.make(), matching.response_length)
     )
     steps = step_count(length, step)
-    response = solve(
+    response = simulate(
         walls.curve.map(lambda parameter: parameter[:, None]),
-        Damping.cr(restitution),
+        Damping("CR", restitution),
         release_amplitude=walls.release_amplitude[:, None],
         step=step,
         steps=steps,
-        store_every=1,
         scheme=config.solver.scheme,
     )
     dims = (walls.parameter, "restitution")

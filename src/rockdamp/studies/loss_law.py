@@ -32,7 +32,9 @@ def histories(config: Config) -> xr.Dataset:
     quakes, section = config.earthquakes, config.loss_law
     g, at = (part.ravel() for part in np.meshgrid(section.exponent, section.amplitude, indexing="ij"))
     # The constant e is the first lane of the same batch: its exponent is 0.
-    damping = Damping.cr(section.restitution, exponent=np.append(0.0, g), at=np.append(at[:1], at))
+    damping = Damping(
+        "CR", section.restitution, loss_exponent=np.append(0.0, g), reference_amplitude=np.append(at[:1], at)
+    )
     ended = under_records(
         map(catalogue.load_record, track(catalogue.record_names(config.records), "Laws of loss, records")),
         {named.name: (named.wall, named.curve) for named in quakes.walls},

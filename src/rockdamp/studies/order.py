@@ -23,7 +23,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import simulate
 from rockdamp.statistics.fragility import interval, resample, weighted_quantile
 from rockdamp.statistics.paired import BOUND, quotient, root_mean_square
 from rockdamp.vocabulary import REFERENCE
@@ -51,7 +51,7 @@ def damper_cases(config: Config) -> list[Case]:
     e, step = np.array(section.restitution), section.step
 
     def damping(model: str, **parameter: float) -> Damping:
-        return Damping.of_restitution(e, model, **parameter)
+        return Damping.from_restitution(e, model, **parameter)
 
     return [
         *(Case(f"ECD{m:g}" if m else "ECD", damping("ECD", order=m), step) for m in section.order),
@@ -72,9 +72,9 @@ def variation_cases(config: Config) -> list[Case]:
         f"loss + {100 * loss:g} %": e ** (1 + loss),
     }
     return [
-        *(Case(name, Damping.cr(other), step) for name, other in changed.items()),
-        Case("half step", Damping.cr(e), step / 2),
-        Case("end of step", Damping.cr(e), step, scheme="paper"),
+        *(Case(name, Damping("CR", other), step) for name, other in changed.items()),
+        Case("half step", Damping("CR", e), step / 2),
+        Case("end of step", Damping("CR", e), step, scheme="paper"),
     ]
 
 
@@ -91,7 +91,7 @@ def chunk(number: str, config: Config) -> xr.Dataset:
     size, section = config.earthquakes.chunk, config.order
     entries = catalogue.record_names(config.records)[int(number) * size : (int(number) + 1) * size]
     motions = [catalogue.load_record(entry) for entry in entries]
-    reference = _run(Case(REFERENCE, Damping.cr(np.array(section.restitution)), section.step), config, motions)
+    reference = _run(Case(REFERENCE, Damping("CR", section.restitution), section.step), config, motions)
     dampers = damper_cases(config)
     cases = [*dampers, *variation_cases(config)]
     label = f"Dampers, records {int(number) * size + 1} on"
@@ -239,13 +239,13 @@ def _crossing(config: Config) -> xr.Dataset:
     e, step, curve = config.damping_force.restitution, config.solver.step, config.curve.make()
     steps = round(config.matching.response_length / step)
     shown = {
-        REFERENCE: Damping.cr(e),
-        "ECD16": Damping.of_restitution(e, "ECD", order=16.0),
-        "BAND0.4": Damping.of_restitution(e, "BAND", width=0.4),
-        "BAND0.2": Damping.of_restitution(e, "BAND", width=0.2),
+        REFERENCE: Damping("CR", e),
+        "ECD16": Damping.from_restitution(e, "ECD", order=16.0),
+        "BAND0.4": Damping.from_restitution(e, "BAND", width=0.4),
+        "BAND0.2": Damping.from_restitution(e, "BAND", width=0.2),
     }
     runs = [
-        solve(curve, damping, release_amplitude=CROSSING_RELEASE, step=step, steps=steps, store_every=1)
+        simulate(curve, damping, release_amplitude=CROSSING_RELEASE, step=step, steps=steps)
         for damping in shown.values()
     ]
     force = [

@@ -9,7 +9,7 @@ intensities of the ground, with e by the rule ``measured``:
 - vertical shaking, for which the other horizontal component of the station stands, times a factor;
 - an overburden that keeps its side, in place of one that changes sides with u.
 
-The last two are no load on an odd curve: `solvers.uneven_march` runs them.
+The last two are no load on an odd curve: `newmark.uneven_collapses` runs them.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest
 from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
-from rockdamp.solvers.uneven_march import collapses
+from rockdamp.solvers.newmark import uneven_collapses
 from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import BOUND, compare_fragilities
 from rockdamp.vocabulary import STANDARD_GRAVITY
@@ -66,7 +66,7 @@ class Run(NamedTuple):
 
 
 class Common(TypedDict):
-    """The arguments of `uneven_march.collapses` that its cases share."""
+    """The arguments of `newmark.uneven_collapses` that its cases share."""
 
     step: Array
     substeps: Array
@@ -160,7 +160,7 @@ def _collapses(record: Record, runs: Sequence[Run], factor: Array, step: float, 
     for _, group in groupby(numbered, key=lambda one: isinstance(one[1].wall, Parapet)):
         rows, alike = zip(*group, strict=True)
         wall, curve = (_stacked([getattr(run, name) for run in alike]) for name in ("wall", "curve"))
-        damping = Damping.cr(np.array([run.restitution for run in alike]))
+        damping = Damping("CR", np.array([run.restitution for run in alike]))
         levels = factor[[run.column for run in alike]]
         found[list(rows)] = peaks_and_collapses(record, wall, curve, [damping], levels, step=step, tail=tail)[1][..., 0]
     return found
@@ -202,12 +202,12 @@ def uneven(
         given = other.ground_acceleration[: ground.size]
         vertical[: given.size] = given
         lift = settings.vertical / STANDARD_GRAVITY * factor
-        yield VERTICAL, collapses(curve, e, lift=lift, vertical=vertical, **common).astype(np.int8)
+        yield VERTICAL, uneven_collapses(curve, e, lift=lift, vertical=vertical, **common).astype(np.int8)
     loaded = np.array([float(named.wall.overburden_ratio) > 0 for named in walls])[:, None]
     stronger, weaker = (
         np.array([_strength_with(named.wall, to * settings.eccentricity) for named in walls])[:, None] for to in (1, -1)
     )
-    kept = collapses(curve, e, side=(stronger, weaker), **common)
+    kept = uneven_collapses(curve, e, side=(stronger, weaker), **common)
     yield KEEPS, np.where(loaded, kept, NOT_RUN).astype(np.int8)
 
 

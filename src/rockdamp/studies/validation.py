@@ -18,8 +18,8 @@ from rockdamp.histories.measured_test import (
 )
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.record import Record
-from rockdamp.solvers.response import COLLAPSED, Histories
-from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
+from rockdamp.solvers.newmark import Histories
+from rockdamp.vocabulary import MODELS, REFERENCE, VISCOUS_MODELS
 
 
 def validate(config: Config, record: Record, equivalence: xr.Dataset, calibration: xr.Dataset) -> xr.Dataset:
@@ -53,7 +53,7 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
 
     compared = []
     for model in MODELS:
-        damping = Damping.from_values(model, restitution=e, damping_ratio=ratios.get(model))
+        damping = Damping(model, e if model == REFERENCE else ratios[model])
         response = computed_response(record, wall, curve, damping, given.step)
         compared.append(_misfits(record.elapsed, response, u_ins, measured, decay, rest))
     models = xr.concat(compared, "damping_model")
@@ -102,7 +102,7 @@ def _misfits(
 ) -> xr.Dataset:
     """Measure the misfits of one response; NaN where the wall collapsed or a half cycle has no match."""
     displacement = u_ins * response.displacement
-    collapsed = int(response.outcome) == COLLAPSED
+    collapsed = bool(response.collapsed)
     matched = decay[slice(0, 0)] if collapsed else _match(half_cycles(elapsed, displacement, LEAST * u_ins), decay)
     count = matched.peak.size
     peaks, amplitudes = np.abs(matched.peak), np.abs(decay.peak[:count])

@@ -84,7 +84,7 @@ def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(named):
     )
     e = np.array([E])
     varied = dict(zip(incremental.VARIATIONS, case.varied(e, 0.05)["varied_peak"][0, 0], strict=True))
-    peak = case(Damping.cr(e), incremental.HALVINGS).peak.item()
+    peak = case(Damping("CR", e), incremental.HALVINGS).peak.item()
     assert peak > 1.1 * first
     assert varied["lower e"] < 0.99 * peak < 1.01 * peak < varied["higher e"]
 

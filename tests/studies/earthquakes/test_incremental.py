@@ -12,7 +12,7 @@ from rockdamp.equivalence.polynomials import shipped_polynomials
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import simulate
 from rockdamp.statistics.paired import compare_pairs
 from rockdamp.storage import dataset
 from rockdamp.studies import comparison
@@ -184,9 +184,9 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     factor = one["scale_factor"].values[scale : scale + 1]
     lengths = {"strong_end": found.strong_end, "step": settings.step, "tail": settings.tail}
     case = incremental.Case.from_record(wall, curve, motion.record, factor, **lengths)
-    dampers = Damping.cr(np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
+    dampers = Damping("CR", np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
     run = case.forcing.newmark(case.substeps)
-    cr, damped = (solve(curve, damper, store_every=1, **run).displacement.ravel() for damper in dampers)
+    cr, damped = (simulate(curve, damper, **run).displacement.ravel() for damper in dampers)
     start = case.decay * case.substeps + 1
     misfit = np.sqrt(np.mean((np.abs(cr) - np.abs(damped))[start:] ** 2))
     peak = float(study.sel(at)["peak"].isel(velocity_ratio=scale).sel(damping_model="CR")[0])

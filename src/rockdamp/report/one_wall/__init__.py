@@ -32,7 +32,7 @@ from rockdamp.figures.single import fragility_figure, response_figure
 from rockdamp.histories.labelled import responses
 from rockdamp.histories.supports import SMALL
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import damper_classes
+from rockdamp.mechanics.damping import DAMPERS
 from rockdamp.mechanics.floors import Building, Diaphragm
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
@@ -197,7 +197,7 @@ def _losses(subject: Subject) -> dict[str, Any]:
     with as_meant():
         typed = {row.damping_model: row for row in program_inputs(wall, subject.curve, max(e, LEAST_OF_DAMPER))}
     return {
-        "dampers": [(offer, damper_classes()[model].title, typed[model]) for model, offer in REQUIREMENT.items()],
+        "dampers": [(offer, DAMPERS[model].title, typed[model]) for model, offer in REQUIREMENT.items()],
         "studied_e": plain(missed_collapses(e)[0]),
     }
 

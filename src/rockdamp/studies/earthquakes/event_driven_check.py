@@ -159,7 +159,7 @@ def exact_peak(case: xr.Dataset, motion: catalogue.GroundMotion, named: NamedWal
     """Return the peak of one history and whether it collapses; `tail` is the rest after the record. [s]"""
     model, e, ratio = str(case["damping_model"].values), float(case["restitution"]), float(case["damping_ratio"])
     forcing = Forcing.from_record(named.wall, motion.record, float(case["scale_factor"]), tail=tail)
-    return exact_end(named.curve, Damping.from_values(model, restitution=e, damping_ratio=ratio), forcing)
+    return exact_end(named.curve, Damping(model, e if model == REFERENCE else ratio), forcing)
 
 
 def exact_end(curve: TrilinearCurve, damping: Damping, forcing: Forcing) -> tuple[float, bool]:

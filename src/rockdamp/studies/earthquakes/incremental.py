@@ -26,14 +26,13 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.histories.loads import Forcing
 from rockdamp.mechanics.curve import RULES, TrilinearCurve
-from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping import PARAMETERS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import IntensityMeasures, intensity_measures
 from rockdamp.motions.record import Record
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import solve
-from rockdamp.solvers.response import COLLAPSED, ComparedPeaks, Histories, Options, Peaks, Reference, Response
+from rockdamp.solvers.newmark import Histories, Load, Peaks, Reference, peaks, simulate
 from rockdamp.studies.matches import match_decays
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
@@ -81,28 +80,27 @@ class Case:
 
     def __call__(self, damping: Damping, halving: int, scheme: str = "newmark") -> Peaks:
         """Run dampers of shape (e, ...) at every scale: a batch of shape (scales, e, ...)."""
-        return solve(self.curve, damping, peaks_only=True, **self._options(damping, halving, scheme))
+        return peaks(self.curve, damping, load=self._load(damping, halving), scheme=scheme)
 
     def each_scale(self, damping: Damping) -> Array:
         """Return the load factors, which broadcast with a damper to (scales, e, ...)."""
         return np.reshape(self.forcing.load_factor, (-1, *(1 for _ in damping.shape)))
 
-    def _options(self, damping: Damping, halving: int, scheme: str = "newmark") -> Options:
+    def _load(self, damping: Damping, halving: int) -> Load:
         forcing = replace(self.forcing, load_factor=self.each_scale(damping))
-        return {**forcing.newmark(self.substeps * 2**halving), "scheme": scheme}
+        return forcing.newmark(self.substeps * 2**halving)
 
     def runs(self, e: Array, damping_ratio: Array) -> Iterator[Runs]:
         """Run CR, then every damper whose ratios are defined, at the first three steps."""
         # Only the coarsest run of CR is stored, step by step: Eq. (17) compares all dampers with it while they run.
-        restitution = Damping.cr(e)
-        histories = solve(self.curve, restitution, store_every=1, **self._options(restitution, 0))
+        restitution = Damping("CR", e)
+        histories = simulate(self.curve, restitution, load=self._load(restitution, 0))
         reference = self._reference(histories)
         yield self._run(restitution, histories)
         for row, model in enumerate(VISCOUS_MODELS, start=1):
             defined = np.asarray(np.isfinite(damping_ratio[:, row]).all(axis=0))
             damping = Damping(model, damping_ratio[:, row, defined])
-            options = self._options(damping, 0)
-            compared = solve(self.curve, damping, reference=reference, peaks_only=True, **options)
+            compared = peaks(self.curve, damping, load=self._load(damping, 0), reference=reference)
             yield replace(self._run(damping, compared), defined=defined, misfit=self._decay_misfit(compared))
 
     def outcome(self, runs: Sequence[Runs]) -> dict[str, Array]:
@@ -125,23 +123,23 @@ class Case:
     def varied(self, e: Array, change: float) -> dict[str, Array]:
         """Run CR with a coarser step, the printed treatment of impacts, a lower and a higher e; (scales, e, 4)."""
         finest = HALVINGS
-        nearby = self(Damping.cr(e[:, None] + change * np.array([-1.0, 1.0])), finest)
-        coarse, printed = self(Damping.cr(e), 0), self(Damping.cr(e), finest, "paper")
+        nearby = self(Damping("CR", e[:, None] + change * np.array([-1.0, 1.0])), finest)
+        coarse, printed = self(Damping("CR", e), 0), self(Damping("CR", e), finest, "paper")
         peak = [coarse.peak, printed.peak, *np.moveaxis(nearby.peak, -1, 0)]
-        outcome = [coarse.outcome, printed.outcome, *np.moveaxis(nearby.outcome, -1, 0)]
+        collapsed = [coarse.collapsed, printed.collapsed, *np.moveaxis(nearby.collapsed, -1, 0)]
         return {
             "varied_peak": np.stack(peak, axis=-1),
-            "varied_collapsed": (np.stack(outcome, axis=-1) == COLLAPSED).astype(np.int8),
+            "varied_collapsed": np.stack(collapsed, axis=-1).astype(np.int8),
         }
 
-    def _run(self, damping: Damping, coarsest: Response | Peaks) -> Runs:
+    def _run(self, damping: Damping, coarsest: Histories | Peaks) -> Runs:
         """Run a damper at the halvings of the coarsest step, and mark the histories that need more of them."""
         responses = [coarsest, *(self(damping, halving) for halving in range(1, HALVINGS + 1))]
         # NaN and False stand for the further halvings, which `_run_further` fills in where they are needed.
         peak = np.full((HALVINGS + FURTHER + 1, *coarsest.peak.shape), np.nan)
         collapsed = np.zeros(peak.shape, dtype=bool)
         for halving, response in enumerate(responses):
-            peak[halving], collapsed[halving] = response.peak, response.outcome == COLLAPSED
+            peak[halving], collapsed[halving] = response.peak, response.collapsed
         converged = self._of_steps(peak[: HALVINGS + 1], collapsed[: HALVINGS + 1])["converged"]
         near = (converged == 0) | (~collapsed[HALVINGS] & (peak[HALVINGS] >= NEAR))
         return Runs(damping, peak, collapsed, near)
@@ -181,10 +179,10 @@ class Case:
         checkpoints = [min(max(self.decay * self.substeps, 1), steps - 1), steps]
         return Reference(displacement, case, checkpoints)
 
-    def _decay_misfit(self, coarsest: ComparedPeaks) -> Array:
+    def _decay_misfit(self, coarsest: Peaks) -> Array:
         """Return the root mean square of the difference in |u| after the strong motion; NaN after a collapse."""
         steps = self.substeps * (self.forcing.intervals - self.decay)
-        stands = coarsest.outcome != COLLAPSED
+        stands = ~coarsest.collapsed
         error = np.where(stands, coarsest.error, 0.0)
         root = np.sqrt(np.maximum(error[1] - error[0], 0.0) / max(steps, 1))
         return np.where(stands, root, np.nan)
@@ -229,7 +227,7 @@ def _run_further(begun: Sequence[tuple[Case, Runs]]) -> None:
         edges = np.cumsum([runs.near.sum() for _, runs in members])[:-1]
         for halving in range(HALVINGS + 1, HALVINGS + FURTHER + 1):
             response = _near(members, halving)
-            ends = (np.split(values, edges) for values in (response.peak, response.outcome == COLLAPSED))
+            ends = (np.split(values, edges) for values in (response.peak, response.collapsed))
             for (_, runs), peak, collapsed in zip(members, *ends, strict=True):
                 runs.peak[halving, runs.near], runs.collapsed[halving, runs.near] = peak, collapsed
 
@@ -242,18 +240,17 @@ def _near(members: Sequence[tuple[Case, Runs]], halving: int) -> Peaks:
         return np.concatenate([np.broadcast_to(value, near.shape)[near] for value, near in parts])
 
     first, damping = members[0][0], members[0][1].damping
-    parameters = {name: lanes(runs.damping.parameters[name] for _, runs in members) for name in damping.parameters}
+    parameters = {name: lanes(getattr(runs.damping, name) for _, runs in members) for name in PARAMETERS}
     curve = {name: lanes(getattr(case.curve, name) for case, _ in members) for name in RULES}
     forcing = replace(
         first.forcing,
         sampling=lanes(case.forcing.sampling for case, _ in members),
         load_factor=lanes(case.each_scale(runs.damping) for case, runs in members),
     )
-    return solve(
+    return peaks(
         TrilinearCurve(**curve, softening=first.curve.softening),
         Damping(damping.model, **parameters),
-        peaks_only=True,
-        **forcing.newmark(first.substeps * 2**halving),
+        load=forcing.newmark(first.substeps * 2**halving),
     )
 
 

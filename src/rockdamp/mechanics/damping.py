@@ -1,0 +1,358 @@
+"""Damping models: the coefficient of restitution and the viscous dampers, with their parameters.
+
+Dimensionless as in the solvers: unit mass, x = u/u_ins, tau = p t, C over m_eff p. Eqs (8), (10), (11), (12) of the
+paper; ECD, BAND and CQD are beyond it. ECD is derived in docs/theory.md, sections 4 and 7, a loss that depends on the
+amplitude in section 8, BAND and CQD in section 9. The formulas of C are in `solvers.kernel`, and once more, written
+independently, in the exact solver.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError, check, check_choice
+from rockdamp.mechanics.curve import TrilinearCurve
+
+
+class Damper(NamedTuple):
+    """What holds of a model: its title, and the parameters that it takes besides the value."""
+
+    title: str
+    takes: tuple[str, ...] = ()
+    default_width: float = 0.0  # t_c of BAND [rad], w/a1 of CQD [-]
+    largest_width: float = math.inf
+    is_amplitude_independent: bool = False  # every half cycle loses the same share of its energy
+    largest_value: float = math.inf
+
+
+LOSS = ("loss_exponent", "reference_amplitude")
+# ASSUME: the amplitude that e belongs to where the loss depends on the amplitude and no other is said [u/u_ins].
+REFERENCE_AMPLITUDE = 0.3
+PARAMETERS = ("value", "order", "width", *LOSS)
+LARGEST_BAND_RATIO = -math.log(0.01) / math.pi  # xi of e = 0.01
+# ASSUME: the paper has no band of fixed time. A narrower one is nearer to restitution, with a force as 1/t_c.
+DAMPERS = {
+    "CR": Damper("coefficient of restitution", LOSS, largest_value=1.0),
+    "CDC": Damper("constant damping coefficient"),
+    "CDR": Damper("constant damping ratio"),
+    "SDR": Damper("stiffness proportional damping ratio"),
+    "ECD": Damper("energy-consistent damper", ("order", *LOSS), is_amplitude_independent=True),
+    "BAND": Damper("band of fixed time", ("width",), 0.2, math.inf, True, LARGEST_BAND_RATIO),
+    "CQD": Damper("band of fixed length", ("width",), 0.25, 1.0, largest_value=LARGEST_BAND_RATIO),
+}
+LARGEST_ORDER = 10_000  # of ECD; steps of the solver would pass over its band about u = 0
+DOUBLED_ORDERS = (1, 2, 4, 8, 32, 64, 128)  # their power takes multiplications alone, any other a library's power
+# ASSUME: of kappa cos^(2m+1) phi sin phi, which is less than 1 where half cycles end. Beyond it the damper is no longer
+# exact: the motion is then nearly the creep of an overdamped oscillator.
+CAP = 0.95
+LARGEST_STRENGTH = 3.4  # delta' of BAND; a narrow band divides by zero at 2 sqrt(3) = 3.46
+
+
+@dataclass(frozen=True, eq=False)
+class Damping:
+    """A damping model with its parameters, which broadcast against each other and the walls they are given to.
+
+    Parameters
+    ----------
+    model : {"CR", "CDC", "CDR", "SDR", "ECD", "BAND", "CQD"}
+    value : float or ndarray
+        Coefficient of restitution e of CR, 0 to 1: the velocity is multiplied by it whenever u changes sign. Damping
+        ratio xi of the others, at least 0. [-]
+    order : float or ndarray, optional
+        m of ECD, 0 if not given; the larger, the nearer to restitution. [-]
+    width : float or ndarray, optional
+        t_c of BAND, 0.2 if not given [rad]; of CQD its half width over a1, 0.25 if not given. [-]
+    loss_exponent : float or ndarray
+        g of CR and ECD. With g > 0 the loss falls with the amplitude: an impact that the wall reaches with the energy
+        E- leaves E+^g = E-^g - E_r^g (1 - e^2g), or stops it. Below 0.5 for ECD. [-]
+    reference_amplitude : float or ndarray
+        u/u_ins of the energy E_r = V(u) that the value belongs to; less than a3 of the curve. [-]
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
+    >>> rd.Damping("CDR", 0.05).coefficient(curve, [0.02, 0.5]).round(3)  # falls with the secant stiffness
+    array([0.461, 0.1  ])
+    """
+
+    model: str
+    value: Any
+    order: Any = None
+    width: Any = None
+    loss_exponent: Any = 0.0
+    reference_amplitude: Any = REFERENCE_AMPLITUDE
+
+    def __post_init__(self) -> None:
+        damper = DAMPERS[check_choice("damping_model", self.model, tuple(DAMPERS))]
+        resolved = {
+            "value": self.value,
+            "order": 0.0 if self.order is None else self.order,
+            "width": damper.default_width if self.width is None else self.width,
+            "loss_exponent": self.loss_exponent,
+            "reference_amplitude": self.reference_amplitude,
+        }
+        for name, value in resolved.items():
+            object.__setattr__(self, name, np.asarray(value, dtype=float))
+        e_or_xi = "restitution" if self.model == "CR" else "damping_ratio"
+        most = damper.largest_value
+        check(e_or_xi, self.value, lambda x: (x >= 0) & (x <= most), f"at least 0 and at most {most:.3g}")
+        for name in ("order", "width", "loss_exponent"):
+            if name not in damper.takes and np.any(getattr(self, name) != 0):
+                raise InputError(f"{self.model} takes no {name}", name)
+        check("order", self.order, lambda m: (m >= 0) & (m <= LARGEST_ORDER), f"at least 0 and at most {LARGEST_ORDER}")
+        if "width" in damper.takes:
+            widest = damper.largest_width
+            check("width", self.width, lambda w: (w > 0) & (w <= widest), f"greater than 0 and at most {widest:g}")
+        most = 0.5 if self.model == "ECD" else math.inf
+        check("loss_exponent", self.loss_exponent, lambda g: (g >= 0) & (g < most), f"at least 0 and less than {most}")
+        check("reference_amplitude", self.reference_amplitude, lambda x: x > 0, "greater than 0")
+        if self.model == "CR":
+            check("restitution", self.value, lambda e: (e > 0) | (self.loss_exponent == 0), "above 0 with an exponent")
+        if self.model == "BAND":
+            band_most = half_cycle_loss(LARGEST_STRENGTH, self.width) / math.pi
+            check(
+                "damping_ratio", self.value, lambda xi: xi <= band_most, f"at most {np.min(band_most, initial=1e9):.3g}"
+            )
+
+    @classmethod
+    def from_restitution(
+        cls,
+        e: ArrayLike,
+        model: str = "BAND",
+        *,
+        order: ArrayLike | None = None,
+        width: ArrayLike | None = None,
+        loss_exponent: ArrayLike = 0.0,
+        reference_amplitude: ArrayLike = REFERENCE_AMPLITUDE,
+    ) -> Damping:
+        """Return the damper that loses in every half cycle what an impact takes: exact, and without a fit.
+
+        The other parameters are those of `Damping`.
+
+        Parameters
+        ----------
+        e : float or ndarray
+            Coefficient of restitution, in (0, 1]. [-]
+        model : {"CR", "ECD", "BAND", "CQD"}
+            CR is restitution itself. CQD is exact as its width tends to 0.
+
+        Raises
+        ------
+        InputError
+            For CDC, CDR and SDR, whose ratio depends on curve and amplitude, and for an e at which half cycles of ECD
+            would not end.
+
+        Examples
+        --------
+        >>> import rockdamp as rd
+        >>> rd.Damping.from_restitution([0.8, 0.85]).value.round(4)
+        array([0.071 , 0.0517])
+        """
+        if model in ("CDC", "CDR", "SDR"):
+            raise InputError(f"damping_model is {model}; it must be CR, ECD, BAND or CQD: for others use equivalent")
+        parts = {"width": width, "loss_exponent": loss_exponent, "reference_amplitude": reference_amplitude}
+        if model == "CR":
+            return cls(model, e, order, **parts)
+        e = check("restitution", e, lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1")
+        m, g = np.asarray(0.0 if order is None else order, dtype=float), np.asarray(loss_exponent, dtype=float)
+        delta = 0.0 - np.log(e)
+        if model != "ECD":
+            return cls(model, delta / math.pi, order, **parts)
+        plain = (m == 0) & (g == 0)
+        xi = np.where(plain, ecd_damping_ratio(delta, m), loss_per_half_cycle(delta, g) / np.pi)
+        most = np.where(plain, np.inf, CAP * critical_damping_ratio(np.maximum(m, 0)))
+        allowed = f"at least {np.max(np.exp(-np.pi * most), initial=0):.3g}, or half cycles would not end"
+        check("restitution", e, lambda e: xi < most, allowed)
+        return cls(model, xi, order, **parts)
+
+    @property
+    def label(self) -> str:
+        """Name in datasets: ECD16, BAND0.4; the model alone at the default, and where the parameter is an array."""
+        number = {"ECD": self.order, "BAND": self.width, "CQD": self.width}.get(self.model, np.zeros(()))
+        default = DAMPERS[self.model].default_width
+        return self.model if number.ndim or number == default else f"{self.model}{number:g}"
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape that the parameters broadcast to."""
+        return np.broadcast_shapes(*(getattr(self, name).shape for name in PARAMETERS))
+
+    def map(self, function: Callable[[Array], Array]) -> Damping:
+        """Return the same model with a function, which picks or repeats elements, applied to each of its parameters."""
+        values = np.broadcast_arrays(*(getattr(self, name) for name in PARAMETERS))
+        return Damping(self.model, **dict(zip(PARAMETERS, map(function, values), strict=True)))
+
+    def kernel_arguments(self, curve: TrilinearCurve) -> tuple[str, tuple[Any, Any, Any]]:
+        """Return the name of the damper in the kernel and its three parameters there, which broadcast with the curve's.
+
+        Parameters
+        ----------
+        curve : TrilinearCurve
+        """
+        value, w1, m, g = self.value, curve.initial_frequency, self.order, self.loss_exponent
+        has_law = np.any(g != 0)
+        double_reference = self.reference_energy(curve) if has_law else np.ones(())
+        if self.model == "CR":
+            return ("cr_law", (value, g, double_reference)) if has_law else ("cr", (value, 0.0, 0.0))
+        if self.model == "BAND":
+            c = self.width / w1
+            return "band", (3 * band_strength(math.pi * value, self.width) / (4 * c), c, 0.0)
+        if self.model == "CQD":
+            return "cqd", (0.75 * math.pi * value, self.width * curve.yield_displacement_ratio, 0.0)
+        if self.model != "ECD":
+            scale = {"CDC": 2 * w1 * value, "CDR": 2 * value, "SDR": 2 * value / w1}[self.model]
+            return self.model.lower(), (scale, 0.0, 0.0)
+        kappa = 2 * value * normalisation(m)
+        if has_law:
+            return "ecd_any", (kappa * double_reference**g, m, g)
+        if not m.size or np.any(m != m.flat[0]):
+            return "ecd_any", (kappa, m, 0.0)
+        names = {0: "ecd", 16: "ecd16", **dict.fromkeys(DOUBLED_ORDERS, "ecd_doubled")}
+        return names.get(m.flat[0], "ecd_any"), (kappa, m.flat[0], 0.0)
+
+    def reference_energy(self, curve: TrilinearCurve) -> Array:
+        """Return 2 E_r, twice the energy at the reference amplitude. [-]"""
+        a3 = curve.ultimate_displacement_ratio
+        at = check("reference_amplitude", self.reference_amplitude, lambda x: x < a3, "less than a3")
+        return 2 * curve.energy(at)
+
+    def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
+        """Return the coefficient C over m_eff p, which for CR is zero. [-]
+
+        Parameters
+        ----------
+        curve : TrilinearCurve
+            Broadcasts.
+        x, v : float or ndarray
+            u/u_ins and its derivative by tau, broadcast; not every damper depends on the velocity. [-]
+        """
+        from rockdamp.solvers import kernel  # here, as Numba is slow to import
+
+        x, v = np.asarray(x, dtype=float), np.asarray(v, dtype=float)
+        shape = np.broadcast_shapes(x.shape, v.shape, curve.shape, self.shape)
+        name, parameters = self.kernel_arguments(curve)
+        if self.model == "CR":
+            return np.zeros(shape)
+        if self.model == "CQD":  # the kernel takes the mean over a step
+            size, w, _ = parameters
+            return np.broadcast_to(size / w * np.maximum(1 - (x / w) ** 2, 0) * np.abs(v), shape).copy()
+        shape_of_curve = curve.parameters()
+        z = np.maximum(np.abs(x), kernel.TINY)
+        f, double_v = kernel.force(z, shape_of_curve), kernel.double_energy(z, shape_of_curve)
+        c = getattr(kernel, name)(z, f, double_v, np.where(x < 0, -v, v), 0.0, parameters)
+        return np.broadcast_to(c, shape).copy()
+
+
+# --- ECD --------------------------------------------------------------------------------------------------------------
+
+
+def normalisation(order: ArrayLike) -> Array:
+    r"""Return N_m, which makes 2 xi N_m the size kappa of ECD of order m with xi = delta/pi. [-]
+
+    .. math:: N_m = \frac{\pi/2}{\int_{-\pi/2}^{\pi/2} \cos^{2m+2}\varphi\,d\varphi}
+              = \frac{\sqrt{\pi}}{2}\,\frac{\Gamma(m+2)}{\Gamma(m+3/2)}
+
+    It is 1, 4/3 and 8/5 at orders 0, 1 and 2, and tends to sqrt(pi m)/2.
+    """
+    m = np.asarray(order, dtype=float)
+    ratio = [math.exp(math.lgamma(one + 2) - math.lgamma(one + 1.5)) for one in np.ravel(m).tolist()]
+    return np.where(m == 0, 1.0, math.sqrt(math.pi) / 2 * np.reshape(ratio, m.shape))
+
+
+def ecd_damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
+    """Return xi with which ECD of order m loses delta = -ln e in every half cycle: exact, and without a fit. [-]
+
+    It is delta/pi, at every order above 0. Order 0, which has no velocity in it, has the linear oscillator's,
+    delta/sqrt(pi^2 + delta^2).
+    """
+    delta = np.asarray(log_decrement, dtype=float)
+    return np.where(np.asarray(order) == 0, delta / np.hypot(np.pi, delta), delta / np.pi)
+
+
+def ecd_log_decrement(damping_ratio: ArrayLike, order: ArrayLike = 0.0) -> Array:
+    """Return delta = -ln e of a half cycle, the inverse of `ecd_damping_ratio`, for xi below 1. [-]"""
+    xi = np.asarray(damping_ratio, dtype=float)
+    return np.where(np.asarray(order) == 0, np.pi * xi / np.sqrt(1 - xi**2), np.pi * xi)
+
+
+def loss_per_half_cycle(log_decrement: ArrayLike, exponent: ArrayLike) -> Array:
+    """Return (1 - e^2g)/(2g), which takes the place of delta = -ln e where the loss has an exponent g. [-]"""
+    delta, g = np.asarray(log_decrement, dtype=float), np.asarray(exponent, dtype=float)
+    return np.where(g == 0, delta, -np.expm1(-2 * g * delta) / np.where(g == 0, 1.0, 2 * g))
+
+
+def critical_damping_ratio(order: ArrayLike) -> Array:
+    r"""Return xi from which a half cycle does not end: the motion creeps to the origin and never crosses it. [-]
+
+    There kappa cos^(2m+1) phi sin phi reaches 1 at its largest, tan^2 phi = 1/(2m+1):
+
+    .. math:: \xi_c = \frac{\sqrt{2m+2}}{2 N_m}\left(\frac{2m+2}{2m+1}\right)^{m+1/2}
+
+    It rises from 1 at order 0, the linear oscillator's, to sqrt(2 exp(1)/pi) = 1.3155.
+    """
+    m = np.asarray(order, dtype=float)
+    return np.sqrt(2 * m + 2) / (2 * normalisation(m)) * np.exp((m + 0.5) * np.log1p(1 / (2 * m + 1)))
+
+
+# --- BAND -------------------------------------------------------------------------------------------------------------
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)  # integrates the loss to the last digits
+
+
+def half_cycle_loss(strength: ArrayLike, width: ArrayLike) -> Array:
+    r"""Return delta = -ln e of a half cycle that crosses u = 0 on the first branch under BAND. [-]
+
+    .. math:: \delta = \int_{-t_c}^{t_c} \frac{G\,(1+t^2)^{-2}}{1 + G\,t/(1+t^2)}\,dt, \qquad
+              G = \frac{3\delta'}{4 t_c}\left(1 - \frac{t^2}{t_c^2}\right)
+
+    Parameters
+    ----------
+    strength : float or ndarray
+        delta', from 0 to 3.4, broadcasts. [-]
+    width : float or ndarray
+        t_c, broadcasts. [rad]
+    """
+    return _loss_and_slope(np.asarray(strength, dtype=float), np.asarray(width, dtype=float))[0]
+
+
+def _loss_and_slope(strength: Array, width: Array) -> tuple[Array, Array]:
+    """Return delta, and its derivative by delta'."""
+    t = width[..., None] * NODES
+    cosine = 1 / (1 + t * t)  # squared, of the phase
+    per_strength = 0.75 * (1 - NODES**2)  # G t_c/delta'
+    g = strength[..., None] / width[..., None] * per_strength
+    below = 1 + g * t * cosine
+    slope = WEIGHTS * per_strength * cosine**2 / below
+    return np.sum(strength[..., None] * slope, axis=-1), np.sum(slope / below, axis=-1)
+
+
+def band_strength(log_decrement: ArrayLike, width: ArrayLike) -> Array:
+    """Return delta' with which a half cycle loses delta = -ln e, the inverse of `half_cycle_loss`. [-]
+
+    The short form delta (1 + 0.4 t_c^2 - 0.097 t_c^4 - 0.043 delta^2) is within 0.1 % of it for e from 0.5 to 1 and
+    t_c up to 0.4. Newton's method falls to it from a strength that loses more, as delta is convex in delta'.
+
+    Parameters
+    ----------
+    log_decrement : float or ndarray
+        delta, from 0 to that of delta' = 3.4, broadcasts. [-]
+    width : float or ndarray
+        t_c, broadcasts. [rad]
+    """
+    delta, t_c = np.broadcast_arrays(np.asarray(log_decrement, dtype=float), np.asarray(width, dtype=float))
+    strength = np.minimum(delta * (1 + t_c**2), LARGEST_STRENGTH)
+    while True:
+        loss, slope = _loss_and_slope(strength, t_c)
+        step = (loss - delta) / slope
+        moves = step > 1e-15 * strength
+        if not moves.any():
+            return strength
+        strength = np.where(moves, strength - step, strength)
