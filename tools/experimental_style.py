@@ -13,7 +13,7 @@ import sys
 import numpy as np
 
 from rockdamp.errors import require
-from rockdamp.histories.loads import Forcing
+from rockdamp.histories.loads import make_load, sample_load
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
@@ -73,7 +73,7 @@ def synthetic_record(
         TrilinearCurve(yield_displacement_ratio, strength_ratio),
         Damping("CR", restitution),
         p * elapsed,
-        **Forcing.from_record(WALL, Record(fine, motion)).event_driven(),
+        **sample_load(make_load(WALL, Record(fine, motion))),
     )
     stands = not history.collapsed
     require(stands, "pulse_peak", pulse_peak, "small enough that the wall survives [m s-2]")

@@ -7,8 +7,8 @@ from .equivalence.closed_form import giannini_masiani as giannini_masiani
 from .equivalence.equivalent import equivalent as equivalent
 from .errors import InputError as InputError
 from .errors import InputWarning as InputWarning
-from .histories.labelled import free_decay as free_decay
-from .histories.labelled import respond as respond
+from .histories.respond import free_decay as free_decay
+from .histories.respond import respond as respond
 from .histories.supports import FloorMotion as FloorMotion
 from .histories.supports import floor_motions as floor_motions
 from .laboratory.calibration import calibrate as calibrate

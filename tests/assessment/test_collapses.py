@@ -4,7 +4,7 @@ import numpy as np
 
 import rockdamp as rd
 from rockdamp.assessment.collapses import HALVINGS, NEAR, near_to_collapse, refined
-from rockdamp.histories.loads import peaks_and_collapses
+from rockdamp.histories.loads import run_record
 
 
 def test_large_peaks_that_stand_and_first_collapses_are_near():
@@ -24,7 +24,10 @@ def test_near_collapse_the_answer_is_that_of_the_finest_step_and_elsewhere_of_th
     )
     options = {"step": 0.2, "tail": 3.0}
     peak, collapsed, coarser = refined(record, walls, curve, dampings, factor, **options)
-    runs = [peaks_and_collapses(record, walls, curve, dampings, factor, **options, halvings=n) for n in (0, 1, 2)]
+    runs = []
+    for halvings in (0, 1, 2):
+        ended = [run_record(record, walls, curve, one, factor.T, **options, halvings=halvings) for one in dampings]
+        runs.append([np.stack([getattr(end, name).T for end in ended], axis=-1) for name in ("peak", "collapsed")])
     near = near_to_collapse(*runs[0], factor)
     assert near.any() and not near.all() and HALVINGS == 2
     np.testing.assert_array_equal(collapsed, np.where(near, runs[2][1], runs[0][1]))

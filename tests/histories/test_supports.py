@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 
 import rockdamp as rd
 from rockdamp.histories import supports
-from rockdamp.histories.loads import Forcing, SupportRecord, support_factors
+from rockdamp.histories.loads import SupportRecord, make_load, sample_load, support_factors
 from rockdamp.histories.supports import joint_offset, modal_response
 from rockdamp.mechanics.floors import Modes
 from rockdamp.solvers.exact import exact_history
@@ -199,7 +199,7 @@ def test_both_solvers_and_a_general_integrator_take_the_load_of_two_supports(gro
     run = rd.respond(wall, curve, rd.Damping("CDC", xi), record, scale=scale)
     found = run["control_displacement"].values[: expected.size]
     np.testing.assert_allclose(found, expected, atol=2e-4 * np.abs(expected).max())
-    load = Forcing.from_record(wall, record, scale).event_driven()
+    load = sample_load(make_load(wall, record, scale))
     event = exact_history(curve, rd.Damping("CDC", xi), [p * end], **load)
     assert event.displacement[0] * u_ins == pytest.approx(expected[-1], rel=2e-3)
 

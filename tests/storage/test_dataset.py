@@ -12,9 +12,6 @@ from repository import ROOT
 from rockdamp.errors import InputError
 from rockdamp.storage import dataset
 
-# Parameters and results of `rd.free_decay` and `rd.respond` that no command stores.
-HISTORIES = {"density", "eccentricity", "overburden_mass", "peak_tau", "width"}
-
 
 @pytest.fixture
 def orders():
@@ -60,7 +57,7 @@ def test_the_glossary_has_whole_texts_and_no_name_that_no_dataset_has():
     for entry in [*dataset.glossary()["names"].values(), *said]:
         assert set(entry) <= {"units", "long_name", "symbol", "dtype"} and None not in entry.values(), entry
     used = {name for kind in dataset.glossary()["datasets"] for name in dataset.variables(kind)}
-    assert set(dataset.glossary()["names"]) - used - HISTORIES == set()
+    assert set(dataset.glossary()["names"]) - used == set()
 
 
 def test_a_dataset_comes_back_as_it_was_written(orders, tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from configs import configured
 
-from rockdamp.histories.loads import Forcing
+from rockdamp.histories.loads import make_load, sample_load
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
@@ -41,8 +41,7 @@ def test_the_tri_linear_wall_peaks_where_the_event_driven_solver_does(config, fo
     (motion,) = map(catalogue.load_record, catalogue.record_names([RECORD]))
     ratio = float(found["velocity_ratio"][0])
     factor = ratio * float(config.wall.make().velocity_scale) / intensity_measures(motion.intensity_record).pgv
-    forcing = Forcing.from_record(config.wall.make(), motion.record, factor, tail=config.bilinear.tail)
-    load = forcing.event_driven()
+    load = sample_load(make_load(config.wall.make(), motion.record, factor, tail=config.bilinear.tail))
     times = load["sampling"] * np.arange(np.size(load["load"]))
     exact = exact_history(config.curve.make(), Damping("CR", config.damping_force.restitution), times, **load)
     cell = found.sel(force_curve="tri-linear").isel(record=0, velocity_ratio=0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from configs import configured
 
-from rockdamp.histories.loads import under_records
+from rockdamp.histories.loads import run_records
 from rockdamp.mechanics.damping import Damping, band_strength
 from rockdamp.motions import catalogue
 from rockdamp.studies import order
@@ -60,7 +60,7 @@ def test_changes_of_the_loss_and_of_the_step_are_what_their_names_say(config, ch
 
     def peak(damping, step, **scheme):
         walls = {named.name: (named.wall, named.curve) for named in quakes.walls}
-        runs = under_records(
+        runs = run_records(
             motions,
             walls,
             damping,

@@ -9,7 +9,7 @@ from configs import configured
 
 import rockdamp as rd
 from rockdamp.config import GeometricGrid
-from rockdamp.histories.loads import peaks_and_collapses
+from rockdamp.histories.loads import run_record
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
@@ -51,9 +51,9 @@ def test_walls_as_assumed_are_the_solver_s(config, histories):
         record = catalogue.load_record(entry).record
         factor = config.supports.velocity_ratio.values() * named.wall.velocity_scale / intensity_measures(record).pgv
         damping = Damping("CR", named.wall.restitution_measured)
-        expected = peaks_and_collapses(record, named.wall, named.curve, [damping], factor, step=0.05, tail=1.0)[1]
+        expected = run_record(record, named.wall, named.curve, damping, factor[:, None], step=0.05, tail=1.0)
         found = histories["collapsed"].sel(assumption=supports.ASSUMED, wall="loaded").values[row]
-        np.testing.assert_array_equal(found, expected[0, :, 0])
+        np.testing.assert_array_equal(found, expected.collapsed[:, 0])
     # A floor whose period is that of a rigid one is a rigid one.
     stiff, assumed = (
         histories["collapsed"].sel(assumption=name) for name in (supports.floor_case(0.02), supports.ASSUMED)

@@ -12,13 +12,12 @@ from repository import ROOT
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import half_cycles
-from rockdamp.histories.loads import Forcing
-from rockdamp.histories.measured_test import computed_response
+from rockdamp.histories.loads import make_load, sample_load
+from rockdamp.histories.respond import respond
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.record import Record, read_record
 from rockdamp.solvers.exact import exact_history
-from rockdamp.solvers.newmark import Histories
 from rockdamp.studies.validation import _misfits, damping_ratios, validate
 from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
@@ -84,15 +83,10 @@ def test_damping_ratios_are_the_mean_of_the_polynomials_as_in_the_paper(equivale
 
 def test_the_response_to_a_record_is_that_of_the_event_driven_solver(record):
     curve = TrilinearCurve(0.03, 0.80)
-    response = computed_response(record, WALL, curve, Damping("CR", 0.835), 0.0025)
-    exact = exact_history(
-        curve,
-        Damping("CR", 0.835),
-        P * record.elapsed,
-        **Forcing.from_record(WALL, record).event_driven(),
-    )
-    coarse = computed_response(record, WALL, curve, Damping("CR", 0.835), 0.01)
-    error, coarser = (np.abs(one.displacement - exact.displacement).max() for one in (response, coarse))
+    load = sample_load(make_load(WALL, record, substeps=64))
+    exact = exact_history(curve, Damping("CR", 0.835), P * record.elapsed, **load)
+    runs = [respond(WALL, curve, Damping("CR", 0.835), record, step=step) for step in (0.0025, 0.01)]
+    error, coarser = (float(np.abs(run["displacement"] - exact.displacement).max()) for run in runs)
     # Second order, erratic in a single history: a quarter of the step takes off the better part of the error.
     assert error < 0.5 * coarser
     assert error < 1e-3 * np.abs(exact.displacement).max()
@@ -102,7 +96,7 @@ def test_straight_lines_between_samples_of_the_motion_would_lower_the_peak_by_a_
     smooth = synthetic_record(noise=0)
     straight = Record(smooth.elapsed, smooth.ground_acceleration)  # without a response it is no spline
     curve = TrilinearCurve(0.031, 0.799)
-    peaks = [float(computed_response(one, WALL, curve, Damping("CR", 0.84), 0.0025).peak) for one in (smooth, straight)]
+    peaks = [float(respond(WALL, curve, Damping("CR", 0.84), one)["peak"]) for one in (smooth, straight)]
     assert 1 - peaks[1] / peaks[0] == pytest.approx(0.003, abs=5e-4)
 
 
@@ -184,10 +178,17 @@ def test_a_decay_whose_half_cycles_last_longer_than_the_measured_has_a_drift_abo
         return 0.02 * np.sin(2 * np.pi * cycles) * 0.8**cycles
 
     measured = decay(1.0)
-    none = np.zeros(())
-    response = Histories(none, none, np.array(0.02 / U_INS), none, none, decay(stretch) / U_INS, 0 * elapsed)
+    response = xr.Dataset(
+        {
+            "control_displacement": ("elapsed", decay(stretch)),
+            "instability_displacement": U_INS,
+            "collapsed": 0,
+            "peak_displacement": 0.02,
+        },
+        coords={"elapsed": elapsed},
+    )
     halves = half_cycles(elapsed, measured, 0.001)[slice(1, 9)]
-    found = _misfits(elapsed, response, U_INS, measured, halves, 0)
+    found = _misfits(response, measured, halves, 0)
     assert float(found["period_drift"]) == pytest.approx(stretch - 1, abs=2e-4)
     assert float(found["decay_peak_ratio"]) == pytest.approx(1.0, abs=2e-3)
     assert float(found["log_decrement"]) == pytest.approx(-np.log(0.8) / 2, rel=1e-2)

@@ -32,9 +32,9 @@ from rockdamp.assessment.table import (
     restitution_and_reason,
 )
 from rockdamp.errors import InputError, require
-from rockdamp.histories.labelled import described
 from rockdamp.histories.loads import SupportRecord
 from rockdamp.histories.one_sided import add_reversed
+from rockdamp.histories.respond import describe
 from rockdamp.histories.supports import SMALL, Records, collect_motions, floor_motions, joint_offset
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE
@@ -53,7 +53,6 @@ from rockdamp.statistics.fragility import (
     resample,
     wilson,
 )
-from rockdamp.storage.dataset import variables
 from rockdamp.vocabulary import REFERENCE
 
 REPLICATES, SEED = 1000, 695  # of the bootstrap over stations
@@ -165,7 +164,7 @@ def assess(
     answer = answer.assign_coords(
         record=[motion.name for motion in motions], station=("record", groups), bound=["lower", "upper"]
     ).transpose(*DIMS, missing_dims="ignore")
-    return described(answer, variables("assessment")).assign_attrs(
+    return describe(answer, "assessment").assign_attrs(
         title="Collapse of one wall under records",
         intensity_measure=measure,
         restitution_reason=reason,

@@ -6,10 +6,8 @@ Of walls that rock to one side too.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import fields, replace
 from functools import partial
-from operator import itemgetter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -18,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from rockdamp import progress
 from rockdamp.arrays import Array
 from rockdamp.errors import require
-from rockdamp.histories.loads import peaks_and_collapses
+from rockdamp.histories.loads import run_record, select
 from rockdamp.histories.one_sided import run_one_sided
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import CAP, REFERENCE_AMPLITUDE, Damping, critical_damping_ratio
@@ -27,7 +25,6 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
-from rockdamp.plausibility import as_meant
 from rockdamp.solvers.newmark import available_threads
 from rockdamp.vocabulary import RECOMMENDED, REFERENCE, VISCOUS_MODELS
 
@@ -155,13 +152,13 @@ def refined(
 ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Run walls with each damper under a record at each factor, at a finer step near collapse.
 
-    Arguments are as for `peaks_and_collapses`, with `factor` of the shape (walls, factors). Returned are the peaks [-]
+    Arguments are as for `run_record`, with `factor` of the shape (walls, factors). Returned are the peaks [-]
     and collapses at the finest step, and the collapses at twice that step, shape (walls, factors, dampings).
     """
-    peak, collapsed = peaks_and_collapses(record, wall, curve, dampings, factor, step=step, tail=tail)
+    ended = [run_record(record, wall, curve, damping, factor.T, step=step, tail=tail) for damping in dampings]
+    peak, collapsed = (np.stack([getattr(end, name).T for end in ended], axis=-1) for name in ("peak", "collapsed"))
     coarser = collapsed.copy()
     near = near_to_collapse(peak, collapsed, factor)
-    spread = partial(np.broadcast_to, shape=factor.shape[:1])
     for column, damping in enumerate(dampings):
         walls, levels = np.nonzero(near[..., column])
         if not walls.size:
@@ -169,14 +166,12 @@ def refined(
         # Those that collapsed stand together: the kernel leaves a block that has collapsed.
         collapsed_last = np.argsort(collapsed[walls, levels, column], kind="stable")
         walls, levels = walls[collapsed_last], levels[collapsed_last]
-        lane, pick = (walls, levels, column), itemgetter(walls)
-        lanes = (_lanes(wall, factor.shape[0], walls), curve.map(spread).map(pick), [damping.map(spread).map(pick)])
+        lane, count = (walls, levels, column), factor.shape[0]
+        lanes = select(wall, count, walls), select(curve, count, walls), select(damping, count, walls)
         for halvings in range(1, HALVINGS + 1):
             coarser[lane] = collapsed[lane]
-            finer = peaks_and_collapses(
-                record, *lanes, factor[walls, levels][:, None], step=step, tail=tail, halvings=halvings
-            )
-            peak[lane], collapsed[lane] = (values[:, 0, 0] for values in finer)
+            finer = run_record(record, *lanes, factor[walls, levels], step=step, tail=tail, halvings=halvings)
+            peak[lane], collapsed[lane] = finer.peak, finer.collapsed
     return peak, collapsed, coarser
 
 
@@ -192,14 +187,6 @@ def near_to_collapse(peak: Array, collapsed: NDArray[np.bool_], factor: Array) -
     near = np.empty_like(collapsed)
     np.put_along_axis(near, order, first, axis=1)
     return near | (~collapsed & (peak >= NEAR))
-
-
-def _lanes(wall: Wall | Parapet, count: int, walls: NDArray[np.intp]) -> Wall | Parapet:
-    """Return the wall of each lane."""
-    each = {field.name: np.broadcast_to(getattr(wall, field.name), count) for field in fields(wall)}
-    sizes: dict[str, Any] = {name: values[walls] for name, values in each.items()}
-    with as_meant():  # it was warned of when it was made
-        return replace(wall, **sizes)
 
 
 # --- walls that rock to one side --------------------------------------------------------------------------------------

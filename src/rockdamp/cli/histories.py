@@ -62,7 +62,6 @@ LENGTH = 20.0  # in tau, of a decay
 UNITS = {"elapsed": "s", "peak_displacement": "m", "peak_elapsed": "s", "outcome_elapsed": "s"}
 UNITS |= {"support_acceleration": "m s-2", "pga": "m s-2", "pgv": "m s-1", "duration": "s", "rocking_onset": "m s-2"}
 PEAKS = ("peak_displacement", "peak", "peak_elapsed")
-RESULTS = (*PEAKS, "outcome", "outcome_elapsed")
 DAMPER = ("damping_ratio", "exponent", "at", "compare")
 
 output_option = click.option("--output", type=OutputFile(".nc"), help="Write the history as NetCDF.")
@@ -108,10 +107,10 @@ def decay(release: float, length: tuple[str, float], as_json: bool, **options: A
     tau = _in_tau(length, wall)
     curve = make_curve(options)
     dampings = make_dampings(options, curve, wall, release_amplitude=release)
-    from rockdamp.histories.labelled import decays, peaks
+    from rockdamp.histories.respond import free_decay
 
-    histories = decays(curve, dampings, release_amplitude=release, length=tau, wall=wall)
-    rows = peaks(histories)
+    histories = free_decay(curve, dampings, wall=wall, release_amplitude=release, length=tau)
+    rows = _half_cycle_rows(histories)
     if options["output"] is not None:
         write_dataset(histories, options["output"], "free_decay")
     if options["plot"] is not None:
@@ -136,6 +135,24 @@ def _in_tau(length: tuple[str, float], wall: Wall | Parapet | None) -> float:
     if wall is None:
         raise click.UsageError("--length in seconds needs --thickness and --height; without them it must be in tau")
     return number * float(wall.frequency_parameter)
+
+
+def _half_cycle_rows(decay: xr.Dataset) -> list[dict[str, Any]]:
+    """Return a row for each half cycle that ends, the release first: its peak and the number of impacts before it."""
+    from rockdamp.histories.half_cycles import LEAST, half_cycles
+
+    rows = []
+    for damper in range(decay.sizes["damping_model"]):
+        history = decay.isel(damping_model=damper)
+        cycles = half_cycles(history["tau"].values, history["displacement"].values, LEAST)
+        for impacts, (peak, tau, end) in enumerate(zip(cycles.peak, cycles.peak_elapsed, cycles.end, strict=True)):
+            row = {"damping_model": history["damping_model"].item(), "impacts": impacts}
+            row |= {"tau": float(tau), "peak": abs(float(peak))}
+            if "elapsed" in decay:
+                row["elapsed"] = float(tau) / float(decay["frequency_parameter"])
+                row["peak_displacement"] = abs(float(peak)) * float(decay["instability_displacement"])
+            rows += [] if isnan(end) else [row]
+    return rows
 
 
 def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -206,7 +223,7 @@ def respond_command(
     else:
         dampings = make_dampings(options, curve, wall)
     from rockdamp.histories import one_sided
-    from rockdamp.histories.labelled import responses, rows, scales_of
+    from rockdamp.histories.respond import respond, scale_factors, summarise, tabulate
     from rockdamp.motions.intensity import intensity_measures
     from rockdamp.progress import track
 
@@ -223,7 +240,7 @@ def respond_command(
         if options["one_sided"]:
             answers = list(one_sided.respond_one_sided(through, wall, curve, _restitution(wall, options), asked, tail))
         else:
-            answers = list(rows(through, wall, curve, dampings, asked, tail))
+            answers = list(tabulate(through, wall, curve, dampings, asked, tail))
         if csv is not None:
             write_table(_standing(answers), csv)
         if several:
@@ -231,9 +248,9 @@ def respond_command(
             print_json(answers) if as_json else _print_rows(_standing(answers), UNITS)
             return
     motion, ground = motions[0].record, motions[0].intensity_record
-    factor = float(scales_of(ground, asked)[0])
+    factor = float(scale_factors(ground, asked)[0])
     with concerning(motions[0].name):
-        histories = responses(motion, wall, curve, dampings, scale=factor, tail=tail)
+        histories = respond(wall, curve, dampings, motion, scale=factor, tail=tail)
     if options["output"] is not None:
         read = {"records": f"{motion.digest or motions[0].name}", "scale": factor, "to_pga": "", "to_pgv": ""}
         write_dataset(histories, options["output"], "response", **read)
@@ -250,7 +267,9 @@ def respond_command(
     }
     if motions[0].intensity_record is not motion:
         shaken["support_acceleration"] = abs(factor) * intensity_measures(motion).pga
-    _print_response(histories, shaken, options["compare"], as_json)
+    summaries = [summarise(histories.isel(damping_model=damper)) for damper in range(len(dampings))]
+    _question_rest([shaken | row for row in summaries], wall, curve)
+    _print_response(summaries, shaken, options["compare"], as_json)
 
 
 def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
@@ -284,14 +303,14 @@ def _question_joints(
     motions: Sequence[GroundMotion], wall: Wall | Parapet, asked: Mapping[str, Sequence[float]]
 ) -> None:
     """Warn where the supports of the wall move so far apart, under any motion, that its joints close one by one."""
-    from rockdamp.histories.labelled import scales_of
+    from rockdamp.histories.respond import scale_factors
     from rockdamp.histories.supports import SMALL, joint_offset
     from rockdamp.plausibility import of_joints, warn
 
     offsets = [
         joint_offset([motion], wall, [scale])
         for motion in motions
-        for scale in scales_of(motion.intensity_record, asked)
+        for scale in scale_factors(motion.intensity_record, asked)
     ]
     warn(of_joints(max(offsets, default=0.0), SMALL))
 
@@ -323,14 +342,9 @@ def _print_rows(rows: list[dict[str, Any]], units: dict[str, str]) -> None:
             click.echo(f"-, {name}: {reason}")
 
 
-def _print_response(histories: xr.Dataset, motion: dict[str, float], compare: bool, as_json: bool) -> None:
-    rows = []
-    for model in map(str, histories["damping_model"].values):
-        history = histories.sel(damping_model=model)
-        values = {key: history[key].item() for key in RESULTS}
-        xi = history["damping_ratio"].item()
-        ratio = {"damping_model": model, "damping_ratio": None if isnan(xi) else xi}
-        rows.append((ratio if compare else {}) | values)
+def _print_response(rows: list[dict[str, Any]], motion: dict[str, float], compare: bool, as_json: bool) -> None:
+    if not compare:
+        rows = [{name: rows[0][name] for name in (*PEAKS, "outcome", "outcome_elapsed")}]
     if as_json:
         rows = [row | motion for row in rows]
         print_json(rows if compare else rows[0])

@@ -49,7 +49,7 @@ def decay_figure(decay: xr.Dataset) -> Figure:
             decay["tau"],
             decay["displacement"].sel(damping_model=model),
             label=label_of(decay, model),
-            **line_of(model),
+            **_line(model),
         )
     axes.axhline(0, color=PALE, linewidth=0.5, zorder=0)
     axes.set(xlabel=TAU, ylabel=DISPLACEMENT)
@@ -95,20 +95,24 @@ def record_title(dataset: xr.Dataset) -> str:
 
 def _history(axes: Axes, response: xr.Dataset, model: str) -> None:
     of_model = response.sel(damping_model=model)
-    label, collapsed = label_of(response, model), str(of_model["outcome"].item()) == "collapsed"
-    label += f", collapses at {float(of_model['outcome_elapsed']):.2f} s" if collapsed else ""
+    label, collapsed = label_of(response, model), bool(of_model["collapsed"])
+    label += f", collapses at {float(of_model['end_elapsed']):.2f} s" if collapsed else ""
     displacement = MILLIMETRES * of_model["control_displacement"].values
-    axes.plot(of_model["elapsed"], displacement, label=label, **line_of(model))
+    axes.plot(of_model["elapsed"], displacement, label=label, **_line(model))
     if collapsed:
         last = int(np.flatnonzero(np.isfinite(displacement))[-1])
         axes.plot(
             of_model["elapsed"][last],
             displacement[last],
             "x",
-            color=line_of(model)["color"],
+            color=_line(model)["color"],
             markersize=6,
             clip_on=False,
         )
+
+
+def _line(label: str) -> dict[str, Any]:
+    return line_of(label.rstrip("0123456789."))  # of ECD16 that of ECD
 
 
 def _legend(figure: Figure, axes: Axes) -> None:

@@ -1,31 +1,30 @@
-"""A wall under a load, a pulse or a record: as either solver takes the two, and how many such histories end."""
+"""A wall under a ground motion: the load that the solvers take, and how many such histories end."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
-from operator import itemgetter
-from typing import TypedDict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from rockdamp.arrays import Array, Quantity
-from rockdamp.errors import InputError
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError, check
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest
-from rockdamp.solvers import newmark
+from rockdamp.solvers.newmark import Load, Peaks, peaks
 from rockdamp.vocabulary import STANDARD_GRAVITY
 
 MOST_STEPS = 10_000_000  # of one history: some seconds of computation
-SPLINE_PARTS = 64  # straight parts between two samples in place of the spline, where a solver knows lines alone
 ROUNDING = 1e-12  # a number of steps that exceeds a whole one by less than this part is that whole one
+
+T = TypeVar("T", bound=Wall | Parapet | TrilinearCurve | Damping)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,128 +41,129 @@ class SupportRecord(Record):
 
     @property
     def motions(self) -> Array:
-        """The three motions whose sum, each times its factor, is the load; shape (3, samples)."""
+        """The three motions whose sum, each times its factor, is the load; shape (3, samples). [m s-2]"""
         return np.stack([self.base_acceleration, self.top_acceleration, -STANDARD_GRAVITY * self.drift])
 
 
 def support_factors(wall: Wall) -> Array:
-    """Return the wall's factors on `SupportRecord.motions`, shape (3, ...) by the shape of its sizes."""
+    """Return the wall's factors on `SupportRecord.motions`, shape (3, ...) by the shape of its sizes. [-]"""
     r, h = np.broadcast_arrays(wall.hinge_ratio, wall.height)
     return np.stack([(2 - r) / 3, (1 + r) / 3, 1 / h])
 
 
-class Load(TypedDict):
-    """The arguments of `exact_history` that describe the load."""
-
-    load: Array
-    sampling: float
+# --- one motion as a load ---------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Forcing:
-    """A ground motion as a load on a wall. The wall starts at rest.
+def count_steps(length: ArrayLike, longest: ArrayLike) -> NDArray[np.int64]:
+    """Return the fewest equal steps within a length of time that are no longer than `longest`, both in tau."""
+    longest = check("step", longest, lambda step: step > 0, "greater than 0")
+    count = np.maximum(np.ceil(np.asarray(length, dtype=float) / longest * (1 - ROUNDING)), 1)
+    return check("number of steps", count, lambda n: n <= MOST_STEPS, f"at most {MOST_STEPS:,}").astype(np.int64)
 
-    `ground_acceleration` includes the rest after the motion [m s-2]. `sampling` is p dt, the time between two samples
-    in tau; `load_factor` makes the ground acceleration the dimensionless load. [s2 m-1] A `smooth` motion runs along a
-    cubic spline between its samples, any other along straight lines. Where both supports move apart, `motions` are what
-    loads the wall, shape (motions, samples), and `shares` its factors on each, shape (motions, ...).
+
+def make_load(
+    wall: Wall | Parapet, record: Record, factor: ArrayLike = 1.0, *, substeps: int = 1, tail: float = 0.0
+) -> Load:
+    """Return a record as the load on a wall.
+
+    Parameters
+    ----------
+    wall : Wall or Parapet
+        Of numbers or arrays.
+    record : Record
+        Of a `SupportRecord` both supports move.
+    factor : float or ndarray
+        On the acceleration; broadcasts with the wall. [-]
+    substeps : int
+        Steps of the solver between two samples.
+    tail : float
+        Rest after the record. [s]
     """
-
-    ground_acceleration: Array
-    sampling: Quantity
-    load_factor: Quantity
-    smooth: bool = False
-    motions: Array | None = None
-    shares: Array | None = None
-
-    @classmethod
-    def from_record(
-        cls, wall: Wall | Parapet, record: Record, factor: ArrayLike = 1.0, *, tail: float = 0.0
-    ) -> Forcing:
-        """Scale a record by a factor, which broadcasts with the wall, and let `tail` seconds without motion follow."""
-        motions = shares = None
-        if isinstance(record, SupportRecord):
-            if isinstance(wall, Parapet):
-                raise InputError(
-                    "a parapet stands on one floor, and this is a motion of two supports; it must be one of"
-                    " floor_motions(parapet=True)"
-                )
-            motions = np.stack([append_rest(each, record.step, tail) for each in record.motions])
-            shares = support_factors(wall)
-        return cls(
-            append_rest(record.ground_acceleration, record.step, tail),
-            wall.frequency_parameter * record.step,
-            wall.load_factor * np.asarray(factor),
-            # ASSUME: the motion of a test, measured with the wall's response, is smooth between its samples: straight
-            # lines would cut the peaks of a pulse off. An accelerogram alone is linear, as its publishers process it.
-            smooth=record.displacement is not None,
-            motions=motions,
-            shares=shares,
-        )
-
-    @property
-    def intervals(self) -> int:
-        """Intervals between the samples."""
-        return self.ground_acceleration.size - 1
-
-    def substeps(self, longest: ArrayLike) -> int:
-        """Return the fewest substeps between two samples no longer than `longest`, in tau, for all walls together."""
-        return int(substeps_of(self.sampling, longest).max())
-
-    def newmark(self, substeps: int = 1) -> newmark.Load:
-        """Return the load for so many steps of the solver between two samples."""
-        ground, factors = self._every(substeps), self._factors()
-        if self.smooth:
-            return newmark.Load(ground, factors, self.sampling / substeps)
-        return newmark.Load(ground, factors, self.sampling, substeps)
-
-    def _factors(self) -> Quantity:
-        """Return the factors on the motion; of several motions they are the first axis."""
-        if self.shares is None:
-            return self.load_factor
-        between = (1,) * (np.ndim(self.load_factor) - self.shares.ndim + 1)
-        return self.shares.reshape(len(self.shares), *between, *self.shares.shape[1:]) * self.load_factor
-
-    def event_driven(self) -> Load:
-        """Return the arguments of `exact_history`, for one wall and one factor."""
-        parts = SPLINE_PARTS if self.smooth else 1
-        motion, factors = self._every(parts), self._factors()
-        load = factors * motion if self.motions is None else np.tensordot(factors, motion, 1)
-        return {"load": load, "sampling": float(self.sampling) / parts}
-
-    def _every(self, parts: int) -> Array:
-        """Return the motion at so many times for each sample where it is smooth, along the spline; else as it is."""
-        if parts == 1 or not self.smooth:
-            return self.ground_acceleration if self.motions is None else self.motions
-        index = np.arange(self.intervals + 1)
+    sampling = wall.frequency_parameter * record.step
+    ground, factors = record.ground_acceleration, wall.load_factor * np.asarray(factor, dtype=float)
+    if isinstance(record, SupportRecord):
+        if isinstance(wall, Parapet):
+            raise InputError(
+                "a parapet stands on one floor, and this is a motion of two supports; it must be one of"
+                " floor_motions(parapet=True)"
+            )
+        ground, factors = record.motions, np.stack([share * factors for share in support_factors(wall)])
+    ground = append_rest(ground, record.step, tail)
+    # ASSUME: the motion of a test, measured with the wall's response, is smooth between its samples: straight lines
+    # would cut the peaks of a pulse off. An accelerogram alone is linear, as its publishers process it.
+    if record.displacement is not None and substeps > 1:
         from scipy.interpolate import CubicSpline  # slow to import, and accelerograms alone need none
 
-        return np.asarray(CubicSpline(index, self.ground_acceleration)(np.arange(self.intervals * parts + 1) / parts))
+        samples = np.arange(ground.shape[-1])
+        ground = CubicSpline(samples, ground, axis=-1)(np.arange(samples[-1] * substeps + 1) / substeps)
+        sampling, substeps = sampling / substeps, 1
+    return Load(ground, factors, sampling, substeps)
 
 
-def substeps_of(sampling: ArrayLike, longest: ArrayLike) -> Array:
-    """Return the fewest equal substeps between two samples no longer than `longest`, for each wall of its own.
+def sample_load(load: Load) -> dict[str, Any]:
+    """Return the arguments of `exact_history` that describe the load on one wall."""
+    return {"load": np.tensordot(load.factor, load.ground, 1), "sampling": float(load.sampling)}
 
-    They are whole numbers; infinity stands for more than floating point holds. See `require_affordable`.
+
+# --- many walls under one motion --------------------------------------------------------------------------------------
+
+
+def run_record(
+    record: Record,
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    damping: Damping,
+    factor: ArrayLike,
+    *,
+    step: float,
+    tail: float = 0.0,
+    halvings: int = 0,
+    scheme: str = "newmark",
+) -> Peaks:
+    """Return the peaks and collapses of walls from rest under a record.
+
+    Parameters
+    ----------
+    record : Record
+    wall, curve, damping : Wall or Parapet, TrilinearCurve, Damping
+        Of numbers, or of arrays whose last axis are the walls.
+    factor : ndarray, shape (levels, walls), or (levels, 1)
+        On the acceleration. Levels come first, so that neighbouring lanes of the solver collapse together. [-]
+    step : float
+        Longest step, times the angular frequency of the curve's first branch, before it is halved. [-]
+    tail : float
+        Rest after the record. [s]
+    halvings : int
+        Of each wall's step.
+    scheme : str
+        That of `peaks`.
     """
-    with np.errstate(over="ignore"):
-        between = np.asarray(sampling, dtype=float) / longest
-        return np.maximum(np.ceil(between * (1 - ROUNDING)), 1.0)
+    sampling = wall.frequency_parameter * record.step
+    substeps = count_steps(sampling * curve.initial_frequency, step) * 2**halvings
+    if substeps.min() == substeps.max():
+        load = make_load(wall, record, factor, substeps=int(substeps.max()), tail=tail)
+        return peaks(curve, damping, load=load, scheme=scheme)
+    # Walls that need equally many steps between two samples are one batch.
+    factor = np.asarray(factor, dtype=float)
+    count = substeps.size
+    peak, collapsed = np.empty((*factor.shape[:-1], count)), np.empty((*factor.shape[:-1], count), dtype=bool)
+    for number in np.unique(substeps):
+        picked = np.flatnonzero(substeps == number)
+        batch = select(wall, count, picked), select(curve, count, picked), select(damping, count, picked)
+        factors = np.broadcast_to(factor, peak.shape)[..., picked]
+        ended = run_record(record, *batch, factors, step=step, tail=tail, halvings=halvings, scheme=scheme)
+        peak[..., picked], collapsed[..., picked] = ended.peak, ended.collapsed
+    return Peaks(peak, collapsed)
 
 
-def require_affordable(steps: float, cause: str) -> None:
-    """Raise `InputError` where a history takes more than `MOST_STEPS`; the cause reads as "length is 1e12"."""
-    if not steps <= MOST_STEPS:
-        allowed = f"they must be at most {MOST_STEPS:.3g}"
-        raise InputError(f"{cause}, and the history would take {steps:.3g} steps of the solver; {allowed}")
+def select(owner: T, count: int, index: NDArray[np.intp]) -> T:
+    """Return a wall, curve or damper of some of `count` cases; what is one number stays one."""
+    values: dict[str, Any] = {each.name: getattr(owner, each.name) for each in fields(owner)}
+    arrays = {name: np.broadcast_to(value, count)[index] for name, value in values.items() if np.ndim(value)}
+    return type(owner)(**(values | arrays))
 
 
-# --- many loads -------------------------------------------------------------------------------------------------------
-
-HISTORIES = ("record", "velocity_ratio", "wall")
-
-
-def under_records(
+def run_records(
     motions: Iterable[GroundMotion],
     walls: Mapping[str, tuple[Wall | Parapet, TrilinearCurve]],
     damping: Damping,
@@ -174,7 +174,7 @@ def under_records(
     dim: str,
     scheme: str = "newmark",
 ) -> xr.Dataset:
-    """Run walls with one damper under records that are scaled to velocity ratios, lambda PGV/(p u_ins).
+    """Run walls with dampers under records that are scaled to velocity ratios, lambda PGV/(p u_ins).
 
     Parameters
     ----------
@@ -183,39 +183,30 @@ def under_records(
     damping : Damping, shape (dampers,)
     velocity_ratio : ndarray
         [-]
-    step : float
-        Longest step, times the angular frequency of the curve's first branch. [-]
-    tail : float
-        Rest after the record. [s]
+    step, tail, scheme
+        As for `run_record`.
     dim : str
         Name of the dimension of the damper.
-    scheme : str
-        That of `newmark.peaks`.
 
     Returns
     -------
     xarray.Dataset
-        ``peak`` and ``collapsed`` over `HISTORIES` and `dim`, with ``record_set`` and ``station`` of each record.
+        ``peak`` and ``collapsed`` over ``record``, ``velocity_ratio``, ``wall`` and `dim`, with ``record_set`` and
+        ``station`` of each record.
     """
-    ends, names = [], []
+    ended, names = [], []
     for motion in motions:
         pgv = intensity_measures(motion.intensity_record).pgv
         names.append((motion.name, motion.record_set, motion.group))
-        of_record = []
         for wall, curve in walls.values():
             factor = (velocity_ratio * wall.velocity_scale / pgv)[:, None]
-            forcing = Forcing.from_record(wall, motion.record, factor, tail=tail)
-            substeps = forcing.substeps(step / curve.initial_frequency)
-            of_record.append(newmark.peaks(curve, damping, load=forcing.newmark(substeps), scheme=scheme))
-        ends.append(of_record)
-    record, record_set, station = (list(each) for each in zip(*names, strict=True))
-    shape = (*HISTORIES, dim)
-    peak, collapsed = (
-        np.stack([np.stack([getattr(end, name) for end in row], axis=1) for row in ends])
-        for name in ("peak", "collapsed")
-    )
+            ended.append(run_record(motion.record, wall, curve, damping, factor, step=step, tail=tail, scheme=scheme))
+    record, record_set, station = map(list, zip(*names, strict=True))
+    dims = ("record", "wall", "velocity_ratio", dim)
+    shape = (len(names), len(walls), velocity_ratio.size, -1)
+    peak, collapsed = (np.reshape([getattr(each, name) for each in ended], shape) for name in ("peak", "collapsed"))
     return xr.Dataset(
-        {"peak": (shape, peak), "collapsed": (shape, collapsed.astype(np.int8))},
+        {"peak": (dims, peak), "collapsed": (dims, collapsed.astype(np.int8))},
         coords={
             "record": record,
             "record_set": ("record", record_set),
@@ -223,48 +214,4 @@ def under_records(
             "velocity_ratio": velocity_ratio,
             "wall": list(walls),
         },
-    )
-
-
-def peaks_and_collapses(
-    record: Record,
-    wall: Wall | Parapet,
-    curve: TrilinearCurve,
-    dampings: Sequence[Damping],
-    factor: ArrayLike,
-    *,
-    step: float,
-    tail: float,
-    halvings: int = 0,
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Run walls with each damper under a record that is scaled by each factor.
-
-    Parameters of walls, curves and dampers are numbers, or arrays of shape (walls,); `factor` has the shape (factors,)
-    or (walls, factors). `step` is the longest, times the angular frequency of the first branch, before it is halved
-    `halvings` times; `tail` is the rest after the record. [s] Returned are the largest |u|/u_ins [-], meaningless for a
-    wall that collapsed, and whether it did, shape (walls, factors, dampings).
-    """
-    factor = np.atleast_2d(np.asarray(factor, dtype=float))
-    shapes = [damping.shape for damping in dampings]
-    count = np.broadcast_shapes(np.shape(wall.load_factor), curve.shape, *shapes, factor.shape[:1], (1,))
-    spread = partial(np.broadcast_to, shape=count)
-    curve = curve.map(spread)
-    forcing = Forcing.from_record(wall, record, factor.T, tail=tail)
-    sampling, load_factor = spread(forcing.sampling), np.broadcast_to(forcing.load_factor, (factor.shape[1], *count))
-    shares = None if forcing.shares is None else np.broadcast_to(forcing.shares.T, (*count, 3)).T
-    needed = substeps_of(sampling * curve.initial_frequency, step) * 2**halvings
-    peak, collapsed = (np.empty((*count, factor.shape[1], len(dampings)), dtype=kind) for kind in (float, bool))
-    cause = f"p is {np.max(wall.frequency_parameter):.3g} rad/s (the wall may be far smaller than is meant)"
-    require_affordable(float(needed.max()) * forcing.intervals, cause)
-    substeps = needed.astype(int)
-    # Walls that need equally many steps between two samples are one batch. Its first dimension is the intensities: then
-    # neighbouring lanes, a block of the kernel, leave it together.
-    for many in np.unique(substeps).tolist():
-        walls = np.flatnonzero(substeps == many)
-        picked = None if shares is None else shares[:, walls]
-        lanes = replace(forcing, sampling=sampling[walls], load_factor=load_factor[:, walls], shares=picked)
-        alike = lanes.newmark(many)
-        for column, damping in enumerate(dampings):
-            found = newmark.peaks(curve.map(itemgetter(walls)), damping.map(spread).map(itemgetter(walls)), load=alike)
-            peak[walls, :, column], collapsed[walls, :, column] = found.peak.T, found.collapsed.T
-    return peak, collapsed
+    ).transpose("record", "velocity_ratio", ...)

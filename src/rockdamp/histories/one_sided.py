@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.histories.labelled import scales_of
+from rockdamp.histories.respond import scale_factors
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.one_sided import OneSidedWall
@@ -63,10 +63,10 @@ def respond_one_sided(
     asked: Mapping[str, Sequence[float]],
     tail: float,
 ) -> Iterator[dict[str, Any]]:
-    """Yield the peak and the outcome of a wall under each record, both ways, as `labelled.rows` does."""
+    """Yield the peak and the outcome of a wall under each record, both ways, as `respond.tabulate` does."""
     u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
     for motion in add_reversed(motions):
-        scale, measures = scales_of(motion.intensity_record, asked), intensity_measures(motion.intensity_record)
+        scale, measures = scale_factors(motion.intensity_record, asked), intensity_measures(motion.intensity_record)
         start = float(motion.record.elapsed[0])
         histories = run_one_sided(motion.record, wall, curve, restitution, scale, tail=tail)
         for factor, history in zip(scale.tolist(), histories, strict=True):

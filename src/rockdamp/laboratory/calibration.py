@@ -15,7 +15,7 @@ from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.errors import InputError, require
-from rockdamp.histories.measured_test import Described, record_attributes
+from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.least_squares import HIGH, LOW, PARAMETERS, SEARCHED, RecordFit, Solution
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.record import Record
@@ -192,7 +192,7 @@ def calibrate(
         {
             "estimate": ("parameter", estimate),
             "standard_error": ("parameter", np.sqrt(np.diag(covariance))),
-            "true_value": ("parameter", true_values(record, PARAMETERS)),
+            "true_value": ("parameter", true_values(record.header, PARAMETERS)),
             "covariance": (("parameter", "parameter_other"), covariance),
             "standard_error_by_motion": ("parameter", np.sqrt(np.diag(by_motion))),
             "measured": ("elapsed", fit.measured - fit.trend @ [offset, drift]),
@@ -206,7 +206,7 @@ def calibrate(
             "local_minima": len(solution.local_minima),
         },
         coords={"parameter": list(PARAMETERS), "parameter_other": list(PARAMETERS), "elapsed": record.elapsed},
-        attrs=record_attributes(record),
+        attrs=record_attributes(record.header),
     )
 
 
@@ -252,9 +252,10 @@ def study(config: Config, record: Record) -> xr.Dataset:
     )
 
 
-def true_values(record: Described, names: Sequence[str]) -> Array:
+def true_values(header: Mapping[str, str], names: Sequence[str]) -> Array:
     """Return the values with which a synthetic record was made; NaN where it does not state them, or was measured."""
-    values = [record.header.get(f"generator_{name}", "nan") if record.synthetic else "nan" for name in names]
+    synthetic = header.get("synthetic") == "yes"
+    values = [header.get(f"generator_{name}", "nan") if synthetic else "nan" for name in names]
     try:
         return np.array([float(value) for value in values])
     except ValueError:

@@ -15,7 +15,7 @@ from rockdamp.arguments import instance, number, one_of, several
 from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, require
-from rockdamp.histories.measured_test import record_attributes
+from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.calibration import size_deviations, true_values
 from rockdamp.laboratory.excursions import LEVEL, Excursions, Losses, Solution, exponent_of, restitution_at
 from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
@@ -90,7 +90,8 @@ def calibrate_free_rocking(
     >>> import rockdamp as rd
     >>> wall = rd.Wall(thickness=0.25, height=3.0)
     >>> curve, damping = rd.TrilinearCurve(0.05, 0.80), rd.Damping("CR", 0.88)
-    >>> decay = rd.free_decay(curve, damping, wall=wall, length=6.0, points=3001, step=0.002)
+    >>> p = float(wall.frequency_parameter)
+    >>> decay = rd.free_decay(curve, damping, wall=wall, length=6.0 * p, step=0.002 * p)
     >>> held = np.full(200, 0.125)
     >>> shown = np.concatenate([held, decay.control_displacement]) + 1e-4 * np.random.RandomState(1).standard_normal(
     ...     3201
@@ -132,7 +133,7 @@ def calibrate_free_rocking(
         frequency_parameter=float(wall.frequency_parameter),
     )
     synthetic = "yes" if any(test.synthetic for test in given) else "no"
-    fitted.attrs = record_attributes(given[0]) | {"record_synthetic": synthetic}
+    fitted.attrs = record_attributes(given[0].header) | {"record_synthetic": synthetic}
     warn(doubts(fitted, len(given), int(np.isnan(resting).sum())))
     return fitted
 
@@ -240,7 +241,7 @@ def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:
             "estimate": ("parameter", estimate),
             "standard_error": ("parameter", np.array([*errors[:2], e * mean.standard_error])),
             "interval": (("bound", "parameter"), np.stack([np.maximum(low, 0.0), high])),
-            "true_value": ("parameter", true_values(first, PARAMETERS)),
+            "true_value": ("parameter", true_values(first.header, PARAMETERS)),
             "impact_restitution": ("impact", each),
             "impact_restitution_interval": (("bound", "impact"), each * np.exp([-each_error, each_error])),
             "impact_amplitude": ("impact", before),

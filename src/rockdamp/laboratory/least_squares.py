@@ -14,7 +14,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from rockdamp.arguments import number, one_of
 from rockdamp.arrays import Array, Quantity
 from rockdamp.errors import InputError, require
-from rockdamp.histories.loads import Forcing
+from rockdamp.histories.loads import count_steps
 from rockdamp.histories.measured_test import measured_displacement, motion_noise, rest_samples
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -94,7 +94,8 @@ class RecordFit:
 
     def at_steps(self, motions: Array) -> Array:
         """Return motions, shape (..., samples), at the solver's steps, by a spline: lines would cut a pulse's peak."""
-        index, substeps = np.arange(motions.shape[-1]), Forcing.from_record(self.wall, self.record).substeps(self.step)
+        index = np.arange(motions.shape[-1])
+        substeps = int(count_steps(self.wall.frequency_parameter * self.record.step, self.step))
         at = np.arange(index[-1] * substeps + 1) / substeps
         return np.ascontiguousarray(CubicSpline(index, motions, axis=-1)(at))
 

@@ -124,9 +124,10 @@ def check_times(elapsed: Array, printed: Iterable[str] = ()) -> None:
 
 
 def append_rest(ground_acceleration: Array, step: float, tail: float) -> Array:
-    """Append zeros for at least `tail`, in which a wall comes to rest; `step` and `tail` in s, or in tau."""
+    """Append zeros to motions, shape (..., samples), for at least `tail`; `step` and `tail` in s, or in tau."""
     tail = float(check("tail", tail, lambda x: x >= 0, "at least 0"))
-    return np.concatenate([ground_acceleration, np.zeros(int(np.ceil(tail / step)))])
+    rest = np.zeros((*ground_acceleration.shape[:-1], int(np.ceil(tail / step))))
+    return np.concatenate([ground_acceleration, rest], axis=-1)
 
 
 # --- files -----------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from __future__ import annotations
 import xarray as xr
 
 from rockdamp.config import Config, RigidWall
-from rockdamp.histories.loads import under_records
+from rockdamp.histories.loads import run_records
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.progress import track
@@ -20,7 +20,7 @@ def bilinear(config: Config) -> xr.Dataset:
     e, settings = config.damping_force.restitution, config.bilinear
     rigid: RigidWall = config.damping_force.rigid
     curves = {"tri-linear": config.curve.make(), "bi-linear": rigid.curve}
-    ended = under_records(
+    ended = run_records(
         map(catalogue.load_record, track(catalogue.record_names(settings.records), "Bi-linear and tri-linear curve")),
         {name: (config.wall.make(), curve) for name, curve in curves.items()},
         Damping("CR", [float(e)]),

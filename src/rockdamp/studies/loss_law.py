@@ -14,7 +14,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.histories.loads import under_records
+from rockdamp.histories.loads import run_records
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.progress import track
@@ -35,7 +35,7 @@ def histories(config: Config) -> xr.Dataset:
     damping = Damping(
         "CR", section.restitution, loss_exponent=np.append(0.0, g), reference_amplitude=np.append(at[:1], at)
     )
-    ended = under_records(
+    ended = run_records(
         map(catalogue.load_record, track(catalogue.record_names(config.records), "Laws of loss, records")),
         {named.name: (named.wall, named.curve) for named in quakes.walls},
         damping,

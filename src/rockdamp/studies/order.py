@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.histories.loads import under_records
+from rockdamp.histories.loads import run_records
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.catalogue import GroundMotion
@@ -109,7 +109,7 @@ def chunk(number: str, config: Config) -> xr.Dataset:
 def _run(case: Case, config: Config, motions: Sequence[GroundMotion], step: float | None = None) -> xr.Dataset:
     """Return peaks and outcomes of one case over `HISTORIES`."""
     quakes = config.earthquakes
-    runs = under_records(
+    runs = run_records(
         motions,
         {named.name: (named.wall, named.curve) for named in quakes.walls},
         case.damping,

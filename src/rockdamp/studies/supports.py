@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config, NamedWall, Supports
 from rockdamp.errors import InputError
-from rockdamp.histories.loads import peaks_and_collapses, substeps_of
+from rockdamp.histories.loads import count_steps, run_record
 from rockdamp.histories.supports import floor_motions
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -69,7 +69,7 @@ class Common(TypedDict):
     """The arguments of `newmark.uneven_collapses` that its cases share."""
 
     step: Array
-    substeps: Array
+    substeps: NDArray[np.int64]
     load: Array
     ground: Array
 
@@ -162,7 +162,7 @@ def _collapses(record: Record, runs: Sequence[Run], factor: Array, step: float, 
         wall, curve = (_stacked([getattr(run, name) for run in alike]) for name in ("wall", "curve"))
         damping = Damping("CR", np.array([run.restitution for run in alike]))
         levels = factor[[run.column for run in alike]]
-        found[list(rows)] = peaks_and_collapses(record, wall, curve, [damping], levels, step=step, tail=tail)[1][..., 0]
+        found[list(rows)] = run_record(record, wall, curve, damping, levels.T, step=step, tail=tail).collapsed.T
     return found
 
 
@@ -190,7 +190,7 @@ def uneven(
         np.array([float(value) for value in values])[:, None] for values in zip(*map(_parameters, walls), strict=True)
     )
     curve = _stacked([named.curve for named in walls]).map(lambda value: value[:, None])
-    substeps = substeps_of(record.step * p * w1, settings.step)
+    substeps = count_steps(record.step * p * w1, settings.step)
     common: Common = {
         "step": p * record.step / substeps,
         "substeps": substeps,

@@ -10,15 +10,10 @@ from rockdamp.config import Config
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
-from rockdamp.histories.measured_test import (
-    computed_response,
-    measured_displacement,
-    record_attributes,
-    rest_samples,
-)
+from rockdamp.histories.measured_test import measured_displacement, rest_samples
+from rockdamp.histories.respond import record_attributes, respond
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.record import Record
-from rockdamp.solvers.newmark import Histories
 from rockdamp.vocabulary import MODELS, REFERENCE, VISCOUS_MODELS
 
 
@@ -51,11 +46,9 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
             " it must have at least 2"
         )
 
-    compared = []
-    for model in MODELS:
-        damping = Damping(model, e if model == REFERENCE else ratios[model])
-        response = computed_response(record, wall, curve, damping, given.step)
-        compared.append(_misfits(record.elapsed, response, u_ins, measured, decay, rest))
+    dampings = [Damping(model, e if model == REFERENCE else ratios[model]) for model in MODELS]
+    responses = respond(wall, curve, dampings, record, step=given.step).assign_coords(elapsed=record.elapsed)
+    compared = [_misfits(responses.sel(damping_model=model), measured, decay, rest) for model in MODELS]
     models = xr.concat(compared, "damping_model")
     peak = float(np.abs(measured).max())
     return (
@@ -73,7 +66,7 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
             instability_displacement=u_ins,
         )
         .assign_coords(damping_model=list(MODELS), elapsed=record.elapsed)
-        .assign_attrs(record_attributes(record))
+        .assign_attrs(record_attributes(record.header))
     )
 
 
@@ -97,13 +90,11 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -
 # --- one model against the measurement ------------------------------------------------------------------------------
 
 
-def _misfits(
-    elapsed: Array, response: Histories, u_ins: float, measured: Array, decay: HalfCycles, rest: int
-) -> xr.Dataset:
+def _misfits(response: xr.Dataset, measured: Array, decay: HalfCycles, rest: int) -> xr.Dataset:
     """Measure the misfits of one response; NaN where the wall collapsed or a half cycle has no match."""
-    displacement = u_ins * response.displacement
-    collapsed = bool(response.collapsed)
-    matched = decay[slice(0, 0)] if collapsed else _match(half_cycles(elapsed, displacement, LEAST * u_ins), decay)
+    displacement = response["control_displacement"].values
+    cycles = half_cycles(response["elapsed"].values, displacement, LEAST * float(response["instability_displacement"]))
+    matched = decay[slice(0, 0)] if response["collapsed"] else _match(cycles, decay)
     count = matched.peak.size
     peaks, amplitudes = np.abs(matched.peak), np.abs(decay.peak[:count])
     durations, lasted = matched.duration, decay.duration[:count]
@@ -111,8 +102,8 @@ def _misfits(
     return xr.Dataset(
         {
             "control_displacement": ("elapsed", displacement),
-            "collapsed": np.int8(collapsed),
-            "peak_displacement": u_ins * float(response.peak),
+            "collapsed": response["collapsed"].values,
+            "peak_displacement": float(response["peak_displacement"]),
             "rms_misfit": np.sqrt(np.mean((displacement - measured)[rest:] ** 2)),
             "matched_half_cycles": count,
             "decay_peak_misfit": np.sqrt(np.mean((peaks - amplitudes) ** 2)) if count else np.nan,

@@ -96,11 +96,11 @@ def test_no_step_is_longer_than_the_one_asked_for_and_none_is_needlessly_short(n
         lengths = {"strong_end": record.elapsed[-1], "step": longest, "tail": 0.0}
         case = incremental.Case.from_record(named.wall, named.curve, record, np.ones(1), **lengths)
         frequency = float(named.wall.frequency_parameter * named.curve.initial_frequency)
-        coarsest = frequency * record_step / case.substeps
+        coarsest = frequency * record_step / case.load.substeps
         finest = coarsest / 2**incremental.HALVINGS
         assert finest <= longest * (1 + 1e-12)
-        one_less = frequency * record_step / max(case.substeps - 1, 1) / 2**incremental.HALVINGS
-        assert case.substeps == 1 or one_less > longest
+        one_less = frequency * record_step / max(case.load.substeps - 1, 1) / 2**incremental.HALVINGS
+        assert case.load.substeps == 1 or one_less > longest
 
 
 # --- the check, event by event ---------------------------------------------------------------------------------------

@@ -185,9 +185,8 @@ def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
     lengths = {"strong_end": found.strong_end, "step": settings.step, "tail": settings.tail}
     case = incremental.Case.from_record(wall, curve, motion.record, factor, **lengths)
     dampers = Damping("CR", np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
-    run = case.forcing.newmark(case.substeps)
-    cr, damped = (simulate(curve, damper, **run).displacement.ravel() for damper in dampers)
-    start = case.decay * case.substeps + 1
+    cr, damped = (simulate(curve, damper, load=case.load).displacement.ravel() for damper in dampers)
+    start = case.decay * case.load.substeps + 1
     misfit = np.sqrt(np.mean((np.abs(cr) - np.abs(damped))[start:] ** 2))
     peak = float(study.sel(at)["peak"].isel(velocity_ratio=scale).sel(damping_model="CR")[0])
     assert one["decay_misfit"].values[scale] == pytest.approx(misfit / peak, rel=1e-9)

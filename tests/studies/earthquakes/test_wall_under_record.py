@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from configs import configured
 
+from rockdamp.histories.loads import sample_load
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
@@ -53,7 +54,7 @@ def test_what_comes_near_to_collapse_is_run_at_a_quarter_of_the_step_and_nothing
 def test_what_is_run_beside_a_wall_changes_nothing():
     """Histories near to collapse of several walls are run in one batch."""
     walls = [case_of(name, slice(4, 12)) for name in ("veneer", "top storey", "parapet")]
-    assert len({wall.substeps for wall in walls}) == 1 and len({wall.forcing.sampling for wall in walls}) > 1
+    assert len({wall.load.substeps for wall in walls}) == 1 and len({float(wall.load.sampling) for wall in walls}) > 1
     ratio = np.linspace(0.02, 0.06, 3)[:, None, None, None] * np.ones((3, E.size, len(MODELS), len(SOURCES)))
     ratio[:, :, 0] = np.nan
     beside = by_damper(walls, E, ratio)
@@ -68,12 +69,14 @@ def test_what_is_run_beside_a_wall_changes_nothing():
 def test_a_history_that_a_finer_step_takes_to_collapse_is_not_converged(case):
     """It stands at three steps with its peak at 0.892 within 0.001, and collapses at finer ones and event by event."""
     scale, xi, at = 7, 0.0207459, (0, 0, MODELS.index("CDC"), 0)
-    alone = replace(case, forcing=replace(case.forcing, load_factor=case.forcing.load_factor[[scale]]))
+    alone = replace(case, load=replace(case.load, factor=case.load.factor[0, [scale]]))
     ratio = np.full((1, len(MODELS), len(SOURCES)), xi)
     ratio[:, 0] = np.nan
     found = {name: values[at] for name, values in by_damper([alone], E[1:], ratio[None])[0].items()}
-    end = alone.forcing.sampling * alone.forcing.intervals
-    exact = exact_history(case.curve, Damping("CDC", xi), [end], **alone.forcing.event_driven())
+    end = float(alone.load.sampling) * (alone.load.ground.shape[1] - 1)
+    exact = exact_history(
+        case.curve, Damping("CDC", xi), [end], **sample_load(replace(alone.load, factor=alone.load.factor[0, 0]))
+    )
     coarser = [alone(Damping("CDC", np.array([xi])), halving) for halving in range(3)]
     assert not any(run.collapsed[0, 0] for run in coarser)
     np.testing.assert_allclose([run.peak[0, 0] for run in coarser[1:]], 0.892, atol=1e-3)
@@ -91,7 +94,7 @@ def made_up(case, peaks, collapsed=None):
 @pytest.mark.parametrize("halving", [2, 4])
 def test_where_no_halving_changes_a_peak_its_error_is_bounded_by_the_square_of_the_step(case, halving):
     """A third of (w1 h)^2 of the peak: three times the error that histories have in the middle."""
-    step = case.forcing.sampling / case.substeps / 2**halving
+    step = float(case.load.sampling) / case.load.substeps / 2**halving
     w1h = step * float(case.curve.initial_frequency)
     bound = made_up(case, [0.4] * (halving + 1))["peak_uncertainty"]
     assert bound == pytest.approx(0.4 * w1h**2 / 3)

@@ -29,7 +29,7 @@ from rockdamp.assessment.collapses import LEAST_OF_DAMPER, STRIPES, UNITS, side_
 from rockdamp.equivalence.programs import REQUIREMENT, frequencies, missed_collapses, program_inputs
 from rockdamp.figures.mechanism import wall_figure
 from rockdamp.figures.single import fragility_figure, response_figure
-from rockdamp.histories.labelled import responses
+from rockdamp.histories.respond import respond
 from rockdamp.histories.supports import SMALL
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import DAMPERS
@@ -185,10 +185,9 @@ def worst_standing(subject: Subject) -> dict[str, Any]:
 def _response(subject: Subject, motion: GroundMotion, scale: float) -> tuple[xr.Dataset, float]:
     """Return the history under a record, and its peak under restitution, NaN after a collapse."""
     e, tail, wall = float(subject.answer["restitution"]), float(subject.answer["tail"]), subject.wall
-    with as_meant():  # the intensity was warned of when it was asked for
-        histories = responses(motion.record, wall, subject.curve, side_by_side(e), scale=scale, tail=tail)
+    histories = respond(wall, subject.curve, side_by_side(e), motion, scale=scale, tail=tail)
     cr = histories.sel(damping_model=REFERENCE)
-    return histories, float(cr["peak"].where(cr["outcome"] == "completed"))
+    return histories, float(cr["peak"].where(cr["collapsed"] == 0))
 
 
 def _losses(subject: Subject) -> dict[str, Any]:

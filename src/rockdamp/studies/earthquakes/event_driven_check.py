@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config, NamedWall
-from rockdamp.histories.loads import Forcing
+from rockdamp.histories.loads import make_load, sample_load
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.progress import track
 from rockdamp.solvers.exact import exact_history
+from rockdamp.solvers.newmark import Load
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER, NEAR
 from rockdamp.vocabulary import MODELS, REFERENCE
 
@@ -158,13 +159,13 @@ def _once(shape: tuple[int, ...]) -> NDArray[np.bool_]:
 def exact_peak(case: xr.Dataset, motion: catalogue.GroundMotion, named: NamedWall, tail: float) -> tuple[float, bool]:
     """Return the peak of one history and whether it collapses; `tail` is the rest after the record. [s]"""
     model, e, ratio = str(case["damping_model"].values), float(case["restitution"]), float(case["damping_ratio"])
-    forcing = Forcing.from_record(named.wall, motion.record, float(case["scale_factor"]), tail=tail)
-    return exact_end(named.curve, Damping(model, e if model == REFERENCE else ratio), forcing)
+    load = make_load(named.wall, motion.record, float(case["scale_factor"]), tail=tail)
+    return exact_end(named.curve, Damping(model, e if model == REFERENCE else ratio), load)
 
 
-def exact_end(curve: TrilinearCurve, damping: Damping, forcing: Forcing) -> tuple[float, bool]:
+def exact_end(curve: TrilinearCurve, damping: Damping, load: Load) -> tuple[float, bool]:
     """Return the peak of a history by the event-driven solver, and whether it collapses."""
-    end = float(forcing.sampling) * forcing.intervals
-    ended = exact_history(curve, damping, [end], **forcing.event_driven())
+    end = float(load.sampling) * (load.ground.shape[1] - 1)
+    ended = exact_history(curve, damping, [end], **sample_load(load))
     extremes = np.abs([*ended.turning_displacement, *ended.displacement])
     return float(np.nanmax(extremes, initial=0.0)), ended.collapsed

@@ -24,7 +24,7 @@ from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config, NamedWall
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
-from rockdamp.histories.loads import Forcing
+from rockdamp.histories.loads import count_steps, make_load
 from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.damping import PARAMETERS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -49,15 +49,13 @@ NEAR = 0.5  # u/u_ins, from which on a wall that survives is near to collapse
 
 @dataclass(frozen=True)
 class Case:
-    """One wall under one record, with a load factor of the forcing for each scale.
+    """One wall under one record, whose load has a factor for each scale and the substeps of the coarsest run.
 
-    `substeps` counts the steps of the coarsest run between two samples. At the sample `decay` the strong motion has
-    ended.
+    At the sample `decay` the strong motion has ended.
     """
 
     curve: TrilinearCurve
-    forcing: Forcing
-    substeps: int
+    load: Load
     decay: int
 
     @classmethod
@@ -73,10 +71,10 @@ class Case:
         tail: float,
     ) -> Case:
         """Scale the record by each of `factor`; its strong motion ends at `strong_end`, the `step` is the finest's."""
-        forcing = Forcing.from_record(wall, record, factor, tail=tail)
         coarsest = 2**HALVINGS * step / float(curve.initial_frequency)
+        substeps = int(count_steps(wall.frequency_parameter * record.step, coarsest))
         decay = int(np.ceil((strong_end - record.elapsed[0]) / record.step))
-        return cls(curve, forcing, forcing.substeps(coarsest), decay)
+        return cls(curve, make_load(wall, record, factor, substeps=substeps, tail=tail), decay)
 
     def __call__(self, damping: Damping, halving: int, scheme: str = "newmark") -> Peaks:
         """Run dampers of shape (e, ...) at every scale: a batch of shape (scales, e, ...)."""
@@ -84,11 +82,10 @@ class Case:
 
     def each_scale(self, damping: Damping) -> Array:
         """Return the load factors, which broadcast with a damper to (scales, e, ...)."""
-        return np.reshape(self.forcing.load_factor, (-1, *(1 for _ in damping.shape)))
+        return np.reshape(self.load.factor, (-1, *(1 for _ in damping.shape)))
 
     def _load(self, damping: Damping, halving: int) -> Load:
-        forcing = replace(self.forcing, load_factor=self.each_scale(damping))
-        return forcing.newmark(self.substeps * 2**halving)
+        return replace(self.load, factor=self.each_scale(damping), substeps=self.load.substeps * 2**halving)
 
     def runs(self, e: Array, damping_ratio: Array) -> Iterator[Runs]:
         """Run CR, then every damper whose ratios are defined, at the first three steps."""
@@ -168,20 +165,21 @@ class Case:
 
         Three times the median error of 8000 histories, whose changes, plus this, bounded 99.97 % of their errors.
         """
-        step = self.forcing.sampling / (self.substeps * 2**halving)
+        step = self.load.sampling / (self.load.substeps * 2**halving)
         return float((step * float(self.curve.initial_frequency)) ** 2 / 3)
 
     def _reference(self, coarsest: Histories) -> Reference:
         """Make CR's histories the reference of Eq. (17), summed up to the decay and up to the end."""
         displacement = np.nan_to_num(coarsest.displacement.reshape(-1, coarsest.displacement.shape[-1]))
         case = np.arange(displacement.shape[0]).reshape(*coarsest.displacement.shape[:-1], 1)
-        steps = self.substeps * self.forcing.intervals
-        checkpoints = [min(max(self.decay * self.substeps, 1), steps - 1), steps]
+        substeps = self.load.substeps
+        steps = substeps * (self.load.ground.shape[1] - 1)
+        checkpoints = [min(max(self.decay * substeps, 1), steps - 1), steps]
         return Reference(displacement, case, checkpoints)
 
     def _decay_misfit(self, coarsest: Peaks) -> Array:
         """Return the root mean square of the difference in |u| after the strong motion; NaN after a collapse."""
-        steps = self.substeps * (self.forcing.intervals - self.decay)
+        steps = self.load.substeps * (self.load.ground.shape[1] - 1 - self.decay)
         stands = ~coarsest.collapsed
         error = np.where(stands, coarsest.error, 0.0)
         root = np.sqrt(np.maximum(error[1] - error[0], 0.0) / max(steps, 1))
@@ -222,7 +220,7 @@ def _run_further(begun: Sequence[tuple[Case, Runs]]) -> None:
     together = defaultdict(list)
     for case, runs in begun:
         if runs.near.any():
-            together[runs.damping.model, case.curve.softening, case.substeps].append((case, runs))
+            together[runs.damping.model, case.curve.softening, case.load.substeps].append((case, runs))
     for members in together.values():
         edges = np.cumsum([runs.near.sum() for _, runs in members])[:-1]
         for halving in range(HALVINGS + 1, HALVINGS + FURTHER + 1):
@@ -242,15 +240,16 @@ def _near(members: Sequence[tuple[Case, Runs]], halving: int) -> Peaks:
     first, damping = members[0][0], members[0][1].damping
     parameters = {name: lanes(getattr(runs.damping, name) for _, runs in members) for name in PARAMETERS}
     curve = {name: lanes(getattr(case.curve, name) for case, _ in members) for name in RULES}
-    forcing = replace(
-        first.forcing,
-        sampling=lanes(case.forcing.sampling for case, _ in members),
-        load_factor=lanes(case.each_scale(runs.damping) for case, runs in members),
+    load = replace(
+        first.load,
+        factor=lanes(case.each_scale(runs.damping) for case, runs in members),
+        sampling=lanes(case.load.sampling for case, _ in members),
+        substeps=first.load.substeps * 2**halving,
     )
     return peaks(
         TrilinearCurve(**curve, softening=first.curve.softening),
         Damping(damping.model, **parameters),
-        load=forcing.newmark(first.substeps * 2**halving),
+        load=load,
     )
 
 
