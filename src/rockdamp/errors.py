@@ -57,10 +57,6 @@ class InputWarning(UserWarning):
     """
 
 
-class RecordWarning(InputWarning):
-    """Warn of a record whose unit or kind may have been mistaken: its file, the value and the likely cause."""
-
-
 Rule: TypeAlias = tuple[Callable[[NDArray[np.float64]], ArrayLike], str]  # what is valid, and the same in words
 
 
