@@ -502,15 +502,12 @@ class Config(Section):
         return _part(self, [key.split(".") for key in keys])
 
     def check_rules(self) -> None:
-        studies = []
-        for name in STUDIES:
-            try:
-                studies.append(self.study(name))
-            except InputError as error:
-                raise ValueError(f"studies.{name}: {error}") from None
-        _check_steps(self, studies)
+        _check_steps(self)
         _check_lists(self)
-        _check_responses(self, studies)
+        length, longest = self.matching.response_length, self.response_lengths.stop
+        impact = float(self.curve.make().period(self.release_amplitude)) / 4
+        allowed = f"greater than {impact:.6g}, the first impact, and at most response_lengths.stop, {longest:g}"
+        _require(impact < length <= longest, "matching.response_length", length, allowed)
 
 
 def _leaves(key: str, value: Any) -> dict[str, Any]:
@@ -540,16 +537,22 @@ def _require(holds: Any, key: str, value: Any, allowed: str) -> None:
         raise ValueError(f"{key} is {value}; it must be {allowed}")
 
 
-def _check_steps(config: Config, studies: list[Study]) -> None:
+def _check_steps(config: Config) -> None:
     """Steps in tau must be below the stability limit of every curve that is run with them."""
-    curves = [config.curve.make(), config.damping_force.rigid.curve, *(study.curve for study in studies)]
-    curves += [named.curve for named in config.earthquakes.walls]
+    curves = {"curve": config.curve.make(), "damping_force.rigid": config.damping_force.rigid.curve}
+    curves |= {f"earthquakes.walls.{named.name}": named.curve for named in config.earthquakes.walls}
+    for name in STUDIES:
+        try:
+            curves[f"studies.{name}"] = config.study(name).curve
+        except InputError as error:
+            raise ValueError(f"studies.{name}: {error}") from None
     for key, step, run in (
         ("solver.step", config.solver.step, curves),
-        ("validation.step", config.validation.step, [config.validation.curve.make()]),
+        ("validation.step", config.validation.step, {"validation.curve": config.validation.curve.make()}),
     ):
-        limit = min(2 / float(np.max(curve.initial_frequency)) for curve in run)
-        _require(step < limit, key, step, f"less than the stability limit 2 sqrt(a1/b1), {limit:.6g}")
+        limits = {name: 2 / float(np.max(curve.initial_frequency)) for name, curve in run.items()}
+        name = min(limits, key=limits.__getitem__)
+        _require(step < limits[name], key, step, f"less than the stability limit of {name}, {limits[name]:.6g}")
 
 
 def _check_lists(config: Config) -> None:
@@ -573,31 +576,6 @@ def _check_lists(config: Config) -> None:
     fit = config.validation.fit_yield_displacement_ratios
     held = bool(a1) and a1[0] <= fit[0] and fit[-1] <= a1[-1]
     _require(held, "validation.fit_yield_displacement_ratios", fit, f"within the a1 of the polynomials, {a1}")
-
-
-def _check_responses(config: Config, studies: list[Study]) -> None:
-    """A decay must start where the wall survives, and last beyond its first impact, a quarter of the period."""
-    force, length, longest = config.damping_force, config.matching.response_length, config.response_lengths.stop
-    for study in studies:
-        release, a3 = study.release_amplitude, study.curve.ultimate_displacement_ratio
-        _require(release < a3, f"release_amplitude of studies.{study.name}", release, "less than a3")
-    # Held in seconds, the response of another wall has another length in tau.
-    seconds = [np.maximum(1, config.wall.make().frequency_parameter / study.frequency_parameter) for study in studies]
-    periods = [study.curve.period(study.release_amplitude) * held for study, held in zip(studies, seconds, strict=True)]
-    largest = config.amplitude.release_share[-1] * config.curve.ultimate_displacement_ratio
-    periods.append(config.curve.make().period(largest))
-    periods += [named.curve.period(config.release_amplitude) for named in config.earthquakes.walls]
-    for key, value, impact in (
-        ("matching.response_length", length, max(float(np.max(period)) for period in periods) / 4),
-        ("response_lengths.start", config.response_lengths.start, float(np.max(periods[0])) / 4),
-        (
-            "damping_force.response_length",
-            force.response_length,
-            float(force.rigid.curve.period(force.rigid.release_amplitude)) / 4,
-        ),
-    ):
-        _require(value > impact, key, value, f"greater than {impact:.6g}, the time of the latest first impact in tau")
-    _require(length <= longest, "matching.response_length", length, f"at most response_lengths.stop, {longest:g}")
 
 
 # --- from Snakemake's values ------------------------------------------------------------------------------------------

@@ -5,11 +5,11 @@ from repository import ROOT
 
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history
-from rockdamp.studies import mechanism
+from rockdamp.studies import damping_force
 
 
 def test_loops_hold_the_force_of_each_damper(config):
-    found = mechanism.damping_force(config)
+    found = damping_force.damping_force(config)
     curve = config.curve.make()
     xi = float(found["damping_ratio"].sel(damping_model="SDR"))
     one = found.sel(damping_model="SDR")
@@ -25,7 +25,7 @@ def test_loops_hold_the_force_of_each_damper(config):
 
 def test_the_nearly_rigid_history_is_that_of_the_event_driven_solver(paper):
     """At the paper's step, as closely as docs/accuracy.md says."""
-    found = mechanism.damping_force(paper)["rocking_displacement"].sel(rocking_model="tri-linear")
+    found = damping_force.damping_force(paper)["rocking_displacement"].sel(rocking_model="tri-linear")
     rigid = paper.damping_force.rigid
     exact = exact_history(
         rigid.curve,
@@ -39,5 +39,5 @@ def test_the_nearly_rigid_history_is_that_of_the_event_driven_solver(paper):
 
 def test_the_stiff_tri_linear_wall_rocks_like_a_rigid_one(config):
     """Fig. 4a: the first half cycle of the nearly rigid curve against the slender limit, within its own 1 %."""
-    found = mechanism.damping_force(config)["rocking_displacement"].sel(tau=slice(0, 2.5))
+    found = damping_force.damping_force(config)["rocking_displacement"].sel(tau=slice(0, 2.5))
     assert float(np.abs(found[0] - found[1]).max()) < 0.02
