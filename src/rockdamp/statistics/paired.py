@@ -54,11 +54,11 @@ def compare_pairs(
     peak, fell = (histories[f"reference_{name}"].transpose(*order).values for name in ("peak", "collapsed"))
     peaks, falls = other.values, histories["collapsed"].transpose(*other.dims).values
     shape, dims = other.shape[3:], other.dims[3:]
-    cells = [
-        _compare_peaks(peak[..., at[0]], fell[..., at[0]], peaks[..., *at], falls[..., *at], weights, bands)
-        | _compare_outcomes(fell[..., at[0]], falls[..., *at], weights)
-        for at in track(list(product(*map(range, shape))), description)
-    ]
+    cells = []
+    for at in track(list(product(*map(range, shape))), description):
+        own: Any = (..., *at)
+        pair = peak[..., at[0]], fell[..., at[0]], peaks[own], falls[own]
+        cells.append(_compare_peaks(*pair, weights, bands) | _compare_outcomes(pair[1], pair[3], weights))
     statistics = {}
     for name in cells[0]:
         values = np.array([cell[name] for cell in cells])
