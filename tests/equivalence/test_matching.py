@@ -132,12 +132,12 @@ def test_minima_within_brackets_are_those_of_scipy_bit_by_bit_and_nan_where_a_va
 
     place = TOP * np.array([[0.6], [1.1], [1.7]])
     value = bumpy(place, TOP, STEEP)
-    tolerances = {"xrtol": 3e-5, "frtol": 1e-13}
+    tolerances = {"xrtol": RESOLUTION, "frtol": 1e-13}
     expected = elementwise.find_minimum(bumpy, tuple(place), args=(TOP, STEEP), tolerances=tolerances)
-    x, f = bracketed_minima(lambda x, lane: bumpy(x, TOP[lane], STEEP[lane]), place, value, 3e-5)
+    x, f = bracketed_minima(lambda x, lane: bumpy(x, TOP[lane], STEEP[lane]), place, value)
     assert expected.success.all() and (x == expected.x).all() and (f == expected.f_x).all()
     assert x == pytest.approx(TOP, rel=6e-5)
-    for found in bracketed_minima(function, place, function(place, np.arange(TOP.size)), 3e-5):
+    for found in bracketed_minima(function, place, function(place, np.arange(TOP.size))):
         assert np.flatnonzero(np.isnan(found)).tolist() == [3]
 
 

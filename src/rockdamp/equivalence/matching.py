@@ -1,8 +1,8 @@
 """The damping ratio that follows a decay under restitution best: the least Err, Eq. (17), and the protocol around it.
 
-Every damping ratio of least Err that is published comes from `match`. It finds the global minimum of Err against decays
-at the solver's step. What is published is the minimum next to it of the integral that Err tends to, followed to finer
-steps in the reference and in the model.
+Every damping ratio of least Err that is published comes from `match_dampers`. It finds the global minimum of Err
+against decays at the solver's step. What is published is the minimum next to it of the integral that Err tends to,
+followed to finer steps in the reference and in the model.
 
 Err samples |u|, which has a kink wherever u crosses zero, and the corners of the curve fall anywhere in a step of the
 solver. When the damping ratio changes, kinks and corners move across the steps: that puts a ripple on Err, of second
@@ -37,7 +37,7 @@ K = TypeVar("K", bound=Hashable)
 SCAN = np.geomspace(0.3, 3.0, 200)  # damping ratios tried, over the closed form's
 SCAN_STEP = 0.01  # in tau; finding the basins needs no more
 SCAN_STEPS = 20  # at least in the stability limit: four of them cross the band of BAND
-LENGTHS_AT_ONCE = 8
+LENGTHS_AT_ONCE = 8  # whose minima are refined together: each history runs to the longest of them
 RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
 RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
 FLAT = 1e-13  # relative changes of a function below it are rounding
@@ -116,14 +116,10 @@ class Cases:
 
     def unique(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the unique cases, and the index of each case among them: walls of one curve have one decay in tau."""
-        problem = np.stack([*self._parameters(), self.release_amplitude, self.restitution], axis=1)
-        _, first, index = np.unique(problem, axis=0, return_index=True, return_inverse=True)
+        ratios = self.curve.yield_displacement_ratio, self.curve.strength_ratio, self.curve.ultimate_displacement_ratio
+        parameters = np.broadcast_arrays(*ratios, self.release_amplitude, self.restitution)
+        _, first, index = np.unique(np.stack(parameters, axis=1), axis=0, return_index=True, return_inverse=True)
         return first, index
-
-    def _parameters(self) -> tuple[Array, ...]:
-        curve = self.curve
-        ratios = curve.yield_displacement_ratio, curve.strength_ratio, curve.ultimate_displacement_ratio
-        return np.broadcast_arrays(*ratios)
 
     def errors(self, damping_model: str, damping_ratio: Array, case: Any, marks: ArrayLike, every: int = 1) -> Array:
         """Return Err, Eq. (17), of damping ratios of some cases over the steps up to each mark.
@@ -191,7 +187,8 @@ def match_dampers(
         uncertainty = np.maximum(2 * np.abs(np.concatenate(minima) - ratio).max(axis=0), RESOLUTION * ratio)
         lossy = np.flatnonzero(ratio > 0)  # e = 1 is followed without error
         error = np.zeros(ratio.size)
-        error[lossy] = finest.errors(model, ratio[lossy], lossy, [finest.steps])[0]
+        if lossy.size:
+            error[lossy] = finest.errors(model, ratio[lossy], lossy, [finest.steps])[0]
         return Matched(
             damping_ratio=ratio[index],
             uncertainty=uncertainty[index],
@@ -290,7 +287,8 @@ def _refine(
 ) -> tuple[Array, Array]:
     """Return damping ratio and Err at the minimum next to each bracket of the scan, shape (3, brackets)."""
 
-    def err(xi: Array, lane: NDArray[np.int64]) -> Array:
+    def err(xi: Array, lane: NDArray[Any]) -> Array:
+        lane = lane.astype(np.int64)  # SciPy makes floats of it
         return cases.errors(model, xi, case[lane], lengths)[length[lane], np.arange(lane.size)]
 
     # Brackets of several lengths share most of their points, and a history tells Err at all lengths.
@@ -304,16 +302,11 @@ def _refine(
     if wide.size:  # the coarser step of the scan moved the minimum by a point
         from scipy.optimize import elementwise  # slow to import, and seldom needed
 
-        def err_of_lane(xi: Array, lane: Array) -> Array:
-            return err(xi, lane.astype(np.int64))
-
         low, middle, high = bracket[:, wide]
-        found = elementwise.bracket_minimum(
-            err_of_lane, middle, xl0=low, xr0=high, xmin=0.0, args=(wide.astype(float),)
-        )
+        found = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=(wide.astype(float),))
         bracket[:, wide], value[:, wide] = found.bracket, found.f_bracket
         value[:, wide[~found.success]] = np.nan
-    ratio, error = bracketed_minima(err, bracket, value, RESOLUTION)
+    ratio, error = bracketed_minima(err, bracket, value)
     if not np.isfinite(ratio).all():
         near = bracket[1, ~np.isfinite(ratio)][0]
         raise InputError(f"the minimum of Err of {model} near xi = {near:.6g} could not be bracketed")
@@ -321,16 +314,16 @@ def _refine(
 
 
 def bracketed_minima(
-    function: Callable[[Array, NDArray[np.int64]], Array], place: Array, value: Array, resolution: float
+    function: Callable[[Array, NDArray[np.int64]], Array], place: Array, value: Array
 ) -> tuple[Array, Array]:
-    """Return places of minima within a part of themselves, and values there, shape (functions,) each.
+    """Return places of minima, within `RESOLUTION`, and values there, shape (functions,) each.
 
     A parabola through the best three points is taken where two in a row agree, and a golden section elsewhere
     (Chandrupatla 1998, doi:10.1016/S0045-7825(97)00190-4). SciPy's `elementwise.find_minimum` does the same, bit by
     bit; it is slow to import, and takes the values in the bracket a second time.
 
-    The function takes places, and of which functions. The brackets, shape (3, functions), are ascending places and
-    values of which the middle one is least. NaN stands where a value is not finite, or no end is reached.
+    `function` takes places, and the index of each one's function. The brackets, shape (3, functions), are ascending
+    places and values of which the middle one is least. NaN stands where a value is not finite, or no end is reached.
     """
     golden = 0.5 + 0.5 * 5**0.5
     x, f, fitted, lane = place.copy(), value.copy(), place[2].copy(), np.arange(place.shape[1])
@@ -338,7 +331,7 @@ def bracketed_minima(
     for _ in range(MOST_ITERATIONS):
         nearer = np.abs(x[2] - x[1]) < np.abs(x[1] - x[0])  # the last point is to be the one further off
         x[:, nearer], f[:, nearer] = x[::-1, nearer], f[::-1, nearer]
-        within = np.abs(x[1]) * resolution
+        within = np.abs(x[1]) * RESOLUTION
         done = (np.abs(x[2] - x[1]) <= 2 * within) | (f[0] - 2 * f[1] + f[2] <= 2 * (np.abs(f[1]) * FLAT))
         least[:, lane[done]] = x[1, done], f[1, done]
         going = ~done & np.isfinite(f).all(axis=0)

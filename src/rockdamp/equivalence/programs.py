@@ -68,20 +68,13 @@ def program_inputs(wall: Wall | Parapet, curve: TrilinearCurve, restitution: flo
         energy = {model: float(damping_ratio_energy(curve, model, restitution, x0)) for model in VISCOUS_MODELS}
         names = "damping_model", "damping_ratio", "rms_error", "damping_ratio_energy"
         rows = [dict(zip(names, (model, xi, None, xi), strict=True)) for model, xi in energy.items()]
-    missed = missed_collapses(restitution)[1]
-    return [
-        ProgramInput(
-            damping_model=model,
-            damping_ratio=row["damping_ratio"],
-            rms_error=row["rms_error"],
-            damping_ratio_energy=row["damping_ratio_energy"],
-            refers_to=REFERENCE_QUANTITY[model],
-            damping_coefficient=dashpot(wall, curve, model, row["damping_ratio"]),
-            missed_collapse_rate=missed[model],
-        )
-        for row in rows
-        for model in [row["damping_model"]]
-    ]
+    missed, found = missed_collapses(restitution)[1], []
+    for row in rows:
+        model, xi = row["damping_model"], row["damping_ratio"]
+        energy, coefficient = row["damping_ratio_energy"], dashpot(wall, curve, model, xi)
+        quantity = REFERENCE_QUANTITY[model]
+        found.append(ProgramInput(model, xi, row["rms_error"], energy, quantity, coefficient, missed[model]))
+    return found
 
 
 def advice(restitution: float) -> str:
