@@ -93,14 +93,15 @@ def test_each_response_length_has_what_it_has_alone_and_without_loss_the_ratio_i
     assert not together.damping_ratio[:, 2].any() and not together.error[:, 2].any()
 
 
-def test_where_no_damping_ratio_is_defined_it_is_refused():
+def test_where_no_damping_ratio_is_defined_it_is_refused(monkeypatch):
     cases = release(0.85)
-    for smallest, largest in ((0.1, 0.5), (2.0, 3.0)):
-        with pytest.raises(InputError, match="edge of the scan"):
-            global_minima(cases, "CDR", [1600], np.geomspace(smallest, largest, 50))
     first = float(CURVE.period(0.5)) / 4
     with pytest.raises(InputError, match="first impact"):
         global_minima(cases, "CDR", [int(0.99 * first / 0.005)])
+    for smallest, largest in ((0.1, 0.5), (2.0, 3.0)):
+        monkeypatch.setattr(matching, "SCAN", np.geomspace(smallest, largest, 50))
+        with pytest.raises(InputError, match="edge of the scan"):
+            global_minima(cases, "CDR", [1600])
 
 
 def test_of_equal_minima_the_smaller_damping_ratio_is_taken():
@@ -277,11 +278,12 @@ def test_equal_cases_are_searched_once(monkeypatch):
     assert searched == [[0.75, 0.9]]
 
 
-def test_the_scheme_is_that_of_the_cases_and_the_scan_changes_nothing():
+def test_the_scheme_is_that_of_the_cases_and_the_scan_changes_nothing(monkeypatch):
     newmark, paper = (release(0.75, step=0.01, scheme=scheme) for scheme in ("newmark", "paper"))
     one, other = (match_dampers(cases, ["CDR"], 800, refinement=2)["CDR"].damping_ratio for cases in (newmark, paper))
     assert 1e-3 < abs(other[0] / one[0] - 1) < 0.05
-    few = match_dampers(newmark, ["CDR"], 800, refinement=2, scan=np.geomspace(0.5, 2.0, 30))["CDR"].damping_ratio
+    monkeypatch.setattr(matching, "SCAN", np.geomspace(0.5, 2.0, 30))
+    few = match_dampers(newmark, ["CDR"], 800, refinement=2)["CDR"].damping_ratio
     np.testing.assert_allclose(few, one, rtol=2 * RESOLUTION)
 
 

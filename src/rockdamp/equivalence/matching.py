@@ -160,7 +160,6 @@ def match_dampers(
     damping_models: Sequence[str],
     steps: int,
     *,
-    scan: Array = SCAN,
     refinement: int = REFINEMENT,
     description: str = "",
 ) -> dict[str, Matched]:
@@ -178,7 +177,7 @@ def match_dampers(
     finest = finer[-1]
 
     def match_model(model: str) -> Matched:
-        best = global_minima(unique, model, [steps], scan)
+        best = global_minima(unique, model, [steps])
         ratio = integral_minima(unique, model, steps, best.damping_ratio[0])[0]
         minima = []
         for decays in finer:
@@ -222,7 +221,7 @@ class Minima:
     local_minima: NDArray[np.int64]  # of Err over the damping ratios tried
 
 
-def global_minima(cases: Cases, damping_model: str, response_length_steps: ArrayLike, scan: Array = SCAN) -> Minima:
+def global_minima(cases: Cases, damping_model: str, response_length_steps: ArrayLike) -> Minima:
     """Find the global minimum of Err over the damping ratio for each case and response length (in steps, ascending).
 
     A scan over multiples of the closed form's damping ratio finds the basins, for all response lengths in one pass. The
@@ -243,7 +242,7 @@ def global_minima(cases: Cases, damping_model: str, response_length_steps: Array
             " time of the first impact, before which no damping ratio is defined"
         )
     guess = damping_ratio_energy(cases.curve, damping_model, cases.restitution, cases.release_amplitude)
-    trial = guess[:, None] * scan
+    trial = guess[:, None] * SCAN
     trial = np.minimum(trial, DAMPERS[damping_model].largest_value)
     longest = min(SCAN_STEP, float(stable_step(cases.curve).min()) / SCAN_STEPS)
     every = max(1, int(longest / cases.step + 0.5))
