@@ -16,8 +16,9 @@ class Tree:
     """A copy of the repository in which snakemake runs."""
 
     def __init__(self, place):
+        if not place.exists():
+            shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(*NOT_COPIED))
         self.place = place
-        shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(*NOT_COPIED))
         # The package of the copy, not the installed one; tests run there remove nothing of other runs.
         set_here = {"PYTHONPATH": str(place / "src"), "PYTHONUTF8": "1", "PYTEST_DEBUG_TEMPROOT": str(place.parent)}
         dropped = re.compile("SNAKEMAKE_PROFILE|NUMBA_.*|SOURCE_DATE_EPOCH|COVERAGE_PROCESS_START")

@@ -2,9 +2,11 @@
 
 import re
 import shutil
+import subprocess
 
 import pytest
 from minimal_build import RESULTS
+from workflow_tree import Tree
 
 from rockdamp.figures import FIGURES
 
@@ -122,6 +124,14 @@ def test_an_edit_runs_what_depends_on_it_and_nothing_else(tree, edited, kind):
     reasons = re.findall(r"Params have changed since last execution: (.*?)(?:;|\n)", run.stdout + run.stderr)
     assert all(len(reason) <= 300 for reason in reasons)
     assert any(cause in reason for reason in reasons) == bool(cause)
+
+
+def test_a_copy_of_all_has_nothing_to_do(tree):
+    place = tree.place.with_name("copied")
+    subprocess.run(["cp", "-r", tree.place, place], check=True)
+    copy = Tree(place)
+    assert copy.jobs(copy.snakemake("--dry-run")) == {}
+    shutil.rmtree(place)
 
 
 @pytest.mark.long
