@@ -125,7 +125,7 @@ others = sed '/^$(1)==/,/[^\\]$$/d' requirements.lock
 	@for link in $*/lib/python*/site-packages/_editable_impl_rockdamp.pth; do echo ../../../../src > "$$link"; done
 	@$*/bin/python -c "import matplotlib.pyplot, snakemake.cli"
 	@echo "Compiling the solvers: half a minute, once."
-	@$*/bin/python -c "from os import cpu_count; from rockdamp.pipeline.compile_all import compile_all; compile_all(cpu_count() or 1)"
+	@$*/bin/python -c "from os import cpu_count; from rockdamp.solvers.compile_all import compile_all; compile_all(cpu_count() or 1)"
 	@$*/bin/rockdamp equivalent --restitution 0.85 --a1 0.04 --b1 0.85 >/dev/null
 	@touch $@
 

@@ -34,7 +34,7 @@ include: "workflow/rules/report.smk"
 
 onstart:
     # Jobs that start together would each compile the solvers, into the same files of Numba's cache.
-    from rockdamp.pipeline.compile_all import compile_all
+    from rockdamp.solvers.compile_all import compile_all
 
     compile_all()
 
