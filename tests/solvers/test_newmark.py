@@ -273,12 +273,35 @@ def test_just_below_the_stability_limit_a_linear_run_is_bounded_as_the_discrete_
     np.testing.assert_allclose(response.displacement, 0.03 * np.cos(theta * np.arange(1001)), atol=1e-10)
 
 
+def first_branch(order, e, step, steps):
+    """Decays that never leave the first branch, from many amplitudes, so that crossings meet the step anywhere."""
+    curve = TrilinearCurve(0.4, 0.5)
+    w1, amplitude = float(curve.initial_frequency), np.linspace(0.2, 0.3, 40)
+    damping = Damping.from_restitution(e, "ECD", order=order)
+    return amplitude, w1, simulate(curve, damping, step=step / w1, steps=steps, release_amplitude=amplitude)
+
+
 @pytest.mark.parametrize("order", [0, 1, 16, 64])
 @pytest.mark.parametrize("e", [0.5, 0.95])
 def test_every_order_is_stable_up_to_the_limit_of_the_undamped_wall(order, e):
-    curve, amplitude = TrilinearCurve(0.4, 0.5), np.linspace(0.2, 0.3, 40)  # never beyond the first branch
-    damping, w1 = Damping.from_restitution(e, "ECD", order=order), float(curve.initial_frequency)
     for step in (0.3, 0.8, 1.2, 1.6, 1.98):  # w1 h
-        x = simulate(curve, damping, step=step / w1, steps=400, release_amplitude=amplitude).displacement
-        assert np.abs(x).max() < 0.4
-        assert (np.abs(x[:, -60:]).max(axis=1) <= amplitude).all()
+        amplitude, _, run = first_branch(order, e, step, 400)
+        assert np.abs(run.displacement).max() < 0.4
+        assert (np.abs(run.displacement[:, -60:]).max(axis=1) <= amplitude).all()
+
+
+@pytest.mark.parametrize("e", [0.85, 0.95])
+def test_the_step_that_an_order_needs(e):
+    """The decrement of eight half cycles, by the energy at the eighth turning point, where the damper takes nothing."""
+    worst = {}
+    for order in (0, 1, 4, 16, 32):
+        for step in (0.1, 0.05, 0.025):
+            amplitude, w1, run = first_branch(order, e, step, int(8.9 * np.pi / step))
+            away, size = np.abs(run.displacement), np.hypot(run.displacement, run.velocity / w1)
+            for wall in range(amplitude.size):
+                inner = away[wall, 1:-1]
+                turns = 1 + np.flatnonzero((inner >= away[wall, :-2]) & (inner > away[wall, 2:]))
+                lost = np.log(size[wall, turns[7]] / amplitude[wall]) / (8 * np.log(e))
+                worst[order] = max(worst.get(order, 0.0), abs(lost - 1) / step**2)
+    assert 0.25 < max(worst.values()) < 0.30 and worst[0] == pytest.approx(0.042, abs=0.003)
+    assert worst[0] < worst[1] < worst[4] < worst[16]

@@ -28,7 +28,7 @@ def found():
 
 def test_ecd_from_peaks_is_the_exact_ratio_at_any_amplitude():
     e, x0 = np.array([[0.75], [0.85], [0.95]]), SHARE
-    ecd = Damping.from_restitution(e, "ECD").damping_ratio
+    ecd = Damping.from_restitution(e, "ECD").value
     for curve in (PAPER, TrilinearCurve(0.02, 0.85), TrilinearCurve(0.2, 0.5, 0.9, "translated")):
         ratio = damping_ratio_peaks(curve, "ECD", e, x0 * float(curve.ultimate_displacement_ratio))
         # 4e-4: what is said of HALF_CYCLE_STEPS.
@@ -49,7 +49,7 @@ def test_the_event_driven_solver_finds_cr_s_first_peak_with_the_ratio_from_peaks
 def test_all_dampers_are_the_same_on_the_first_branch():
     for model in ("CDC", "CDR", "SDR", "ECD"):
         ratio = float(damping_ratio_peaks(PAPER, model, 0.8, 0.035))
-        assert ratio == pytest.approx(float(Damping.from_restitution(0.8, "ECD").damping_ratio), rel=1e-4)
+        assert ratio == pytest.approx(float(Damping.from_restitution(0.8, "ECD").value), rel=1e-4)
 
 
 def test_the_dataset_is_what_the_glossary_says_and_whole(found):

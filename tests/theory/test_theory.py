@@ -235,7 +235,7 @@ def longer(e):
 def test_half_cycles_are_little_longer_than_under_restitution():
     told = {}
     for e in (0.7, 0.9):
-        found, xi = longer(e), float(Damping.from_restitution(e, "ECD").damping_ratio)
+        found, xi = longer(e), float(Damping.from_restitution(e, "ECD").value)
         assert found.min() == pytest.approx(1 / np.sqrt(1 - xi**2) - 1, rel=1e-3)  # the linear one
         told[e] = 100 * found.min(), 100 * found.max()
     (low, high), (least, most) = told[0.7], told[0.9]

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 import sympy as sp
+from exact_cases import cr_peaks
 from order_m_motion import Damper, forced_peak, half_cycle, of_restitution
 from repository import ROOT
 from scipy.integrate import quad
@@ -46,6 +47,20 @@ def test_a_load_enters_the_polar_form_over_the_square_of_the_denominator():
     ln_r, phase = -D * c**2 + q * c / r, 1 + D * s * c - q * s / r
     first = sp.diff(ln_r / phase, q).subs(q, 0)
     assert sp.simplify(first - c / r / (1 + D * s * c) ** 2) == 0
+
+
+@pytest.mark.parametrize("order", [0, 1, 2.5, 8, 32])
+def test_every_peak_of_the_free_decay_is_cr_s_from_any_amplitude(order):
+    for curve in (PAPER, TrilinearCurve(0.20, 0.50), TrilinearCurve(0.06, 0.72, 0.9, "translated")):
+        for e, share in ((0.7, 0.9), (0.9, 0.02)):
+            x0, damping = (
+                share * float(curve.ultimate_displacement_ratio),
+                Damping.from_restitution(e, "ECD", order=order),
+            )
+            run = exact_history(curve, damping, [1.5 * float(curve.period(x0))], release_amplitude=x0)
+            peaks = np.abs(run.turning_displacement)
+            assert peaks.size >= 2
+            np.testing.assert_allclose(peaks, cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
 
 
 @as_meant()

@@ -95,7 +95,7 @@ def test_a_mirrored_start_and_load_give_the_mirrored_history_bit_for_bit(scheme,
     other = respond(curve, damping, (-start[0], -start[1]), -ground, scheme)
     np.testing.assert_array_equal(other.displacement, -one.displacement)
     np.testing.assert_array_equal(other.velocity, -one.velocity)
-    for name in ("outcome", "outcome_tau", "peak", "peak_tau", "impacts"):
+    for name in ("collapsed", "end_tau", "peak", "peak_tau", "impacts"):
         np.testing.assert_array_equal(getattr(other, name), getattr(one, name))
 
 
