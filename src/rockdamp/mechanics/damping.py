@@ -17,42 +17,53 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, check, check_choice
+from rockdamp.errors import InputError, Rule, check, check_choice
 from rockdamp.mechanics.curve import TrilinearCurve
+
+# ASSUME: the amplitude that e belongs to where the loss depends on the amplitude and no other is said [u/u_ins].
+REFERENCE_AMPLITUDE = 0.3
+# ASSUME: of kappa cos^(2m+1) phi sin phi, which is less than 1 where half cycles end. Beyond it the damper is no longer
+# exact: the motion is then nearly the creep of an overdamped oscillator.
+CAP = 0.95
+LARGEST_BAND_RATIO = -math.log(0.01) / math.pi  # xi of e = 0.01
+LARGEST_STRENGTH = 3.4  # delta' of BAND; a narrow band divides by zero at 2 sqrt(3) = 3.46
+
+AT_LEAST_0: Rule = (lambda x: x >= 0, "at least 0")
+ABOVE_0: Rule = (lambda x: x > 0, "greater than 0")
+UP_TO_1: Rule = (lambda x: (x > 0) & (x <= 1), "greater than 0 and at most 1")
+RESTITUTION: Rule = (lambda e: (e >= 0) & (e <= 1), "at least 0 and at most 1")
+BAND_RATIO: Rule = (lambda xi: (xi >= 0) & (xi <= LARGEST_BAND_RATIO), "at least 0 and at most 1.47, that of e = 0.01")
+ORDER: Rule = (lambda m: (m >= 0) & (m <= 10_000), "0 to 10 000")  # steps of the solver would pass over its band
+DAMPER_EXPONENT: Rule = (lambda g: (g >= 0) & (g < 0.5), "at least 0 and less than 0.5")
+NOT_TAKEN: Rule = (lambda x: x == 0, "0, as it belongs to another model")
+DEFAULTS = {"order": NOT_TAKEN, "width": NOT_TAKEN, "loss_exponent": NOT_TAKEN, "reference_amplitude": ABOVE_0}
 
 
 class Damper(NamedTuple):
-    """What holds of a model: its title, and the parameters that it takes besides the value."""
+    """What holds of a model: its title, and the rules of its parameters."""
 
     title: str
-    takes: tuple[str, ...] = ()
-    default_width: float = 0.0  # t_c of BAND [rad], w/a1 of CQD [-]
-    largest_width: float = math.inf
+    rules: dict[str, Rule]
+    default_width: float = 0.0
     is_amplitude_independent: bool = False  # every half cycle loses the same share of its energy
     largest_value: float = math.inf
 
 
-LOSS = ("loss_exponent", "reference_amplitude")
-# ASSUME: the amplitude that e belongs to where the loss depends on the amplitude and no other is said [u/u_ins].
-REFERENCE_AMPLITUDE = 0.3
-PARAMETERS = ("value", "order", "width", *LOSS)
-LARGEST_BAND_RATIO = -math.log(0.01) / math.pi  # xi of e = 0.01
 # ASSUME: the paper has no band of fixed time. A narrower one is nearer to restitution, with a force as 1/t_c.
 DAMPERS = {
-    "CR": Damper("coefficient of restitution", LOSS, largest_value=1.0),
-    "CDC": Damper("constant damping coefficient"),
-    "CDR": Damper("constant damping ratio"),
-    "SDR": Damper("stiffness proportional damping ratio"),
-    "ECD": Damper("energy-consistent damper", ("order", *LOSS), is_amplitude_independent=True),
-    "BAND": Damper("band of fixed time", ("width",), 0.2, math.inf, True, LARGEST_BAND_RATIO),
-    "CQD": Damper("band of fixed length", ("width",), 0.25, 1.0, largest_value=LARGEST_BAND_RATIO),
+    "CR": Damper("coefficient of restitution", {"value": RESTITUTION, "loss_exponent": AT_LEAST_0}),
+    "CDC": Damper("constant damping coefficient", {"value": AT_LEAST_0}),
+    "CDR": Damper("constant damping ratio", {"value": AT_LEAST_0}),
+    "SDR": Damper("stiffness proportional damping ratio", {"value": AT_LEAST_0}),
+    "ECD": Damper(
+        "energy-consistent damper",
+        {"value": AT_LEAST_0, "order": ORDER, "loss_exponent": DAMPER_EXPONENT},
+        is_amplitude_independent=True,
+    ),
+    "BAND": Damper("band of fixed time", {"value": BAND_RATIO, "width": ABOVE_0}, 0.2, True, LARGEST_BAND_RATIO),
+    "CQD": Damper("band of fixed length", {"value": BAND_RATIO, "width": UP_TO_1}, 0.25, False, LARGEST_BAND_RATIO),
 }
-LARGEST_ORDER = 10_000  # of ECD; steps of the solver would pass over its band about u = 0
-DOUBLED_ORDERS = (1, 2, 4, 8, 32, 64, 128)  # their power takes multiplications alone, any other a library's power
-# ASSUME: of kappa cos^(2m+1) phi sin phi, which is less than 1 where half cycles end. Beyond it the damper is no longer
-# exact: the motion is then nearly the creep of an overdamped oscillator.
-CAP = 0.95
-LARGEST_STRENGTH = 3.4  # delta' of BAND; a narrow band divides by zero at 2 sqrt(3) = 3.46
+PARAMETERS = ("value", *DEFAULTS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,35 +103,18 @@ class Damping:
 
     def __post_init__(self) -> None:
         damper = DAMPERS[check_choice("damping_model", self.model, tuple(DAMPERS))]
-        resolved = {
-            "value": self.value,
-            "order": 0.0 if self.order is None else self.order,
-            "width": damper.default_width if self.width is None else self.width,
-            "loss_exponent": self.loss_exponent,
-            "reference_amplitude": self.reference_amplitude,
-        }
-        for name, value in resolved.items():
-            object.__setattr__(self, name, np.asarray(value, dtype=float))
-        e_or_xi = "restitution" if self.model == "CR" else "damping_ratio"
-        most = damper.largest_value
-        check(e_or_xi, self.value, lambda x: (x >= 0) & (x <= most), f"at least 0 and at most {most:.3g}")
-        for name in ("order", "width", "loss_exponent"):
-            if name not in damper.takes and np.any(getattr(self, name) != 0):
-                raise InputError(f"{self.model} takes no {name}", name)
-        check("order", self.order, lambda m: (m >= 0) & (m <= LARGEST_ORDER), f"at least 0 and at most {LARGEST_ORDER}")
-        if "width" in damper.takes:
-            widest = damper.largest_width
-            check("width", self.width, lambda w: (w > 0) & (w <= widest), f"greater than 0 and at most {widest:g}")
-        most = 0.5 if self.model == "ECD" else math.inf
-        check("loss_exponent", self.loss_exponent, lambda g: (g >= 0) & (g < most), f"at least 0 and less than {most}")
-        check("reference_amplitude", self.reference_amplitude, lambda x: x > 0, "greater than 0")
+        absent = {"order": 0.0, "width": damper.default_width}
+        for name, (valid, allowed) in (DEFAULTS | damper.rules).items():
+            value = getattr(self, name)
+            value = absent[name] if value is None else value
+            text = name if name != "value" else "restitution" if self.model == "CR" else "damping_ratio"
+            object.__setattr__(self, name, check(text, value, valid, allowed))
         if self.model == "CR":
             check("restitution", self.value, lambda e: (e > 0) | (self.loss_exponent == 0), "above 0 with an exponent")
         if self.model == "BAND":
-            band_most = half_cycle_loss(LARGEST_STRENGTH, self.width) / math.pi
-            check(
-                "damping_ratio", self.value, lambda xi: xi <= band_most, f"at most {np.min(band_most, initial=1e9):.3g}"
-            )
+            most = half_cycle_loss(LARGEST_STRENGTH, self.width) / math.pi
+            allowed = f"at most {np.min(most, initial=np.inf):.3g} with its width"
+            check("damping_ratio", self.value, lambda xi: xi <= most, allowed)
 
     @classmethod
     def from_restitution(
@@ -215,7 +209,7 @@ class Damping:
             return "ecd_any", (kappa * double_reference**g, m, g)
         if not m.size or np.any(m != m.flat[0]):
             return "ecd_any", (kappa, m, 0.0)
-        names = {0: "ecd", 16: "ecd16", **dict.fromkeys(DOUBLED_ORDERS, "ecd_doubled")}
+        names = {0: "ecd", 16: "ecd16", **dict.fromkeys((1, 2, 4, 8, 32, 64, 128), "ecd_doubled")}
         return names.get(m.flat[0], "ecd_any"), (kappa, m.flat[0], 0.0)
 
     def reference_energy(self, curve: TrilinearCurve) -> Array:
@@ -305,6 +299,7 @@ def critical_damping_ratio(order: ArrayLike) -> Array:
 # --- BAND -------------------------------------------------------------------------------------------------------------
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)  # integrates the loss to the last digits
+AT_ONCE = 512  # ratios whose arrays fit into the processor's cache
 
 
 def half_cycle_loss(strength: ArrayLike, width: ArrayLike) -> Array:
@@ -348,6 +343,9 @@ def band_strength(log_decrement: ArrayLike, width: ArrayLike) -> Array:
         t_c, broadcasts. [rad]
     """
     delta, t_c = np.broadcast_arrays(np.asarray(log_decrement, dtype=float), np.asarray(width, dtype=float))
+    if delta.size > AT_ONCE:
+        parts = (np.array_split(values.ravel(), delta.size // AT_ONCE + 1) for values in (delta, t_c))
+        return np.concatenate([*map(band_strength, *parts)]).reshape(delta.shape)
     strength = np.minimum(delta * (1 + t_c**2), LARGEST_STRENGTH)
     while True:
         loss, slope = _loss_and_slope(strength, t_c)

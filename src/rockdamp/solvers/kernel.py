@@ -408,6 +408,14 @@ def add_motions(w, width, ground, factors, step, substeps):
 # --- the march with histories -----------------------------------------------------------------------------------------
 
 
+@register_jitable
+def store(w, width, at, displacement, velocity):
+    """Store the state of the lanes that have not collapsed, as number `at`."""
+    for i in range(width):
+        if w[ALIVE + i] > 0.0:
+            displacement[i, at], velocity[i, at] = w[X + i], w[V + i]
+
+
 def full_march(advance):
     """Return a function that advances blocks by the steps `first` to `last`, in place; the first of a run is step 1.
 
@@ -432,8 +440,7 @@ def full_march(advance):
             w = blocks[b]
             p1 = motion_at(ground, 0, first - 1, substeps) if forced else 0.0
             if first == 1:
-                for i in range(width):
-                    displacement[b, i, 0], velocity[b, i, 0] = w[X + i], w[V + i]
+                store(w, width, 0, displacement[b], velocity[b])
             for step in range(first, last + 1):
                 p0 = p1
                 if motions > 1:
@@ -443,10 +450,7 @@ def full_march(advance):
                     p1 = motion_at(ground, 0, step, substeps)
                 advance(w, width, p0, p1, step)
                 if step % every == 0:
-                    for i in range(width):
-                        if w[ALIVE + i] > 0.0:
-                            displacement[b, i, step // every] = w[X + i]
-                            velocity[b, i, step // every] = w[V + i]
+                    store(w, width, step // every, displacement[b], velocity[b])
                 if step % PATIENCE == 0:
                     standing = 0.0
                     for i in range(width):
