@@ -11,13 +11,13 @@ from peers import NO_OPENSEES, opensees, opensees_history, scipy_history
 from scipy.optimize import minimize_scalar
 
 from rockdamp import Damping, TrilinearCurve
+from rockdamp.constants import DEFAULT_RESPONSE_LENGTH
 from rockdamp.equivalence import matching
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.equivalent import STEP
 from rockdamp.equivalence.matching import Cases, global_minima
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import available_threads
-from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH
 
 RELEASE = 0.5
 STEPS = round(DEFAULT_RESPONSE_LENGTH / STEP)

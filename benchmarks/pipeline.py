@@ -20,11 +20,11 @@ from measure import Section, Table, interleaved, number, of_children
 
 from rockdamp import Damping, TrilinearCurve
 from rockdamp.config import parse_config
+from rockdamp.constants import STUDIES
 from rockdamp.figures import FIGURES
 from rockdamp.solvers.newmark import available_threads, simulate
 from rockdamp.studies.decays import study
 from rockdamp.studies.matches import match
-from rockdamp.vocabulary import STUDIES
 
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = [name for name in FIGURES if not name.startswith("fig_")]

@@ -12,7 +12,8 @@ import sys
 
 import numpy as np
 
-from rockdamp.errors import require
+from rockdamp.constants import STANDARD_GRAVITY
+from rockdamp.errors import InputError, check
 from rockdamp.histories.loads import make_load, sample_load
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -20,7 +21,6 @@ from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.pulses import ricker
 from rockdamp.motions.record import Record, write_record
 from rockdamp.solvers.exact import exact_history
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 # The wall of Fig. 8; width and density too, though neither changes the response.
 # ASSUME: width 1.438 m and density 1835 kg m-3, from a secondary source that was not verified.
@@ -64,7 +64,7 @@ def synthetic_record(
     `pulse_peak` is that of the table's pulse [m s-2]. `noise` is a factor on the noise and drift of both instruments; 0
     leaves the sensor's zero and the rounding. A wall that collapses is refused.
     """
-    require(np.asarray(noise) >= 0, "noise", noise, "at least 0")
+    check("noise", noise, lambda factor: factor >= 0, "at least 0")
     elapsed = np.arange(int(DURATION * SAMPLING) + 1) / SAMPLING
     fine = np.arange(int(DURATION * SAMPLING) * OVERSAMPLING + 1) / (SAMPLING * OVERSAMPLING)
     motion = ricker(fine - PULSE_CENTRE, PULSE_FREQUENCY, pulse_peak)
@@ -75,8 +75,8 @@ def synthetic_record(
         p * elapsed,
         **sample_load(make_load(WALL, Record(fine, motion))),
     )
-    stands = not history.collapsed
-    require(stands, "pulse_peak", pulse_peak, "small enough that the wall survives [m s-2]")
+    if history.collapsed:
+        raise InputError(f"pulse_peak is {pulse_peak:g}; it must be so small that the wall survives [m s-2]")
 
     # RandomState's streams are frozen for good, a Generator's may change with NumPy: the shipped files must not.
     random = np.random.RandomState(seed)

@@ -27,6 +27,7 @@ from rocking_tables import (
 from table_text import interval, models, percent, power, share, table
 
 from rockdamp.claims.verdicts import spans
+from rockdamp.constants import RECOMMENDED_SOURCE, STUDIES, VISCOUS_MODELS
 from rockdamp.figures.style import nearest
 from rockdamp.report.answer import by_program as programs
 from rockdamp.report.answer import selection
@@ -34,7 +35,6 @@ from rockdamp.report.earthquakes import SOURCES, STRATA
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.text import number
-from rockdamp.vocabulary import RECOMMENDED_SOURCE, STUDIES, VISCOUS_MODELS
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"

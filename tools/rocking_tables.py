@@ -4,7 +4,7 @@ import xarray as xr
 from scipy.stats import chi2
 from table_text import models, percent, table
 
-from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
+from rockdamp.constants import PAPER_MODELS, REFERENCE
 
 Data = dict[str, xr.Dataset]
 

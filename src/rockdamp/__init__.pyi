@@ -6,16 +6,13 @@ from .equivalence.closed_form import equivalence_factor as equivalence_factor
 from .equivalence.closed_form import giannini_masiani as giannini_masiani
 from .equivalence.equivalent import equivalent as equivalent
 from .errors import InputError as InputError
-from .errors import InputWarning as InputWarning
 from .histories.respond import free_decay as free_decay
 from .histories.respond import respond as respond
-from .histories.supports import FloorMotion as FloorMotion
 from .histories.supports import floor_motions as floor_motions
 from .laboratory.calibration import calibrate as calibrate
-from .laboratory.free_rocking import calibrate_free_rocking as calibrate_free_rocking
+from .laboratory.free_rocking import fit_free_rocking as fit_free_rocking
 from .laboratory.releases import FreeRocking as FreeRocking
 from .laboratory.releases import read_free_rocking as read_free_rocking
-from .laboratory.releases import write_free_rocking as write_free_rocking
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
 from .mechanics.floors import Building as Building

@@ -16,10 +16,10 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from rockdamp.arrays import Array
+from rockdamp.constants import STUDIES
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.vocabulary import STUDIES
 
 # --- kinds of values -------------------------------------------------------------------------------------------------
 
@@ -163,7 +163,7 @@ class Curve(Section):
 
 
 class Studies(Section):
-    """Values of the parameter that each study varies, ascending; rockdamp.vocabulary.STUDIES names it."""
+    """Values of the parameter that each study varies, ascending; rockdamp.constants.STUDIES names it."""
 
     amplitude: Ascending
     """u0/u_ins, each less than a3, release_amplitude among them; for Fig. 5 and the response lengths. [-]"""

@@ -1,13 +1,10 @@
-"""Numbers in words, and words that are numbers; it imports next to nothing, so that `--help` is quick.
-
-Numbers are written in Unicode, with no-break spaces: the same text serves HTML, Markdown and figures.
-"""
+"""Numbers as text, in Unicode and with no-break spaces: the same serves HTML, Markdown and figures."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, SupportsFloat
+from collections.abc import Iterable
+from typing import SupportsFloat
 
 DASH = "–"  # where a study is too small to define a number
 LEAST = 1e-4  # a smaller fraction is written as less than that
@@ -41,21 +38,6 @@ def percent(value: SupportsFloat, digits: int = 2) -> str:
     return f"less than {percent(LEAST, 1)}" if 0 < fraction < LEAST else f"{number(100 * fraction, digits)}\u00a0%"
 
 
-def at_most(value: SupportsFloat) -> str:
-    """Write a fraction as `percent` does, but rounded up: a bound that holds."""
-    fraction = float(value)
-    if not 0 < fraction < math.inf:
-        return percent(fraction)
-    unit = 10.0 ** (math.floor(math.log10(fraction)) - 1)
-    return percent(math.ceil(fraction / unit - 1e-9) * unit)
-
-
-def span(values: Any, show: Callable[[Any], str] = lambda value: number(value, 2)) -> str:
-    """Write the least and the greatest value of an array, or the one value where both read the same."""
-    low, high = show(values.min()), show(values.max())
-    return low if low == high else f"{low} to {high}"
-
-
 def listed(parts: Iterable[str]) -> str:
     """Join with commas, the last with "and"."""
     *first, last = list(parts) or [""]
@@ -65,19 +47,3 @@ def listed(parts: Iterable[str]) -> str:
 def counted(count: int, noun: str) -> str:
     """Write a number of things: "1 station", "4 stations"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
-def by_name(values: Mapping[str, str]) -> str:
-    """Name the model of each value: "0.029 (CDC) and 0.045 (CDR)"."""
-    return listed(f"{value} ({name})" for name, value in values.items())
-
-
-def ranges(values: Sequence[float], holds: Sequence[bool]) -> str:
-    """Say at which of ascending values something holds: "0.80 to 0.91 and 0.95"; "none" where nowhere."""
-    runs: list[list[float]] = []
-    before = False
-    for value, now in zip(values, holds, strict=True):
-        if now:
-            runs = [*runs[:-1], [*runs[-1], value]] if before else [*runs, [value]]
-        before = bool(now)
-    return listed(f"{run[0]:.2f}" if len(run) == 1 else f"{run[0]:.2f} to {run[-1]:.2f}" for run in runs) or "none"

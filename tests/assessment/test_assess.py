@@ -9,13 +9,12 @@ from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import FEWEST_STATIONS, intervals
 from rockdamp.assessment.collapses import STRIPES
 from rockdamp.assessment.table import RULES
+from rockdamp.constants import RECOMMENDED, REFERENCE
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.record import append_rest
-from rockdamp.plausibility import as_meant
 from rockdamp.solvers.exact import exact_history
 from rockdamp.statistics.fragility import fit_fragility, wilson
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import RECOMMENDED, REFERENCE
 
 
 def test_collapses_and_peaks_are_those_of_the_event_driven_solver(wall, curve, motions):
@@ -87,8 +86,7 @@ def test_the_fragility_is_that_of_the_stripes_in_their_own_unit(answer):
 
 
 def test_the_fragility_does_not_depend_on_what_is_asked_for(wall, curve, motions, answer):
-    with as_meant():
-        other = rd.assess(wall, curve, motions, pgv=0.05, restitution=0.85)
+    other = rd.assess(wall, curve, motions, pgv=0.05, restitution=0.85)
     for name in ("median_pgv", "median_pgv_interval", "dispersion", "stripe_collapses"):
         np.testing.assert_array_equal(other[name], answer[name])
     assert other["collapses"].values.tolist() == [[0], [0]]
@@ -128,22 +126,6 @@ def test_what_is_returned_is_what_the_glossary_says(answer, tmp_path):
         assert variable.attrs["units"] and variable.attrs["long_name"], name
     dataset.write(answer, tmp_path / "a.nc", "assessment", config={}, code_version="test")
     assert dataset.read(tmp_path / "a.nc")["station"].values.tolist() == answer["station"].values.tolist()
-
-
-def test_an_intensity_that_no_earthquake_has_is_warned_of(wall, curve, motions):
-    with pytest.warns(rd.InputWarning, match=r"PGV is 40 m s-1, more than 4; was it in cm s-1 \(0.4 m s-1\)\?"):
-        rd.assess(wall, curve, motions[0], restitution=0.85, pgv=40)
-
-
-def test_an_intensity_at_which_no_record_rocks_the_wall_is_warned_of(motions):
-    wall, curve = rd.Wall(0.25, 4.0, overburden_ratio=0.2), rd.TrilinearCurve.preset("new")
-    for each, asked, shown in (
-        (wall, {"pga": 0.25}, r"PGA is 0.25 m s-2 \(0.0255 g\)"),
-        (wall, {"pgv": 0.02}, "PGV is 0.02 m s-1"),
-        (rd.OneSidedWall(wall), {"pgv": 0.02}, "PGV is 0.02 m s-1"),
-    ):
-        with pytest.warns(rd.InputWarning, match=f"{shown}: no record makes the wall rock"):
-            rd.assess(each, curve, motions, restitution=0.85, **asked)
 
 
 def test_of_stations_that_all_say_the_same_the_fragility_has_no_width():
@@ -195,7 +177,7 @@ def test_the_outcomes_near_collapse_are_those_of_a_step_a_quarter_as_long(wall, 
     [
         ({}, "either pgv or pga"),
         ({"pgv": 0.4, "pga": 3.0}, "either pgv or pga"),
-        ({"pgv": -0.4}, "pgv is -0.4; it must be greater than 0"),
+        ({"pgv": -0.4}, "pgv is -0.4"),
         ({"pgv": 0.4, "restitution": 1.2}, "restitution is 1.2"),
         ({"pgv": 0.4, "restitution": "guess"}, "restitution .* is 'guess'; it must be a number, or one of measured"),
         ({"pgv": 0.4, "records": []}, "there are no records"),

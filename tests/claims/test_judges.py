@@ -33,7 +33,7 @@ from rockdamp import claims
 from rockdamp.claims import verdicts
 from rockdamp.claims.mechanics import paired_ratio
 from rockdamp.claims.verdicts import CONDITIONAL, NOT_JUDGED, NOT_REPRODUCED, REPRODUCED, Limits, Part
-from rockdamp.vocabulary import PAPER_MODELS
+from rockdamp.constants import PAPER_MODELS
 
 # --- changes to them -------------------------------------------------------------------------------------------------
 

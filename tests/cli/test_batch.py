@@ -24,7 +24,7 @@ def table(tmp_path):
 def test_a_bad_row_is_told_and_stands_in_the_table_that_is_written(table, tmp_path):
     result = run("batch", table, *RECORDS, "--pgv", 0.5, "--output", tmp_path / "out.csv", "--json")
     assert result.exit_code == 0, result.output
-    assert "walls.csv, line 3: thickness is '25kg'" in result.stderr and "1 of 3 rows" in result.stderr
+    assert "walls.csv, line 3: thickness: '25kg'" in result.stderr and "1 of 3 rows" in result.stderr
     told = json.loads(result.stdout)
     assert (told["walls"], told["records"], told["intensity_measure"], told["intensity"]) == (2, 4, "PGV", 0.5)
     assert [(bad["line"], bad["id"]) for bad in told["errors"]] == [(3, "two")]
@@ -44,8 +44,6 @@ def test_a_table_with_failed_rows_ends_with_status_3_where_that_is_asked_for(tab
     for strict, status in (((), 0), (("--strict",), 3)):
         result = run("batch", table, *RECORDS, "--pga", 0.25, "--output", out, *strict)
         assert result.exit_code == status and out.exists()
-    assert "PGA is 0.25 m s-2 (0.0255 g): no record makes 2 of 2 walls rock" in result.stderr
-    assert "was it in g (0.25 g)?" in result.stderr
     assert run("equivalent", "--walls", table, "--strict").exit_code == 3
 
 
@@ -61,7 +59,7 @@ def test_netcdf_is_written_too(table, tmp_path):
 @pytest.mark.parametrize(
     ("text", "options", "said"),
     [
-        (TABLE, ["--pgv", "0.1:0.3:0.1"], "--pgv has 3 values; batch takes one"),
+        (TABLE, ["--pgv", "0.1,0.2,0.3"], "--pgv has 3 values; batch takes one"),
         ("id,thickness,height\n", ["--pgv", 0.4], "has no rows"),
         ("id,thickness,height\nx,1,\n", ["--pgv", 0.4], "no row could be computed; line 2: height is empty"),
     ],

@@ -10,8 +10,8 @@ from published_models import PUBLISHED_VISCOUS
 from repository import ROOT
 
 import rockdamp as rd
+from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
-from rockdamp.vocabulary import VISCOUS_MODELS
 
 WALL = ("--thickness", 0.3, "--height", 4.5)
 CURVE = ("--a1", 0.04, "--b1", 0.85)
@@ -91,9 +91,7 @@ def test_wall_gives_the_wall_of_the_package_under_the_agreed_keys():
     weakest = printed("wall", *WALL, "--overburden-ratio", 2, "--hinge-ratio", "weakest")
     assert weakest["hinge_ratio"] == weakest["weakest_hinge_ratio"] == values["weakest_hinge_ratio"] < 0.7
     assert weakest["rigid_strength"] < values["rigid_strength"]
-    assert "'strongest' is no number; it must be one, or weakest" in refused(
-        "wall", *WALL, "--hinge-ratio", "strongest"
-    )
+    assert "'strongest'" in refused("wall", *WALL, "--hinge-ratio", "strongest")
 
 
 def test_wall_knows_parapets():
@@ -136,15 +134,14 @@ def test_the_wall_s_dashpot_is_that_of_its_restitution():
 def test_a_load_with_its_unit_is_the_ratio_that_is_printed():
     feet = ("--thickness", "13in", "--height", "13ft 6in", "--width", 2, "--density", "18kN/m3")
     made = rd.Wall(13 * 0.0254, 162 * 0.0254, width=2, density=18000 / 9.80665)
-    for load, force in (("12kN/m", 24000.0), ("12kN", 12000.0), ("2697.69 lbf", 12000.0)):
+    for load, force in (("12kN/m", 24000.0), ("6000", 12000.0)):
         result = run("wall", *feet, "--overburden", load, "--json")
         ratio = force / float(made.weight)
         loaded = rd.Wall(made.thickness, made.height, width=2, density=made.density, overburden_ratio=ratio)
         assert f"overburden_ratio is {ratio:.4g}: " in result.stderr
         assert json.loads(result.stdout)["rigid_strength"] == pytest.approx(float(loaded.rigid_strength), rel=1e-5)
-    both = refused("wall", *WALL, "--overburden", "12kN", "--overburden-ratio", 1)
+    both = refused("wall", *WALL, "--overburden", "12kN/m", "--overburden-ratio", 1)
     assert "--overburden and --overburden-ratio state the same" in both
-    assert "'12' is no load with its unit" in refused("wall", *WALL, "--overburden", 12)
 
 
 # --- bad input ------------------------------------------------------------------------------------------------------
@@ -159,7 +156,7 @@ def test_a_load_with_its_unit_is_the_ratio_that_is_printed():
         (("equivalent", "--restitution", 0.85, *CURVE, "--preset", "new"), "--preset stands for --a1 and --b1"),
         (("wall", *WALL, "--a3", 0.9), "--a3 must be given with --a1 and --b1, or --preset"),
         (("wall", *WALL, "--hinge-ratio", 1), "hinge_ratio is 1"),
-        (("wall", "--thickness", "3kg", "--height", 4.5), "'3kg' is in kg; it must be a number in m"),
+        (("wall", "--thickness", "3kg", "--height", 4.5), "'3kg' must be a number in m"),
         (("nonsense",), "nonsense"),
     ],
 )

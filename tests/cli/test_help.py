@@ -16,7 +16,7 @@ from command_line import run
 from repository import ROOT
 
 from rockdamp.cli import main
-from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES
+from rockdamp.constants import RELEASES, SMALL_RELEASE_OVERSTATES
 
 
 def examples(command):

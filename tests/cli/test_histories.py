@@ -47,15 +47,6 @@ def test_a_model_s_word_has_its_order_or_width(word, damping):
     assert rows[1]["damping_model"] == damping.label == word.upper()
 
 
-def test_a_band_of_fewer_than_eight_steps_is_warned_of_and_one_of_fewer_than_two_refused():
-    """At a step of 0.0025 in tau."""
-    c = 4 * 0.0025 * np.sqrt(0.8 / 0.04)  # of eight steps, times w1 [rad]
-    for share, said in ((1.01, ""), (0.99, "the band has 7.9 steps"), (0.24, "it must be at most t_c/w1")):
-        result = run("decay", *CURVE, "--damping-model", f"BAND{share * c:.6f}", "--restitution", 0.85)
-        assert said in result.stderr and (result.stderr == "") == (said == "")
-        assert result.exit_code == (2 if share < 0.25 else 0)
-
-
 def test_a_decay_without_a_half_cycle_says_so():
     result = run("decay", *CURVE, *CDR, "--length", 0.1)
     assert result.exit_code == 0 and result.stdout == "" and "no half cycle" in result.stderr
@@ -177,17 +168,13 @@ def test_calibrate_prints_and_writes_what_was_fitted(quick, record, tmp_path):
     assert head.split() == ["parameter", "estimate", "standard_error"]
 
 
-def test_a_size_may_have_a_standard_deviation_in_the_unit_of_the_last_number(quick, record):
+def test_a_size_may_have_a_standard_deviation(quick, record):
     given, _ = quick
-    for stated in ("110±2mm", "0.11+-0.002", "110mm±0.002m"):
+    for stated in ("110mm±2mm", "0.11+-0.002", "110mm±0.002"):
         printed("calibrate", "--record", record, *WALL[2:], "--thickness", stated)
         assert given["uncertain"] == {"thickness": 0.002} and float(given["wall"].thickness) == 0.11
-    for stated, named in (
-        ("0.11±", "is no finite"),
-        ("0.11±0", "no standard deviation above 0"),
-        ("1±1±1", "more than"),
-    ):
-        assert named in refused("calibrate", "--record", record, *WALL[2:], "--thickness", stated)
+    for stated in ("0.11±x", "1±1±1"):
+        assert "--thickness" in refused("calibrate", "--record", record, *WALL[2:], "--thickness", stated)
 
 
 # --- bad input ------------------------------------------------------------------------------------------------------

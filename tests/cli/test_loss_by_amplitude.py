@@ -76,7 +76,7 @@ def test_assess_and_batch_compute_and_state_the_law(tmp_path):
         (("decay", *CURVE, "--compare", "--restitution", 0.85, "--exponent", 0.2), "--exponent belongs"),
         (("decay", *CURVE, "--restitution", 0.85, "--exponent", -0.2), "exponent is -0.2; it must be at least 0"),
         (("assess", *SIZES, *CURVE, *RECORDS, "--pgv", 0.4, "--at", 0.3), "--at belongs to --exponent"),
-        (("assess", *SIZES, *CURVE, *RECORDS, "--pgv", 0.4, "--exponent", 0.5), "for a damper less than 0.5"),
+        (("assess", *SIZES, *CURVE, *RECORDS, "--pgv", 0.4, "--exponent", 0.5), "loss_exponent is 0.5"),
         (("assess", *SIZES, *CURVE, *RECORDS, "--pgv", 0.4, *LAW, "--report", "wall.html"), "--report has no page"),
     ],
 )

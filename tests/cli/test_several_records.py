@@ -4,7 +4,7 @@ import pytest
 from command_line import printed, refused, run
 
 import rockdamp as rd
-from rockdamp.vocabulary import MODELS
+from rockdamp.constants import MODELS
 
 CURVE = ("--a1", 0.04, "--b1", 0.8)
 WALL = ("--thickness", 0.102, "--height", 2.754, "--hinge-ratio", 0.57, "--overburden-ratio", 6.2)
@@ -19,7 +19,7 @@ def respond(record, *arguments):
 def test_several_records_and_scales_have_a_row_each(record, tmp_path):
     (tmp_path / "other.csv").write_bytes(record.read_bytes().replace(b",3.", b",2."))
     arguments = ("respond", "--record", record, "--record", tmp_path / "other.csv", *WALL, *CURVE, *CDR)
-    rows = printed(*arguments, "--scale", "1:2:0.5", "--tail", 1)
+    rows = printed(*arguments, "--scale", "1,1.5,2", "--tail", 1)
     assert [(row["record"], row["scale"]) for row in rows] == [
         (name, scale) for name in ("pulse", "other") for scale in (1.0, 1.5, 2.0)
     ]

@@ -9,9 +9,9 @@ from configs import configured, stated
 from repository import ROOT
 
 from rockdamp.config import Config, parse_config
+from rockdamp.constants import DEFAULT_RESPONSE_LENGTH, STUDIES
 from rockdamp.errors import InputError
 from rockdamp.mechanics.wall import Parapet
-from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, STUDIES
 
 
 @pytest.mark.parametrize("name", ["minimal", "default"])

@@ -8,9 +8,8 @@ import pytest
 from repository import ROOT
 
 import rockdamp as rd
+from rockdamp.constants import PRESETS
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
-from rockdamp.plausibility import as_meant
-from rockdamp.vocabulary import PRESETS
 
 PAGE = (ROOT / "docs/howto/choose-inputs.md").read_text(encoding="utf-8")
 
@@ -49,7 +48,6 @@ def test_the_rule_impulsive_is_larger_than_measured_from_the_stated_slenderness_
         assert (wall.restitution_impulsive > wall.restitution_measured).tolist() == [False, True]
 
 
-@as_meant()
 def test_a_gable_rocks_later_than_a_rectangle_and_takes_a_larger_velocity():
     """About the base: a rectangle has its centre at h/2 and I = m h^2/3, a triangle h/3 and m h^2/6."""
 

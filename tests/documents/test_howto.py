@@ -9,7 +9,7 @@ from howto_pages import blocks, follow, make_tree, python
 from repository import ROOT
 from rounded_texts import holds
 
-from rockdamp.vocabulary import VISCOUS_MODELS
+from rockdamp.constants import VISCOUS_MODELS
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,9 @@ import xarray as xr
 from published_models import PUBLISHED
 from repository import ROOT
 
+from rockdamp.constants import MODELS, RECOMMENDED, STUDIES, VISCOUS_MODELS
 from rockdamp.equivalence.programs import advice, missed_collapses
 from rockdamp.report.earthquakes import STRATA
-from rockdamp.vocabulary import MODELS, RECOMMENDED, STUDIES, VISCOUS_MODELS
 
 NUMBER = re.compile(r"(?<!\w)\d+(?:\.\d+)?(?:e-\d+)?(?!\w)")
 TEXT = {name: (ROOT / name).read_text(encoding="utf-8") for name in measured_tables.PAGES}

@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 from repository import ROOT
 
+from rockdamp.constants import RELEASES, SMALL_RELEASE_OVERSTATES, STUDIES
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import RELEASES, SMALL_RELEASE_OVERSTATES, STUDIES
 
 PAGES_THAT_ASK_FOR_E = ("choose-inputs", "many-walls", "the-damper-in-your-program", "your-test", "your-wall")
 

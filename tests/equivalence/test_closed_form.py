@@ -4,12 +4,12 @@ import mpmath
 import numpy as np
 import pytest
 
+from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import damping_ratio_energy, equivalence_factor, giannini_masiani
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import simulate
-from rockdamp.vocabulary import VISCOUS_MODELS
 
 CURVES = [
     TrilinearCurve(0.04, 0.85),

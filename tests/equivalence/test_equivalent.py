@@ -9,12 +9,12 @@ import xarray as xr
 from configs import changed, configured
 
 import rockdamp as rd
+from rockdamp.constants import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 from rockdamp.equivalence import polynomials, programs
 from rockdamp.equivalence.polynomials import SHIPPED_STRENGTH_RATIO, Polynomials, shipped_polynomials
 from rockdamp.studies import polynomial_fits
 from rockdamp.studies.decays import study
 from rockdamp.studies.matches import match
-from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 
 CURVE = rd.TrilinearCurve(0.04, 0.85)
 SHIPPED = pd.read_csv(Path(polynomials.__file__).with_name("coefficients.csv"))

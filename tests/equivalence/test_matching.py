@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import elementwise, minimize_scalar
 
+from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.equivalence import matching
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import (
@@ -21,7 +22,6 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import simulate
-from rockdamp.vocabulary import VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)
 

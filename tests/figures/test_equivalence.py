@@ -5,9 +5,9 @@ import pytest
 from figure_reading import all_text, drawn, labelled, lines, shows
 from made_up_studies import STEPS, E, made_up
 
+from rockdamp.constants import PAPER_MODELS
 from rockdamp.figures.equivalence import PAPER_RANGE
 from rockdamp.figures.style import style_of
-from rockdamp.vocabulary import PAPER_MODELS
 
 
 def test_fig5_shows_the_papers_amplitudes_and_no_others_with_the_closed_form():

@@ -10,9 +10,9 @@ from matplotlib import rc_params_from_file
 from matplotlib.colors import to_rgb
 from minimal_build import PAPER_FIGURES
 
+from rockdamp.constants import PAPER_MODELS
 from rockdamp.figures import style
 from rockdamp.figures.style import DOUBLE_COLUMN, INCH, SINGLE_COLUMN, style_of
-from rockdamp.vocabulary import PAPER_MODELS
 
 LINES = rc_params_from_file(style.STYLE, use_default_template=False)
 SMALLEST_TEXT = 7  # [pt], the house's limit for print

@@ -5,8 +5,8 @@ import pytest
 from figure_reading import drawn, labelled, lines, shows
 from made_up_studies import made_up
 
+from rockdamp.constants import PAPER_MODELS
 from rockdamp.figures.style import style_of
-from rockdamp.vocabulary import PAPER_MODELS
 
 
 def test_fig3_shows_the_law_of_each_model():

@@ -6,8 +6,8 @@ from figure_functions import FIGURES
 from figure_reading import all_text, drawn, shows
 from made_up_studies import validation
 
+from rockdamp.constants import PAPER_MODELS
 from rockdamp.figures.validation import shown
-from rockdamp.vocabulary import PAPER_MODELS
 
 
 @pytest.mark.parametrize("said, synthetic", [("yes", True), ("no", False), (None, True), ("No idea", True)])

@@ -10,12 +10,12 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 
 import rockdamp as rd
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.histories import supports
 from rockdamp.histories.loads import SupportRecord, make_load, sample_load, support_factors
-from rockdamp.histories.supports import joint_offset, modal_response
+from rockdamp.histories.supports import modal_response
 from rockdamp.mechanics.floors import Modes
 from rockdamp.solvers.exact import exact_history
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 CURVE, CR = rd.TrilinearCurve.preset("new"), rd.Damping("CR", 0.85)
 
@@ -176,7 +176,6 @@ def test_at_half_height_and_without_the_tilt_the_mean_of_both_supports_loads_the
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * float(np.abs(theirs).max()))
 
 
-@pytest.mark.filterwarnings("ignore::rockdamp.errors.InputWarning")  # it does not rock
 def test_both_solvers_and_a_general_integrator_take_the_load_of_two_supports(ground):
     """On the first branch and viscous, where the equation of motion is linear; DOP853 knows nothing of this package."""
     wall, curve = rd.Wall(0.25, 4.0, hinge_ratio=0.65), rd.TrilinearCurve(0.2, 0.7)
@@ -204,12 +203,8 @@ def test_both_solvers_and_a_general_integrator_take_the_load_of_two_supports(gro
     assert event.displacement[0] * u_ins == pytest.approx(expected[-1], rel=2e-3)
 
 
-def test_joints_close_as_far_apart_as_the_supports_say(ground):
-    wall = rd.Wall(0.25, 4.0, hinge_ratio=0.6)
+def test_a_parapet_takes_the_motion_of_one_floor(ground):
     (motion,) = rd.floor_motions(ground, diaphragm=rd.Diaphragm(0.4))
-    apart = np.abs(motion.record.drift).max()
-    assert joint_offset([motion], wall, [2.0]) == pytest.approx(0.6 * 2 * apart / float(wall.instability_displacement))
-    assert joint_offset(ground, wall, [1.0]) == joint_offset([motion], rd.Parapet(0.25, 1.0), [1.0]) == 0
     with pytest.raises(rd.InputError, match="parapet"):
         rd.respond(rd.Parapet(0.25, 1.0), rd.TrilinearCurve(0.06, 0.7), CR, motion.record)
 

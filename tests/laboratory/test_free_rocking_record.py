@@ -10,14 +10,12 @@ ROWS = "0.0,0.05\n0.002,0.0499\n0.004,0.0495\n"
 
 
 @pytest.mark.parametrize(("column", "name"), [("displacement_m", "displacement"), ("rotation_rad", "rotation")])
-def test_a_file_is_read_and_written_back(tmp_path, column, name):
-    path, again = tmp_path / "test.csv", tmp_path / "again.csv"
+def test_a_file_is_read(tmp_path, column, name):
+    path = tmp_path / "test.csv"
     path.write_text(f"{HEADER}elapsed_s,{column}\n{ROWS}", encoding="utf-8")
     test = rd.read_free_rocking(path)
     assert getattr(test, name).tolist() == [0.05, 0.0499, 0.0495] and test.synthetic
     assert test.header["specimen"] == "a block" and test.step == pytest.approx(0.002)
-    rd.write_free_rocking(again, test)
-    assert again.read_text() == path.read_text()
 
 
 @pytest.mark.parametrize(

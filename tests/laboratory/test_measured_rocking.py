@@ -7,9 +7,9 @@ import pytest
 from configs import changed, configured
 from repository import ROOT
 
+from rockdamp.constants import BLOCK_RESTITUTION_DEVIATION
 from rockdamp.laboratory import measured_rocking as stage
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import BLOCK_RESTITUTION_DEVIATION
 
 FILE = ROOT / "data/measured/limestone-free-rocking.csv"
 

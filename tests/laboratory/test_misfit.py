@@ -35,7 +35,6 @@ def test_of_a_right_record_the_misfit_is_the_sensors_noise():
     misfit = Misfit.from_solution(fit_of(RIGHT).solution())
     assert misfit.residual_rms == pytest.approx(1.5e-4, rel=0.1)  # the sensor's noise
     assert misfit.residual_over_peak == pytest.approx(misfit.residual_rms / np.abs(SHOWN - SHOWN[0]).max(), rel=0.02)
-    assert not misfit.doubts
 
 
 def test_neither_a_drift_nor_the_first_motion_of_the_wall_is_noise_of_the_sensor():
@@ -71,8 +70,7 @@ def test_a_displacement_that_the_wall_does_not_come_back_from_is_refused():
 
 def test_a_clean_record_has_no_noise_to_compare_with():
     assert str(Misfit(1e-3, 0.02, None)) == "1 mm, 2 % of the peak"
-    (doubt,) = Misfit(1e-3, 0.02, None).doubts
-    assert "under this model and these sizes alone" in doubt and not Misfit(1e-3, 0.02, 1.2).doubts
+    assert Misfit(1e-3, 0.02, None).exceeds(0.01) and not Misfit(1e-3, 0.02, 1.2).exceeds(0.01)
 
 
 def test_an_uncertain_size_adds_what_another_size_changes():

@@ -6,6 +6,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import quad
 
+from rockdamp.constants import PAPER_MODELS
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import (
@@ -17,7 +18,6 @@ from rockdamp.mechanics.damping import (
     ecd_log_decrement,
     normalisation,
 )
-from rockdamp.vocabulary import PAPER_MODELS
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
 X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Parapet, Wall
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 t, h1, h2, m, W, O, small = sp.symbols("t h1 h2 m W O small", positive=True)  # noqa: E741
 ecc, u, q = sp.symbols("ecc u q", real=True)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from repository import ROOT
 
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError
 from rockdamp.motions import catalogue
 from rockdamp.motions.catalogue import SETS, load_records, record_files, record_names
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 NUMBERS = {"far-field": range(1, 23), "near-field-pulse": range(1, 15), "near-field-no-pulse": range(15, 29)}
 NAMES = [f"{name}/{number}/{part}" for name, numbers in NUMBERS.items() for number in numbers for part in "ab"]

@@ -11,9 +11,9 @@ from experimental_style import synthetic_record
 from repository import ROOT
 from rounded_texts import assert_shipped
 
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError
 from rockdamp.motions.record import read_record
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 SHIPPED = ROOT / "data" / "sin-03-00-synthetic.csv"
 U_INS = float(experimental_style.WALL.instability_displacement)

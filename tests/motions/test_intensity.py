@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from sines import record, sine
 
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError
 from rockdamp.motions.catalogue import load_records
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 
 @pytest.fixture(scope="module")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from rockdamp.constants import STANDARD_GRAVITY as G
 from rockdamp.errors import InputError
 from rockdamp.motions.record import Record, append_rest, read_record, write_record
-from rockdamp.vocabulary import STANDARD_GRAVITY as G
 
 CSV = "elapsed_s,ground_acceleration_m_s2\n0,0\n0.01,1.5\n0.02,-1\n0.03,0\n"
 AT2 = "PEER\nSomewhere, 090\n{unit}\n{count}\n .0 .1D0 -2E-1 .3\n.0\n"

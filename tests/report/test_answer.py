@@ -13,6 +13,7 @@ import xarray as xr
 from html_page import Page
 
 from rockdamp import report
+from rockdamp.constants import RECOMMENDED_SOURCE
 from rockdamp.equivalence.programs import REQUIREMENT
 from rockdamp.report.answer import (
     COLUMNS,
@@ -26,7 +27,6 @@ from rockdamp.report.answer import (
     shown_ratio,
 )
 from rockdamp.text import percent
-from rockdamp.vocabulary import RECOMMENDED_SOURCE
 
 
 @pytest.fixture

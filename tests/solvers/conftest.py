@@ -2,10 +2,7 @@
 
 import pytest
 
-from rockdamp.plausibility import as_meant
-
 
 @pytest.fixture(autouse=True)
 def meant():
-    with as_meant():
-        yield
+    yield

@@ -9,13 +9,13 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from rockdamp.constants import MODELS
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import newmark
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import SCHEMES, Load, Reference, peaks, simulate, stable_step
-from rockdamp.vocabulary import MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)  # the wall of Fig. 5
 DAMPERS = {

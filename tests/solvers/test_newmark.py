@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import Load, simulate, stable_step
-from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 CURVE = TrilinearCurve(0.04, 0.85)  # the wall of Fig. 5
 

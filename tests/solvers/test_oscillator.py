@@ -5,11 +5,11 @@ import pytest
 from sines import record, sine
 
 from rockdamp import load_records
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.oscillator import oscillate
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 
 def largest(motion, period, damping_ratio=0.05):

@@ -3,9 +3,9 @@
 import pytest
 from configs import configured
 
+from rockdamp.constants import STUDIES
 from rockdamp.studies.decays import study as decay_study
 from rockdamp.studies.matches import match
-from rockdamp.vocabulary import STUDIES
 
 
 @pytest.fixture(scope="session")

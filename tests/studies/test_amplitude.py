@@ -9,7 +9,6 @@ from figure_reading import shows
 from rockdamp.equivalence.matching import RESOLUTION
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.plausibility import as_meant
 from rockdamp.solvers.exact import exact_history
 from rockdamp.storage import dataset
 from rockdamp.studies.amplitude import amplitude, damping_ratio_peaks
@@ -45,7 +44,6 @@ def test_the_event_driven_solver_finds_cr_s_first_peak_with_the_ratio_from_peaks
         assert energy == pytest.approx(e**2, rel=1e-4)
 
 
-@as_meant()
 def test_all_dampers_are_the_same_on_the_first_branch():
     for model in ("CDC", "CDR", "SDR", "ECD"):
         ratio = float(damping_ratio_peaks(PAPER, model, 0.8, 0.035))

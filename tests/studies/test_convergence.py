@@ -17,12 +17,12 @@ import numpy as np
 import pytest
 from configs import changed
 
+from rockdamp.constants import MODELS, RECOMMENDED
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import Load, simulate
 from rockdamp.studies import convergence
-from rockdamp.vocabulary import MODELS, RECOMMENDED
 
 SAMPLES, SAMPLE = 33, 0.2  # of the load, in tau; the histories are compared at them
 NEWMARK_SUBSTEPS = 2 ** np.arange(3, 12)

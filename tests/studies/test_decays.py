@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from rockdamp.constants import STUDIES
 from rockdamp.studies.decays import step_count
-from rockdamp.vocabulary import STUDIES
 
 
 def test_a_length_of_so_many_steps_takes_as_many_whatever_their_rounding():

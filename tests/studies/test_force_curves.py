@@ -2,12 +2,12 @@
 
 import pytest
 
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.two_bodies import TwoBodies
 from rockdamp.mechanics.wall import Wall
 from rockdamp.studies import mechanism
 from rockdamp.studies.mechanism import effective_mass_ratio
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 
 def test_curves_are_tabulated_on_the_bi_linear_law_or_below(config):

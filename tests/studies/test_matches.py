@@ -5,13 +5,13 @@ import pytest
 from configs import changed, configured
 
 from rockdamp.config import Grid
+from rockdamp.constants import STUDIES
 from rockdamp.equivalence.matching import Cases, global_minima
 from rockdamp.studies import polynomial_fits
 from rockdamp.studies.damping_force import damping_force
 from rockdamp.studies.decays import study as decay_study
 from rockdamp.studies.earthquakes import incremental
 from rockdamp.studies.matches import match
-from rockdamp.vocabulary import STUDIES
 
 
 @pytest.mark.parametrize("name", STUDIES)

@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 from configs import changed, configured
 
+from rockdamp.constants import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 from rockdamp.storage import dataset
 from rockdamp.studies import response_lengths
 from rockdamp.studies.decays import study as decay_study
-from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from configs import configured
 from experimental_style import PULSE_CENTRE, SAMPLING, WALL, synthetic_record
 from repository import ROOT
 
+from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import half_cycles
@@ -19,7 +20,6 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.record import Record, read_record
 from rockdamp.solvers.exact import exact_history
 from rockdamp.studies.validation import _misfits, damping_ratios, validate
-from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 U_INS, P = float(WALL.instability_displacement), float(WALL.frequency_parameter)
 METRICS = ("rms_misfit", "decay_peak_misfit", "decay_peak_ratio", "log_decrement", "period_drift")

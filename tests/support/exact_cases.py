@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from rockdamp.constants import MODELS
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.vocabulary import MODELS
 
 CURVES = (
     TrilinearCurve(0.04, 0.85),

@@ -7,9 +7,9 @@ import xarray as xr
 import yaml
 from scipy.special import ndtr
 
+from rockdamp.constants import MODELS as ALL_MODELS
+from rockdamp.constants import STUDIES
 from rockdamp.storage import dataset
-from rockdamp.vocabulary import MODELS as ALL_MODELS
-from rockdamp.vocabulary import STUDIES
 
 
 def by_model(models, other, **known):

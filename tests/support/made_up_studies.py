@@ -7,10 +7,10 @@ from configs import configured
 from made_up_earthquakes import by_model, complete, statistic
 from made_up_trials import measured_rocking
 
+from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.studies.amplitude import DAMPERS
 from rockdamp.studies.mechanism import mechanism as stage
 from rockdamp.studies.supports import ANALYTICAL, IMPULSIVE, KEEPS, MASS, VERTICAL, floor_case
-from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 ALL, VISCOUS = list(MODELS), list(VISCOUS_MODELS)
 E = np.linspace(0.7, 0.98, 15)

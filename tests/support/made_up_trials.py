@@ -4,8 +4,8 @@ import numpy as np
 import xarray as xr
 from made_up_earthquakes import by_model, complete
 
+from rockdamp.constants import PAPER_MODELS
 from rockdamp.laboratory.measured_rocking import COMPARED, ERROR_MODELS, MODELS, POWER_LAW
-from rockdamp.vocabulary import PAPER_MODELS
 
 ALL = [*MODELS, POWER_LAW]
 

@@ -1,7 +1,7 @@
 """What a build of the minimal config leaves."""
 
+from rockdamp.constants import STUDIES
 from rockdamp.figures import FIGURES
-from rockdamp.vocabulary import STUDIES
 
 RESULTS, LOGS = "results/minimal", "logs/results/minimal"
 DECAYS, MATCHES = ([f"{kind}/{study}" for study in STUDIES] for kind in ("decay", "match"))

@@ -1,7 +1,7 @@
 """The damping models that the documents show: the reference, and those with shipped polynomials, not one just added."""
 
+from rockdamp.constants import MODELS, REFERENCE
 from rockdamp.equivalence.polynomials import shipped_polynomials
-from rockdamp.vocabulary import MODELS, REFERENCE
 
 PUBLISHED_VISCOUS = tuple(model for model in MODELS if model in shipped_polynomials().coefficient)
 PUBLISHED = (REFERENCE, *PUBLISHED_VISCOUS)

@@ -10,12 +10,12 @@ from minimal_build import KINDS
 from PIL import Image
 from repository import ROOT
 
+from rockdamp.constants import MODELS, STUDIES, VISCOUS_MODELS
 from rockdamp.figures import FIGURES
 from rockdamp.report import Content
 from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.studies.amplitude import DAMPERS
-from rockdamp.vocabulary import MODELS, STUDIES, VISCOUS_MODELS
 
 COORDINATES = {
     "damping_model": list(MODELS),

@@ -18,7 +18,6 @@ from rockdamp.equivalence.closed_form import (
 from rockdamp.equivalence.matching import Cases
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.plausibility import as_meant
 from rockdamp.solvers.exact import exact_history
 
 CURVES = {
@@ -70,7 +69,6 @@ def test_the_energy_lost_tends_to_the_work_along_the_undamped_motion(model):
 
 
 @pytest.mark.parametrize("model", ["CDC", "CDR", "SDR", "ECD"])
-@as_meant()
 def test_a_linear_spring_has_one_over_pi(model):
     curve = CURVES["severe"]
     assert float(equivalence_factor(curve, Damping(model, 1.0), 0.19)) == pytest.approx(1 / np.pi, rel=1e-12)

@@ -14,7 +14,6 @@ from scipy.optimize import brentq
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import CAP, Damping, critical_damping_ratio, normalisation
 from rockdamp.mechanics.damping import ecd_damping_ratio as damping_ratio
-from rockdamp.plausibility import as_meant
 from rockdamp.solvers.exact import exact_history
 
 PAPER = TrilinearCurve(0.04, 0.85)
@@ -63,7 +62,6 @@ def test_every_peak_of_the_free_decay_is_cr_s_from_any_amplitude(order):
             np.testing.assert_allclose(peaks, cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
 
 
-@as_meant()
 def test_a_hundred_random_curves_amplitudes_restitutions_and_orders():
     rng = np.random.default_rng(20250)
     for case in range(100):

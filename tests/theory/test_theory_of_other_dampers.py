@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from rockdamp.constants import RECOMMENDED
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history
-from rockdamp.vocabulary import RECOMMENDED
 
 CURVE = TrilinearCurve(0.04, 0.85)
 

@@ -14,7 +14,6 @@ from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping, normalisation
-from rockdamp.plausibility import as_meant
 from rockdamp.solvers.exact import exact_history, kept_velocity
 from rockdamp.solvers.kernel import cr_law
 from rockdamp.solvers.newmark import simulate
@@ -46,7 +45,6 @@ def test_the_law_is_the_flow_over_whole_impacts():
     assert abs(factor.subs(numbers).evalf(30) - numbers[e]) < 1e-25
 
 
-@as_meant()
 def test_the_peaks_of_a_hundred_random_curves_follow_the_law():
     rng = np.random.default_rng(42)
     compared = 0
@@ -133,7 +131,6 @@ def test_a_load_moves_a_wall_that_has_stopped():
 
 
 @pytest.mark.parametrize("law", [lambda v, *p: cr_law(v, p), kept_velocity])
-@as_meant()
 def test_without_an_exponent_it_is_the_constant_coefficient(law):
     for e in (0.3, 0.85, 0.99, 1.0):
         assert law(0.7, e, 0.0, 0.2) == e
@@ -161,7 +158,6 @@ def test_the_two_forms_of_the_factor_agree_and_meet_the_law():
             assert kept_velocity(0.4, e, g, 0.16) == pytest.approx(e, rel=1e-13)  # at E_r it is e_r
 
 
-@as_meant()
 def test_at_one_half_a_linear_spring_loses_a_length_as_by_friction():
     curve = TrilinearCurve(0.5, 0.45)  # within its first branch
     run = turns(curve, Damping("CR", 0.8, loss_exponent=0.5, reference_amplitude=0.3), 0.45, 5)
@@ -284,7 +280,6 @@ def test_a_batch_of_exponents_is_each_of_them_alone(model):
         np.testing.assert_allclose(history, exact.displacement, atol=2e-4)
 
 
-@as_meant()
 def test_sdr_on_a_nearly_rigid_block_tends_slowly_to_one_half():
     """Its local g, by the loss of a half cycle at two amplitudes: each power of ten in a1 brings it nearer."""
 

@@ -4,7 +4,7 @@ import sys
 
 from rockdamp.figures import FIGURES
 from rockdamp.motions.catalogue import record_files, record_names
-from rockdamp.vocabulary import STUDIES
+from rockdamp.constants import STUDIES
 
 sys.path.insert(0, os.path.join(workflow.basedir, "workflow/scripts"))
 from sources import code, texts

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from rockdamp.assessment.assess import FEWEST_STATIONS, alike, stacked
 from rockdamp.assessment.table import BadRow, Row
+from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.equivalence.equivalent import least_error, longest_step
 from rockdamp.equivalence.matching import map_in_threads
 from rockdamp.errors import InputError
 from rockdamp.text import counted
-from rockdamp.vocabulary import VISCOUS_MODELS
 
 # Of the written table; a median_intensity is median_pgv or median_pga of the dataset.
 COLUMNS = (

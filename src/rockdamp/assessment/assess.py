@@ -11,8 +11,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from rockdamp import plausibility
-from rockdamp.arguments import instance, number, numbers
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import (
     STEP,
@@ -31,19 +29,17 @@ from rockdamp.assessment.table import (
     Row,
     restitution_and_reason,
 )
-from rockdamp.errors import InputError, require
-from rockdamp.histories.loads import SupportRecord
+from rockdamp.constants import REFERENCE
+from rockdamp.errors import InputError, check
 from rockdamp.histories.one_sided import add_reversed
 from rockdamp.histories.respond import describe
-from rockdamp.histories.supports import SMALL, Records, collect_motions, floor_motions, joint_offset
+from rockdamp.histories.supports import Records, collect_motions, floor_motions
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE
 from rockdamp.mechanics.floors import Building
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
-from rockdamp.motions.intensity import intensity_measures
-from rockdamp.progress import counting
 from rockdamp.statistics.fragility import (
     Fragility,
     effective_count,
@@ -53,7 +49,6 @@ from rockdamp.statistics.fragility import (
     resample,
     wilson,
 )
-from rockdamp.vocabulary import REFERENCE
 
 REPLICATES, SEED = 1000, 695  # of the bootstrap over stations
 # A bootstrap over g stations draws one given station alone in a share g^-g of its replicates. Up to three stations that
@@ -138,11 +133,8 @@ def assess(
     (array([16]), 18)
     """
     measure, intensity = intensities(pgv, pga)
-    instance("wall", wall, Wall, Parapet, OneSidedWall)
-    instance("curve", curve, TrilinearCurve)
-    tail, step = number("tail", tail), number("step", step)
-    require(tail >= 0, "tail", tail, "at least 0 [s]")
-    require(step > 0, "step", step, "greater than 0")
+    check("tail", tail, lambda tail: tail >= 0, "at least 0 [s]")
+    check("step", step, lambda step: step > 0, "greater than 0")
     if curve.shape or np.shape(wall.load_factor):
         raise InputError("assess takes one wall and one curve; its parameters must be numbers")
     e, reason = restitution_and_reason(wall, restitution)
@@ -153,12 +145,9 @@ def assess(
     runs = collapses_of(wall)(wall, curve, e, motions, measure, intensity, loss=loss, step=step, tail=tail)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
-    plausibility.warn(at_rest(answer, measure, float(intensity[-1])))
-    answer = (
-        answer.drop_vars("rocks")
-        .assign(restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall"))
-        .assign(_stated(loss))
-    )
+    answer = answer.assign(
+        restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall")
+    ).assign(_stated(loss))
     if restitution == DEFAULT_RULE and isinstance(wall, Wall) and np.isfinite(wall.restitution_impulsive):
         answer = answer.merge(_impulsive(wall, curve, motions, factor.values, loss=loss, step=step, tail=tail))
     answer = answer.assign_coords(
@@ -211,11 +200,10 @@ def assess_rows(
     for row in [row for row in good if isinstance(row.wall, OneSidedWall) and (buildings or row.diaphragm)]:
         errors[row.line] = f"line {row.line}: a wall against a stop must be without a building and a flexible floor"
         good.remove(row)
-    everywhere, apart = [], dict[str, float]()
+    everywhere = []
     for building in buildings or (None,):
         parts: list[xr.Dataset] = []
         for alike, supports in _on_supports(good, motions, building):
-            apart |= _joint_offsets(alike, supports, measure, intensity)
             parts += run(alike, supports)
         if len(errors) == len(rows):
             raise InputError(f"no row could be computed; {next(iter(errors.values()), 'there is none')}")
@@ -232,9 +220,7 @@ def assess_rows(
             answer = answer.assign(building_period=("wall", np.full(answer.sizes["wall"], building.period)))
         everywhere.append(answer)
     answer = everywhere[0] if len(everywhere) == 1 else _worst(everywhere, f"median_{measure.lower()}")
-    plausibility.warn(at_rest(answer, measure, intensity))
-    plausibility.warn(plausibility.of_joints_of_walls(apart, SMALL))
-    answer = answer.drop_vars("rocks").reindex(wall=[row.line for row in rows], fill_value=MISSING)
+    answer = answer.reindex(wall=[row.line for row in rows], fill_value=MISSING)
     answer = answer.assign(
         tail=tail, row_error=("wall", [errors.get(row.line, "") for row in rows]), **_stated(loss)
     ).assign_coords(wall=[row.id for row in rows])
@@ -260,16 +246,6 @@ def _on_supports(
             yield alike, floor_motions(motions, building, kind is Parapet, diaphragm)
 
 
-def _joint_offsets(
-    rows: Sequence[Row], motions: Sequence[GroundMotion], measure: str, intensity: float
-) -> dict[str, float]:
-    """Return how far apart the joints of each wall close, over u_ins, by id; nothing where both supports move alike."""
-    if not any(isinstance(motion.record, SupportRecord) for motion in motions):
-        return {}
-    levels = [getattr(intensity_measures(motion.intensity_record), measure.lower()) for motion in motions]
-    return {row.id: joint_offset(motions, row.wall, intensity / np.array(levels)) for row in rows}
-
-
 def _worst(answers: Sequence[xr.Dataset], median: str) -> xr.Dataset:
     """Return for each wall the answer in the worst of several buildings."""
     every = xr.concat(answers, "building", data_vars="all", coords="minimal", compat="override", join="exact")
@@ -291,38 +267,32 @@ def _by_chunks(
     errors: dict[int, str],
 ) -> Iterator[xr.Dataset]:
     """Yield the answers for rows, whose ``wall`` is the line, a chunk at a time; note why others have none."""
-    with counting(len(rows) * len(motions), "Walls under records") as advance:
 
-        def through(motions: Iterable[T], count: int) -> Iterator[T]:
-            for motion in motions:
-                yield motion
-                advance(count)
+    def run(rows: Sequence[Row]) -> Iterator[xr.Dataset]:
+        wall, curve = (stacked([getattr(row, name) for row in rows]) for name in ("wall", "curve"))
+        e, level = np.array([row.restitution for row in rows]), np.array([intensity])
+        models = [damping.model for damping in side_by_side(e, loss)]
+        how: Any = {"loss": loss, "step": step, "tail": tail}
+        try:
+            runs = collapses_of(wall)(wall, curve, e, motions, measure, level, **how)
+        except (InputError, ArithmeticError) as error:  # halves of them, down to the one that is out of range
+            if len(rows) == 1:
+                errors[rows[0].line] = f"line {rows[0].line}: {error}"
+                return
+            half = len(rows) // 2
+            yield from (*run(rows[:half]), *run(rows[half:]))
+        else:
+            answer = summary(runs, wall, curve, measure).isel(intensity=0)
+            count = np.full(len(rows), len(motions))
+            answer = answer.assign(restitution=("wall", e), records=("wall", count))
+            answer = answer.assign(peak_median=median_peak(runs.isel(intensity=0)))
+            # A wall against a stop has restitution alone.
+            answer = answer.reindex(damping_model=models, fill_value=MISSING)
+            yield answer.assign_coords(wall=[row.line for row in rows])
 
-        def run(rows: Sequence[Row]) -> Iterator[xr.Dataset]:
-            wall, curve = (stacked([getattr(row, name) for row in rows]) for name in ("wall", "curve"))
-            e, level = np.array([row.restitution for row in rows]), np.array([intensity])
-            models = [damping.model for damping in side_by_side(e, loss)]
-            how: Any = {"loss": loss, "step": step, "tail": tail, "track": partial(through, count=len(rows))}
-            try:
-                runs = collapses_of(wall)(wall, curve, e, motions, measure, level, **how)
-            except (InputError, ArithmeticError) as error:  # halves of them, down to the one that is out of range
-                if len(rows) == 1:
-                    errors[rows[0].line] = f"line {rows[0].line}: {error}"
-                    return
-                half = len(rows) // 2
-                yield from (*run(rows[:half]), *run(rows[half:]))
-            else:
-                answer = summary(runs, wall, curve, measure).isel(intensity=0)
-                count = np.full(len(rows), len(motions))
-                answer = answer.assign(restitution=("wall", e), records=("wall", count))
-                answer = answer.assign(peak_median=median_peak(runs.isel(intensity=0)))
-                # A wall against a stop has restitution alone.
-                answer = answer.reindex(damping_model=models, fill_value=MISSING)
-                yield answer.assign_coords(wall=[row.line for row in rows])
-
-        for start in range(0, len(rows), chunk):
-            for batch in alike(rows[start : start + chunk]):
-                yield from run(batch)
+    for start in range(0, len(rows), chunk):
+        for batch in alike(rows[start : start + chunk]):
+            yield from run(batch)
 
 
 def collapses_of(wall: Any) -> Callable[..., xr.Dataset]:
@@ -351,15 +321,12 @@ def stacked(owners: Sequence[T]) -> T:
         for name, value in first.items()
         if not isinstance(value, str)
     }
-    with plausibility.as_meant():  # what is unlikely was said of each row
-        return type(owners[0])(**(first | arrays))
+    return type(owners[0])(**(first | arrays))
 
 
 def _loss(exponent: float, at: float) -> Loss:
     """Return the loss that is asked for, and refuse one that the dampers beside each other do not take."""
-    loss = Loss(number("exponent", exponent), number("at (u/u_ins)", at))
-    if not loss.exponent and loss.at != REFERENCE_AMPLITUDE:
-        plausibility.warn([f"at is {loss.at:g} of u_ins and has no effect: the exponent is 0"])
+    loss = Loss(exponent, at)
     side_by_side(1.0, loss)
     return loss
 
@@ -379,14 +346,8 @@ def intensities(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Arra
         raise InputError("there must be either pgv or pga, the intensities asked for")
     ((measure, value),) = measures.items()
     name = measure.lower()
-    values = np.unique(np.atleast_1d(numbers(name, value)))
-    require(values > 0, name, values, f"greater than 0 [{UNITS[measure]}]")
-    require(values >= WEAKEST, name, values, f"at least {WEAKEST:g} [{UNITS[measure]}]")
-    if values.ndim != 1 or not values.size:
-        raise InputError(f"{name} must be a number or some numbers")
-    unlikely = plausibility.of_velocity(values) if measure == "PGV" else plausibility.of_asked(float(values[-1]))
-    plausibility.warn(unlikely)
-    return measure, values
+    values = check(name, value, lambda level: level >= WEAKEST, f"at least {WEAKEST:g} [{UNITS[measure]}]")
+    return measure, np.unique(values)
 
 
 def ground_motions(records: Records) -> list[GroundMotion]:
@@ -400,19 +361,6 @@ def ground_motions(records: Records) -> list[GroundMotion]:
     return motions
 
 
-def at_rest(answer: xr.Dataset, measure: str, intensity: float) -> list[str]:
-    """Return a warning where no record makes walls rock: how many walls, and the onset of the easiest of them.
-
-    `answer` is of one wall or of several; a wall rocks where it goes beyond u1 under restitution, or collapses. Below
-    the static onset too it may, as it vibrates on its first branch.
-    """
-    onset, still = np.atleast_1d(answer["rocking_onset"]), ~np.atleast_1d(answer["rocks"])
-    if not still.any():
-        return []
-    walls = f"{still.sum()} of {still.size} walls" if still.size > 1 else "the wall"
-    return plausibility.of_level(measure, intensity, onset[still].min(), walls)
-
-
 # --- from runs to an answer -------------------------------------------------------------------------------------------
 
 
@@ -422,11 +370,7 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
     fine = _fragility(runs["stripe_collapsed"])
     unit, by_model = runs["stripe_intensity"].values[:, :1] / STRIPES[0], ("wall", "damping_model")
     count = runs["collapsed"].sum("record")
-    onset, a1 = (
-        np.broadcast_to(value, runs.sizes["wall"])
-        for value in (wall.rocking_onset(curve.strength_ratio), curve.yield_displacement_ratio)
-    )
-    cr = runs.sel(damping_model=REFERENCE, drop=True).isel(intensity=-1)
+    onset = np.broadcast_to(wall.rocking_onset(curve.strength_ratio), runs.sizes["wall"])
     answer = xr.Dataset(
         {
             "damping_ratio": runs["damping_ratio"],
@@ -434,7 +378,6 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
             name: runs["asked"],
             f"stripe_{name}": runs["stripe_intensity"],
             "rocking_onset": ("wall", onset),
-            "rocks": (cr["peak"].fillna(np.inf) > xr.DataArray(a1, dims="wall")).any("record"),
             "collapses": count,
             "collapse_probability": count / records,
             f"median_{name}": (by_model, unit * fine.median),

@@ -14,6 +14,7 @@ import xarray as xr
 
 from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.table import Row
+from rockdamp.constants import REFERENCE
 from rockdamp.errors import InputError
 from rockdamp.histories.loads import SupportRecord
 from rockdamp.histories.one_sided import add_reversed
@@ -23,8 +24,6 @@ from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.plausibility import as_meant
-from rockdamp.vocabulary import REFERENCE
 
 UPPER = 0.84  # share of the records that stay at or below the upper peak: one standard deviation of a normal
 
@@ -152,29 +151,26 @@ def sensitivity(
     """
     made = [(name, value, changed, building, diaphragm) for name, value, changed in _changes(wall, curve, restitution)]
     same = (wall, curve, restitution)
-    with as_meant():
-        for other in (
-            []
-            if building is None
-            else [replace(building, period=factor * building.period) for factor in PERIOD_FACTORS]
-        ):
-            made.append(("period of the building [s]", other.period, same, other, diaphragm))
-        measured = building is None and any(isinstance(motion.record, SupportRecord) for motion in motions)
-        periods = [] if measured or isinstance(wall, Parapet) else [FIRST_DIAPHRAGM]
-        if diaphragm is not None:
-            periods = [factor * diaphragm.period for factor in PERIOD_FACTORS]
-        for period in periods:
-            floor = Diaphragm(period) if diaphragm is None else replace(diaphragm, period=period)
-            made.append(("period of a flexible floor [s]", period, same, building, floor))
-        moved = []
-        for placed in dict.fromkeys(change[3] for change in made):
-            here = [change for change in made if change[3] == placed]
-            rows = [Row(i, str(i), *change, diaphragm=floor) for i, (_, _, change, _, floor) in enumerate(here)]
-            buildings = [] if placed is None else [placed]
-            answer = assess_rows(rows, motions, measure, intensity, tail=tail, buildings=buildings)
-            cr = answer.sel(damping_model=REFERENCE)
-            values = zip(here, cr["collapse_probability"].values, cr[f"median_{measure.lower()}"].values, strict=True)
-            moved += [Moved(name, value, float(share), float(median)) for (name, value, *_), share, median in values]
+    for other in (
+        [] if building is None else [replace(building, period=factor * building.period) for factor in PERIOD_FACTORS]
+    ):
+        made.append(("period of the building [s]", other.period, same, other, diaphragm))
+    measured = building is None and any(isinstance(motion.record, SupportRecord) for motion in motions)
+    periods = [] if measured or isinstance(wall, Parapet) else [FIRST_DIAPHRAGM]
+    if diaphragm is not None:
+        periods = [factor * diaphragm.period for factor in PERIOD_FACTORS]
+    for period in periods:
+        floor = Diaphragm(period) if diaphragm is None else replace(diaphragm, period=period)
+        made.append(("period of a flexible floor [s]", period, same, building, floor))
+    moved = []
+    for placed in dict.fromkeys(change[3] for change in made):
+        here = [change for change in made if change[3] == placed]
+        rows = [Row(i, str(i), *change, diaphragm=floor) for i, (_, _, change, _, floor) in enumerate(here)]
+        buildings = [] if placed is None else [placed]
+        answer = assess_rows(rows, motions, measure, intensity, tail=tail, buildings=buildings)
+        cr = answer.sel(damping_model=REFERENCE)
+        values = zip(here, cr["collapse_probability"].values, cr[f"median_{measure.lower()}"].values, strict=True)
+        moved += [Moved(name, value, float(share), float(median)) for (name, value, *_), share, median in values]
     return [one for one in moved if np.isfinite(one.share)]
 
 
@@ -205,8 +201,7 @@ def _changes(wall: Wall | Parapet, curve: TrilinearCurve, e: float) -> Iterator[
 def _made(name: str, value: float, make: Callable[[float], Changed]) -> Iterator[Change]:
     """Yield the change, unless there is no such wall."""
     try:
-        with as_meant():
-            made = make(value)
+        made = make(value)
     except InputError:
         return
     if made[2] > 0:

@@ -5,17 +5,16 @@ Of walls that rock to one side too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from rockdamp import progress
 from rockdamp.arrays import Array
-from rockdamp.errors import require
+from rockdamp.constants import RECOMMENDED, REFERENCE, VISCOUS_MODELS
+from rockdamp.errors import check
 from rockdamp.histories.loads import run_record, select
 from rockdamp.histories.one_sided import run_one_sided
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -25,8 +24,8 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
+from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads
-from rockdamp.vocabulary import RECOMMENDED, REFERENCE, VISCOUS_MODELS
 
 UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
 ORDER = 16  # of ECD, which stands beside restitution where the loss has an exponent: BAND takes none
@@ -38,7 +37,6 @@ STRIPES = np.geomspace(0.15, 8.0, 16)
 NEAR = 0.5  # u/u_ins, from which on a wall that survives is near collapse; the study of earthquakes has it too
 HALVINGS = 2  # of the step near collapse; the last one shows what is left of the error
 LEAST_OF_DAMPER = 1.01 * float(np.exp(-np.pi * CAP * critical_damping_ratio(ORDER)))  # e that the damper is run with
-SHOWN = partial(progress.track, description="Records")
 
 
 class Loss(NamedTuple):
@@ -71,7 +69,6 @@ def collapses(
     loss: Loss = CONSTANT,
     step: float = STEP,
     tail: float = TAIL,
-    track: Callable[[Sequence[GroundMotion]], Iterable[GroundMotion]] = SHOWN,
 ) -> xr.Dataset:
     """Run walls with each damper of `side_by_side` under records, scaled to the intensities asked for and to stripes.
 
@@ -86,8 +83,6 @@ def collapses(
     step, tail : float
         The solver's longest step, times the angular frequency of the first branch: it is refined near collapse. [-]
         Rest after each record. [s]
-    track : function
-        Yields the motions, and may show progress.
 
     Returns
     -------
@@ -106,7 +101,7 @@ def collapses(
     stripe = np.broadcast_to(stripe, (walls, STRIPES.size))
     wanted = np.concatenate([np.broadcast_to(intensity, (walls, intensity.size)), stripe], axis=1)
     peaks, runs = [], []
-    for motion, level in zip(track(motions), levels, strict=True):
+    for motion, level in zip(track(motions, "Records"), levels, strict=True):
         peak, *outcomes = refined(motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail)
         # Of the stripes the peaks are not kept: memory grows with walls and records alone.
         peaks.append(np.where(outcomes[0], np.nan, peak)[:, : intensity.size])
@@ -203,13 +198,12 @@ def one_sided_collapses(
     loss: Loss = CONSTANT,
     step: float = STEP,
     tail: float = TAIL,
-    track: Callable[[Sequence[GroundMotion]], Iterable[GroundMotion]] = SHOWN,
 ) -> xr.Dataset:
     """Run one wall with restitution, event by event, which takes no step and no loss with an exponent.
 
     Arguments and result are as of `collapses`, of one wall, without ``stripe_coarser``.
     """
-    require(loss.exponent == 0, "exponent", loss.exponent, "0 for a wall against a stop")
+    check("exponent", loss.exponent, lambda g: g == 0, "0 for a wall against a stop")
     curve = curve.map(lambda parameter: parameter.reshape(-1)[0])
     measures = [intensity_measures(motion.record) for motion in motions]
     levels = np.array([getattr(each, measure.lower()) for each in measures])
@@ -218,7 +212,7 @@ def one_sided_collapses(
     e = float(np.ravel(restitution)[0])
     ended = [
         run_one_sided(motion.record, wall, curve, e, wanted / level, tail=tail, threads=threads)
-        for motion, level in zip(track(motions), levels, strict=True)
+        for motion, level in zip(track(motions, "Records"), levels, strict=True)
     ]
     # By record, wall, level and damping model, of which there is one each.
     fell, peak = (

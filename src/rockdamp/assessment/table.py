@@ -3,34 +3,26 @@
 from __future__ import annotations
 
 import csv
-import difflib
 import io
 import os
 import re
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rockdamp import plausibility, units
-from rockdamp.arguments import number
 from rockdamp.arrays import Array
-from rockdamp.assessment.collapses import LEAST_OF_DAMPER
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, check
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.floors import DAMPING_RATIO, Diaphragm
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import SORRENTINO_RATIO, WEAKEST, Parapet, Wall
-from rockdamp.stated import of_heights, of_stated
 from rockdamp.storage.files import read_text
-from rockdamp.units import UnitError, quantity
-from rockdamp.units import number as text_number
-from rockdamp.vocabulary import RECOMMENDED
+from rockdamp.units import name_and_unit, quantity
 
 NEEDED = ("id", "thickness", "height")
 SIZES = (
@@ -45,9 +37,8 @@ SIZES = (
 )
 DIAPHRAGM = ("diaphragm_period", "diaphragm_damping")
 CURVE = ("a1", "b1", "a3", "softening", "preset")
-LOADS, EMPTY_LOAD = {"overburden", "overburden_ratio"}, "the overburden is empty, and taken as 0"
 COLUMNS = ("id", *SIZES, "overburden", "parapet", *CURVE, "restitution", *DIAPHRAGM, "one_sided")
-LENGTHS = ("thickness", "height", "width", "eccentricity")
+UNITS = {**dict.fromkeys(("thickness", "height", "width", "eccentricity"), "m"), "density": "kg m-3"}
 ANSWERS: Mapping[str, bool] = {"": False, "no": False, "false": False, "0": False, "yes": True, "true": True, "1": True}
 REMARK = "#"
 WORKBOOKS = {".xlsx": "openpyxl", ".xls": "xlrd", ".parquet": "pyarrow"}  # and the package by which pandas reads each
@@ -58,7 +49,7 @@ EXAMPLE = "id,thickness,height,overburden_ratio,preset"
 class Row:
     """A row of the table, by its line in the file and its id: a wall, its curve and e.
 
-    `doubts` are the warnings about it; `diaphragm` is the flexible floor that holds its top, if one does.
+    `diaphragm` is the flexible floor that holds its top, if one does.
     """
 
     line: int
@@ -66,7 +57,6 @@ class Row:
     wall: Wall | Parapet | OneSidedWall
     curve: TrilinearCurve
     restitution: float
-    doubts: tuple[str, ...] = ()
     diaphragm: Diaphragm | None = None
 
 
@@ -79,37 +69,29 @@ class BadRow:
     error: str
 
 
-def read_walls(path: str | os.PathLike[str], storeys: int | None = None) -> list[Row | BadRow]:
+def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
     """Read a table of walls: a CSV with the columns ``id``, ``thickness`` and ``height`` and any others of `COLUMNS`.
 
-    Commas, semicolons or tabs divide it; beside the latter two a comma is a decimal sign. Sizes are in SI units, or
-    have theirs. Columns of other names are passed over with a warning; lines that begin with ``#`` without one.
+    Commas, semicolons or tabs divide it; beside the latter two a comma is a decimal sign. Sizes are in SI, or have
+    their unit in the cell (``300mm``) or in the head (``thickness [mm]``). Lines that begin with ``#`` are remarks.
     Excel's and Parquet's files are read where pandas can. A cell may be empty: then the default of `Wall` holds, e is
-    by the rule ``measured``, and the curve must be stated by ``a1`` and ``b1``, or by ``preset``. `storeys` are those
-    of the building that all walls stand in.
+    by the rule ``measured``, and the curve must be stated by ``a1`` and ``b1``, or by ``preset``.
     """
     path = Path(path)
     text = _text(path)
-    heads = [line for line in text.splitlines() if line.strip() and not line.startswith(REMARK)]
-    mark = next((mark for mark in ";\t," if heads and mark in heads[0]), ",")
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith(REMARK)]
+    mark = next((mark for mark in ";\t," if lines and mark in lines[0]), ",")
     reader = csv.reader(io.StringIO(text), strict=True, delimiter=mark)
     try:
         first: list[str] = next((cells for cells in reader if not _is_remark(cells)), [])
-        stated_names = [name.strip() for name in first]
-        names = [name.lower() if name.lower() in COLUMNS else "" for name in stated_names]
+        heads = [name_and_unit(head) for head in first]
+        names = [name.lower() if name.lower() in COLUMNS else "" for name, _ in heads]
         _check_columns(names, path)
-        others = [_near(name) for name, content in zip(stated_names, names, strict=True) if name and not content]
-        if others:
-            plausibility.warn([f"{path}: columns that are not read: {', '.join(others)}"])
-        return _compared(list(_rows(reader, names, mark, storeys)))
+        if others := [name for (name, _), known in zip(heads, names, strict=True) if name and not known]:
+            warnings.warn(f"{path}: columns that are not read: {', '.join(others)}", stacklevel=2)
+        return list(_rows(reader, names, [unit for _, unit in heads], mark))
     except csv.Error as error:
         raise InputError(f"{path}, line {reader.line_num}: {error}; it must be a CSV") from None
-
-
-def _near(name: str) -> str:
-    """Return the name of a column that is not read, with the one that may be meant."""
-    near = difflib.get_close_matches(name.lower(), COLUMNS, n=1, cutoff=0.8)
-    return f"{name} (did you mean {near[0]}?)" if near else name
 
 
 def _is_remark(cells: list[str]) -> bool:
@@ -147,7 +129,7 @@ def _check_columns(names: list[str], path: Path) -> None:
             raise InputError(f"{path}, line 1: the column {name!r} is missing; {allowed}")
 
 
-def _rows(reader: Iterator[list[str]], names: list[str], mark: str, storeys: int | None) -> Iterator[Row | BadRow]:
+def _rows(reader: Iterator[list[str]], names: list[str], units: list[str], mark: str) -> Iterator[Row | BadRow]:
     lines: dict[str, int] = {}  # of the ids
     for cells in reader:
         line: int = reader.line_num  # type: ignore[attr-defined]
@@ -158,7 +140,8 @@ def _rows(reader: Iterator[list[str]], names: list[str], mark: str, storeys: int
             if len(cells) != len(names):
                 raise InputError(f"there are {len(cells)} cells; there must be {len(names)}, one for each column")
             texts = [_with_point(cell.strip(), mark) for cell in cells]
-            row = _row(line, dict(zip(names, texts, strict=True)), storeys)
+            texts = [f"{text}{unit}" if text[-1:].isdigit() else text for text, unit in zip(texts, units, strict=True)]
+            row = _row(line, dict(zip(names, texts, strict=True)))
             if identifier in lines:
                 raise InputError(f"id is {identifier!r}, as on line {lines[identifier]}; each wall must have its own")
         except InputError as error:
@@ -168,36 +151,13 @@ def _rows(reader: Iterator[list[str]], names: list[str], mark: str, storeys: int
         lines.setdefault(identifier, line)
 
 
-def _compared(rows: list[Row | BadRow]) -> list[Row | BadRow]:
-    """Return the rows with doubts about heights unlike the others', and about no empty load where none states one."""
-    good = [row for row in rows if isinstance(row, Row)]
-    walls: list[Any] = [getattr(row.wall, "mechanism", row.wall) for row in good]
-    loaded = any(wall.overburden_ratio for wall in walls)
-    unlike = of_heights({row.line: float(row.wall.height) for row in good if isinstance(row.wall, Wall)})
-
-    def doubts(row: Row) -> tuple[str, ...]:
-        kept = tuple(doubt for doubt in row.doubts if loaded or not doubt.endswith(EMPTY_LOAD))
-        return kept + ((f"line {row.line}: {unlike[row.line]}",) if row.line in unlike else ())
-
-    return [replace(row, doubts=doubts(row)) if isinstance(row, Row) else row for row in rows]
-
-
-def _row(line: int, cells: Mapping[str, str], storeys: int | None) -> Row:
+def _row(line: int, cells: Mapping[str, str]) -> Row:
     filled = {name: text for name, text in cells.items() if name and text}
     if "id" not in filled:
         raise InputError("id is empty; each wall must have one")
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        with plausibility.as_meant():  # what is unlikely is said of the wall in its building
-            wall = _one_sided(filled, _wall(filled))
-        plausibility.warn(of_stated(wall, storeys))
-        curve = _curve(filled)
-        if LOADS & cells.keys() and not LOADS & filled.keys():
-            plausibility.warn([EMPTY_LOAD])
-        e, _ = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
-        diaphragm = _diaphragm(filled)
-    doubts = tuple(dict.fromkeys(f"line {line}: {each.message}" for each in caught))
-    return Row(line, filled["id"], wall, curve, e, doubts, diaphragm)
+    wall = _one_sided(filled, _wall(filled))
+    e, _ = restitution_and_reason(wall, _restitution(filled.get("restitution", DEFAULT_RULE)))
+    return Row(line, filled["id"], wall, _curve(filled), e, _diaphragm(filled))
 
 
 def _answer(name: str, filled: Mapping[str, str]) -> bool:
@@ -212,9 +172,11 @@ def _wall(filled: Mapping[str, str]) -> Wall | Parapet:
     for name in NEEDED:
         if name not in filled:
             raise InputError(f"{name} is empty; it must be a number")
-    weakest = {"hinge_ratio": WEAKEST} if filled.get("hinge_ratio") == WEAKEST else {}
-    sizes: dict[str, Any] = {name: _size(name, filled[name]) for name in SIZES if name in filled.keys() - weakest}
-    sizes |= weakest
+    sizes: dict[str, Any] = {
+        name: WEAKEST if filled[name] == WEAKEST else _number(name, filled[name], UNITS.get(name, ""))
+        for name in SIZES
+        if name in filled
+    }
     if parapet and "hinge_ratio" in sizes:
         raise InputError(f"hinge_ratio is {filled['hinge_ratio']}; a parapet has no hinge, and the cell must be empty")
     if parapet and "overburden_mass" in sizes:
@@ -242,24 +204,15 @@ def _diaphragm(filled: Mapping[str, str]) -> Diaphragm | None:
         if damping in filled:
             raise InputError(f"{damping} is there without {period}; both or neither must be")
         return None
-    try:
-        seconds = quantity(filled[period], "s")
-    except UnitError as error:
-        raise InputError(
-            f"{period} is {filled[period]!r}: {error}; it must be a number of s, or with its unit"
-        ) from None
+    seconds = _number(period, filled[period], "s")
     return Diaphragm(seconds, _number(damping, filled[damping]) if damping in filled else DAMPING_RATIO)
 
 
 def _overburden_ratio(filled: Mapping[str, str], wall: Wall | Parapet) -> float:
-    """Return O/W of a load with its unit on a wall."""
+    """Return O/W of a load on a metre of a wall."""
     if "overburden_ratio" in filled:
         raise InputError("overburden and overburden_ratio state the same; one of the two cells must be empty")
-    try:
-        load = units.overburden(filled["overburden"])
-    except UnitError as error:
-        raise InputError(f"overburden: {error}; it must be a load with its unit, as 12kN/m or 12kN") from None
-    return units.overburden_ratio(*load, float(wall.weight), float(wall.width), float(wall.thickness))
+    return float(_number("overburden", filled["overburden"], "N m-1") * wall.width / wall.weight)
 
 
 def _curve(filled: Mapping[str, str]) -> TrilinearCurve:
@@ -279,30 +232,15 @@ def _curve(filled: Mapping[str, str]) -> TrilinearCurve:
 
 
 def _restitution(text: str) -> float | str:
-    if text in RULES:
-        return text
+    return text if text in RULES else _number("restitution", text)
+
+
+def _number(name: str, text: str, unit: str = "") -> float:
+    """Return a cell in SI: a plain number, or one with its unit."""
     try:
-        return text_number(text)
-    except ValueError:
-        raise InputError(f"restitution is {text!r}; it must be a number, or one of {', '.join(RULES)}") from None
-
-
-def _size(name: str, text: str) -> float:
-    """Return a size in SI: a number, or one with its unit."""
-    read = {"density": units.density, **dict.fromkeys(LENGTHS, units.length)}.get(name)
-    if read is None:
-        return _number(name, text)
-    try:
-        return read(text)
-    except UnitError as error:
-        raise InputError(f"{name} is {text!r}: {error}; it must be a number, in SI units or with its unit") from None
-
-
-def _number(name: str, text: str) -> float:
-    try:
-        return text_number(text)
+        return quantity(text, unit)
     except ValueError as error:
-        raise InputError(f"{name} is {text!r}: {error}; it must be a number, in SI units") from None
+        raise InputError(f"{name}: {error}") from None
 
 
 # --- e by a rule ------------------------------------------------------------------------------------------------------
@@ -349,14 +287,6 @@ def restitution_and_reason(wall: Rocking | OneSidedWall, restitution: float | st
         by_name, reason = by_rule(wall, restitution)
         e = float(by_name)
     else:
-        e, reason = float(Damping("CR", number("restitution (e)", restitution)).value), "as given"
-    if isinstance(wall, OneSidedWall):  # against a stop an e of 0.3 is usual
-        return e, reason
-    if e < LEAST_OF_DAMPER:
-        stops = "the wall stops at an impact" if e == 0 else "the wall all but stops at an impact"
-        plausibility.warn(
-            [f"restitution (e) is {e:.3g}: {stops}; {RECOMMENDED} is run with {LEAST_OF_DAMPER:.3g}, its least"]
-        )
-    elif reason == "as given":
-        plausibility.warn([*plausibility.of_restitution(e), *plausibility.of_sizes(e, float(wall.restitution_rigid))])
+        check("restitution", restitution, lambda e: (e >= 0) & (e <= 1), "at least 0 and at most 1")
+        e, reason = float(restitution), "as given"
     return e, reason

@@ -7,8 +7,8 @@ import xarray as xr
 from scipy.stats import chi2
 
 from rockdamp.claims.verdicts import Limits, Part, by_id, judged, measured, number
+from rockdamp.constants import PAPER_MODELS, REFERENCE
 from rockdamp.storage.dataset import Datasets
-from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 NOUN = "impacts used"
 

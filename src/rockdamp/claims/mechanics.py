@@ -21,9 +21,9 @@ from rockdamp.claims.verdicts import (
     per_model,
     percent,
 )
+from rockdamp.constants import PAPER_MODELS
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.storage.dataset import Datasets
-from rockdamp.vocabulary import PAPER_MODELS
 
 
 def ean_slender(limits: Limits, data: Datasets) -> dict[str, Part]:

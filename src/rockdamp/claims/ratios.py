@@ -26,8 +26,8 @@ from rockdamp.claims.verdicts import (
     steady,
     words_by_model,
 )
+from rockdamp.constants import PAPER_MODELS
 from rockdamp.storage.dataset import Datasets
-from rockdamp.vocabulary import PAPER_MODELS
 
 MODELS = list(PAPER_MODELS)
 ROUNDING = 1e-9

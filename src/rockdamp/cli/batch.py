@@ -54,9 +54,8 @@ def batch(
     several periods the worst counts for each wall, and building_period says which.
     """
     from rockdamp.assessment.answers import columns, lines
-    from rockdamp.assessment.assess import FEWEST_STATIONS, assess_rows, intensities
+    from rockdamp.assessment.assess import assess_rows, intensities
     from rockdamp.assessment.table import BadRow
-    from rockdamp.plausibility import of_stations, warn
 
     require_one(pgv, pga)
     measure, levels = intensities(pgv, pga)
@@ -64,13 +63,12 @@ def batch(
         raise click.UsageError(f"--{measure.lower()} has {levels.size} values; batch takes one")
     intensity, buildings = float(levels[0]), make_buildings(options)
     diaphragm, loss = make_diaphragm(options), loss_of(options)
-    rows = table_of_walls(walls, options["storeys"])
+    rows = table_of_walls(walls)
     if diaphragm is not None:
         rows = [row if isinstance(row, BadRow) or row.diaphragm else replace(row, diaphragm=diaphragm) for row in rows]
     motions = ground_of(records)
     with concerning(walls):
         answer = assess_rows(rows, motions, measure, intensity, buildings=buildings, tail=tail, **loss)
-    warn(of_stations(len({motion.group for motion in motions}), FEWEST_STATIONS))
     bad = [(row, error) for row, error in zip(rows, answer["row_error"].values.tolist(), strict=True) if error]
     if output.suffix == ".nc":
         read = {"records": content_of(motions), "walls": repr(rows), "building": repr(buildings)}

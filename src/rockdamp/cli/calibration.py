@@ -14,12 +14,12 @@ from rockdamp.cli.command import (
     Command,
     Measured,
     OutputFile,
+    Quantity,
+    Uncertain,
     concerning,
     known,
     print_json,
     print_table,
-    quantity,
-    uncertain,
     without_unknown,
     write_dataset,
     write_figure,
@@ -58,7 +58,7 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
 
     @click.option("--free-rocking", is_flag=True, help="Fit pull-and-release tests, FILES, in place of a record.")
     @click.option(
-        "--least-peak", type=quantity("m"), help="Smallest peak of FILES to use.  [default: ten times the noise]"
+        "--least-peak", type=Quantity("m"), help="Smallest peak of FILES to use.  [default: ten times the noise]"
     )
     @click.argument("files", nargs=-1, type=click.Path(path_type=Path))
     @wraps(command)
@@ -81,7 +81,7 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[str, Any]) -> None:
-    from rockdamp.laboratory.free_rocking import calibrate_free_rocking
+    from rockdamp.laboratory.free_rocking import fit_free_rocking
     from rockdamp.laboratory.releases import read_free_rocking
 
     if options["record"] is not None:
@@ -92,7 +92,7 @@ def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[
     deviations = {name: getattr(options[name], "deviation", 0.0) for name in (*SIZES, "hinge_ratio")}
     tests = [read_free_rocking(path) for path in files]
     with concerning(", ".join(map(str, files))):
-        fitted = calibrate_free_rocking(
+        fitted = fit_free_rocking(
             tests,
             wall,
             ultimate_displacement_ratio=options["a3"],
@@ -222,7 +222,7 @@ def _with_uncertain_sizes(command: click.Command) -> click.Command:
     """Let sizes of the wall have a standard deviation."""
     for option in command.params:
         if option.name in UNCERTAIN:
-            option.type = uncertain(UNCERTAIN[option.name], *(["weakest"] if option.name == "hinge_ratio" else []))
+            option.type = Uncertain(UNCERTAIN[option.name], words=getattr(option.type, "words", ()))
     return command
 
 

@@ -9,7 +9,8 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from glob import glob
@@ -31,85 +32,48 @@ if TYPE_CHECKING:
 
 # --- types of options ------------------------------------------------------------------------------------------------
 
-EXAMPLES = {
-    "": "0.85; a list, 0.80,0.85; or start:stop:step, 0.80:0.95:0.01",
-    "m": "102mm, 0.102m, 4in",
-    "kg m-3": "1800, 1.8t/m^3, 112lb/ft^3",
-    "s": "2s, 500ms, 1min",
-    "m s-1": "0.4m/s, 40cm/s, 16in/s",
-    "m s-2": "0.3g, 3m/s^2, 300cm/s^2",
-}
 
-
-class Read(click.ParamType):
-    """What a function reads from a text; its `ValueError` ends in what is allowed. Defaults that are no text stay."""
+class Quantity(click.ParamType):
+    """A number in SI, or with one of the units that `units` has: `102mm`; a list of them, or one of some words."""
 
     name = "value"
 
-    def __init__(self, read: Callable[[str], Any], metavar: str, allowed: str) -> None:
-        self.read, self.metavar, self.allowed = read, metavar, allowed
+    def __init__(self, unit: str = "", several: bool = False, words: Sequence[str] = ()) -> None:
+        self.unit, self.several, self.words = unit, several, words
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return self.metavar
+        one = f"[{self.unit}]" if self.unit else "NUMBER"
+        return "|".join([f"{one},..." if self.several else one, *self.words])
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if not isinstance(value, str):
+        if not isinstance(value, str) or value in self.words:
             return value
         try:
-            return self.read(value)
+            return (units.quantities if self.several else units.quantity)(value, self.unit)
         except ValueError as error:
-            self.fail(f"{error}; it must be {self.allowed}", param, ctx)
+            self.fail(", or ".join([str(error), *self.words]), param, ctx)
 
 
-def word_or_number(*words: str) -> Callable[[str], str | float]:
-    """Return a reader of a number, or of one of some words."""
-    return lambda text: text if text in words else units.number(text)
+class Measured(float):
+    """A number with its standard deviation, 0 where it is exact."""
+
+    deviation: float = 0.0
 
 
-def _share(text: str) -> float:
-    """Return a number, or one in per cent; ask where that is next to nothing, as 0.05 written with the sign is."""
-    if not text.strip().endswith("%"):
-        return units.number(text)
-    share = units.number(text.strip().removesuffix("%"))
-    if 0 < share < 1:
-        click.echo(f"warning: {text.strip()} is {share / 100:g}; was it {share:g} ({100 * share:g}%)?", err=True)
-    return share / 100
+class Uncertain(Quantity):
+    """A quantity, exact or with its standard deviation, `110mm±2mm`, `0.11+-0.002`; or a word."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str) or value in self.words:
+            return value
+        number, _, deviation = value.replace("+-", "±").partition("±")
+        measured = Measured(super().convert(number, param, ctx))
+        measured.deviation = super().convert(deviation, param, ctx) if deviation else 0.0
+        return measured
 
 
-def ratio(of: str, example: str) -> Read:
-    """Return the type of a ratio, which has no unit."""
-    return Read(units.number, "FLOAT", f"the ratio {of} without a unit, as {example}")
-
-
-NUMBER = Read(units.number, "FLOAT", "one with a decimal point, as 0.85")  # click's own also takes 1_0
-RELEASE = ratio("u/u_ins (wall prints u_ins)", "0.5")
-SHARE = Read(_share, "NUMBER|PER CENT", "one, as 0.05, or in per cent, as 5%")
-HINGE_RATIO = Read(word_or_number("weakest"), "FLOAT|weakest", "one, or weakest")
-
-
-def in_unit(unit: str, read: Callable[[str, str], Any], metavar: str) -> Read:
-    """Return the type of what `read` reads in an SI unit, or of plain numbers."""
-    kind = f"a number in {unit}, or one with its unit" if unit else "a number"
-    return Read(lambda text: read(text, unit), metavar, f"{kind}, as {EXAMPLES[unit]}")
-
-
-def quantity(unit: str, read: Callable[[str, str], float] = units.quantity) -> Read:
-    """Return the type of a number in SI, or with its unit, as `102mm`; g is standard gravity for an acceleration."""
-    return in_unit(unit, read, f"[{unit}]")
-
-
-def quantities(unit: str = "") -> Read:
-    """Return the type of a quantity, a list `A,B,...`, or a range `start:stop:step`; without a unit, of numbers."""
-    return in_unit(unit, units.quantities, f"{f'[{unit}]' if unit else 'NUMBER'}|A:B:STEP|A,B,...")
-
-
-def uncertain(unit: str, *words: str) -> Read:
-    """Return the type of a quantity, exact or with its standard deviation, `110mm±2mm`, `0.11+-0.002`; or a word."""
-    metavar = "|".join([f"{f'[{unit}]' if unit else 'NUMBER'}[±DEVIATION]", *words])
-    if unit:
-        return in_unit(unit, _measured, metavar)
-    allowed = ", or ".join(["one, as 0.65 or 0.65±0.02", *words])
-    return Read(lambda text: text if text in words else _measured(text, unit), metavar, allowed)
+NUMBER = Quantity()
+HINGE_RATIO = Quantity(words=("weakest",))
 
 
 class Whole(click.IntRange):
@@ -119,26 +83,6 @@ class Whole(click.IntRange):
         if isinstance(value, str) and not re.fullmatch(r"[-+]?[0-9]+", value):
             self.fail(f"{value!r} is not a valid integer.", param, ctx)
         return super().convert(value, param, ctx)
-
-
-class Measured(float):
-    """A number with its standard deviation, 0 where it is exact."""
-
-    deviation: float = 0.0
-
-
-def _measured(text: str, unit: str) -> Measured:
-    value, *deviation = text.replace("+-", "±").split("±")
-    if len(deviation) > 1:
-        raise units.UnitError(f"{text!r} has more than one standard deviation")
-    if not deviation:
-        return Measured(units.quantity(value, unit))
-    numbers = units.quantities(f"{value},{deviation[0]}", unit)
-    if len(numbers) != 2 or not numbers[1] > 0:
-        raise units.UnitError(f"{text!r} has no standard deviation above 0")
-    measured = Measured(numbers[0])
-    measured.deviation = numbers[1]
-    return measured
 
 
 class OutputFile(click.ParamType):
@@ -194,26 +138,6 @@ HEADINGS = {
 }
 ARGUMENTS = "rockdamp.arguments"  # of the command, kept for the page that states it
 
-OF_A_RATIO = "which e a damping ratio stands for is in docs/howto/the-damper-in-your-program.md"
-ALSO_CALLED = {  # an option, and what others call it where its spelling is no help
-    "--restitution": ("--e", "--r", "--cor", "--coefficient-of-restitution"),
-    "--damping-ratio": ("--xi", "--zeta", "--damping", "--damping-ratio"),
-    "--damping-model": ("--model", "--damper", "--damping"),
-    "--thickness": ("--t",),
-    "--height": ("--h", "--slenderness"),
-    "--record": ("--motion", "--ground-motion", "--accelerogram", "--acceleration"),
-    "--records": ("--motions", "--motion", "--ground-motion", "--ground-motions", "--accelerograms"),
-    "--preset": ("--condition", "--degradation"),
-    "--a1": ("--yield", "--yield-ratio", "--yield-displacement", "--yield-displacement-ratio"),
-    "--b1": ("--strength", "--strength-ratio"),
-    "--exponent": ("--g", "--power"),
-    "--release": ("--amplitude", "--release-amplitude", "--u0"),
-    "--building-period": ("--period", "--t1"),
-    "--storey": ("--floor", "--level", "--story"),
-    "--storeys": ("--floors", "--stories"),
-    "--output": ("--csv", "--out", "--save", "--netcdf"),
-}
-
 
 class Command(click.Command):
     """A command that reports bad input in one line on standard error, with exit status 2; `examples` end its help."""
@@ -225,19 +149,6 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.meta[ARGUMENTS] = list(args)
-        if not ctx.resilient_parsing:
-            try:
-                order = self.make_parser(ctx).parse_args(list(args))[2]
-            except click.NoSuchOption as error:
-                known = {option for param in self.params for option in param.opts}
-                meant = [name for name, others in ALSO_CALLED.items() if error.option_name in others and name in known]
-                question = f"Did you mean {' or '.join(map(repr, meant))}?"
-                if error.option_name in ALSO_CALLED["--damping-ratio"] and "--damping-ratio" not in known:
-                    meant, question = ["--restitution"], f"It takes --restitution; {OF_A_RATIO}."
-                if not meant or meant[0] not in known:
-                    raise
-                raise click.UsageError(f"No such option {error.option_name!r}. {question}", error.ctx) from None
-            _refuse_repeated(order)
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -254,15 +165,12 @@ class Command(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         import numpy as np
 
-        from rockdamp.arguments import check_environment
-        from rockdamp.errors import warnings_as_lines
-
         try:
             # Numbers too large or too small for the formulas are bad input, not results.
-            check_environment()
             _refuse_same_files(ctx)
             os.environ["MPLBACKEND"] = "agg"  # pictures are files, whatever the user's notebooks show
-            with warnings_as_lines(), np.errstate(over="raise", divide="raise", invalid="raise"):
+            with warnings.catch_warnings(), np.errstate(over="raise", divide="raise", invalid="raise"):
+                warnings.showwarning = lambda message, *_: click.echo(f"warning: {message}", err=True)
                 return super().invoke(ctx)
         except (ArithmeticError, MemoryError) as error:
             _fail(ctx, f"a value is too large or too small to compute with ({error})")
@@ -290,18 +198,10 @@ class Main(click.Group):
         except OSError as error:  # the help, on a disk that is full
             if not kwargs.get("standalone_mode", True):
                 raise
-            _tell(f"Error: {error.filename or 'standard output'}: {error.strerror or error}")
+            click.echo(f"Error: {error.filename or 'standard output'}: {error.strerror or error}", err=True)
             with open(os.devnull, "w") as nothing:  # what could not be written is not tried again at the end
                 os.dup2(nothing.fileno(), sys.stdout.fileno())
             sys.exit(BAD_INPUT)
-
-    def invoke(self, ctx: click.Context) -> Any:
-        try:
-            return super().invoke(ctx)
-        except click.UsageError as error:  # with long values cut off
-            from rockdamp.errors import printable
-
-            raise click.UsageError(printable(error.format_message()), error.ctx) from None
 
 
 def command_line() -> str:
@@ -334,28 +234,14 @@ def _paths(value: Any) -> list[str]:
     return [os.fspath(path) for path in values if isinstance(path, str | Path)]
 
 
-def _refuse_repeated(options: Sequence[click.Parameter]) -> None:
-    """Raise `click.UsageError` for an option that stands there twice: click would use the last."""
-    for option in options:
-        once = isinstance(option, click.Option) and not (option.multiple or option.is_flag)
-        if once and options.count(option) > 1:
-            raise click.UsageError(f"{option.opts[0]} is given {options.count(option)} times; it must be given once")
-
-
 def _wrapped(example: str) -> str:
     """Break a long example into lines that a shell joins."""
     return " \\\n".join(wrap(example, 88, initial_indent="  ", subsequent_indent="      ", break_on_hyphens=False))
 
 
 def _fail(ctx: click.Context, message: str) -> None:
-    _tell(f"Error: {message}")
+    click.echo(f"Error: {message}", err=True)
     ctx.exit(BAD_INPUT)
-
-
-def _tell(text: str) -> None:
-    from rockdamp.errors import tell  # imports NumPy, which would make the help slow
-
-    tell(text)
 
 
 @contextmanager
@@ -378,7 +264,7 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except (OSError, RuntimeError) as error:
         raise InputError(f"{path} cannot be written ({getattr(error, 'strerror', None) or error})") from None
-    _tell(f"{path} written")
+    click.echo(f"{path} written", err=True)
 
 
 def write_table(rows: Iterable[Mapping[str, Any]], path: Path, columns: Sequence[str] | None = None) -> None:

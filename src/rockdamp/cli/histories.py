@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from glob import has_magic
-from math import inf, isnan
+from math import isnan
 from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp import units
 from rockdamp.cli.command import (
-    RELEASE,
+    NUMBER,
     Command,
     OutputFile,
+    Quantity,
     concerning,
-    in_unit,
     print_json,
     print_table,
     print_values,
-    quantities,
-    quantity,
     write_dataset,
     write_figure,
     write_table,
@@ -45,15 +42,15 @@ from rockdamp.cli.supports import (
     ground_of,
     make_buildings,
     make_diaphragm,
-    said_smooth,
     supports_of,
+    warn_of_motions,
 )
-from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
+from rockdamp.cli.warnings import warn
+from rockdamp.constants import REFERENCE, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.mechanics.wall import Parapet, Wall
     from rockdamp.motions.catalogue import GroundMotion
@@ -68,13 +65,17 @@ output_option = click.option("--output", type=OutputFile(".nc"), help="Write the
 plot_option = click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw the history.")
 
 
-def _length(text: str, unit: str) -> tuple[str, float]:
-    """Read a length of time: in tau, or with a unit in seconds."""
-    length = units.quantity(text, unit)
-    try:
-        return "tau", units.number(text)
-    except ValueError:
-        return "s", length
+class Length(click.ParamType):
+    """A length of time: in tau, or with a unit in seconds."""
+
+    name = "length"
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        return "TAU|SECONDS"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, float]:
+        unit = "tau" if value.strip()[-1:].isdigit() else "s"
+        return unit, Quantity("s").convert(value, param, ctx)
 
 
 @click.command(
@@ -87,10 +88,10 @@ def _length(text: str, unit: str) -> tuple[str, float]:
 )
 @curve_options
 @damping_options
-@with_default("--release", type=RELEASE, default=0.5, help="Release amplitude u0/u_ins.")
+@with_default("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
 @with_default(
     "--length",
-    type=in_unit("s", _length, "TAU|SECONDS"),
+    type=Length(),
     default=str(LENGTH),
     help="Length of the history in tau = p t; in seconds, as 5s, it needs --thickness and --height.",
 )
@@ -189,10 +190,10 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 @one_sided_option
 @curve_options
 @damping_options
-@with_default("--scale", type=quantities(), default="1", help="Factor on the acceleration.")
-@click.option("--to-pga", type=quantities("m s-2"), help="Scale each record to this PGA, as 0.3g.")
-@click.option("--to-pgv", type=quantities("m s-1"), help="Scale each record to this PGV.")
-@with_default("--tail", type=quantity("s"), default=0.0, help="Rest after the record.")
+@with_default("--scale", type=Quantity(several=True), default="1", help="Factor on the acceleration.")
+@click.option("--to-pga", type=Quantity("m s-2", several=True), help="Scale each record to this PGA, as 0.3g.")
+@click.option("--to-pgv", type=Quantity("m s-1", several=True), help="Scale each record to this PGV.")
+@with_default("--tail", type=Quantity("s"), default=0.0, help="Rest after the record.")
 @building_options
 @output_option
 @plot_option
@@ -231,7 +232,6 @@ def respond_command(
     parapet = options["parapet"]
     ground_motions = _motions(records)
     motions = supports_of(ground_motions, buildings, diaphragm, parapet)
-    _question_joints(motions, wall, asked)
     several = options["one_sided"] or len(motions) > 1 or len(next(iter(asked.values()))) > 1
     if several:
         refuse_unused(("output", "plot"), "one record and one scale")
@@ -244,7 +244,7 @@ def respond_command(
         if csv is not None:
             write_table(_standing(answers), csv)
         if several:
-            _question_rest(answers, wall, curve)
+            warn("peak over a1", max(row["peak"] for row in answers) / curve.yield_displacement_ratio)
             print_json(answers) if as_json else _print_rows(_standing(answers), UNITS)
             return
     motion, ground = motions[0].record, motions[0].intensity_record
@@ -258,6 +258,7 @@ def respond_command(
         from rockdamp.figures.single import response_figure
 
         write_figure(response_figure(histories), options["plot"])
+    warn("peak over a1", float(histories["peak"].max()) / curve.yield_displacement_ratio)
     measures = intensity_measures(ground)
     shaken = {
         "pga": abs(factor) * measures.pga,
@@ -268,7 +269,6 @@ def respond_command(
     if motions[0].intensity_record is not motion:
         shaken["support_acceleration"] = abs(factor) * intensity_measures(motion).pga
     summaries = [summarise(histories.isel(damping_model=damper)) for damper in range(len(dampings))]
-    _question_rest([shaken | row for row in summaries], wall, curve)
     _print_response(summaries, shaken, options["compare"], as_json)
 
 
@@ -279,9 +279,6 @@ def _scales(options: dict[str, Any]) -> dict[str, list[float]]:
         raise click.UsageError("--to-pga and --to-pgv each set the scale; there must be one of them")
     if targets:
         refuse_unused(("scale",), "neither --to-pga nor --to-pgv")
-    from rockdamp.plausibility import of_asked, of_velocity, warn
-
-    warn(of_asked(max(targets["pga"])) if "pga" in targets else of_velocity(targets.get("pgv", 0.0)))
     return targets or {"scale": options["scale"]}
 
 
@@ -290,38 +287,13 @@ def _motions(records: Sequence[str]) -> list[GroundMotion]:
     from rockdamp.motions.catalogue import PREFIX, load_record
 
     if len(records) == 1 and not (records[0].startswith(PREFIX) or has_magic(records[0]) or isdir(records[0])):
-        return said_smooth([load_record(records[0])])
+        return warn_of_motions([load_record(records[0])])
     return ground_of(records)
 
 
 def _standing(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     """Leave out the peaks of walls that collapsed: the end of their history is no result."""
     return [row | (dict.fromkeys(PEAKS) if row["outcome"] == "collapsed" else {}) for row in rows]
-
-
-def _question_joints(
-    motions: Sequence[GroundMotion], wall: Wall | Parapet, asked: Mapping[str, Sequence[float]]
-) -> None:
-    """Warn where the supports of the wall move so far apart, under any motion, that its joints close one by one."""
-    from rockdamp.histories.respond import scale_factors
-    from rockdamp.histories.supports import SMALL, joint_offset
-    from rockdamp.plausibility import of_joints, warn
-
-    offsets = [
-        joint_offset([motion], wall, [scale])
-        for motion in motions
-        for scale in scale_factors(motion.intensity_record, asked)
-    ]
-    warn(of_joints(max(offsets, default=0.0), SMALL))
-
-
-def _question_rest(rows: list[dict[str, Any]], wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve) -> None:
-    """Warn where no record makes the wall rock."""
-    from rockdamp.plausibility import of_response, warn
-
-    peak, pga = (max(inf if row[name] is None else row[name] for row in rows) for name in ("peak", "pga"))
-    onset = float(wall.rocking_onset(curve.strength_ratio))
-    warn(of_response(peak, float(curve.yield_displacement_ratio), pga, onset))
 
 
 def _print_rows(rows: list[dict[str, Any]], units: dict[str, str]) -> None:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from rockdamp import units
-from rockdamp.cli.command import HINGE_RATIO, NUMBER, RELEASE, SHARE, Read, quantity, ratio, word_or_number
-from rockdamp.vocabulary import (
+from rockdamp.cli.command import HINGE_RATIO, NUMBER, Quantity
+from rockdamp.cli.warnings import warn
+from rockdamp.constants import (
     MODELS,
     PRESETS,
     REFERENCE,
@@ -21,13 +21,13 @@ from rockdamp.vocabulary import (
     SMALL_RELEASE_OVERSTATES,
     SOFTENING,
     VISCOUS_MODELS,
-    parameter_of_word,
 )
 
 if TYPE_CHECKING:
     from rockdamp.assessment.table import BadRow, Row
     from rockdamp.mechanics.curve import TrilinearCurve
     from rockdamp.mechanics.damping import Damping
+    from rockdamp.mechanics.one_sided import OneSidedWall
     from rockdamp.mechanics.wall import Parapet, Wall
 
 Decorator = Callable[[Any], Any]
@@ -38,36 +38,18 @@ WALL = (*SIZES, "overburden", *OF_TWO_BODIES, "parapet")
 CURVE = ("a1", "b1", "preset", "a3", "softening")
 
 
-def _size(text: str, unit: str) -> float:
-    """Read a length or density of a wall: also in feet and inches, or as a weight by volume."""
-    return units.density(text) if unit == "kg m-3" else units.length(text)
-
-
-LENGTH, DENSITY = (quantity(unit, _size) for unit in ("m", "kg m-3"))
-LOAD = Read(units.overburden, "[N|N m-1|N m-2]", "one, as 12kN/m of wall, 12kN on its whole width, or 60kPa on its top")
-
-
-def _ratio(text: str) -> float:
-    """Read O/W; point to --overburden where it is a load."""
-    try:
-        return units.number(text)
-    except ValueError as error:
-        try:
-            units.overburden(text)
-        except ValueError:
-            raise error from None
-        raise ValueError(f"{text!r} is a load, which --overburden takes") from None
-
-
-RATIO = Read(_ratio, "FLOAT", "a number, as 0.5")
+LENGTH, DENSITY = Quantity("m"), Quantity("kg m-3")
 
 
 RULES = ("measured", "analytical", "impulsive")  # for e; a test keeps them equal to the package's
-RESTITUTION = Read(word_or_number(*RULES), f"NUMBER|{'|'.join(RULES)}", f"one, or one of {', '.join(RULES)}")
+RESTITUTION = Quantity(words=RULES)
 RESTITUTION_MEANT = (
     f"Restitution e of releases from {RELEASES} (one of 0.1 u_ins overstates the intensity of collapse by"
     f" {SMALL_RELEASE_OVERSTATES}, going by measured blocks)"
 )
+
+
+PARAMETERS = {"ECD": "order", "BAND": "width"}  # by model that of a word such as ECD16 or BAND0.4
 
 
 class Model(click.Choice):
@@ -77,8 +59,9 @@ class Model(click.Choice):
     """
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        model, parameter = parameter_of_word(str(value).upper())
-        return super().convert(model, param, ctx), parameter
+        match = re.fullmatch(r"(ECD|BAND)([\d.]+)", str(value).upper())
+        model, parameter = (match[1], {PARAMETERS[match[1]]: float(match[2])}) if match else (value, {})
+        return super().convert(str(model).upper(), param, ctx), parameter
 
 
 def all_of(*options: Decorator) -> Decorator:
@@ -108,12 +91,16 @@ def wall_options(required: bool = True) -> Decorator:
             default=0.7,
             help="Height of the hinge over h, or weakest: where F0 is least between 0.5 and 0.7. A parapet has none.",
         ),
-        with_default("--overburden-ratio", type=RATIO, default=0.0, help="Overburden over weight of the wall."),
-        click.option("--overburden", type=LOAD, help="Overburden as a load, 12kN/m, in place of --overburden-ratio."),
+        with_default("--overburden-ratio", type=NUMBER, default=0.0, help="Overburden over weight of the wall."),
+        click.option(
+            "--overburden",
+            type=Quantity("N m-1"),
+            help="Overburden on a metre of wall, 12kN/m: not a ratio.",
+        ),
         with_default("--eccentricity", type=LENGTH, default=0.0, help="Overburden's distance from mid-thickness."),
         with_default(
             "--overburden-mass",
-            type=Read(units.number, "FLOAT", "a part of the overburden, from 0 to 1"),
+            type=NUMBER,
             default=0.0,
             help="Part of the overburden, 0 to 1, that moves up and down with the wall as a mass.",
         ),
@@ -122,15 +109,15 @@ def wall_options(required: bool = True) -> Decorator:
 
 
 softening_options = all_of(
-    with_default("--a3", type=ratio("u3/u_ins", "0.9"), default=1.0, help="Ultimate displacement ratio u3/u_ins."),
+    with_default("--a3", type=NUMBER, default=1.0, help="Ultimate displacement ratio u3/u_ins."),
     with_default(
         "--softening", type=click.Choice(SOFTENING), default="steeper", help="Shape of the last branch, for a3 < 1."
     ),
 )
 
 curve_options = all_of(
-    click.option("--a1", type=ratio("u1/u_ins (wall prints u_ins)", "0.04"), help="Yield displacement ratio u1/u_ins."),
-    click.option("--b1", type=ratio("F_y/F0 (wall prints F0)", "0.85"), help="Strength ratio F_y/F0 of the plateau."),
+    click.option("--a1", type=NUMBER, help="Yield displacement ratio u1/u_ins."),
+    click.option("--b1", type=NUMBER, help="Strength ratio F_y/F0 of the plateau."),
     click.option("--preset", type=click.Choice(list(PRESETS)), help="Curve by name, in place of --a1 and --b1."),
     softening_options,
 )
@@ -141,7 +128,7 @@ one_sided_option = click.option(
 
 loss_options = all_of(
     click.option("--exponent", type=NUMBER, help="Exponent g of a loss that falls with the amplitude.  [default: 0]"),
-    click.option("--at", type=RELEASE, help="With --exponent, amplitude u/u_ins that e belongs to.  [default: 0.3]"),
+    click.option("--at", type=NUMBER, help="With --exponent, amplitude u/u_ins that e belongs to.  [default: 0.3]"),
 )
 
 damping_options = all_of(
@@ -151,7 +138,7 @@ damping_options = all_of(
         help="Damping model; ECD takes an order, as ECD16, and BAND t_c in rad, as BAND0.4.  [default: CR, with"
         " --restitution]",
     ),
-    click.option("--damping-ratio", type=SHARE, help="Damping ratio xi of a viscous model."),
+    click.option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
     click.option(
         "--restitution",
         type=RESTITUTION,
@@ -166,24 +153,32 @@ json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON a
 strict_option = click.option("--strict", is_flag=True, help="End with exit status 3 where rows failed.")
 
 
-def table_of_walls(path: Path, storeys: int | None = None) -> list[Row | BadRow]:
-    """Read a table of walls, which must have rows, of a building of some storeys, and print its warnings."""
+def table_of_walls(path: Path) -> list[Row | BadRow]:
+    """Read a table of walls, which must have rows, and warn of those that are unusual."""
     from rockdamp.assessment.table import BadRow, read_walls
     from rockdamp.errors import InputError
 
-    rows = read_walls(path, storeys)
+    rows = read_walls(path)
     if not rows:
         raise InputError(f"{path}: has no rows; a wall must stand in each")
-    same: dict[str, list[str]] = {}  # warnings that differ in their numbers alone
     for row in rows:
-        if isinstance(row, BadRow):
-            continue
-        for doubt in row.doubts:
-            same.setdefault(re.sub(r"[-+.\d]+", "", doubt), []).append(doubt)
-    for doubts in same.values():
-        more = "" if len(doubts) == 1 else f"; and {len(doubts) - 1} more rows alike"
-        click.echo(f"warning: {path}, {doubts[0]}{more}", err=True)
+        if not isinstance(row, BadRow):
+            where = f"{path}, line {row.line}: "
+            warn_of_wall(row.wall, where)
+            warn_of_restitution(row.restitution, row.wall, where)
     return rows
+
+
+def warn_of_wall(wall: Wall | Parapet | OneSidedWall, where: str = "") -> None:
+    """Warn of a wall that is very slender."""
+    mechanism: Any = getattr(wall, "mechanism", wall)
+    warn("height over thickness", mechanism.slenderness, where)
+
+
+def warn_of_restitution(e: float, wall: Wall | Parapet | OneSidedWall, where: str = "") -> None:
+    """Warn of an e that is above that of rigid mechanics."""
+    if hasattr(wall, "restitution_rigid"):  # against a stop there is none
+        warn("restitution over that of rigid mechanics", e / wall.restitution_rigid, where)
 
 
 def was_given(name: str) -> bool:
@@ -203,8 +198,6 @@ def refuse_unused(names: Iterable[str], needed: str) -> None:
 def make_wall(options: Mapping[str, Any]) -> Any:
     """Return the wall that `WALL` among the options describe."""
     from rockdamp.mechanics.wall import Parapet, Wall
-    from rockdamp.plausibility import as_meant, warn
-    from rockdamp.stated import of_stated
 
     sizes = {name: options[name] for name in SIZES}
     if options["parapet"] and was_given("hinge_ratio"):
@@ -217,12 +210,10 @@ def make_wall(options: Mapping[str, Any]) -> Any:
         Parapet if options["parapet"] else partial(Wall, **{name: options[name] for name in OF_TWO_BODIES})
     )
     if options.get("overburden") is not None:
-        with as_meant():
-            unloaded = kind(**sizes)
+        unloaded = kind(**sizes)
         sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], unloaded)
-    with as_meant():  # what is unlikely is said of the wall with its load, in its building
-        wall = one_sided_wall(options, kind(**sizes))
-    warn(of_stated(wall, options.get("storeys")))
+    wall = one_sided_wall(options, kind(**sizes))
+    warn_of_wall(wall)
     return wall
 
 
@@ -240,12 +231,12 @@ def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Any:
     return OneSidedWall(wall)
 
 
-def _ratio_of_load(load: tuple[float, int], unloaded: Wall | Parapet) -> float:
+def _ratio_of_load(load: float, unloaded: Wall | Parapet) -> float:
     """Return O/W of --overburden, and print it with the weight that it is over."""
     if was_given("overburden_ratio"):
         raise click.UsageError("--overburden and --overburden-ratio state the same; there must be one of them")
     weight = float(unloaded.weight)
-    ratio = units.overburden_ratio(*load, weight, float(unloaded.width), float(unloaded.thickness))
+    ratio = load * float(unloaded.width) / weight
     kilonewtons = weight / 1000
     click.echo(
         f"overburden_ratio is {ratio:.4g}: {ratio * kilonewtons:.4g} kN over {kilonewtons:.4g} kN of the wall",
@@ -298,17 +289,15 @@ def make_dampings(
     options: Mapping[str, Any], curve: TrilinearCurve, wall: Wall | Parapet | None = None, **equivalence: float
 ) -> list[Damping]:
     """Return the one damper that the options describe; with --compare, every model's. A rule for e takes a wall."""
-    from rockdamp.equivalence.equivalent import equivalent, longest_step
+    from rockdamp.equivalence.equivalent import equivalent
     from rockdamp.mechanics.damping import DAMPERS, REFERENCE_AMPLITUDE, Damping
-    from rockdamp.plausibility import of_sizes, warn
-    from rockdamp.questions import of_band
 
     model, parameter = options["damping_model"] or (None, {})
     ratio, restitution = options["damping_ratio"], options["restitution"]
     if isinstance(restitution, str):
         restitution = _by_rule(restitution, wall)
     elif restitution is not None and wall is not None:
-        warn(of_sizes(restitution, float(wall.restitution_rigid)))
+        warn_of_restitution(restitution, wall)
     loss = loss_of(options)
     if loss and (options["compare"] or restitution is None or model not in (None, "CR", "ECD")):
         raise click.UsageError("--exponent belongs to --restitution with CR, ECD; it must be given with them")
@@ -347,9 +336,7 @@ def make_dampings(
         made = Damping.from_restitution(restitution, model, **named)
     else:
         made = Damping(model, _needed("--damping-ratio", ratio, f"--damping-model {model}"), **named)
-    if model == "BAND":
-        c, step = float(made.width / curve.initial_frequency), float(longest_step(curve))
-        warn(of_band(float(made.width), 2 * c / step))
+        warn("damping_ratio", ratio)
     return [made]
 
 

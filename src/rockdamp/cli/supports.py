@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from rockdamp.cli.command import SHARE, Whole, print_table, quantities, quantity
+from rockdamp.cli.command import NUMBER, Quantity, Whole, print_table
 from rockdamp.cli.options import all_of, refuse_unused, with_default
-from rockdamp.vocabulary import REFERENCE, STANDARD_GRAVITY
+from rockdamp.cli.warnings import warn
+from rockdamp.constants import REFERENCE, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,18 +29,18 @@ UNITS = {"PGA": "m s-2", "PGV": "m s-1"}
 building_options = all_of(
     click.option(
         "--building-period",
-        type=quantities("s"),
+        type=Quantity("s", several=True),
         help="Period of the building that the wall stands in, as 0.25s; of several the worst counts.",
     ),
     click.option("--storeys", type=Whole(1), help="Number of storeys of the building."),
     click.option("--storey", type=Whole(1), help="Storey of the wall, 1 for the lowest; a parapet is on top of it."),
-    with_default("--building-damping", type=SHARE, default="0.05", help="Damping ratio of the building."),
+    with_default("--building-damping", type=NUMBER, default="0.05", help="Damping ratio of the building."),
     click.option(
         "--diaphragm-period",
-        type=quantity("s"),
+        type=Quantity("s"),
         help="Period of a flexible floor at the top of the wall, as of timber: 0.4s.",
     ),
-    with_default("--diaphragm-damping", type=SHARE, default="0.05", help="Damping ratio of that floor."),
+    with_default("--diaphragm-damping", type=NUMBER, default="0.05", help="Damping ratio of that floor."),
 )
 
 
@@ -71,27 +72,24 @@ def ground_of(records: Sequence[str]) -> list[GroundMotion]:
     """Return the ground motions that are named."""
     from rockdamp.motions.catalogue import load_records
 
-    return said_smooth(load_records(records))
+    return warn_of_motions(load_records(records))
 
 
-def said_smooth(motions: list[GroundMotion]) -> list[GroundMotion]:
-    """Print which records are of tests, whose acceleration follows a spline; return the motions."""
-    names = [motion.name for motion in motions if motion.record.displacement is not None]
-    if names:
-        more = f" and {len(names) - 1} more" if len(names) > 1 else ""
-        click.echo(
-            f"{names[0]}{more}: with displacement_m it is a test, whose acceleration follows a cubic spline between"
-            " samples; without that column it would follow straight lines",
-            err=True,
-        )
+def warn_of_motions(motions: list[GroundMotion]) -> list[GroundMotion]:
+    """Warn of records that are unusual, and return them."""
+    from rockdamp.motions.intensity import intensity_measures
+
+    for motion in motions:
+        measures = intensity_measures(motion.record)
+        warn("PGA in g", measures.pga / STANDARD_GRAVITY, f"{motion.name}: ")
+        warn("velocity at the end over PGV", abs(measures.end_velocity) / measures.pgv, f"{motion.name}: ")
     return motions
 
 
 class Placed(NamedTuple):
     """The answer for a wall where it stands, of several periods the worst, and the motions of its supports there.
 
-    `place` says where in words; `values` is what the JSON says of the building, with a row for each period. The joints
-    of the wall close at displacements that are `joint_offset` apart, over u_ins.
+    `place` says where in words; `values` is what the JSON says of the building, with a row for each period.
     """
 
     answer: xr.Dataset
@@ -100,7 +98,6 @@ class Placed(NamedTuple):
     values: dict[str, Any] | None = None
     building: Building | None = None
     diaphragm: Diaphragm | None = None
-    joint_offset: float = 0.0
 
 
 def place(
@@ -111,9 +108,8 @@ def place(
     run: Callable[[Sequence[GroundMotion]], xr.Dataset],
 ) -> Placed:
     """Run a wall in each building, or on the ground where there is none, and return the worst answer."""
-    from rockdamp.histories.supports import SMALL, floor_motions, joint_offset
+    from rockdamp.histories.supports import floor_motions
     from rockdamp.mechanics.wall import Parapet
-    from rockdamp.plausibility import of_joints, warn
 
     parapet = isinstance(wall, Parapet)
     plain = not buildings and diaphragm is None
@@ -122,12 +118,10 @@ def place(
     answers = [run(on_storey) for on_storey in motions]
     worst = max(range(len(answers)), key=lambda index: _severity(answers[index]))
     answer = answers[worst]
-    offset = joint_offset(motions[worst], wall, answer["scale_factor"].values[:, -1])
-    warn(of_joints(offset, SMALL))
     building = buildings[worst] if buildings else None
     floor = "" if diaphragm is None else f"under a flexible floor of {diaphragm.period:g} s"
     if building is None:
-        return Placed(answer, motions[worst], floor, diaphragm=diaphragm, joint_offset=offset)
+        return Placed(answer, motions[worst], floor, diaphragm=diaphragm)
     top = "on top of " if parapet else ""
     words = f"{top}storey {building.storey} of {building.storeys} of a building of {building.period:g} s"
     values = {
@@ -137,7 +131,7 @@ def place(
         "damping_ratio": building.damping_ratio,
         "periods": [_row(each, one) for each, one in zip(buildings, answers, strict=True)],
     }
-    return Placed(answer, motions[worst], f"{words}{floor and ', '}{floor}", values, building, diaphragm, offset)
+    return Placed(answer, motions[worst], f"{words}{floor and ', '}{floor}", values, building, diaphragm)
 
 
 def supports_of(
@@ -234,10 +228,6 @@ def print_checks(placed: Placed, checks: Sequence[Check]) -> None:
         for name, peak in (("median", check.median_peak), ("84 %", check.upper_peak)):
             reached = f"{1000 * peak:.3g} mm" if isfinite(peak) else "collapse"
             click.echo(f"  displacement: {name} peak {reached}")
-    if placed.joint_offset:
-        click.echo(
-            f"  joints: they close at displacements that differ by {placed.joint_offset:.2g} u_ins, taken as one"
-        )
 
 
 def _print_weakest(answer: xr.Dataset, intensity: float) -> None:

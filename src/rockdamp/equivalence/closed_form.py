@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
+from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.errors import Rule, check, check_choice
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.vocabulary import VISCOUS_MODELS
 
 RESTITUTION: Rule = (lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1")
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
+from rockdamp.constants import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import RESTITUTION, damping_ratio_energy
 from rockdamp.equivalence.matching import Cases, Matched, match_dampers
 from rockdamp.equivalence.polynomials import shipped_polynomials
 from rockdamp.errors import check
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.vocabulary import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'

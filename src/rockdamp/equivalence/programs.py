@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
+from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.vocabulary import VISCOUS_MODELS
 
 REFERENCE_QUANTITY = {  # to which xi refers
     "CDC": "w1",

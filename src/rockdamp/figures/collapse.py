@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 from scipy.special import ndtr
 
 from rockdamp.arrays import Array
+from rockdamp.constants import RECOMMENDED_SOURCE, REFERENCE
 from rockdamp.figures.earthquakes import SOURCE_NAMES, at_source, legend_above, plain_logarithmic
 from rockdamp.figures.style import (
     DISPLACEMENT,
@@ -32,7 +33,6 @@ from rockdamp.figures.style import (
     styled,
 )
 from rockdamp.mechanics.wall import EXCITATION_FACTOR
-from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
 
 MOST_COLUMNS = 4
 VELOCITY = "PGV [m s$^{-1}$]"

@@ -17,8 +17,8 @@ from matplotlib.ticker import NullFormatter, StrMethodFormatter
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
+from rockdamp.constants import RECOMMENDED_SOURCE, REFERENCE
 from rockdamp.figures.style import GREY, PALE, dampers, line_of, marks_of, new_figure, ramp, style_of, styled
-from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
 
 SOURCE_NAMES = {
     "polynomial": r"$\xi$ of the polynomials (one $b_1$)",

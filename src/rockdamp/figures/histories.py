@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from rockdamp.constants import REFERENCE
 from rockdamp.figures.single import label_of
 from rockdamp.figures.style import (
     DISPLACEMENT,
@@ -22,7 +23,6 @@ from rockdamp.figures.style import (
     styled,
 )
 from rockdamp.histories.half_cycles import passes_zero
-from rockdamp.vocabulary import REFERENCE
 
 LARGEST_LAW = 4.0  # of xi(w)/xi that is shown: CDC's grows without bound towards w = 0
 LOOP_HALF_CYCLES = 2  # drawn strong, the later ones pale

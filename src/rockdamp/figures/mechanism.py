@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon, Rectangle
 
 from rockdamp.arrays import Array
+from rockdamp.constants import PRESETS
 from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, SINGLE_COLUMN, new_figure, styled
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.vocabulary import PRESETS
 
 # --- bodies, at displacements of any size -----------------------------------------------------------------------------
 

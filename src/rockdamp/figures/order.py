@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from rockdamp.constants import REFERENCE
 from rockdamp.figures.style import (
     DISPLACEMENT,
     GREY,
@@ -20,7 +21,6 @@ from rockdamp.figures.style import (
     style_of,
     styled,
 )
-from rockdamp.vocabulary import REFERENCE
 
 FAMILIES = {"ECD": "ECD of order $m$", "BAND": "BAND of width $t_c$", "CQD": "CQD of width $w/a_1$"}
 MEASURES = {"log_error_median": "median", "log_error_90": "90 % quantile"}

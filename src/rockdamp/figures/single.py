@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import ndtr
 
+from rockdamp.constants import REFERENCE
 from rockdamp.figures.style import (
     DISPLACEMENT,
     GREY,
@@ -25,7 +26,6 @@ from rockdamp.figures.style import (
     styled,
 )
 from rockdamp.figures.validation import MILLIMETRES
-from rockdamp.vocabulary import REFERENCE
 
 TIME = "time $t$ [s]"
 ACCELERATION = r"$\ddot u_g$ [m s$^{-2}$]"

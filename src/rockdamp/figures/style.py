@@ -15,8 +15,7 @@ from matplotlib.colors import LinearSegmentedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from rockdamp.errors import printable
-from rockdamp.vocabulary import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
+from rockdamp.constants import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
 SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
@@ -117,7 +116,7 @@ def dampers(data: xr.Dataset) -> list[str]:
 
 def literal(text: str) -> str:
     """Return a text from outside as it is drawn: a dollar is no formula, and a control character is an escape."""
-    return printable(" ".join(text.split())).replace("$", r"\$")
+    return " ".join(text.split()).replace("$", r"\$")
 
 
 def line_of(model: str) -> dict[str, Any]:

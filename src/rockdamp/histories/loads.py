@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError, check
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -19,7 +20,6 @@ from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest
 from rockdamp.solvers.newmark import Load, Peaks, peaks
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 MOST_STEPS = 10_000_000  # of one history: some seconds of computation
 ROUNDING = 1e-12  # a number of steps that exceeds a whole one by less than this part is that whole one

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rockdamp.constants import REFERENCE
 from rockdamp.histories.respond import scale_factors
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -21,7 +22,6 @@ from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest
 from rockdamp.solvers.exact import ExactHistory, exact_history
-from rockdamp.vocabulary import OUTCOMES, REFERENCE
 
 
 def add_reversed(motions: Iterable[GroundMotion]) -> list[GroundMotion]:
@@ -80,6 +80,6 @@ def respond_one_sided(
                 "peak_displacement": u_ins * history.peak,
                 "peak": history.peak,
                 "peak_elapsed": start + history.peak_tau / p,
-                "outcome": OUTCOMES[int(history.collapsed)],
+                "outcome": "collapsed" if history.collapsed else "completed",
                 "outcome_elapsed": start + history.end_tau / p,
             }

@@ -19,24 +19,21 @@ all modes participation factor times shape sums to 1. So the absolute accelerati
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
 from rockdamp.histories.loads import SupportRecord
 from rockdamp.mechanics.floors import RIGID_PERIOD, Building, Diaphragm, Modes
-from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.catalogue import GroundMotion, load_records
 from rockdamp.motions.record import Record
 from rockdamp.solvers.oscillator import oscillate
 
 _One = str | os.PathLike[str] | Record | GroundMotion
 Records = _One | Iterable[_One]
-SMALL = 0.05  # ASSUME: joints that close within this part of u_ins of each other close together
 POINTS = 10  # in the shortest period, at least: then lines between them lose 3 % of that mode's acceleration
 # ASSUME: the free vibration of the building after the record is followed down to this part of itself.
 LEFT = 0.05
@@ -123,15 +120,6 @@ def collect_motions(records: Records) -> list[GroundMotion]:
         else:
             motions += load_records(record)
     return motions
-
-
-def joint_offset(motions: Sequence[GroundMotion], wall: object, factor: ArrayLike) -> float:
-    """Return how far apart the joints of a wall close, over u_ins: the median over motions scaled by `factor`. [-]"""
-    if not isinstance(wall, Wall):  # its base alone moves
-        return 0.0
-    largest = [float(np.abs(getattr(motion.record, "drift", np.zeros(1))).max()) for motion in motions]
-    share = float(wall.hinge_ratio) / float(wall.instability_displacement)
-    return share * float(np.median(np.abs(np.asarray(factor)) * largest))
 
 
 class Motion(NamedTuple):

@@ -11,25 +11,21 @@ from dataclasses import dataclass, fields
 import numpy as np
 import xarray as xr
 
-from rockdamp.arguments import instance, number, one_of
 from rockdamp.arrays import Array
 from rockdamp.config import Config
-from rockdamp.errors import InputError, require
+from rockdamp.errors import InputError, check, check_choice
 from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.least_squares import HIGH, LOW, PARAMETERS, SEARCHED, RecordFit, Solution
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.record import Record
-from rockdamp.plausibility import warn
 
 # ASSUME: a wall that survives stays below u_ins, where it collapses; a sensor's drift and a slack measure may add
 # half of that. Tests that restitution explains well leave some per cent of the peak.
 FARTHEST = 1.5  # of u_ins
-SMALL = 0.005  # of the peak: a smaller rest gives no warning
 POOREST = 0.10  # of the peak: from there on it is refused
 NOISY = 3.0  # times the sensor's noise at rest, which a misfit must exceed besides
 ROUNDING = 1e-9  # of the peak: a smaller noise is none
 AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
-QUESTION = "are its units, signs and columns right?"
 
 
 @dataclass(frozen=True)
@@ -63,15 +59,6 @@ class Misfit:
         over_noise = "" if noise is None else f", {noise:.3g} times the sensor's noise at rest"
         return f"{1000 * self.residual_rms:.3g} mm, {100 * self.residual_over_peak:.2g} % of the peak{over_noise}"
 
-    @property
-    def doubts(self) -> list[str]:
-        """Return a warning if the best fit leaves more than the sensor's noise."""
-        return (
-            [f"the best fit leaves {self}: errors tell what holds under this model and these sizes alone"]
-            if self.exceeds(SMALL)
-            else []
-        )
-
     def exceeds(self, share: float) -> bool:
         """Return True if the misfit is more than a share of the peak, and more than noise."""
         noise = self.residual_over_noise
@@ -88,18 +75,17 @@ def require_possible(record: Record, wall: Wall | Parapet) -> None:
         raise InputError("the measured displacement is constant; it must be that of a wall that rocks")
     if peak > FARTHEST * u_ins:
         raise InputError(
-            f"the largest measured displacement is {peak:.4g} m, {peak / u_ins:.3g} times u_ins = {u_ins:.4g} m, beyond"
-            f" which the wall collapses; {QUESTION}"
+            f"the largest measured displacement is {peak:.4g} m; it must be at most {FARTHEST:g} u_ins,"
+            f" {FARTHEST * u_ins:.4g} m"
         )
 
 
 def size_deviations(wall: Wall | Parapet, uncertain: Mapping[str, float] | None) -> dict[str, float]:
     """Return the standard deviations of the wall's uncertain sizes, by name, or raise `InputError`."""
     deviations = {}
-    for name, deviation in instance("uncertain", {} if uncertain is None else uncertain, Mapping).items():
-        one_of("a size that is uncertain", name, [field.name for field in fields(wall)])
-        deviations[name] = number(f"uncertain {name}", deviation)
-        require(deviations[name] > 0, f"uncertain {name}", deviations[name], "greater than 0")
+    for name, deviation in (uncertain or {}).items():
+        check_choice("a size that is uncertain", name, [field.name for field in fields(wall)])
+        deviations[name] = float(check(f"uncertain {name}", deviation, lambda size: size > 0, "greater than 0"))
     return deviations
 
 
@@ -163,18 +149,13 @@ def calibrate(
     0.845
     """
     a3 = ultimate_displacement_ratio
-    instance("record", record, Record)
-    instance("wall", wall, Wall, Parapet)
     deviations = size_deviations(wall, uncertain)
     require_possible(record, wall)
     fit = RecordFit.from_record(record, wall, ultimate_displacement_ratio=a3, softening=softening, step=step)
     solution = fit.solution()
     misfit = Misfit.from_solution(solution)
     if misfit.exceeds(POOREST):
-        raise InputError(
-            f"the best fit leaves {misfit}; it must leave at most {100 * POOREST:.2g} % of the peak: {QUESTION}"
-        )
-    warn(misfit.doubts)
+        raise InputError(f"the best fit leaves {misfit}; it must leave at most {100 * POOREST:.2g} % of the peak")
     estimate, computed, residual = solution.estimate, solution.computed, solution.residual
     for name, value, low, high in zip(PARAMETERS, solution.point, LOW, HIGH, strict=True):
         if min(value - low, high - value) < AT_BOUND * (high - low):

@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from rockdamp.constants import PAPER_MODELS, REFERENCE
 from rockdamp.figures.single import TIME, record_title
 from rockdamp.figures.style import (
     DISPLACEMENT,
@@ -22,7 +23,6 @@ from rockdamp.figures.style import (
 )
 from rockdamp.figures.validation import MEASURED, MILLIMETRES, measured_name
 from rockdamp.text import number
-from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 # --- records and least squares ----------------------------------------------------------------------------------------
 

@@ -11,35 +11,27 @@ import xarray as xr
 from scipy.special import ndtri
 from scipy.stats import chi2
 
-from rockdamp.arguments import instance, number, one_of, several
 from rockdamp.arrays import Array
+from rockdamp.constants import MODELS, REFERENCE, SOFTENING
 from rockdamp.equivalence.closed_form import equivalence_factor
-from rockdamp.errors import InputError, require
+from rockdamp.errors import InputError, check, check_choice
 from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.calibration import size_deviations, true_values
 from rockdamp.laboratory.excursions import LEVEL, Excursions, Losses, Solution, exponent_of, restitution_at
 from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.damping import DAMPERS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.plausibility import LENGTHS, as_meant, warn
-from rockdamp.vocabulary import MODELS, REFERENCE, SOFTENING
 
 PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
 FEWEST_IMPACTS = 3  # from beyond u1
 NORMAL = round(float(ndtri(0.5 + LEVEL / 2)), 4)  # quantile of the normal distribution
 WIDEST = 10.0  # half of an interval of ln e: a peak in the noise leaves none that is narrower
-SYSTEMATIC = 3.0  # of the sensor's noise: residuals beyond it are no noise
-USUAL_RATIO = (0.60, 1.10)  # of e to the analytical one; ASSUME: measured ones lie within
 DIFFERENCE = 1e-5
-LEAST = 0.01  # of the displacement at which a wall collapses: what a guess of the unit must lead to
 AMPLITUDES, HANDED_ON = (0.1, 0.3, 0.5), 0.3  # of u_ins, where e is told; where an assessment takes it from
-WEAKEST = 0.5  # b1 of the most degraded joints; half of a wall's height halves it
-LEAST_RELEASE = 0.2  # of u_ins: of smaller ones e at 0.3 u_ins is a guess
-MILLI, DEGREE = 1000.0, np.pi / 180
 
 
-def calibrate_free_rocking(
+def fit_free_rocking(
     tests: FreeRocking | Sequence[FreeRocking],
     wall: Wall | Parapet,
     *,
@@ -97,25 +89,17 @@ def calibrate_free_rocking(
     ...     3201
     ... )
     >>> test = rd.FreeRocking(0.002 * np.arange(3201), shown)
-    >>> fitted = rd.calibrate_free_rocking(test, wall)
+    >>> fitted = rd.fit_free_rocking(test, wall)
     >>> fitted.estimate.values.round(3)
     array([0.05, 0.8 , 0.88])
     """
-    instance("wall", wall, Wall, Parapet)
-    require(
-        np.ndim(wall.load_factor) == 0, "the number of dimensions of wall", np.ndim(wall.load_factor), "0: one wall"
-    )
-    a3 = number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio)
-    require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
-    softening = one_of("softening", softening, SOFTENING)
-    given = [tests] if isinstance(tests, FreeRocking) else several("tests", tests, "free-rocking tests")
-    if not all(isinstance(test, FreeRocking) for test in given):
-        raise InputError("tests must be FreeRocking(elapsed, displacement), or what read_free_rocking reads")
-    require(np.asarray(len(given) > 0), "the number of tests", len(given), "at least 1")
+    valid, allowed = RULES["ultimate_displacement_ratio"]
+    a3 = float(check("ultimate_displacement_ratio", ultimate_displacement_ratio, valid, allowed))
+    check_choice("softening", softening, SOFTENING)
+    given = [tests] if isinstance(tests, FreeRocking) else list(tests)
     _require_unlike(given)
     if least_peak is not None:
-        least_peak = number("least_peak", least_peak)
-        require(least_peak > 0, "least_peak", least_peak, "greater than 0 [m]")
+        check("least_peak", least_peak, lambda peak: peak > 0, "greater than 0 [m]")
     deviations = size_deviations(wall, uncertain)
 
     def solution_of(mechanism: Wall | Parapet) -> Solution:
@@ -134,7 +118,6 @@ def calibrate_free_rocking(
     )
     synthetic = "yes" if any(test.synthetic for test in given) else "no"
     fitted.attrs = record_attributes(given[0].header) | {"record_synthetic": synthetic}
-    warn(doubts(fitted, len(given), int(np.isnan(resting).sum())))
     return fitted
 
 
@@ -161,7 +144,6 @@ def _solution(
     return solution
 
 
-@as_meant()  # of an unlikely size the wall itself was warned of
 def _by_sizes(
     wall: Wall | Parapet, deviations: Mapping[str, float], fit: Callable[[Wall | Parapet], xr.Dataset]
 ) -> Array:
@@ -199,21 +181,16 @@ def lever(wall: Wall | Parapet) -> float:
 
 
 def _check_size(test: FreeRocking, release: Release, u3: float, wall: Wall | Parapet) -> None:
-    """Raise `InputError` for a peak beyond which the wall collapses, with the slip of units that it may be."""
+    """Raise `InputError` for a peak beyond which the wall collapses."""
     peak = float(np.abs(release.peaks).max())
     if peak < u3:
         return
-    angles = {"milliradians": 1 / MILLI, "degrees": DEGREE}
-    meant = [
-        name for name, size in (LENGTHS if test.rotation is None else angles).items() if LEAST < peak * size / u3 < 1
-    ]
     shown, most = (
         (f"{peak:.4g} m", f"{u3:.4g} m at the hinge or top")
         if test.rotation is None
         else (f"{peak / lever(wall):.4g} rad", f"{u3 / lever(wall):.4g} rad")
     )
-    slip = f"; were they {' or '.join(meant)}?" if meant else "; is it the right wall?"
-    raise InputError(f"the largest peak is {shown}; it must be less than {most}, where the wall collapses{slip}")
+    raise InputError(f"the largest peak is {shown}; it must be less than {most}, where the wall collapses")
 
 
 def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:
@@ -225,8 +202,8 @@ def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:
     # ASSUME: below u1 a wall vibrates on its first branch and does not rock: what it loses there is not restitution.
     rocking = before > values[0]
     if np.count_nonzero(rocking) < FEWEST_IMPACTS:
-        counted = "the number of impacts that follow a peak beyond u1"
-        require(False, counted, np.count_nonzero(rocking), f"at least {FEWEST_IMPACTS}: release it from further out")
+        impacts = f"{np.count_nonzero(rocking)} impacts follow a peak beyond u1"
+        raise InputError(f"{impacts}; there must be at least {FEWEST_IMPACTS}: release it from further out")
     losses = Losses(values[2:], covariance[2:, 2:]).of(rocking)
     mean = losses.line(np.ones(losses.decrement.size))
     e = float(np.exp(-mean.decrement))
@@ -380,46 +357,3 @@ def _between(losses: Losses, release: Array) -> float:
     means, precisions = np.array(lines).T
     pooled = float(means @ precisions / precisions.sum())
     return float(chi2.sf(((means - pooled) ** 2) @ precisions, len(groups) - 1))
-
-
-def doubts(fitted: xr.Dataset, tests: int, without_rest: int) -> list[str]:
-    """Return warnings about a fit: no rest, residuals that are no noise, an a1 that is not determined, an odd e."""
-    found = []
-    if without_rest:
-        which = "the test has" if tests == 1 else f"{without_rest} of {tests} tests have"
-        found.append(f"{which} no rest at the start or the end: the zero follows from the decay alone")
-    rms, rest = float(fitted["residual_rms"]), float(fitted["rest_deviation"])
-    peak = float(abs(fitted["peak_displacement"]).max())
-    if rms > SYSTEMATIC * rest:
-        found.append(
-            f"the fit leaves {MILLI * rms:.3g} mm (rms), {rms / rest:.3g} times the noise at rest and {rms / peak:.2g}"
-            " of the largest peak: the specimen does more than the model, which neither twists nor loses energy between"
-            " impacts, or its thickness, height, hinge or load are others"
-        )
-    a1, (low, high) = fitted.sel(parameter=PARAMETERS[0]), fitted["interval"].sel(parameter=PARAMETERS[0]).values
-    if low <= 0:
-        found.append(
-            f"a1 is not determined: it is {float(a1['estimate']):.2g}, and 0 is inside its interval, up to {high:.2g}"
-        )
-    farthest = float(fitted["impact_amplitude"].max())
-    if farthest < LEAST_RELEASE:
-        found.append(
-            f"the releases reach {farthest:.2g} u_ins: e at {HANDED_ON:g} u_ins, which an assessment needs, lies beyond"
-            f" them; release from {LEAST_RELEASE:g} u_ins or more"
-        )
-    e, analytical = float(fitted["estimate"].sel(parameter=PARAMETERS[2])), float(fitted["restitution_rigid"])
-    least, most = USUAL_RATIO
-    if not least <= e / analytical <= most:
-        found.append(
-            f"e is {e:.3g}, {e / analytical:.3g} of the analytical {analytical:.3g}, {least:g} to {most:g} is usual;"
-            " are thickness, height and overburden right?"
-        )
-    if (b1 := float(fitted["estimate"].sel(parameter=PARAMETERS[1]))) < WEAKEST:
-        found.append(
-            f"b1 is {b1:.2g}, and the most degraded joints have {WEAKEST:g}; is the height right, and not half?"
-        )
-    if (alike := float(fitted["restitution_unlike_releases"])) < 0.01:
-        found.append(
-            f"the releases differ in e by more than their scatter (probability {alike:.1g}): is it one specimen?"
-        )
-    return found

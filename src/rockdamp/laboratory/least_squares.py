@@ -11,19 +11,17 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import minimum_filter
 from scipy.optimize import OptimizeResult, least_squares
 
-from rockdamp.arguments import number, one_of
 from rockdamp.arrays import Array, Quantity
-from rockdamp.errors import InputError, require
+from rockdamp.constants import SOFTENING
+from rockdamp.errors import InputError, check, check_choice
 from rockdamp.histories.loads import count_steps
 from rockdamp.histories.measured_test import measured_displacement, motion_noise, rest_samples
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.record import Record
-from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import Load, simulate
-from rockdamp.vocabulary import SOFTENING
 
 PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
 # ASSUME: where a masonry wall is looked for. a1 is searched as a1/a2, which keeps it below the plateau's end a2;
@@ -77,13 +75,10 @@ class RecordFit:
         step: float,
     ) -> RecordFit:
         """Prepare the fit to a record, with steps of the solver of at most `step` in tau."""
-        require(
-            np.ndim(wall.load_factor) == 0, "the number of dimensions of wall", np.ndim(wall.load_factor), "0: one wall"
-        )
-        require(number("step", step) > 0, "step", step, "greater than 0")
-        a3 = number("ultimate_displacement_ratio (a3)", ultimate_displacement_ratio)
-        softening = one_of("softening", softening, SOFTENING)
-        require(0 < a3 <= 1, "ultimate_displacement_ratio (a3)", a3, "greater than 0 and at most 1")
+        check("step", step, lambda step: step > 0, "greater than 0")
+        valid, allowed = RULES["ultimate_displacement_ratio"]
+        a3 = float(check("ultimate_displacement_ratio", ultimate_displacement_ratio, valid, allowed))
+        check_choice("softening", softening, SOFTENING)
         measured_displacement(record), rest_samples(record)  # refuses a record without a response or a rest
         return cls(record, wall, a3, softening, step, np.empty(0)).with_step(step)
 
@@ -157,8 +152,7 @@ class RecordFit:
     def _wall(self, parameters: Array) -> tuple[TrilinearCurve, Damping]:
         """Curve and damping of parameters of shape (batch, 3)."""
         a1, b1, e = parameters.T
-        with as_meant():  # a point of the search
-            return TrilinearCurve(a1, b1, self.ultimate_displacement_ratio, self.softening), Damping("CR", e)
+        return TrilinearCurve(a1, b1, self.ultimate_displacement_ratio, self.softening), Damping("CR", e)
 
     @property
     def _substeps(self) -> int:
@@ -284,8 +278,7 @@ class Solution:
 
     def with_size(self, name: str, change: float) -> Array:
         """Return the estimate of a wall of which a size is larger by so much, descended to from this one."""
-        with as_meant():
-            wall = replace(self.fit.wall, **{name: getattr(self.fit.wall, name) + change})
+        wall = replace(self.fit.wall, **{name: getattr(self.fit.wall, name) + change})
         other = replace(self.fit, wall=wall)
         return other.physical(other.descend(self.point).x)
 

@@ -15,6 +15,7 @@ from scipy.special import chdtri, ndtri
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config, MeasuredRocking
+from rockdamp.constants import PAPER_MODELS, REFERENCE
 from rockdamp.laboratory.trials import NearlyRigid, RockingTrials, by_solver, read_rocking_trials
 from rockdamp.laboratory.trials_fit import (
     Expansion,
@@ -41,7 +42,6 @@ from rockdamp.laboratory.velocity_ratios import (
 )
 from rockdamp.mechanics.wall import Parapet
 from rockdamp.progress import track
-from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 LEVEL = 0.90  # of every interval
 HALF_CHI_SQUARE = round(float(chdtri(1, 1 - LEVEL)) / 2, 4)  # half of its quantile, with one degree of freedom

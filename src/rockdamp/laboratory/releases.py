@@ -12,9 +12,9 @@ from scipy.signal import detrend, find_peaks
 from scipy.stats import theilslopes
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, require
+from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import CLEAR, half_cycles
-from rockdamp.motions.record import cells, check_series, mean_step, read_header, read_rows, write_columns
+from rockdamp.motions.record import cells, check_series, mean_step, read_header, read_rows
 from rockdamp.storage.files import read_text
 
 TIME = "elapsed_s"
@@ -123,37 +123,6 @@ def read_free_rocking(path: str | os.PathLike[str]) -> FreeRocking:
         raise InputError(f"{os.fspath(path)}: {error}") from None
 
 
-def write_free_rocking(path: str | os.PathLike[str], test: FreeRocking) -> None:
-    """Write a free-rocking test as CSV; reading it back gives the same numbers. The file appears whole or not at all.
-
-    Parameters
-    ----------
-    path : str or path
-        File to write.
-    test : FreeRocking
-
-    Raises
-    ------
-    InputError
-        If the header cannot be written as lines ``# key: value``, or the file cannot be written.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> import rockdamp as rd
-    >>> test = rd.FreeRocking([0.0, 0.002], displacement=[0.05, 0.05], header={"synthetic": "yes"})
-    >>> with TemporaryDirectory() as folder:
-    ...     rd.write_free_rocking(Path(folder, "release.csv"), test)
-    ...     print(Path(folder, "release.csv").read_text(encoding="utf-8"), end="")
-    # synthetic: yes
-    elapsed_s,displacement_m
-    0.0,0.05
-    0.002,0.05
-    """
-    write_columns(path, test.header, {TIME: test.elapsed, test.column: test.measured})
-
-
 # --- releases ---------------------------------------------------------------------------------------------------------
 
 # ASSUME: what a test must be for these to be found in it.
@@ -241,7 +210,7 @@ def releases_of(test: FreeRocking, displacement: Array, least: float | None = No
     standard deviations of the noise. Raises `InputError` for too few peaks, or a specimen that rocks to one side only.
     """
     if displacement.size < QUIET_SAMPLES:
-        require(False, "the number of samples", displacement.size, f"at least {QUIET_SAMPLES}")
+        raise InputError(f"the test has {displacement.size} samples; it must have at least {QUIET_SAMPLES}")
     noise = noise_of(displacement)
     zero = zero_of(displacement, noise)
     cycles = half_cycles(test.elapsed, displacement - zero, CLEAR * noise if least is None else least)

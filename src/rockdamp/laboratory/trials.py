@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
+from rockdamp.constants import REFERENCE
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import turning_points
@@ -20,7 +21,6 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import simulate
 from rockdamp.storage.files import read_text
-from rockdamp.vocabulary import REFERENCE
 
 COLUMNS = (
     "group",

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array, Quantity
+from rockdamp.constants import PRESETS, SOFTENING
 from rockdamp.errors import Rule, check, check_choice, check_fields
-from rockdamp.vocabulary import PRESETS, SOFTENING
 
 ROUNDING = 1e-12  # a shorter branch has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point
 RULES: dict[str, Rule] = {
@@ -113,7 +113,8 @@ class TrilinearCurve:
     def map(self, function: Callable[[Array], Array]) -> TrilinearCurve:
         """Return the curve with a function, which picks or repeats elements, applied to each of its ratios."""
         ratios = self.yield_displacement_ratio, self.strength_ratio, self.ultimate_displacement_ratio
-        return TrilinearCurve(*map(function, np.broadcast_arrays(*ratios)), self.softening)
+        a1, b1, a3 = map(function, np.broadcast_arrays(*ratios))
+        return TrilinearCurve(a1, b1, a3, self.softening)
 
     def parameters(self) -> tuple[Array, ...]:
         """Return k1, b1, ks, a1, a2, a3, the arguments of the solvers. [-]"""

@@ -17,9 +17,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from rockdamp.arrays import Array
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import check
 from rockdamp.mechanics.wall import Wall
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 Fall = Callable[[Array], Array]
 

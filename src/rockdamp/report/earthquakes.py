@@ -11,11 +11,11 @@ import xarray as xr
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
+from rockdamp.constants import RECOMMENDED_SOURCE, REFERENCE
 from rockdamp.figures.style import dampers
 from rockdamp.report.answer import with_interval
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import listed, number, percent, plain
-from rockdamp.vocabulary import RECOMMENDED_SOURCE, REFERENCE
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"polynomial": "polynomials", "least error": "least error", "closed form": "closed form"}

@@ -15,13 +15,13 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from scipy.stats import chi2
 
+from rockdamp.constants import PAPER_MODELS, REFERENCE
 from rockdamp.errors import InputError
 from rockdamp.report import earthquakes, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.dataset import Datasets
 from rockdamp.storage.files import replace_file
 from rockdamp.text import number, percent
-from rockdamp.vocabulary import PAPER_MODELS, REFERENCE
 
 # Files of this package that the page is made of; workflow/rules/report.smk names them too.
 TEXTS = "figures.yaml"  # titles, alternatives and captions of the figures, in the order of the page

@@ -13,6 +13,7 @@ from scipy.optimize import elementwise
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.constants import PAPER_MODELS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import turning_points
@@ -20,7 +21,6 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import simulate
 from rockdamp.studies.matches import match_decays
-from rockdamp.vocabulary import PAPER_MODELS
 
 DAMPERS = (*PAPER_MODELS, "ECD")
 HALF_CYCLE_STEPS = 5000  # the damping ratio of ECD from peaks, whose exact value is known, is then within 0.04 %

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.constants import REFERENCE
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import interval, resample
 from rockdamp.statistics.paired import (
@@ -23,7 +24,6 @@ from rockdamp.statistics.paired import (
     quotient,
     root_mean_square,
 )
-from rockdamp.vocabulary import REFERENCE
 
 FRACTILES = (0.16, 0.50, 0.84)
 NOT_RUN = -1  # as an outcome

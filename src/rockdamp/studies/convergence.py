@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.constants import MODELS, REFERENCE
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import Load, simulate
 from rockdamp.studies.decays import step_count
-from rockdamp.vocabulary import MODELS, REFERENCE
 
 SCHEMES = ("newmark", "paper")
 EXCITATIONS = ("free", "forced")

@@ -6,13 +6,13 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.config import Config, Matching, RigidWall
+from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.two_bodies import large_rotation_decay, slender_decay
 from rockdamp.solvers.newmark import simulate
 from rockdamp.studies.decays import step_count
 from rockdamp.studies.matches import match_decays
-from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 FREQUENCIES = np.linspace(0.0, 1.0, 101)
 # ASSUME: Fig. 4a names neither its curve nor its hinge height; the config states them (nearly rigid, mid-height).

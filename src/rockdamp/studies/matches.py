@@ -9,6 +9,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config, Matching, Study
+from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import (
     Cases,
@@ -20,7 +21,6 @@ from rockdamp.equivalence.matching import (
 )
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.studies.decays import longest_response, response_lengths_of_fixed_seconds, step_count
-from rockdamp.vocabulary import VISCOUS_MODELS
 
 
 def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:

@@ -7,9 +7,9 @@ import xarray as xr
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config
+from rockdamp.constants import PRESETS
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Wall
-from rockdamp.vocabulary import PRESETS
 
 POINTS = 1001
 # ASSUME: the paper draws a3 < 1 without stating its value; this one leaves room for the translated variant.

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.constants import REFERENCE
 from rockdamp.histories.loads import run_records
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
@@ -26,7 +27,6 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import simulate
 from rockdamp.statistics.fragility import interval, resample, weighted_quantile
 from rockdamp.statistics.paired import BOUND, quotient, root_mean_square
-from rockdamp.vocabulary import REFERENCE
 
 LARGE = 0.05  # of |ln r|: the share of the histories beyond it
 CONVERGED = 0.005  # the 90 % quantile of |ln r| to the finest step, at most, for `largest_step`

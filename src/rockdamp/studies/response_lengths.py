@@ -11,11 +11,11 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.constants import PAPER_MODELS, VISCOUS_MODELS
 from rockdamp.equivalence.matching import RESOLUTION, Cases, global_minima
 from rockdamp.progress import track
 from rockdamp.studies.decays import INFERS, step_count
 from rockdamp.studies.matches import cases_of
-from rockdamp.vocabulary import PAPER_MODELS, VISCOUS_MODELS
 
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.
 PAPER_RANGE = (0.80, 0.91)

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config, NamedWall, Supports
+from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError
 from rockdamp.histories.loads import count_steps, run_record
 from rockdamp.histories.supports import floor_motions
@@ -36,12 +37,10 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest
-from rockdamp.plausibility import as_meant
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import uneven_collapses
 from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import BOUND, compare_fragilities
-from rockdamp.vocabulary import STANDARD_GRAVITY
 
 EVERY_WALL = "all"
 ASSUMED = "as assumed"
@@ -85,7 +84,6 @@ def names_of(settings: Supports) -> list[str]:
     return [ASSUMED, *floors, MASS, ANALYTICAL, IMPULSIVE, VERTICAL, WORSE, KEEPS]
 
 
-@as_meant()  # the walls were warned of when they were made
 def histories(config: Config) -> xr.Dataset:
     """Run every wall in every case under every record; ``collapsed`` is 1, 0, or -1 where a case is not run."""
     settings, walls, tail = config.supports, config.earthquakes.walls, config.earthquakes.tail

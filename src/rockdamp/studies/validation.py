@@ -7,6 +7,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
+from rockdamp.constants import MODELS, REFERENCE, VISCOUS_MODELS
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
@@ -14,7 +15,6 @@ from rockdamp.histories.measured_test import measured_displacement, rest_samples
 from rockdamp.histories.respond import record_attributes, respond
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.record import Record
-from rockdamp.vocabulary import MODELS, REFERENCE, VISCOUS_MODELS
 
 
 def validate(config: Config, record: Record, equivalence: xr.Dataset, calibration: xr.Dataset) -> xr.Dataset:

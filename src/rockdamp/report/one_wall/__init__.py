@@ -26,25 +26,23 @@ from rockdamp.assessment.answers import reasons
 from rockdamp.assessment.assess import REPLICATES
 from rockdamp.assessment.checks import Check, sensitivity
 from rockdamp.assessment.collapses import LEAST_OF_DAMPER, STRIPES, UNITS, side_by_side
-from rockdamp.equivalence.programs import REQUIREMENT, frequencies, missed_collapses, program_inputs
-from rockdamp.figures.mechanism import wall_figure
-from rockdamp.figures.single import fragility_figure, response_figure
-from rockdamp.histories.respond import respond
-from rockdamp.histories.supports import SMALL
-from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import DAMPERS
-from rockdamp.mechanics.floors import Building, Diaphragm
-from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.catalogue import GroundMotion
-from rockdamp.plausibility import as_meant
-from rockdamp.storage.files import replace_file
-from rockdamp.text import DASH, RAISED, counted, number, percent, plain
-from rockdamp.vocabulary import (
+from rockdamp.constants import (
     REFERENCE,
     RELEASES,
     SMALL_RELEASE_OVERSTATES,
     STANDARD_GRAVITY,
 )
+from rockdamp.equivalence.programs import REQUIREMENT, frequencies, missed_collapses, program_inputs
+from rockdamp.figures.mechanism import wall_figure
+from rockdamp.figures.single import fragility_figure, response_figure
+from rockdamp.histories.respond import respond
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import DAMPERS
+from rockdamp.mechanics.floors import Building, Diaphragm
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.catalogue import GroundMotion
+from rockdamp.storage.files import replace_file
+from rockdamp.text import DASH, RAISED, counted, number, percent, plain
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
 TEMPLATE = "wall.html.j2"
@@ -65,7 +63,6 @@ class Placement:
     values: Mapping[str, Any] | None = None
     building: Building | None = None
     diaphragm: Diaphragm | None = None
-    joint_offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -115,7 +112,6 @@ def build(subject: Subject) -> str:
         releases=RELEASES,
         overstates=SMALL_RELEASE_OVERSTATES,
         **_losses(subject),
-        close_together=SMALL,
         frequency=frequency,
         period=period,
         moved=moved,
@@ -193,8 +189,7 @@ def _response(subject: Subject, motion: GroundMotion, scale: float) -> tuple[xr.
 def _losses(subject: Subject) -> dict[str, Any]:
     """Return the dampers that stand for restitution."""
     e, wall = float(subject.answer["restitution"]), subject.wall
-    with as_meant():
-        typed = {row.damping_model: row for row in program_inputs(wall, subject.curve, max(e, LEAST_OF_DAMPER))}
+    typed = {row.damping_model: row for row in program_inputs(wall, subject.curve, max(e, LEAST_OF_DAMPER))}
     return {
         "dampers": [(offer, DAMPERS[model].title, typed[model]) for model, offer in REQUIREMENT.items()],
         "studied_e": plain(missed_collapses(e)[0]),

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config, NamedWall
+from rockdamp.constants import MODELS, REFERENCE
 from rockdamp.histories.loads import make_load, sample_load
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -25,7 +26,6 @@ from rockdamp.progress import track
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import Load
 from rockdamp.studies.earthquakes.incremental import BY_DAMPER, NEAR
-from rockdamp.vocabulary import MODELS, REFERENCE
 
 EDGE = 0.8  # u/u_ins: of the peaks of walls that survive
 STRATA = ("far", "near", "edge", "just collapsed", "unconverged")

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.config import Config, NamedWall
+from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.histories.loads import count_steps, make_load
@@ -34,7 +35,6 @@ from rockdamp.motions.record import Record
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import Histories, Load, Peaks, Reference, peaks, simulate
 from rockdamp.studies.matches import match_decays
-from rockdamp.vocabulary import MODELS, VISCOUS_MODELS
 
 SOURCES = ("polynomial", "least error", "closed form")  # of the ratio: polynomials, Eq. (17) at that wall, energy
 VARIATIONS = ("step", "impact", "lower e", "higher e")

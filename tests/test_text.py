@@ -13,8 +13,6 @@ def test_numbers_read_as_people_write_them():
     assert text.number(float("nan")) == text.percent(float("nan")) == "–"
     assert text.percent(0.09456) == "9.5\u00a0%"
     assert text.percent(2e-5) == "less than 0.01\u00a0%"
-    assert (text.at_most(0.07413), text.at_most(0.07)) == ("7.5\u00a0%", "7.0\u00a0%")
-    assert (text.at_most(0.0999), text.at_most(0)) == ("10\u00a0%", "0\u00a0%")
     assert text.plain(0.5) == "0.5"
 
 
@@ -22,6 +20,3 @@ def test_lists_read_as_people_write_them():
     assert text.listed([]) == ""
     assert text.listed(["a"]) == "a"
     assert text.listed(["a", "b", "c"]) == "a, b and c"
-    assert text.by_name({"CDC": "1", "CDR": "2"}) == "1 (CDC) and 2 (CDR)"
-    assert text.ranges([0.8, 0.85, 0.9], [False, False, False]) == "none"
-    assert text.ranges([0.8, 0.85, 0.9, 0.95], [True, True, False, True]) == "0.80 to 0.85 and 0.95"

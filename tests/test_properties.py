@@ -5,13 +5,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from rockdamp.constants import MODELS, PAPER_MODELS
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.newmark import Load, simulate, stable_step
-from rockdamp.vocabulary import MODELS, PAPER_MODELS
-
-pytestmark = pytest.mark.filterwarnings("ignore::rockdamp.errors.InputWarning")  # any curve, step and load
 
 SCHEMES = ("newmark", "paper")
 TAU = np.linspace(0, 8, 161)
@@ -115,7 +113,6 @@ def test_a_translated_curve_shrunk_in_both_axes_shrinks_the_history(scheme, curv
         np.testing.assert_allclose(other.displacement / s, one.displacement, atol=1e-9)
 
 
-@pytest.mark.filterwarnings("ignore::rockdamp.errors.InputWarning")  # the law holds beyond any wall that is built
 @given(wall=walls(), size=numbers(0.2, 5))
 def test_walls_of_one_shape_differ_in_time_as_the_root_of_their_size(wall, size):
     other = Wall(

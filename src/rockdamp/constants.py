@@ -1,4 +1,4 @@
-"""Names and values that the whole package shares, the checks of the config included. Imports nothing."""
+"""Names and values that the whole package shares. Imports nothing."""
 
 STANDARD_GRAVITY = 9.80665  # [m s-2], CODATA
 
@@ -17,16 +17,12 @@ RECOMMENDED_SOURCE = "least error"
 
 # The damping models that are compared, in the order of the datasets: the coefficient of restitution first.
 MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", "BAND")
-NUMBERED = {"ECD": "order", "BAND": "width"}  # by model the parameter of a word such as ECD16 or BAND0.4
 REFERENCE = "CR"  # the model that the viscous dampers stand in for
 VISCOUS_MODELS = tuple(model for model in MODELS if model != REFERENCE)
 PAPER_MODELS = ("CDC", "CDR", "SDR")  # the viscous dampers of the paper; the others go beyond it
 
 # Doherty's stages of degradation, quoted in section 3 of the paper: (b1, a1).
 PRESETS = {"new": (0.72, 0.06), "moderate": (0.60, 0.13), "severe": (0.50, 0.20)}
-
-# How a response ends, by its `outcome`.
-OUTCOMES = ("completed", "collapsed")
 
 # Variants of a curve's last branch for a3 < 1.
 SOFTENING = ("steeper", "translated")
@@ -45,12 +41,3 @@ BLOCK_RESTITUTION_DEVIATION = 0.024
 # overstated by this share, if walls lose as measured blocks do. A test keeps it to the table of docs/earthquakes.md.
 RELEASES = "0.3 to 0.5 u_ins"  # those that a constant e is meant for
 SMALL_RELEASE_OVERSTATES = "5 to 15 % with g = 0.13 to 0.39"
-
-
-def parameter_of_word(word: str) -> tuple[str, dict[str, float]]:
-    """Return model and parameter of a word such as ECD16 or BAND0.4; any other word as it is."""
-    for model, name in NUMBERED.items():
-        value = word.upper().removeprefix(model)
-        if len(value) < len(word) and value.replace(".", "", 1).isdecimal():
-            return model, {name: float(value)}
-    return word, {}
