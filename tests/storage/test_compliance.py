@@ -9,13 +9,15 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from minimal_build import DATASETS, RESULTS
 from repository import ROOT
 
 from rockdamp.storage import dataset
 
 pytestmark = pytest.mark.peers
 
-BUILT = sorted((ROOT / "results").rglob("[!.]*.nc"))
+PLACES = [ROOT / folder / name for folder in ("results", RESULTS) for name in DATASETS]
+BUILT = [path for path in PLACES if path.exists()]
 
 
 @pytest.fixture
