@@ -8,7 +8,7 @@ from snakemake.utils import min_version
 from rockdamp.config import parse_config
 from rockdamp.errors import InputError
 
-min_version("9.8")
+min_version("9.27")
 
 
 configfile: "config/default.yaml"
