@@ -57,6 +57,13 @@ def test_motion_that_only_just_touches_a_corner_keeps_its_amplitude_and_period(a
     assert np.diff(run.impacts) == pytest.approx(float(curve.period(amplitude)) / 2, abs=1e-9)
 
 
+def test_at_the_time_of_an_impact_the_velocity_is_that_after_it():
+    curve, e, start = CURVES[0], 0.8, {"release_amplitude": 0.5}
+    (first, *_) = exact_history(curve, Damping("CR", e), [9.0], **start).impacts
+    run = exact_history(curve, Damping("CR", e), [first, 9.0], **start)
+    assert run.velocity[0] == pytest.approx(-e * np.sqrt(2 * curve.energy(0.5)), rel=1e-12)
+
+
 def test_energy_decides_between_collapse_and_return():
     curve = CURVES[1]
     needed = float(np.sqrt(2 * (curve.energy(curve.ultimate_displacement_ratio) - curve.energy(0.5))))
