@@ -32,7 +32,6 @@ from rockdamp.assessment.table import (
 from rockdamp.constants import REFERENCE
 from rockdamp.errors import InputError, check
 from rockdamp.histories.one_sided import add_reversed
-from rockdamp.histories.respond import describe
 from rockdamp.histories.supports import Records, collect_motions, floor_motions
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE
@@ -49,6 +48,7 @@ from rockdamp.statistics.fragility import (
     resample,
     wilson,
 )
+from rockdamp.storage.dataset import describe
 
 REPLICATES, SEED = 1000, 695  # of the bootstrap over stations
 # A bootstrap over g stations draws one given station alone in a share g^-g of its replicates. Up to three stations that

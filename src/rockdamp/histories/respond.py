@@ -19,7 +19,7 @@ from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest
 from rockdamp.solvers.newmark import Histories, simulate, stable_step
-from rockdamp.storage.dataset import ATTRIBUTES, variables
+from rockdamp.storage.dataset import describe
 
 STEP = 0.0025  # of the solver in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
@@ -94,7 +94,8 @@ def respond(
     Parameters
     ----------
     wall : Wall or Parapet
-    curve, damping, step
+    curve : TrilinearCurve
+    damping : Damping, or list of Damping
         As for `free_decay`.
     record : Record or GroundMotion
         Of a `FloorMotion` the acceleration of the supports is taken.
@@ -102,6 +103,8 @@ def respond(
         Factor on the acceleration; several are along ``scale_factor``. [-]
     tail : float
         Rest after the record. [s]
+    step : float, optional
+        As for `free_decay`. [-]
 
     Returns
     -------
@@ -202,14 +205,6 @@ def record_attributes(header: Mapping[str, str]) -> dict[str, str]:
     """Return the attributes that a dataset, and with it each figure, must state of its record."""
     attributes = {f"record_{key}": header.get(key, "not stated") for key in ("specimen", "source", "licence")}
     return {**attributes, "record_synthetic": header.get("synthetic", "no")}
-
-
-def describe(dataset: xr.Dataset, kind: str) -> xr.Dataset:
-    """Add the units and the meaning that the glossary has for the variables of a kind of dataset."""
-    texts = variables(kind)
-    for name in texts.keys() & set(map(str, dataset.variables)):
-        dataset[name].attrs = {key: texts[name][key] for key in ATTRIBUTES if key in texts[name]}
-    return dataset
 
 
 # --- several records and scales ---------------------------------------------------------------------------------------

@@ -56,6 +56,14 @@ def _entry(name: str) -> dict[str, Any]:
     return {"units": names[own]["units"], "long_name": f"95 % bootstrap interval of {own}"}
 
 
+def describe(dataset: xr.Dataset, kind: str) -> xr.Dataset:
+    """Add the unit and the meaning that the glossary has for each variable of a kind of dataset."""
+    entries = variables(kind)
+    for name in entries.keys() & set(map(str, dataset.variables)):
+        dataset[name].attrs = {key: entries[name][key] for key in ATTRIBUTES if key in entries[name]}
+    return dataset
+
+
 def check(dataset: xr.Dataset, kind: str) -> dict[str, dict[str, Any]]:
     """Return the entries of a dataset's names, or raise `InputError` where it has other names than its kind."""
     expected = variables(kind)
