@@ -14,8 +14,8 @@ NAME = "QVD"
 def tree(tmp_path_factory):
     """The copy, with the damper and what its commands printed."""
     tree = make_tree(tmp_path_factory.mktemp("damper") / "tree")
-    edit(tree, "add-a-damper")
-    tree.printed = follow(tree, "add-a-damper", edited=True)
+    edit(tree, "extend")
+    tree.printed = follow(tree, "extend", edited=True)
     return tree
 
 

@@ -161,7 +161,8 @@ class Damping:
         if model != "ECD":
             return cls(model, delta / math.pi, order, **parts)
         plain = (m == 0) & (g == 0)
-        xi = np.where(plain, ecd_damping_ratio(delta, m), loss_per_half_cycle(delta, g) / np.pi)
+        loss = np.where(g == 0, delta, -np.expm1(-2 * g * delta) / np.where(g == 0, 1.0, 2 * g))
+        xi = np.where(plain, delta / np.hypot(np.pi, delta), loss / np.pi)
         most = np.where(plain, np.inf, CAP * critical_damping_ratio(np.maximum(m, 0)))
         allowed = f"at least {np.max(np.exp(-np.pi * most), initial=0):.3g}, or half cycles would not end"
         check("restitution", e, lambda e: xi < most, allowed)
@@ -259,28 +260,6 @@ def normalisation(order: ArrayLike) -> Array:
     m = np.asarray(order, dtype=float)
     ratio = [math.exp(math.lgamma(one + 2) - math.lgamma(one + 1.5)) for one in np.ravel(m).tolist()]
     return np.where(m == 0, 1.0, math.sqrt(math.pi) / 2 * np.reshape(ratio, m.shape))
-
-
-def ecd_damping_ratio(log_decrement: ArrayLike, order: ArrayLike = 0.0) -> Array:
-    """Return xi with which ECD of order m loses delta = -ln e in every half cycle: exact, and without a fit. [-]
-
-    It is delta/pi, at every order above 0. Order 0, which has no velocity in it, has the linear oscillator's,
-    delta/sqrt(pi^2 + delta^2).
-    """
-    delta = np.asarray(log_decrement, dtype=float)
-    return np.where(np.asarray(order) == 0, delta / np.hypot(np.pi, delta), delta / np.pi)
-
-
-def ecd_log_decrement(damping_ratio: ArrayLike, order: ArrayLike = 0.0) -> Array:
-    """Return delta = -ln e of a half cycle, the inverse of `ecd_damping_ratio`, for xi below 1. [-]"""
-    xi = np.asarray(damping_ratio, dtype=float)
-    return np.where(np.asarray(order) == 0, np.pi * xi / np.sqrt(1 - xi**2), np.pi * xi)
-
-
-def loss_per_half_cycle(log_decrement: ArrayLike, exponent: ArrayLike) -> Array:
-    """Return (1 - e^2g)/(2g), which takes the place of delta = -ln e where the loss has an exponent g. [-]"""
-    delta, g = np.asarray(log_decrement, dtype=float), np.asarray(exponent, dtype=float)
-    return np.where(g == 0, delta, -np.expm1(-2 * g * delta) / np.where(g == 0, 1.0, 2 * g))
 
 
 def critical_damping_ratio(order: ArrayLike) -> Array:

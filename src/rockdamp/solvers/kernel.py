@@ -546,32 +546,19 @@ def peaks_march(advance):
         Lanes that still run, and the steps of the whole run.
     remaining : ndarray, shape (motions, samples)
         The integral of each motion's absolute value from a sample to the end, with samples as the unit of time.
-    reference, case : ndarray, shape (cases, steps + 1 or more) and (blocks, width)
-        Displacements that Eq. (17) compares with, and each lane's row of them; no cases, no comparison.
-    checkpoints, error : ndarray, shape (checkpoints,) and (checkpoints, lanes)
-        Steps at which the sums of Eq. (17) are stored, ascending, and these, by the lane's number.
-    outcome, peak : ndarray, shape (lanes,)
-        Written for lanes that leave; the peak of a lane that collapsed is a3.
+    comparison : four ndarrays
+        Displacements that Eq. (17) compares with, shape (cases, steps + 1 or more), each lane's row of them, shape
+        (blocks, width), the steps at which the sums are stored, ascending, and the sums, shape (checkpoints, lanes), by
+        the lane's number. No cases, no comparison.
+    results : two ndarrays, shape (lanes,)
+        Outcome and peak, written for lanes that leave; the peak of a lane that collapsed is a3.
     """
 
     def march_of_peaks(
-        blocks,
-        width,
-        running,
-        ground,
-        remaining,
-        factors,
-        substeps,
-        first,
-        last,
-        steps,
-        reference,
-        case,
-        checkpoints,
-        error,
-        outcome,
-        peak,
+        blocks, width, running, ground, remaining, factors, substeps, first, last, steps, comparison, results
     ):
+        reference, case, checkpoints, error = comparison
+        outcome, peak = results
         motions, compare, mark = ground.shape[0], reference.shape[0] > 0, 0
         while mark < checkpoints.size - 1 and checkpoints[mark] < first:
             mark += 1
@@ -600,9 +587,8 @@ def peaks_march(advance):
             if compare and stop == checkpoints[mark]:
                 mark = min(mark + 1, checkpoints.size - 1)
             left = remaining[:, min(stop // substeps, remaining.shape[1] - 1)]
-            running = retire_finished(
-                blocks, width, running, factors, case, left, substeps, stop == steps, outcome, peak
-            )
+            is_end = stop == steps
+            running = retire_finished(blocks, width, running, factors, case, left, substeps, is_end, outcome, peak)
             first = stop + 1
         return running
 

@@ -272,20 +272,22 @@ def peaks(
 
     def run(part: slice, stopped: Event) -> None:
         blocks, factors, case = batch.work[part], batch.factors[part], batch.case[part]
-        results = batch.reference, case, batch.checkpoints, error, outcome, peak
+        comparison = batch.reference, case, batch.checkpoints, error
         length = max(STEPS_PER_CALL // max(part.stop - part.start, 1) // kernel.INTERVAL, 1) * kernel.INTERVAL
         running, first = min(part.stop * batch.width, batch.lanes) - part.start * batch.width, 1
         while first <= batch.steps and running > 0 and not stopped.is_set():
             last = min(first + length - 1, batch.steps)
             span = batch.substeps, first, last, batch.steps
-            running = march(blocks, batch.width, running, batch.ground, remaining, factors, *span, *results)
+            running = march(
+                blocks, batch.width, running, batch.ground, remaining, factors, *span, comparison, (outcome, peak)
+            )
             first = last + 1
 
     batch.in_threads(run, threads)
-    peak, collapsed = peak.reshape(batch.shape), outcome.reshape(batch.shape) == kernel.COLLAPSED
+    largest, collapsed = peak.reshape(batch.shape), outcome.reshape(batch.shape) == kernel.COLLAPSED
     if reference is None:
-        return Peaks(peak, collapsed)
-    return Peaks(peak, collapsed, np.where(collapsed, np.inf, error.reshape(len(error), *batch.shape)))
+        return Peaks(largest, collapsed)
+    return Peaks(largest, collapsed, np.where(collapsed, np.inf, error.reshape(len(error), *batch.shape)))
 
 
 def _remaining(ground: Array) -> Array:
