@@ -49,6 +49,12 @@ def test_the_decay_that_is_matched_starts_where_it_is_asked_to():
         assert cdc["damping_ratio"] == pytest.approx(energy, rel=0.2)
 
 
+def test_of_a_stiff_curve_the_step_resolves_the_band():
+    band = rd.equivalent(0.9, rd.TrilinearCurve(1e-4, 0.8))[-1]
+    assert band["damping_model"] == "BAND"
+    assert band["damping_ratio"] == pytest.approx(-np.log(0.9) / np.pi, rel=0.02)
+
+
 @pytest.mark.parametrize(
     ("changed", "named"),
     [

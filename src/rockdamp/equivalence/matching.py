@@ -156,12 +156,7 @@ class Matched:
 
 
 def match_dampers(
-    cases: Cases,
-    damping_models: Sequence[str],
-    steps: int,
-    *,
-    refinement: int = REFINEMENT,
-    description: str = "",
+    cases: Cases, damping_models: Sequence[str], steps: int, *, refinement: int = REFINEMENT, description: str = ""
 ) -> dict[str, Matched]:
     """Match viscous models to decays under restitution over `steps` of the solver; returned by model, in their order.
 
