@@ -17,6 +17,6 @@ def test_numbers_read_as_people_write_them():
 
 
 def test_lists_read_as_people_write_them():
-    assert text.listed([]) == ""
-    assert text.listed(["a"]) == "a"
-    assert text.listed(["a", "b", "c"]) == "a, b and c"
+    assert text.join_words([]) == ""
+    assert text.join_words(["a"]) == "a"
+    assert text.join_words(["a", "b", "c"]) == "a, b and c"

@@ -42,7 +42,7 @@ NEAREST = 6  # files of tests
 PYTEST = [sys.executable, *"-m pytest -x -q --no-header -p no:cacheprovider --tb=no -m".split(), "not peers"]
 # Packages of science, and the folders of tests that use them, nearest first.
 PACKAGES = {
-    "mechanics": ["mechanics", "solvers", "theory", "equivalence", "whole_package/test_properties.py"],
+    "mechanics": ["mechanics", "solvers", "theory", "equivalence", "test_properties.py"],
     "solvers": ["solvers", "theory", "equivalence", "histories"],
     "equivalence": ["equivalence", "studies/test_matches.py", "studies/test_polynomial_fits.py"],
     "histories": ["histories", "assessment", "studies"],

@@ -38,12 +38,12 @@ def percent(value: SupportsFloat, digits: int = 2) -> str:
     return f"less than {percent(LEAST, 1)}" if 0 < fraction < LEAST else f"{number(100 * fraction, digits)}\u00a0%"
 
 
-def listed(parts: Iterable[str]) -> str:
+def join_words(parts: Iterable[str]) -> str:
     """Join with commas, the last with "and"."""
     *first, last = list(parts) or [""]
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def counted(count: int, noun: str) -> str:
+def count_noun(count: int, noun: str) -> str:
     """Write a number of things: "1 station", "4 stations"."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -16,7 +16,7 @@ from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.equivalence.equivalent import least_error, longest_step
 from rockdamp.equivalence.matching import map_in_threads
 from rockdamp.errors import InputError
-from rockdamp.text import counted
+from rockdamp.text import count_noun
 
 # Of the written table; a median_intensity is median_pgv or median_pga of the dataset.
 COLUMNS = (
@@ -94,7 +94,7 @@ def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
     of_model, median = answer.sel(damping_model=damping_model), f"median_{measure_of(answer)}"
     stations = int(np.unique(answer["station"].values).size)
     few = stations < FEWEST_STATIONS
-    found = [f"{counted(stations, 'station')}; intervals need at least {FEWEST_STATIONS}"] if few else []
+    found = [f"{count_noun(stations, 'station')}; intervals need at least {FEWEST_STATIONS}"] if few else []
     if not np.isfinite(float(of_model[median])):
         found.append(no_fragility(of_model["stripe_collapses"].values, int(answer["records"])))
     elif not few and not np.isfinite(of_model[[f"{median}_interval", "dispersion_interval"]].to_array()).all():

@@ -302,11 +302,11 @@ def show(answer: xr.Dataset, wall: Wall | Parapet) -> None:
 
 def _halving(rows: list[dict[str, Any]]) -> str:
     """Return the error that the solver's step leaves."""
-    from rockdamp.text import counted
+    from rockdamp.text import count_noun
 
     changed = []
     for row in rows:
-        text = f"{counted(int(row['unconverged']), 'outcome')} at the stripes"
+        text = f"{count_noun(int(row['unconverged']), 'outcome')} at the stripes"
         if row["median_uncertainty"] is not None:
             text += f", the median by {100 * row['median_uncertainty']:.2g} %"
             text += f" and the dispersion by {row['dispersion_uncertainty']:.2g}"

@@ -154,31 +154,20 @@ strict_option = click.option("--strict", is_flag=True, help="End with exit statu
 
 
 def table_of_walls(path: Path) -> list[Row | BadRow]:
-    """Read a table of walls, which must have rows, and warn of those that are unusual."""
-    from rockdamp.assessment.table import BadRow, read_walls
+    """Read a table of walls, which must have rows."""
+    from rockdamp.assessment.table import read_walls
     from rockdamp.errors import InputError
 
     rows = read_walls(path)
     if not rows:
         raise InputError(f"{path}: has no rows; a wall must stand in each")
-    for row in rows:
-        if not isinstance(row, BadRow):
-            where = f"{path}, line {row.line}: "
-            warn_of_wall(row.wall, where)
-            warn_of_restitution(row.restitution, row.wall, where)
     return rows
 
 
-def warn_of_wall(wall: Wall | Parapet | OneSidedWall, where: str = "") -> None:
-    """Warn of a wall that is very slender."""
-    mechanism: Any = getattr(wall, "mechanism", wall)
-    warn("height over thickness", mechanism.slenderness, where)
-
-
-def warn_of_restitution(e: float, wall: Wall | Parapet | OneSidedWall, where: str = "") -> None:
+def warn_of_restitution(e: float, wall: Wall | Parapet | OneSidedWall) -> None:
     """Warn of an e that is above that of rigid mechanics."""
     if hasattr(wall, "restitution_rigid"):  # against a stop there is none
-        warn("restitution over that of rigid mechanics", e / wall.restitution_rigid, where)
+        warn("restitution over that of rigid mechanics", e / wall.restitution_rigid)
 
 
 def was_given(name: str) -> bool:
@@ -212,9 +201,9 @@ def make_wall(options: Mapping[str, Any]) -> Any:
     if options.get("overburden") is not None:
         unloaded = kind(**sizes)
         sizes["overburden_ratio"] = _ratio_of_load(options["overburden"], unloaded)
-    wall = one_sided_wall(options, kind(**sizes))
-    warn_of_wall(wall)
-    return wall
+    wall = kind(**sizes)
+    warn("height over thickness", wall.slenderness)
+    return one_sided_wall(options, wall)
 
 
 def one_sided_wall(options: Mapping[str, Any], wall: Wall | Parapet) -> Any:

@@ -184,10 +184,10 @@ def in_unit(measure: str, intensity: float) -> str:
 
 def counted_runs(answer: xr.Dataset) -> str:
     """Return what a share is of: "22 records", or "44 histories" against a stop, of CR alone and both ways."""
-    from rockdamp.text import counted
+    from rockdamp.text import count_noun
 
     count = int(answer["records"])
-    return f"{count} histories" if answer.sizes["damping_model"] == 1 else counted(count, "record")
+    return f"{count} histories" if answer.sizes["damping_model"] == 1 else count_noun(count, "record")
 
 
 def _too_few(answer: xr.Dataset) -> bool:

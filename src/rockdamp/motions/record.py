@@ -328,14 +328,9 @@ def write_record(path: str | os.PathLike[str], record: Record) -> None:
     0.01,1.5
     0.02,0.0
     """
-    columns = (record.elapsed, record.ground_acceleration, record.displacement)
-    write_columns(path, record.header, dict(zip(COLUMNS, columns, strict=True)))
-
-
-def write_columns(path: str | os.PathLike[str], header: Mapping[str, str], columns: Mapping[str, Array | None]) -> None:
-    """Write a header and the columns that are there as CSV."""
-    present = {name: values.tolist() for name, values in columns.items() if values is not None}
-    lines = [f"# {key}: {value}" for key, value in header.items()]
+    columns = zip(COLUMNS, (record.elapsed, record.ground_acceleration, record.displacement), strict=True)
+    present = {name: values.tolist() for name, values in columns if values is not None}
+    lines = [f"# {key}: {value}" for key, value in record.header.items()]
     lines += [",".join(present), *(",".join(map(repr, row)) for row in zip(*present.values(), strict=True))]
     with replace_file(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")

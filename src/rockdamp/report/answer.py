@@ -13,7 +13,7 @@ from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
 from rockdamp.figures.style import REFERENCE_RESTITUTION
 from rockdamp.mechanics.damping import DAMPERS
 from rockdamp.storage.dataset import Datasets
-from rockdamp.text import DASH, counted, number, percent, plain
+from rockdamp.text import DASH, count_noun, number, percent, plain
 
 BAND = "BAND0.2"  # the damper of the first screen, by its name in the dataset ``order``
 # Rows of the first table: a part of the families, the wider band first, and restitution with another e after them.
@@ -114,7 +114,7 @@ def selection(compared: xr.Dataset) -> str:
     walls = int(compared["pooled"].sel(damping_ratio_source=RECOMMENDED_SOURCE).sum())
     peaks = f"{plain(compared['band_start'][0])} to {plain(compared['band_end'][0])}"
     records = f"{int(compared['records'])} earthquake records"
-    return f"{counted(walls, 'wall')} under {records}, peaks of {peaks} u_ins under restitution"
+    return f"{count_noun(walls, 'wall')} under {records}, peaks of {peaks} u_ins under restitution"
 
 
 def ratios(data: Datasets, a1: float) -> dict[str, Any] | None:

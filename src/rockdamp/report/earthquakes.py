@@ -15,7 +15,7 @@ from rockdamp.constants import RECOMMENDED_SOURCE, REFERENCE
 from rockdamp.figures.style import dampers
 from rockdamp.report.answer import with_interval
 from rockdamp.storage.dataset import Datasets
-from rockdamp.text import listed, number, percent, plain
+from rockdamp.text import join_words, number, percent, plain
 
 TEMPLATE = "earthquakes.html.j2"
 SOURCES = {"polynomial": "polynomials", "least error": "least error", "closed form": "closed form"}
@@ -38,7 +38,7 @@ def section(data: Datasets) -> Markup | None:
         return None
     compared, walls = data["comparison"], data["earthquakes/walls"]
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"number": number, "percent": percent, "plain": plain, "listed": listed}
+    environment.filters |= {"number": number, "percent": percent, "plain": plain, "listed": join_words}
     environment.globals |= {"interval": with_interval, "each": _each}
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
     values = {
@@ -66,7 +66,7 @@ def run(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
     return {
         "few": int(compared["stations"]) < ENOUGH_STATIONS,
         "wall_count": walls.sizes["wall"],
-        "restitutions": listed(plain(value) for value in compared["restitution"].values),
+        "restitutions": join_words(plain(value) for value in compared["restitution"].values),
         "histories": f"{int(compared['records']) * compared.sizes['velocity_ratio'] * each:,}".replace(",", "\u202f"),
         "converged": f"{100 * float(compared['converged_share']):.2f}",
         "uncertainty": [
@@ -113,7 +113,7 @@ def _walls(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
         "models": dampers(walls),
         "sources": [SOURCES.get(source, source) for source in sources],
         "apart": [
-            (SOURCES.get(source, source), listed(map(str, compared["wall"].values[missing])))
+            (SOURCES.get(source, source), join_words(map(str, compared["wall"].values[missing])))
             for source, missing in without.items()
             if missing.any()
         ],

@@ -328,7 +328,7 @@ def turn(branch, law, start, h, end, rates):
     if way * v_end < 0.0:
         fastest = event(branch, law, start, ACCELERATION, 0.0, -way, 0.0, h, rates) if v == 0.0 else 0.0
         return event(branch, law, start, VELOCITY, 0.0, -way, fastest, h, rates), True
-    if way * a < 0.0 and way * a_end > 0.0:  # slower and faster again: or was it back and forth?
+    if way * a < 0.0 and way * a_end > 0.0:  # slower and faster again, or back and forth?
         slowest = event(branch, law, start, ACCELERATION, 0.0, way, 0.0, h, rates)
         if way * state(branch, law, start, slowest, rates)[1] < 0.0:
             return event(branch, law, start, VELOCITY, 0.0, -way, 0.0, slowest, rates), True

@@ -42,7 +42,7 @@ from rockdamp.mechanics.floors import Building, Diaphragm
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.storage.files import replace_file
-from rockdamp.text import DASH, RAISED, counted, number, percent, plain
+from rockdamp.text import DASH, RAISED, count_noun, number, percent, plain
 
 # Files of this package that the page is made of; named here, so that an edit of one is an edit of the page.
 TEMPLATE = "wall.html.j2"
@@ -280,7 +280,7 @@ def _records(motions: Sequence[GroundMotion]) -> str:
     if count > MOST_NAMES:
         names = [*names[: MOST_NAMES // 2], "…", *names[-MOST_NAMES // 2 :]]
     stations = len({motion.group for motion in motions})
-    return f"{counted(count, 'record')} of {counted(stations, 'station')}: {', '.join(names)}"
+    return f"{count_noun(count, 'record')} of {count_noun(stations, 'station')}: {', '.join(names)}"
 
 
 # --- pictures ---------------------------------------------------------------------------------------------------------
