@@ -166,7 +166,7 @@ def table_of_walls(path: Path) -> list[Row | BadRow]:
 
 def warn_of_restitution(e: float, wall: Wall | Parapet | OneSidedWall) -> None:
     """Warn of an e that is above that of rigid mechanics."""
-    if hasattr(wall, "restitution_rigid"):  # against a stop there is none
+    if e <= 1 and hasattr(wall, "restitution_rigid"):  # above 1 it is refused, and against a stop there is none
         warn("restitution over that of rigid mechanics", e / wall.restitution_rigid)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import inf
-from typing import Any
+from typing import SupportsFloat
 
 import click
 
@@ -18,12 +18,9 @@ USUAL = {
 }
 
 
-def warn(name: str, values: Any, where: str = "") -> None:
-    """Print a line where a value is unusual; of several values the first such one."""
-    import numpy as np
-
+def warn(name: str, value: SupportsFloat, where: str = "") -> None:
+    """Print a line where a value is unusual."""
     least, most, remark = USUAL[name]
-    unusual = [value for value in np.ravel(values).tolist() if value < least or value > most]
-    if unusual:
-        limit = f"less than {least:g}" if unusual[0] < least else f"more than {most:g}"
-        click.echo(f"warning: {where}{name} is {unusual[0]:.3g}, {limit}: {remark}", err=True)
+    if not least <= float(value) <= most:
+        limit = f"less than {least:g}" if float(value) < least else f"more than {most:g}"
+        click.echo(f"warning: {where}{name} is {float(value):.3g}, {limit}: {remark}", err=True)
