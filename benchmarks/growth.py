@@ -25,12 +25,15 @@ CHILD = """
 import sys
 import numpy as np
 from rockdamp import Damping, TrilinearCurve
-from rockdamp.solvers.newmark import solve
+from rockdamp.solvers.newmark import Load, simulate
 lanes, steps, samples, every = map(int, sys.argv[1:])
 ground = 0.1 * np.sin(0.05 * np.arange(samples))
-solve(TrilinearCurve(0.04, 0.85), Damping("CDR", np.full(lanes, 0.05)), step=0.0025, steps=steps,
-      release_amplitude=0.0 if samples else 0.5, load_factor=1.0, ground_acceleration=ground,
-      substeps=max(1, steps // max(samples - 1, 1)), store_every=every or None)
+substeps = max(1, steps // max(samples - 1, 1))
+run = {"step": 0.0025, "release_amplitude": 0.5}
+if samples:
+    run = {"load": Load(ground, 1.0, 0.0025 * substeps, substeps)}
+damping = Damping("CDR", np.full(lanes, 0.05))
+simulate(TrilinearCurve(0.04, 0.85), damping, steps=steps, store_every=every or steps, **run)
 """
 
 
@@ -38,7 +41,7 @@ def memory(quick: bool) -> Section:
     """Peak memory of new processes against lanes and steps."""
     found = Section("Memory")
     table = Table(
-        "Largest resident memory, in MiB, of a new process that calls rockdamp.solve once.",
+        "Largest resident memory, in MiB, of a new process that calls rockdamp.simulate once.",
         ["histories", "steps", "samples of the record", "histories stored", "peak [MiB]"],
     )
     most = 1000 if quick else 100_000

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from time import perf_counter, process_time
 from typing import Any
 
@@ -26,7 +26,7 @@ from peers import (
 
 from rockdamp import Damping, TrilinearCurve
 from rockdamp.solvers.exact import exact_history
-from rockdamp.solvers.newmark import Histories, Load, available_threads, simulate
+from rockdamp.solvers.newmark import Histories, Load, Peaks, available_threads, peaks, simulate
 
 MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", ORDER_16, "BAND")
 LANES = (1, 2, 4, 8, 64, 512, 4096)
@@ -71,16 +71,19 @@ class Batch:
             return Damping("ECD", self.parameter, order=16)
         return Damping(self.model, self.parameter)
 
-    def run(self, threads: int = 1, **asked: Any) -> Histories:
-        """Run them by rockdamp; `asked` is what else `solve` is asked for."""
-        return simulate(
-            self.curve,
-            self.damping,
-            release_amplitude=self.release,
-            threads=threads,
-            load=Load(self.ground, self.load_factor, self.step * self.substeps, self.substeps),
-            **asked,
-        )
+    def run(self, threads: int = 1) -> Histories:
+        """Run them by rockdamp, storing the first and the last state."""
+        return simulate(self.curve, self.damping, threads=threads, store_every=self.steps, **self._start)
+
+    def peaks(self) -> Peaks:
+        """Run them by rockdamp for peaks alone."""
+        return peaks(self.curve, self.damping, threads=1, **self._start)
+
+    @property
+    def _start(self) -> dict[str, Any]:
+        if not self.ground.size:
+            return {"release_amplitude": self.release, "step": self.step, "steps": self.steps}
+        return {"load": Load(self.ground, self.load_factor, self.step * self.substeps, self.substeps)}
 
 
 def batch(model: str, forced: bool, lanes: int, steps: int) -> Batch:
@@ -140,12 +143,12 @@ def _peaks_alone(found: Section, quick: bool) -> None:
         for load in ("free", "free, all steps", "record"):
             walls = batch(model, load == "record", lanes, steps)
             walls = replace(walls, step=LONG_STEP) if load == "free, all steps" else walls
-            functions: dict[str, Any] = {"peaks": partial(walls.run, peaks_only=True), "full": walls.run}
+            functions: dict[str, Any] = {"peaks": walls.peaks, "full": walls.run}
             functions |= {name: CLoop(library, walls).run for name, library in libraries.items() if library}
             if not NO_JAX:
                 functions["jax"] = jax_peaks(walls, NORMALISATION)
-                ended = walls.run(peaks_only=True)
-                apart = np.abs(functions["jax"]() - ended.peak)[ended.outcome == 0].max()
+                ended = walls.peaks()
+                apart = np.abs(functions["jax"]() - ended.peak)[~ended.collapsed].max()
                 assert apart < SAME, f"{model}, {load}: JAX's peaks differ by {apart:g}"
             timed = interleaved(functions, repetitions, clock=process_time)
             ns = {name: timed[name].best * 1e9 / steps / lanes if name in timed else np.nan for name in columns}
@@ -308,8 +311,8 @@ def _few(found: Section, repetitions: int) -> None:
 
 def _check_same(walls: Batch, loop: CLoop | None) -> None:
     """The loops must give the same: peaks and, of C, where the walls are at the end, crossings and collapses."""
-    ours = walls.run(store_every=walls.steps)
-    stands = ours.outcome == 0
+    ours = walls.run()
+    stands = ~ours.collapsed
     some = min(walls.lanes, 64)
     scalar = scalar_peaks(walls, some)
     assert np.abs(scalar - ours.peak[:some])[stands[:some]].max() < SAME, walls.model
@@ -359,13 +362,9 @@ def _one_wall(
     ns = speeds["CDC", forced, MOST]
 
     def ours(substeps: int) -> np.ndarray:
-        return simulate(
-            ONE,
-            Damping("CDC", XI),
-            release_amplitude=release,
-            store_every=substeps,
-            load=Load(load, 1.0, SAMPLE / substeps * substeps, substeps),
-        ).displacement
+        free = {"release_amplitude": release, "step": SAMPLE / substeps, "steps": samples * substeps}
+        run = {"load": Load(load, 1.0, SAMPLE, substeps)} if forced else free
+        return simulate(ONE, Damping("CDC", XI), store_every=substeps, **run).displacement
 
     def error(history: np.ndarray) -> float:
         return float(np.abs(history - truth.displacement).max())

@@ -204,8 +204,8 @@ def _matching(found: Section, quick: bool) -> Table:
 # --- the command line -------------------------------------------------------------------------------------------------
 
 LOAD = (
-    "import rockdamp.equivalence.matching; from rockdamp.solvers.newmark import Damping, TrilinearCurve, solve; "
-    "solve(TrilinearCurve(0.04, 0.85), Damping('CDR', 0.05), step=0.01, steps=1, release_amplitude=0.5)"
+    "import rockdamp.equivalence.matching; from rockdamp.solvers.newmark import Damping, TrilinearCurve, simulate; "
+    "simulate(TrilinearCurve(0.04, 0.85), Damping('CDR', 0.05), step=0.01, steps=1, release_amplitude=0.5)"
 )
 
 
