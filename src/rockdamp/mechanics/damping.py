@@ -278,7 +278,7 @@ def critical_damping_ratio(order: ArrayLike) -> Array:
 # --- BAND -------------------------------------------------------------------------------------------------------------
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)  # integrates the loss to the last digits
-AT_ONCE = 512  # ratios whose arrays fit into the processor's cache
+SHAPE = 0.75 * (1 - NODES**2)  # G t_c/delta'
 
 
 def half_cycle_loss(strength: ArrayLike, width: ArrayLike) -> Array:
@@ -294,18 +294,16 @@ def half_cycle_loss(strength: ArrayLike, width: ArrayLike) -> Array:
     width : float or ndarray
         t_c, broadcasts. [rad]
     """
-    return _loss_and_slope(np.asarray(strength, dtype=float), np.asarray(width, dtype=float))[0]
+    g, t_c = np.asarray(strength, dtype=float)[..., None], np.asarray(width, dtype=float)[..., None]
+    t, cosine, weight = _at_nodes(t_c)
+    return np.sum(g * (weight / (1 + g / t_c * SHAPE * t * cosine)), axis=-1)
 
 
-def _loss_and_slope(strength: Array, width: Array) -> tuple[Array, Array]:
-    """Return delta, and its derivative by delta'."""
-    t = width[..., None] * NODES
-    cosine = 1 / (1 + t * t)  # squared, of the phase
-    per_strength = 0.75 * (1 - NODES**2)  # G t_c/delta'
-    g = strength[..., None] / width[..., None] * per_strength
-    below = 1 + g * t * cosine
-    slope = WEIGHTS * per_strength * cosine**2 / below
-    return np.sum(strength[..., None] * slope, axis=-1), np.sum(slope / below, axis=-1)
+def _at_nodes(width: Array) -> tuple[Array, Array, Array]:
+    """Return t, the square of the phase's cosine there, and what the integrand's numerator has without delta'."""
+    t = width * NODES
+    cosine = 1 / (1 + t * t)
+    return t, cosine, WEIGHTS * SHAPE * cosine**2
 
 
 def band_strength(log_decrement: ArrayLike, width: ArrayLike) -> Array:
@@ -322,14 +320,16 @@ def band_strength(log_decrement: ArrayLike, width: ArrayLike) -> Array:
         t_c, broadcasts. [rad]
     """
     delta, t_c = np.broadcast_arrays(np.asarray(log_decrement, dtype=float), np.asarray(width, dtype=float))
-    if delta.size > AT_ONCE:
-        parts = (np.array_split(values.ravel(), delta.size // AT_ONCE + 1) for values in (delta, t_c))
-        return np.concatenate([*map(band_strength, *parts)]).reshape(delta.shape)
+    pairs, which = np.unique(delta + 1j * t_c, return_inverse=True)  # lanes share a few dampers
+    shape, delta, t_c = delta.shape, pairs.real, pairs.imag
     strength = np.minimum(delta * (1 + t_c**2), LARGEST_STRENGTH)
+    t, cosine, weight = _at_nodes(t_c[..., None])
     while True:
-        loss, slope = _loss_and_slope(strength, t_c)
-        step = (loss - delta) / slope
+        g = strength[..., None]
+        below = 1 + g / t_c[..., None] * SHAPE * t * cosine
+        slope = weight / below
+        step = (np.sum(g * slope, axis=-1) - delta) / np.sum(slope / below, axis=-1)
         moves = step > 1e-15 * strength
         if not moves.any():
-            return strength
+            return strength[which].reshape(shape)
         strength = np.where(moves, strength - step, strength)
