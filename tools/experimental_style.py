@@ -13,6 +13,7 @@ import sys
 import numpy as np
 
 from rockdamp.constants import STANDARD_GRAVITY
+from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError, check
 from rockdamp.histories.loads import make_load, sample_load
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -56,22 +57,27 @@ def synthetic_record(
     yield_displacement_ratio: float = YIELD_DISPLACEMENT_RATIO,
     strength_ratio: float = STRENGTH_RATIO,
     restitution: float = RESTITUTION,
+    damping_model: str = "CR",
     pulse_peak: float = PULSE_PEAK,
     noise: float = 1.0,
 ) -> Record:
     """Make the experimental-style record: the pulse, the wall's response to it, and what instruments make of both.
 
-    `pulse_peak` is that of the table's pulse [m s-2]. `noise` is a factor on the noise and drift of both instruments; 0
-    leaves the sensor's zero and the rounding. A wall that collapses is refused.
+    A viscous damper has the ratio that loses at 0.3 u_ins what e loses. `pulse_peak` is that of the table [m s-2].
+    `noise` is a factor on the noise and drift of both instruments; 0 leaves the sensor's zero and the rounding. A wall
+    that collapses is refused.
     """
     check("noise", noise, lambda factor: factor >= 0, "at least 0")
     elapsed = np.arange(int(DURATION * SAMPLING) + 1) / SAMPLING
     fine = np.arange(int(DURATION * SAMPLING) * OVERSAMPLING + 1) / (SAMPLING * OVERSAMPLING)
     motion = ricker(fine - PULSE_CENTRE, PULSE_FREQUENCY, pulse_peak)
     p, u_ins = float(WALL.frequency_parameter), float(WALL.instability_displacement)
+    curve, damping = TrilinearCurve(yield_displacement_ratio, strength_ratio), Damping("CR", restitution)
+    if damping_model != "CR":
+        damping = Damping(damping_model, damping_ratio_energy(curve, damping_model, restitution, 0.3))
     history = exact_history(
-        TrilinearCurve(yield_displacement_ratio, strength_ratio),
-        Damping("CR", restitution),
+        curve,
+        damping,
         p * elapsed,
         **sample_load(make_load(WALL, Record(fine, motion))),
     )

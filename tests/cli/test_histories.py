@@ -126,16 +126,22 @@ def quick(monkeypatch):
             "true_value": ("parameter", np.array([np.nan, np.nan, np.nan])),
             "covariance": (("parameter", "parameter_other"), np.diag((0.01 * one) ** 2)),
             "standard_error_by_motion": ("parameter", 0.005 * one),
-            "measured": ("elapsed", 0.001 * np.arange(5.0)),
-            "control_displacement": ("elapsed", 0.0011 * np.arange(5.0)),
+            "interval": (("bound", "parameter"), np.stack([0.9 * one, 1.1 * one])),
+            "damping_ratio": np.nan,
+            "run": ("sample", np.ones(5, dtype=int)),
+            "measured": ("sample", 0.001 * np.arange(5.0)),
+            "control_displacement": ("sample", 0.0011 * np.arange(5.0)),
             "residual_rms": 2e-4,
             "residual_over_peak": 0.05,
             "residual_over_noise": 2.0,
-            **dict.fromkeys(["residual_deviation", "rest_deviation", "sensor_offset", "sensor_drift"], 1e-4),
-            "bandwidth": 3,
-            "local_minima": 2,
+            "rest_deviation": 1e-4,
         },
-        coords={"parameter": names, "parameter_other": names, "elapsed": elapsed},
+        coords={
+            "parameter": names,
+            "parameter_other": names,
+            "bound": ["low", "high"],
+            "elapsed": ("sample", elapsed),
+        },
         attrs={"record_synthetic": "no", "record_specimen": "a wall"},
     )
     given = {}
@@ -165,7 +171,7 @@ def test_calibrate_prints_and_writes_what_was_fitted(quick, record, tmp_path):
     assert plot.read_bytes().startswith(b"\x89PNG")
     misfit, _, head, *_ = run(*arguments).stdout.splitlines()
     assert misfit == "the best fit leaves 0.2 mm, 5 % of the peak, 2 times the sensor's noise at rest"
-    assert head.split() == ["parameter", "estimate", "standard_error"]
+    assert head.split() == ["parameter", "estimate", "standard_error", "interval_90"]
 
 
 def test_a_size_may_have_a_standard_deviation(quick, record):

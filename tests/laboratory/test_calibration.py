@@ -8,17 +8,26 @@ from configs import configured
 from experimental_style import WALL, synthetic_record
 from repository import ROOT
 
+import rockdamp as rd
 from rockdamp.errors import InputError
-from rockdamp.laboratory import least_squares
-from rockdamp.laboratory.calibration import PARAMETERS, calibrate, study, true_values
+from rockdamp.histories.loads import sample_load
+from rockdamp.histories.measured_test import rest_samples
+from rockdamp.laboratory import record_fit, uncertainty
+from rockdamp.laboratory.calibration import PARAMETERS, calibrate, make_fit, study, true_values
+from rockdamp.laboratory.comparison import compare_dampers
+from rockdamp.laboratory.record_fit import resting_deviation
+from rockdamp.laboratory.uncertainty import covariance_by_sensor
 from rockdamp.motions.record import Record, read_record
+from rockdamp.solvers.exact import exact_history
 
-STEP = 0.01  # twice the config's, for speed: the solver's error stays below the bounds used here
-
-# What the estimates may be off by. The model joins samples of the motion by straight lines, which takes up to 2.4e-4
-# off the pulse, and b1 with it; the rest is noise, mostly the accelerometer's.
-BOUNDS = np.array([1e-3, 4e-3, 4e-3])
-CLEAN_BOUNDS = np.array([2e-4, 5e-4, 5e-4])
+STEP = 0.01  # twice the default, for speed: the solver's error stays below the bounds used here
+# Estimates may be off by these: what is left is noise, mostly the accelerometer's.
+BOUNDS, CLEAN_BOUNDS = np.array([1e-3, 4e-3, 4e-3]), np.array([2e-4, 5e-4, 5e-4])
+HALF, NINE_TENTHS, ECD = (
+    read_record(ROOT / f"tests/data/{name}.csv") for name in ("cr-half", "cr-nine-tenths", "ecd-quarter")
+)
+# Every other sample of the first 1.6 s, for speed.
+SHORT = Record(*(column[:410:2] for column in (HALF.elapsed, HALF.ground_acceleration, HALF.displacement)))
 
 
 @pytest.fixture(scope="module")
@@ -34,35 +43,120 @@ def result(record):
 @pytest.fixture
 def few_draws(monkeypatch):
     """For tests of the estimates alone: their standard errors then mean little."""
-    monkeypatch.setattr(least_squares, "DRAWS", 4)
+    monkeypatch.setattr(uncertainty, "DRAWS", uncertainty.TOGETHER)
+
+
+@pytest.fixture
+def coarse(monkeypatch):
+    """A coarser scan, for speed."""
+    monkeypatch.setattr(record_fit, "GRID", (record_fit.GRID[0], np.linspace(0.42, 0.94, 27), record_fit.GRID[2]))
+    monkeypatch.setattr(record_fit, "HALVINGS", 4)
+
+
+def one_fit(record, step=0.005):
+    return make_fit(record, WALL, "CR", 1.0, "steeper", step)
+
+
+# --- estimates --------------------------------------------------------------------------------------------------------
 
 
 def test_the_shipped_record_gives_back_what_made_it(result):
     error = np.abs(result["estimate"] - result["true_value"]).values
-    assert np.all(error < 3 * result["standard_error"].values)
-    assert np.all(error < BOUNDS)
-    # The nominal values of Fig. 8 are told apart from those, where they differ by more than the error.
-    assert abs(result["estimate"].sel(parameter="restitution") - 0.835) > 3 * result["standard_error"].sel(
-        parameter="restitution"
-    )
+    assert np.all(error < 3 * result["standard_error"].values) and np.all(error < BOUNDS)
 
 
 def test_the_fitted_history_leaves_no_more_than_the_sensors_noise(result, record):
     noise = float(record.header["generator_sensor_noise_m"])
-    spread = 5 / np.sqrt(2 * record.elapsed.size)
-    assert float(result["residual_deviation"]) == pytest.approx(noise, rel=spread)
+    assert float(result["residual_rms"]) == pytest.approx(noise, rel=5 / np.sqrt(2 * record.elapsed.size))
     left = (result["measured"] - result["control_displacement"]).values
-    assert np.std(left) == pytest.approx(float(result["residual_deviation"]), rel=0.01)
+    assert np.std(left) == pytest.approx(float(result["residual_rms"]), rel=1e-3)
     assert abs(np.mean(left)) < 1e-9
 
 
 def test_a_clean_record_of_another_wall_gives_back_what_made_it(few_draws):
     a1, b1, e = truth = (0.02, 0.86, 0.91)
     record = synthetic_record(noise=0, yield_displacement_ratio=a1, strength_ratio=b1, restitution=e, pulse_peak=14.6)
-    assert np.ptp(record.displacement) > 0.2 * float(WALL.instability_displacement)  # it rocks
     found = calibrate(record, WALL, step=STEP)
     np.testing.assert_array_equal(found["true_value"].values, truth)
     assert np.all(np.abs(found["estimate"].values - truth) < CLEAN_BOUNDS)
+
+
+@pytest.mark.parametrize("model", ["CDC", "BAND"])
+def test_a_viscous_damper_is_found_by_the_e_that_its_ratio_stands_for(model, few_draws):
+    truth, record = (0.031, 0.80, 0.85), synthetic_record(noise=0.1)
+    curve = rd.TrilinearCurve(*truth[:2])
+    xi = float(rd.damping_ratio_energy(curve, model, truth[2], 0.3))
+    shaken = rd.respond(WALL, curve, rd.Damping(model, xi), record, step=STEP)
+    made = replace(record, displacement=shaken.control_displacement.values)
+    found = calibrate(made, WALL, damping_model=model, step=STEP)
+    np.testing.assert_allclose(found["estimate"], truth, rtol=2e-3)
+    assert float(found["damping_ratio"]) == pytest.approx(xi, rel=0.02)
+
+
+def test_the_sensors_offset_and_drift_are_profiled_out(record, result, few_draws):
+    moved = calibrate(replace(record, displacement=record.displacement + 2e-3 + 3e-4 * record.elapsed), WALL)
+    assert np.all(np.abs(moved["estimate"] - result["estimate"]) < 0.02 * result["standard_error"])
+
+
+def test_a_measured_record_has_no_true_values(record):
+    assert np.isnan(true_values({**record.header, "synthetic": "no"}, PARAMETERS)).all()
+
+
+# What was found when the records were made, and the standard errors by derivatives of the event-driven solver.
+FOUND = {
+    "cr-nine-tenths": (NINE_TENTHS, [0.0305314, 0.798374, 0.840144], [2.06e-4, 1.45e-3, 1.97e-4]),
+    "ecd-quarter": (ECD, [0.0307973, 0.813470, 0.841022], [1.61e-4, 1.12e-3, 5.9e-4]),
+}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_records_on_two_levels_give_what_they_gave(name):
+    record, estimate, standard_error = FOUND[name]
+    found = calibrate(record, WALL)
+    assert np.all(np.abs(found["estimate"] - estimate) < 0.02 * np.array(standard_error))
+    # The steps of the solver are rough against the differences: a quarter.
+    np.testing.assert_allclose(found["standard_error"], standard_error, rtol=0.27)
+
+
+def test_two_runs_say_more_than_one():
+    runs = [synthetic_record(seed) for seed in (1, 2)]
+    one, other, both = (calibrate(record, WALL, step=STEP) for record in (*runs, runs))
+    expected = np.hypot(one["standard_error"], other["standard_error"]) / 2
+    np.testing.assert_allclose(both["standard_error"], expected, rtol=0.3)
+    np.testing.assert_allclose(both["estimate"], (one["estimate"] + other["estimate"]) / 2, atol=2 * expected.max())
+    assert both["run"].values.tolist() == [1] * runs[0].elapsed.size + [2] * runs[1].elapsed.size
+
+
+def test_dampers_are_weighed_by_what_they_leave():
+    compared = compare_dampers(ECD, WALL, step=STEP)
+    weight = compared["weight"].to_series()
+    assert weight.idxmax() == "ECD" and weight.sum() == pytest.approx(1)
+    assert float(compared["residual_over_noise"].sel(damping_model="ECD")) == pytest.approx(1, abs=0.1)
+    # Two models that are as good are as likely.
+    left = compared["residual_rms"].to_series() ** 2 * ECD.elapsed.size
+    expected = np.exp(-(left["CR"] - left["ECD"]) / (2 * resting_deviation(ECD) ** 2))
+    assert weight["CR"] / weight["ECD"] == pytest.approx(expected, rel=1e-6)
+
+
+# --- standard errors --------------------------------------------------------------------------------------------------
+
+
+def test_derivatives_are_those_of_the_event_driven_solver():
+    """By steps of a1/a2, a fifth of those of a1: at cond 120 a longer step halves the standard error of a1."""
+    fit = one_fit(ECD)
+    point, width = np.array([0.16510657, 0.81347024, 0.84102183]), record_fit.WIDTH
+    at = fit.wall.frequency_parameter * ECD.step * np.arange(ECD.elapsed.size)
+
+    def exact(point):
+        a1, b1, e = fit.parameters(point)
+        found = exact_history(rd.TrilinearCurve(a1, b1), rd.Damping("CR", e), at, **sample_load(fit.loads[0]))
+        return float(WALL.instability_displacement) * found.displacement
+
+    columns = [(exact(point + h) - exact(point - h)) / (2 * h.sum()) for h in np.diag(1e-5 * width)]
+    expected = fit.without_trend(np.array(columns)).T
+    residual = fit.residual(point[None])[0]
+    errors = [np.sqrt(np.diag(covariance_by_sensor(d, residual, fit.runs))) for d in (fit.derivative(point), expected)]
+    np.testing.assert_allclose(*errors, rtol=0.12)
 
 
 def test_quieter_instruments_give_smaller_errors_in_proportion(result):
@@ -71,100 +165,83 @@ def test_quieter_instruments_give_smaller_errors_in_proportion(result):
     np.testing.assert_allclose((result["standard_error"] / half["standard_error"]).values, 2, rtol=1 / 3)
 
 
-def test_the_sensors_offset_and_drift_are_profiled_out(record, result, few_draws):
-    moved = record.displacement + 2e-3 + 3e-4 * record.elapsed
-    found = calibrate(replace(record, displacement=moved), WALL)
-    assert float(found["sensor_drift"] - result["sensor_drift"]) == pytest.approx(3e-4, rel=1e-3)
-    assert float(found["sensor_offset"] - result["sensor_offset"]) == pytest.approx(2e-3, rel=1e-3)
-    # The two problems are the same but for rounding: the minimiser's stopping is all that may differ.
-    assert np.all(np.abs(found["estimate"] - result["estimate"]) < 0.02 * result["standard_error"])
-
-
-def test_a_measured_record_has_no_true_values(record):
-    measured = replace(record, header={**record.header, "synthetic": "no"})
-    assert np.isnan(true_values(measured.header, PARAMETERS)).all()
-    with pytest.raises(InputError, match="generator_.* must be numbers"):
-        true_values({**record.header, "generator_restitution": "high"}, PARAMETERS)
-
-
-# What was found when the records were made: the search and the errors must go on finding it.
-FOUND = {
-    "cr-half": ([0.0303687, 0.797495, 0.839919], [9.3388e-05, 0.00070687, 0.00021254]),
-    "cr-nine-tenths": ([0.0305314, 0.798374, 0.840144], [1.5865e-4, 9.9969e-4, 1.5759e-4]),
-    "ecd-quarter": ([0.0307973, 0.813470, 0.841022], [8.2531e-5, 6.3552e-4, 6.2431e-4]),
-}
-
-
-@pytest.mark.parametrize("name", FOUND)
-def test_records_on_three_levels_give_what_they_gave(name):
-    estimate, standard_error = map(np.array, FOUND[name])
-    found = calibrate(read_record(ROOT / f"tests/data/{name}.csv"), WALL)
-    np.testing.assert_allclose(found["standard_error"], standard_error, rtol=0.02)
-    assert np.all(np.abs(found["estimate"] - estimate) < 0.02 * standard_error)
-
-
-# --- the covariance, where theory knows it
-
-
 @pytest.mark.parametrize("rho", [0.0, 0.8])
 def test_the_covariance_matches_theory_for_residuals_that_follow_each_other(rho):
     samples, random = 3000, np.random.RandomState(4)
     t = np.arange(samples)
     derivative = np.stack([np.sin(t / 40), np.cos(t / 55), np.sin(t / 90)], axis=1)
-    lags = np.abs(t[:, None] - t)
     bread = np.linalg.inv(derivative.T @ derivative)
-    exact = bread @ derivative.T @ rho**lags @ derivative @ bread  # residuals of unit variance
+    exact = bread @ derivative.T @ rho ** np.abs(t[:, None] - t) @ derivative @ bread  # residuals of unit variance
     found = []
     for _ in range(40):
-        steps = random.standard_normal(samples)
-        residual = np.empty(samples)
-        residual[0] = steps[0]
+        residual = random.standard_normal(samples)
         for i in range(1, samples):
-            residual[i] = rho * residual[i - 1] + np.sqrt(1 - rho**2) * steps[i]
-        found.append(np.diag(least_squares.covariance_by_sensor(derivative, residual)[0]))
+            residual[i] = rho * residual[i - 1] + np.sqrt(1 - rho**2) * residual[i]
+        found.append(np.diag(covariance_by_sensor(derivative, residual, [slice(None)])))
     # Bartlett's weights cut the sum of correlations short: Andrews' bandwidth trades that for variance. A fifth.
     np.testing.assert_allclose(np.mean(found, axis=0), np.diag(exact), rtol=0.2)
-    white = np.diag(bread)
-    assert rho == 0 or np.all(np.diag(exact) > 4 * white)  # the correlation matters in this case
+    assert rho == 0 or np.all(np.diag(exact) > 4 * np.diag(bread))  # the correlation matters in this case
 
 
-def test_no_residuals_whatever_give_a_negative_variance():
-    """Bartlett's weights make the sum of correlations a spectrum, which is positive; equal weights would not."""
-    random, t = np.random.RandomState(7), np.arange(120)
-    for period in (2.1, 3.0, 7.0, 20.0, 55.0):
-        derivative = random.standard_normal((t.size, 3)).cumsum(axis=0)
-        residual = np.sin(2 * np.pi * t / period) + 0.1 * random.standard_normal(t.size)
-        covariance, bandwidth = least_squares.covariance_by_sensor(derivative, residual)
-        scale = np.sqrt(np.diag(np.linalg.inv(derivative.T @ derivative)))
-        assert bandwidth >= 1
-        assert np.linalg.eigvalsh(covariance / np.outer(scale, scale)).min() > 0
+def test_runs_are_independent_of_each_other():
+    """Twice the same run: half of the variance, whatever follows what within it."""
+    random = np.random.RandomState(7)
+    derivative, residual = random.standard_normal((400, 3)).cumsum(axis=0), random.standard_normal(400).cumsum()
+    one = covariance_by_sensor(derivative, residual, [slice(None)])
+    twice = covariance_by_sensor(np.tile(derivative, (2, 1)), np.tile(residual, 2), [slice(0, 400), slice(400, 800)])
+    np.testing.assert_allclose(twice, one / 2, rtol=0.02)
+    assert np.linalg.eigvalsh(one).min() > 0
 
 
-# --- records that do not serve
+def test_neither_a_drift_nor_the_first_motion_of_the_wall_is_noise_of_the_sensor():
+    moving = np.where(np.arange(SHORT.elapsed.size) < 0.8 * rest_samples(SHORT), 0.0, 2e-3)
+    moved = replace(SHORT, displacement=SHORT.displacement + 0.01 * SHORT.elapsed + moving)
+    assert resting_deviation(moved) == pytest.approx(resting_deviation(SHORT), rel=1e-6)
+    assert resting_deviation(SHORT) == pytest.approx(1.5e-4, rel=0.3)  # the sensor's noise
+
+
+def test_an_uncertain_size_adds_what_another_size_changes(coarse, few_draws):
+    """Of both estimates, half of the difference by a thicker and a thinner wall."""
+    exact, uncertain = (calibrate(SHORT, WALL, step=0.03, uncertain=sizes) for sizes in (None, {"thickness": 1e-3}))
+    sides = (replace(WALL, thickness=WALL.thickness + side) for side in (1e-3, -1e-3))
+    thick, thin = (calibrate(SHORT, wall, step=0.03)["estimate"].values for wall in sides)
+    added = np.sqrt(np.diag(uncertain["covariance"] - exact["covariance"]))
+    np.testing.assert_allclose(added, np.abs(thick - thin) / 2, rtol=0.2)  # the misfit is rough
+
+
+# --- records that do not serve ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"ground_acceleration": -SHORT.ground_acceleration}, "% of the peak"),
+        ({"ground_acceleration": SHORT.ground_acceleration / 9.80665}, "% of the peak"),
+        ({"displacement": np.abs(SHORT.displacement - SHORT.displacement[0])}, "% of the peak"),
+        ({"displacement": 1000 * SHORT.displacement}, "largest measured displacement"),
+        ({"displacement": 0 * SHORT.displacement}, "largest measured displacement"),
+    ],
+)
+def test_a_record_that_no_such_wall_made_is_refused(changes, named, coarse):
+    with pytest.raises(InputError, match=named):
+        calibrate(replace(SHORT, **changes), WALL, step=0.03)
 
 
 def test_a_wall_that_does_not_rock_is_refused():
-    record = synthetic_record(noise=0, pulse_peak=2.0)
-    with pytest.raises(InputError, match="on the first branch, .* it must go beyond to determine a1 and b1"):
-        calibrate(record, WALL, step=STEP)
-
-
-def test_a_wall_of_arrays_is_refused(record):
-    with pytest.raises(InputError, match="the number of dimensions of wall is 1; it must be 0: one wall"):
-        calibrate(record, replace(WALL, thickness=np.array([WALL.thickness])))
+    with pytest.raises(InputError, match="first branch"):
+        calibrate(synthetic_record(noise=0, pulse_peak=2.0), WALL, step=STEP)
 
 
 def test_derivatives_that_tell_no_parameters_apart_are_refused():
     one = np.sin(np.arange(100.0))
-    with pytest.raises(InputError, match="does not determine a1, b1 and e"):
-        least_squares.covariance_by_sensor(np.stack([one, 2 * one, one**2], axis=1), one)
-    with pytest.raises(InputError, match="does not determine a1, b1 and e"):
-        least_squares.covariance_by_sensor(np.stack([one, 0 * one, one**2], axis=1), one)
+    for other in (2 * one, 0 * one):
+        with pytest.raises(InputError, match="does not determine"):
+            covariance_by_sensor(np.stack([one, other, one**2], axis=1), one, [slice(None)])
 
 
-def test_a_best_fit_at_a_bound_is_an_error_that_says_so():
+def test_a_best_fit_at_a_bound_is_refused():
     whole = synthetic_record(noise=0, restitution=1.0, pulse_peak=12.5)
     # Of a wall that loses nothing, the steps' error in the frequency adds up: to 2 s it is small.
     record = Record(*(column[:513] for column in (whole.elapsed, whole.ground_acceleration, whole.displacement)))
-    with pytest.raises(InputError, match=r"the best fit has restitution \(e\) 1; it must lie inside 0.5 to 1"):
+    with pytest.raises(InputError, match="restitution"):
         calibrate(record, WALL, step=STEP)

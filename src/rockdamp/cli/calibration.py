@@ -71,7 +71,7 @@ def or_free_rocking(command: Callable[..., None]) -> Callable[..., None]:
             raise click.UsageError(
                 f"{str(files[0])!r} stands without an option; it must follow --record or --free-rocking"
             )
-        if options["record"] is None:
+        if not options["records"]:
             raise click.UsageError(
                 "there must be --record FILE, or --free-rocking FILE for a test without ground motion"
             )
@@ -84,7 +84,7 @@ def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[
     from rockdamp.laboratory.free_rocking import fit_free_rocking
     from rockdamp.laboratory.releases import read_free_rocking
 
-    if options["record"] is not None:
+    if options["records"]:
         raise click.UsageError("--record belongs to a record with ground motion; --free-rocking must be without it")
     if not files:
         raise click.UsageError("--free-rocking must be followed by a file, or by several of one specimen")
@@ -237,46 +237,64 @@ def _with_uncertain_sizes(command: click.Command) -> click.Command:
     ],
 )
 @or_free_rocking
-@click.option("--record", type=click.Path(path_type=Path), metavar="FILE", help="Record to read: CSV of this project.")
+@click.option(
+    "--records",
+    "--record",
+    "records",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Record to fit: CSV of this project; repeatable, for several runs of one wall.",
+)
+@click.option("--compare", is_flag=True, help="Fit every damper, and say how well each explains the records.")
 @wall_options()
 @softening_options
 @click.option("--output", type=OutputFile(".nc"), help="Write the result and both histories as NetCDF.")
 @click.option("--plot", type=OutputFile(".png", ".pdf", ".svg"), help="Draw measured against fitted.")
 @json_option
-def calibrate_command(record: Path, output: Path | None, plot: Path | None, as_json: bool, **options: Any) -> None:
-    """Fit a1, b1 and e to a measured record, or with --free-rocking to tests without ground motion, FILES.
+def calibrate_command(
+    records: tuple[Path, ...], compare: bool, output: Path | None, plot: Path | None, as_json: bool, **options: Any
+) -> None:
+    """Fit a1, b1 and e to measured records, or with --free-rocking to tests without ground motion, FILES.
 
-    By least squares, with a standard error for each. The record must hold the ground acceleration and the measured
+    By least squares, with a standard error for each. A record must hold the ground acceleration and the measured
     displacement, with rest before the motion. The wall is taken as known; its thickness, height, hinge and overburden
     may have a standard deviation, as 110mm±2mm or 0.11+-0.002. A record is refused if the best fit leaves far more of
     it than noise. Of free-rocking tests (pull and release) each impact's e, and how the loss depends on the amplitude,
     are printed too; several tests of one specimen go into one estimate.
     """
-    from rockdamp.laboratory import calibration
+    from rockdamp.laboratory import calibration, comparison
     from rockdamp.motions.record import read_record
 
-    measured, deviations = read_record(record), _deviations(options)
-    with concerning(record):
-        fitted = calibration.calibrate(
-            measured,
-            make_wall(options),
-            ultimate_displacement_ratio=options["a3"],
-            softening=options["softening"],
-            uncertain=deviations,
-        )
+    measured, deviations = [read_record(path) for path in records], _deviations(options)
+    wall, curve = make_wall(options), {"ultimate_displacement_ratio": options["a3"], "softening": options["softening"]}
+    with concerning(", ".join(map(str, records))):
+        fitted = calibration.calibrate(measured, wall, **curve, uncertain=deviations)
+        compared = comparison.compare_dampers(measured, wall, **curve) if compare else None
     if output is not None:
-        read = {"record": measured.digest, "deviations": deviations}
+        read = {"records": [record.digest for record in measured], "deviations": deviations}
         write_dataset(fitted, output, "calibration", **read)
     if plot is not None:
         from rockdamp.laboratory.figures import calibration_figure
 
         write_figure(calibration_figure(fitted), plot)
-    rows, misfit = _rows(fitted), _misfit(fitted)
+    names = ("residual_rms", "residual_over_peak", "residual_over_noise")
+    rows, misfit = _rows(fitted), {name: known(fitted[name]) for name in names}
+    dampers = [] if compared is None else _damper_rows(compared)
     if as_json:
-        print_json({"parameters": rows, **misfit})
+        print_json({"parameters": rows, **misfit} | ({"damping_models": dampers} if dampers else {}))
         return
-    click.echo(f"the best fit leaves {calibration.Misfit(*misfit.values())}\n")
-    print_table(without_unknown(rows))
+    noise = misfit["residual_over_noise"]
+    click.echo(
+        f"the best fit leaves {1000 * fitted['residual_rms'].item():.3g} mm, "
+        f"{100 * fitted['residual_over_peak'].item():.2g} % of the peak"
+        + ("" if noise is None else f", {noise:.3g} times the sensor's noise at rest")
+        + "\n"
+    )
+    print_table(without_unknown([{**row, "interval_90": _span(row["interval_90"])} for row in rows]))
+    if dampers:
+        click.echo()
+        print_table(dampers, {"residual_rms": "m"})
 
 
 def _deviations(options: dict[str, Any]) -> dict[str, float]:
@@ -285,15 +303,28 @@ def _deviations(options: dict[str, Any]) -> dict[str, float]:
     return {name: value.deviation for name, value in measured.items() if value.deviation > 0}
 
 
-def _misfit(fitted: xr.Dataset) -> dict[str, Any]:
-    """Return what the least squares leave: the root mean square [m], over the peak, over the noise at rest."""
-    return {name: known(fitted[name]) for name in ("residual_rms", "residual_over_peak", "residual_over_noise")}
-
-
 def _rows(fitted: xr.Dataset) -> list[dict[str, Any]]:
     """Return a row for each parameter, with the true value where it is known."""
-    names = ("estimate", "standard_error", "true_value")
+    rows = [fitted.sel(parameter=name) for name in fitted["parameter"].values]
     return [
-        {"parameter": str(name), **{key: known(fitted[key].sel(parameter=name)) for key in names}}
-        for name in fitted["parameter"].values
+        {
+            "parameter": str(row["parameter"].item()),
+            **{key: known(row[key]) for key in ("estimate", "standard_error")},
+            "interval_90": _numbers(row["interval"]),
+            "true_value": known(row["true_value"]),
+        }
+        for row in rows
+    ]
+
+
+def _damper_rows(compared: xr.Dataset) -> list[dict[str, Any]]:
+    """Return a row for each damper: what its best fit leaves, its weight, and its a1, b1 and e."""
+    rows = [compared.sel(damping_model=model) for model in compared["damping_model"].values]
+    return [
+        {
+            "damping_model": str(row["damping_model"].item()),
+            **{name: known(row[name]) for name in ("residual_rms", "residual_over_noise", "weight")},
+            **{str(one["parameter"].item()): one.item() for one in row["estimate"]},
+        }
+        for row in rows
     ]

@@ -29,8 +29,8 @@ from scipy.stats import t as student
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError
-from rockdamp.laboratory.least_squares import covariance_by_sensor
 from rockdamp.laboratory.releases import Release
+from rockdamp.laboratory.uncertainty import covariance_by_sensor
 from rockdamp.mechanics.curve import TrilinearCurve
 
 # --- free decays ------------------------------------------------------------------------------------------------------
@@ -184,7 +184,7 @@ class Solution:
         """
         inside = np.clip(self.point[:2], LOWEST + DIFFERENCE, HIGHEST - DIFFERENCE)
         derivative = self.test.derivative(np.concatenate([inside, self.point[2:]]))
-        following = covariance_by_sensor(derivative, self.residual)[0]
+        following = covariance_by_sensor(derivative, self.residual, [slice(None)])
         samples, parameters = derivative.shape
         scale = np.linalg.norm(derivative, axis=0)
         inverse = np.linalg.inv((derivative / scale).T @ (derivative / scale))

@@ -16,9 +16,10 @@ from rockdamp.constants import MODELS, REFERENCE, SOFTENING
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import InputError, check, check_choice
 from rockdamp.histories.respond import record_attributes
-from rockdamp.laboratory.calibration import size_deviations, true_values
+from rockdamp.laboratory.calibration import true_values
 from rockdamp.laboratory.excursions import LEVEL, Excursions, Losses, Solution, exponent_of, restitution_at
 from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
+from rockdamp.laboratory.uncertainty import check_deviations
 from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.damping import DAMPERS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -100,7 +101,7 @@ def fit_free_rocking(
     _require_unlike(given)
     if least_peak is not None:
         check("least_peak", least_peak, lambda peak: peak > 0, "greater than 0 [m]")
-    deviations = size_deviations(wall, uncertain)
+    deviations = check_deviations(wall, uncertain)
 
     def solution_of(mechanism: Wall | Parapet) -> Solution:
         return _solution(given, mechanism, a3, softening, least_peak)
