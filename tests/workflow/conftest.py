@@ -41,4 +41,7 @@ def edited(tree):
 
     yield edit
     for path, text in kept.items():
-        path.write_text(text, encoding="utf-8") if text is not None else path.unlink()
+        if text is None:
+            shutil.rmtree(path.parent)  # that it was made in
+        else:
+            path.write_text(text, encoding="utf-8")

@@ -82,3 +82,27 @@ def test_snakemakes_own_report_shows_every_figure(tree):
 def test_each_job_leaves_a_log(tree):
     logs = {str(path.relative_to(tree.place / LOGS)) for path in (tree.place / LOGS).rglob("*.log")}
     assert {"decay/amplitude.log", "match/amplitude.log", "response_lengths.log", "figures/fig1.log"} <= logs
+
+
+@pytest.mark.long
+def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
+    before, overlay = tree.digests(RESULTS), "response_lengths: {step: 5}"
+    run = tree.snakemake(overlay=overlay)
+    assert run.returncode == 0, run.stderr
+    after = tree.digests(RESULTS)
+    changed = {name.removeprefix(f"{RESULTS}/") for name in after if before.get(name) != after[name]}
+    judged = {"response_lengths.nc", "claims.csv", "claims.json", "errata.csv"}  # by the response lengths
+    assert changed - {"report.html", "paper.html"} <= judged and "response_lengths.nc" in changed
+    assert tree.jobs(tree.snakemake("--dry-run", overlay=overlay)) == {}
+    assert tree.snakemake().returncode == 0  # back to the first state, for the other tests
+    assert tree.digests(RESULTS) == before
+
+
+@pytest.mark.long
+def test_a_job_may_not_read_a_value_that_its_rule_does_not_list(tree, edited):
+    edited("workflow/rules/paper.smk", '*settings("wall", "curve", "validation.wall")', '*settings("wall", "curve")')
+    run = tree.snakemake("mechanism")
+    assert run.returncode != 0
+    log = (tree.place / "logs" / RESULTS / "mechanism.log").read_text(encoding="utf-8")
+    assert "AttributeError" in log and "validation" in log
+    shutil.rmtree(tree.place / ".snakemake/incomplete", ignore_errors=True)
