@@ -35,7 +35,7 @@ def test_a_failed_save_leaves_the_earlier_file_and_nothing_else(tmp_path, monkey
         raise OSError(errno.ENOSPC, "disk full")
 
     monkeypatch.setattr(Path, "write_bytes", break_off)
-    with pytest.raises(OSError, match=r"disk full: '.*figure\.png'"):
+    with pytest.raises(OSError, match="disk full"):
         save(figure, tmp_path / "figure", ["png"], 50)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
