@@ -13,9 +13,8 @@ from rockdamp.errors import InputError
 from rockdamp.histories.loads import sample_load
 from rockdamp.histories.measured_test import rest_samples
 from rockdamp.laboratory import record_fit, uncertainty
-from rockdamp.laboratory.calibration import PARAMETERS, calibrate, make_fit, study, true_values
+from rockdamp.laboratory.calibration import PARAMETERS, calibrate, make_fits, study, true_values
 from rockdamp.laboratory.comparison import compare_dampers
-from rockdamp.laboratory.record_fit import resting_deviation
 from rockdamp.laboratory.uncertainty import covariance_by_sensor
 from rockdamp.motions.record import Record, read_record
 from rockdamp.solvers.exact import exact_history
@@ -54,7 +53,7 @@ def coarse(monkeypatch):
 
 
 def one_fit(record, step=0.005):
-    return make_fit(record, WALL, "CR", 1.0, "steeper", step)
+    return make_fits(record, WALL, "CR", 1.0, "steeper", step)[0]
 
 
 # --- estimates --------------------------------------------------------------------------------------------------------
@@ -118,13 +117,16 @@ def test_records_on_two_levels_give_what_they_gave(name):
     np.testing.assert_allclose(found["standard_error"], standard_error, rtol=0.27)
 
 
-def test_two_runs_say_more_than_one():
+def test_several_runs_are_weighed_by_their_covariances():
+    """Two runs alike: their mean, and 1/sqrt(2) of the errors."""
     runs = [synthetic_record(seed) for seed in (1, 2)]
     one, other, both = (calibrate(record, WALL, step=STEP) for record in (*runs, runs))
-    expected = np.hypot(one["standard_error"], other["standard_error"]) / 2
-    np.testing.assert_allclose(both["standard_error"], expected, rtol=0.3)
-    np.testing.assert_allclose(both["estimate"], (one["estimate"] + other["estimate"]) / 2, atol=2 * expected.max())
-    assert both["run"].values.tolist() == [1] * runs[0].elapsed.size + [2] * runs[1].elapsed.size
+    first, second = (np.linalg.inv(fit["covariance"].values) for fit in (one, other))
+    expected = np.linalg.solve(first + second, first @ one["estimate"].values + second @ other["estimate"].values)
+    np.testing.assert_allclose(both["estimate"], expected, rtol=1e-9)
+    np.testing.assert_allclose(both["run_estimate"], [one["estimate"], other["estimate"]])
+    np.testing.assert_allclose(both["standard_error"], one["standard_error"] / np.sqrt(2), rtol=0.2)
+    assert both["sample_run"].values.tolist() == [1] * runs[0].elapsed.size + [2] * runs[1].elapsed.size
 
 
 def test_dampers_are_weighed_by_what_they_leave():
@@ -134,7 +136,7 @@ def test_dampers_are_weighed_by_what_they_leave():
     assert float(compared["residual_over_noise"].sel(damping_model="ECD")) == pytest.approx(1, abs=0.1)
     # Two models that are as good are as likely.
     left = compared["residual_rms"].to_series() ** 2 * ECD.elapsed.size
-    expected = np.exp(-(left["CR"] - left["ECD"]) / (2 * resting_deviation(ECD) ** 2))
+    expected = np.exp(-(left["CR"] - left["ECD"]) / (2 * one_fit(ECD).resting_deviation ** 2))
     assert weight["CR"] / weight["ECD"] == pytest.approx(expected, rel=1e-6)
 
 
@@ -149,13 +151,13 @@ def test_derivatives_are_those_of_the_event_driven_solver():
 
     def exact(point):
         a1, b1, e = fit.parameters(point)
-        found = exact_history(rd.TrilinearCurve(a1, b1), rd.Damping("CR", e), at, **sample_load(fit.loads[0]))
+        found = exact_history(rd.TrilinearCurve(a1, b1), rd.Damping("CR", e), at, **sample_load(fit.load))
         return float(WALL.instability_displacement) * found.displacement
 
     columns = [(exact(point + h) - exact(point - h)) / (2 * h.sum()) for h in np.diag(1e-5 * width)]
     expected = fit.without_trend(np.array(columns)).T
     residual = fit.residual(point[None])[0]
-    errors = [np.sqrt(np.diag(covariance_by_sensor(d, residual, fit.runs))) for d in (fit.derivative(point), expected)]
+    errors = [np.sqrt(np.diag(covariance_by_sensor(d, residual))) for d in (fit.derivative(point), expected)]
     np.testing.assert_allclose(*errors, rtol=0.12)
 
 
@@ -177,27 +179,27 @@ def test_the_covariance_matches_theory_for_residuals_that_follow_each_other(rho)
         residual = random.standard_normal(samples)
         for i in range(1, samples):
             residual[i] = rho * residual[i - 1] + np.sqrt(1 - rho**2) * residual[i]
-        found.append(np.diag(covariance_by_sensor(derivative, residual, [slice(None)])))
+        found.append(np.diag(covariance_by_sensor(derivative, residual)))
     # Bartlett's weights cut the sum of correlations short: Andrews' bandwidth trades that for variance. A fifth.
     np.testing.assert_allclose(np.mean(found, axis=0), np.diag(exact), rtol=0.2)
     assert rho == 0 or np.all(np.diag(exact) > 4 * np.diag(bread))  # the correlation matters in this case
 
 
-def test_runs_are_independent_of_each_other():
-    """Twice the same run: half of the variance, whatever follows what within it."""
-    random = np.random.RandomState(7)
-    derivative, residual = random.standard_normal((400, 3)).cumsum(axis=0), random.standard_normal(400).cumsum()
-    one = covariance_by_sensor(derivative, residual, [slice(None)])
-    twice = covariance_by_sensor(np.tile(derivative, (2, 1)), np.tile(residual, 2), [slice(0, 400), slice(400, 800)])
-    np.testing.assert_allclose(twice, one / 2, rtol=0.02)
-    assert np.linalg.eigvalsh(one).min() > 0
+def test_no_residuals_whatever_give_a_negative_variance():
+    """Bartlett's weights make the sum of correlations a spectrum, which is positive; equal weights would not."""
+    random, t = np.random.RandomState(7), np.arange(120)
+    for period in (2.1, 3.0, 7.0, 20.0, 55.0):
+        derivative = random.standard_normal((t.size, 3)).cumsum(axis=0)
+        residual = np.sin(2 * np.pi * t / period) + 0.1 * random.standard_normal(t.size)
+        scale = np.sqrt(np.diag(np.linalg.inv(derivative.T @ derivative)))
+        assert np.linalg.eigvalsh(covariance_by_sensor(derivative, residual) / np.outer(scale, scale)).min() > 0
 
 
 def test_neither_a_drift_nor_the_first_motion_of_the_wall_is_noise_of_the_sensor():
     moving = np.where(np.arange(SHORT.elapsed.size) < 0.8 * rest_samples(SHORT), 0.0, 2e-3)
     moved = replace(SHORT, displacement=SHORT.displacement + 0.01 * SHORT.elapsed + moving)
-    assert resting_deviation(moved) == pytest.approx(resting_deviation(SHORT), rel=1e-6)
-    assert resting_deviation(SHORT) == pytest.approx(1.5e-4, rel=0.3)  # the sensor's noise
+    assert one_fit(moved).resting_deviation == pytest.approx(one_fit(SHORT).resting_deviation, rel=1e-6)
+    assert one_fit(SHORT).resting_deviation == pytest.approx(1.5e-4, rel=0.3)  # the sensor's noise
 
 
 def test_an_uncertain_size_adds_what_another_size_changes(coarse, few_draws):
@@ -236,7 +238,7 @@ def test_derivatives_that_tell_no_parameters_apart_are_refused():
     one = np.sin(np.arange(100.0))
     for other in (2 * one, 0 * one):
         with pytest.raises(InputError, match="does not determine"):
-            covariance_by_sensor(np.stack([one, other, one**2], axis=1), one, [slice(None)])
+            covariance_by_sensor(np.stack([one, other, one**2], axis=1), one)
 
 
 def test_a_best_fit_at_a_bound_is_refused():

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 from scipy.optimize import OptimizeResult
 from scipy.special import ndtri
 
@@ -18,12 +19,12 @@ from rockdamp.constants import MODELS, REFERENCE, SOFTENING
 from rockdamp.errors import InputError, check, check_choice
 from rockdamp.histories.measured_test import measured_displacement
 from rockdamp.histories.respond import record_attributes
-from rockdamp.laboratory.record_fit import HIGH, LOW, PARAMETERS, RecordFit, resting_deviation
+from rockdamp.laboratory.record_fit import HIGH, LOW, PARAMETERS, RecordFit
 from rockdamp.laboratory.uncertainty import (
+    changes_by_sizes,
     check_deviations,
     covariance_by_motion,
     covariance_by_sensor,
-    covariance_by_sizes,
 )
 from rockdamp.mechanics.curve import RULES
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -54,7 +55,8 @@ def calibrate(
     measured displacement. A scan of the whole range gives the starts, so that the smallest of the local minima is the
     solution. The covariance has three parts: the residuals, which follow each other; the accelerometer's noise, to
     which the wall responds, and which it amplifies near its strength; and sizes of the wall that are uncertain. Gains
-    of the sensors are taken as exact: b1 takes up their errors.
+    of the sensors are taken as exact: b1 takes up their errors. Of several records each is fitted, and the estimates
+    are weighed by their covariances: in stacked residuals the motion's noise in one would disturb e of the others.
 
     Parameters
     ----------
@@ -76,7 +78,8 @@ def calibrate(
     xarray.Dataset
         ``estimate``, ``standard_error``, ``interval`` of 90 % and ``true_value`` (parameter; the last NaN unless the
         record is synthetic and says what made it), ``covariance``, ``damping_ratio`` (NaN of CR), ``residual_rms``
-        with its ratios to the peak and to the noise at rest, and both histories (sample).
+        with its ratios to the peak and to the noise at rest, ``run_estimate`` (run, parameter) and both histories
+        (sample).
 
     Raises
     ------
@@ -99,62 +102,75 @@ def calibrate(
     0.845
     """
     deviations = check_deviations(wall, uncertain)
-    fit = make_fit(records, wall, damping_model, ultimate_displacement_ratio, softening, step)
-    found = fit.solution()
-    parameters, misfit = fit.parameters(found.x), misfits(fit, found)
-    response = fit.response(parameters)
-    _check_solution(fit, found.x, misfit, float(np.abs(response).max()))
-    # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises.
-    ratio, b1, _ = found.x
-    derivative = found.jac @ np.linalg.inv([[float(fit.end_of_plateau(b1)), -ratio, 0], [0, 1, 0], [0, 0, 1]])
-    by_sensor = covariance_by_sensor(derivative, found.fun, fit.runs)
-    by_motion = covariance_by_motion(fit, parameters, derivative)
-    covariance = by_sensor + by_motion + covariance_by_sizes(fit, found.x, deviations)
+    fits = make_fits(records, wall, damping_model, ultimate_displacement_ratio, softening, step)
+    found = [fit.solution() for fit in fits]
+    for fit, one in zip(fits, found, strict=True):
+        _check_solution(fit, one.x, misfit([fit], [one]))
+    runs = [_covariances(fit, one) for fit, one in zip(fits, found, strict=True)]
+    estimates = np.array([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)])
+    precisions = np.linalg.inv([by_sensor + by_motion for by_sensor, by_motion in runs])
+    weights = np.linalg.solve(precisions.sum(axis=0), precisions)  # of one run 1
+
+    def pooled(values: ArrayLike) -> Array:
+        return np.einsum("rij,rj->i", weights, values)
+
+    estimate, covariance = pooled(estimates), np.linalg.inv(precisions.sum(axis=0))
+    by_motion = sum(w @ motion @ w.T for w, (_, motion) in zip(weights, runs, strict=True))
+    sizes = [changes_by_sizes(fit, one.x, deviations) for fit, one in zip(fits, found, strict=True)]
+    for changes in zip(*sizes, strict=True):
+        covariance += np.outer(pooled(changes), pooled(changes))
     error = np.sqrt(np.diag(covariance))
-    for name, value, deviation in zip(PARAMETERS, parameters, error, strict=True):
-        if not deviation <= value:
-            raise InputError(
-                f"{name} is {value:.4g} ± {deviation:.2g}; its standard error must be less than its value: the record"
-                " does not determine it"
-            )
-    trend = fit.measured - response
-    trend -= fit.without_trend(trend)
-    header = fit.records[0].header
-    is_reference = damping_model == REFERENCE
-    xi = np.nan if is_reference else float(fit.damping(fit.curve(parameters), parameters[2]).value)
+    _check_determined(estimate, error)
+    responses = [fit.response(one) for fit, one in zip(fits, estimates, strict=True)]
+    measured = [u + fit.without_trend(fit.measured - u) for fit, u in zip(fits, responses, strict=True)]
+    header = fits[0].record.header
+    damping = fits[0].damping(fits[0].curve(estimate), estimate[2])
     return xr.Dataset(
         {
-            "estimate": ("parameter", parameters),
+            "estimate": ("parameter", estimate),
             "standard_error": ("parameter", error),
-            "interval": (("bound", "parameter"), parameters + NORMAL * np.outer([-1, 1], error)),
+            "interval": (("bound", "parameter"), estimate + NORMAL * np.outer([-1, 1], error)),
             "true_value": ("parameter", true_values(header, PARAMETERS)),
             "covariance": (("parameter", "parameter_other"), covariance),
             "standard_error_by_motion": ("parameter", np.sqrt(np.diag(by_motion))),
-            "damping_ratio": xi,
-            "measured": ("sample", fit.measured - trend),
-            "control_displacement": ("sample", response),
-            "run": ("sample", np.repeat(np.arange(1, len(fit.runs) + 1), [r.stop - r.start for r in fit.runs])),
-            **misfit,
+            "run_estimate": (("run", "parameter"), estimates),
+            "damping_ratio": np.nan if damping_model == REFERENCE else float(damping.value),
+            "measured": ("sample", np.concatenate(measured)),
+            "control_displacement": ("sample", np.concatenate(responses)),
+            "sample_run": ("sample", np.repeat(np.arange(1, len(fits) + 1), [u.size for u in responses])),
+            **misfit(fits, found),
         },
         coords={
             "parameter": list(PARAMETERS),
             "parameter_other": list(PARAMETERS),
             "bound": ["low", "high"],
-            "elapsed": ("sample", np.concatenate([record.elapsed for record in fit.records])),
+            "run": np.arange(1, len(fits) + 1),
+            "elapsed": ("sample", np.concatenate([fit.record.elapsed for fit in fits])),
         },
         attrs=record_attributes(header) | {"damping_model": damping_model},
     )
 
 
-def make_fit(
+def _covariances(fit: RecordFit, found: OptimizeResult) -> tuple[Array, Array]:
+    """Return the covariances of a1, b1 and e by the displacement sensor and by the motion."""
+    ratio, b1, _ = found.x
+    # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises. The derivative is taken by a1/a2:
+    # steps of a1 of that size, several times as long, would bend the response.
+    change = [[float(fit.end_of_plateau(b1)), -ratio, 0], [0, 1, 0], [0, 0, 1]]
+    derivative = found.jac @ np.linalg.inv(change)
+    by_motion = covariance_by_motion(fit, fit.parameters(found.x), derivative)
+    return covariance_by_sensor(derivative, found.fun), by_motion
+
+
+def make_fits(
     records: Record | Sequence[Record],
     wall: Wall | Parapet,
     damping_model: str,
     ultimate_displacement_ratio: float,
     softening: str,
     step: float,
-) -> RecordFit:
-    """Return the fit of records whose displacements a wall may have come back from."""
+) -> list[RecordFit]:
+    """Return the fit of each record, with a displacement that a wall may have come back from."""
     check("step", step, lambda step: step > 0, "greater than 0")
     a3 = float(check("ultimate_displacement_ratio", ultimate_displacement_ratio, *RULES["ultimate_displacement_ratio"]))
     check_choice("softening", softening, SOFTENING)
@@ -165,37 +181,48 @@ def make_fit(
         peak = np.abs(measured_displacement(record)[0]).max()
         allowed = f"greater than 0 and at most {LARGEST_DISPLACEMENT:g} u_ins = {largest:.4g} m"
         check("largest measured displacement", peak, lambda u: (u > 0) & (u <= largest), allowed)
-    return RecordFit(several, wall, damping_model, a3, softening, step)
+    return [RecordFit(record, wall, damping_model, a3, softening, step) for record in several]
 
 
-def misfits(fit: RecordFit, found: OptimizeResult) -> dict[str, float]:
-    """Return what the best fit leaves: its root mean square [m], over the largest peak, and over the noise at rest."""
-    rms = float(np.sqrt(np.mean(found.fun**2)))
-    noise = float(np.sqrt(np.mean([resting_deviation(record) ** 2 for record in fit.records])))
+def misfit(fits: Sequence[RecordFit], found: Sequence[OptimizeResult]) -> dict[str, float]:
+    """Return what the best fits leave: its root mean square [m], over the largest peak, and over the noise at rest."""
+    rms = float(np.sqrt(np.mean(np.concatenate([one.fun for one in found]) ** 2)))
+    noise = float(np.sqrt(np.mean([fit.resting_deviation**2 for fit in fits])))
     return {
         "residual_rms": rms,
-        "residual_over_peak": rms / float(np.abs(fit.measured).max()),
+        "residual_over_peak": rms / max(float(np.abs(fit.measured).max()) for fit in fits),
         "residual_over_noise": rms / noise if noise > 0 else np.nan,
         "rest_deviation": noise,
     }
 
 
-def _check_solution(fit: RecordFit, point: Array, misfit: Mapping[str, float], peak: float) -> None:
+def _check_solution(fit: RecordFit, point: Array, left: Mapping[str, float]) -> None:
     """Raise `InputError` for a fit that explains the record badly, at a bound, or of a wall on its first branch."""
-    share, over_noise = misfit["residual_over_peak"], misfit["residual_over_noise"]
-    if share > LARGEST_MISFIT and not over_noise <= LARGEST_NOISE:
+    share = left["residual_over_peak"]
+    if share > LARGEST_MISFIT and not left["residual_over_noise"] <= LARGEST_NOISE:
         raise InputError(
             f"the best fit leaves {100 * share:.2g} % of the peak; it must leave at most {100 * LARGEST_MISFIT:g} %"
         )
     for name, value, low, high in zip(SEARCHED, point, LOW, HIGH, strict=True):
         if min(value - low, high - value) < AT_BOUND * (high - low):
             raise InputError(f"the best fit has {name} {value:.4g}; it must lie inside {low:g} to {high:g}")
-    branch = float(fit.parameters(point)[0] * fit.wall.instability_displacement)
+    parameters = fit.parameters(point)
+    peak = float(np.abs(fit.response(parameters)).max())
+    branch = float(parameters[0] * fit.wall.instability_displacement)
     if peak <= branch:  # where only b1/a1 matters
         raise InputError(
             f"the largest displacement is {peak:.3g} m, on the first branch, which ends at {branch:.3g} m;"
             " it must go beyond to determine a1 and b1"
         )
+
+
+def _check_determined(estimate: Array, error: Array) -> None:
+    for name, value, deviation in zip(PARAMETERS, estimate, error, strict=True):
+        if not deviation <= value:
+            raise InputError(
+                f"{name} is {value:.4g} ± {deviation:.2g}; its standard error must be less than its value: the record"
+                " does not determine it"
+            )
 
 
 def true_values(header: Mapping[str, str], names: Sequence[str]) -> Array:

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.constants import MODELS
-from rockdamp.laboratory.calibration import make_fit, misfits
-from rockdamp.laboratory.record_fit import PARAMETERS, resting_deviation
+from rockdamp.laboratory.calibration import make_fits, misfit
+from rockdamp.laboratory.record_fit import PARAMETERS
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.record import Record
 
@@ -24,7 +24,7 @@ def compare_dampers(
     softening: str = "steeper",
     step: float = 0.005,
 ) -> xr.Dataset:
-    """Fit every damper to records, each with a curve of its own, and weigh the dampers by what they leave.
+    """Fit every damper to each record, with a curve of its own, and weigh the dampers by what they leave.
 
     The weight of a damper goes with exp(-S/(2 s^2)), S the sum of its squared residuals and s the sensor's noise at
     rest. It supposes white noise, and that one of them made the record: where the smallest `residual_over_noise` is
@@ -33,28 +33,25 @@ def compare_dampers(
     Returns
     -------
     xarray.Dataset
-        ``residual_rms``, ``residual_over_noise``, ``relative_log_likelihood`` and ``weight`` (damping_model), and the
-        ``estimate`` (damping_model, parameter). The arguments are those of `calibrate`.
+        ``residual_rms``, ``residual_over_noise``, ``relative_log_likelihood``, ``weight`` and the mean a1, b1 and e of
+        the records (damping_model). The arguments are those of `calibrate`.
     """
-    rows, estimates, squares = [], [], []
+    rows, squares = [], []
     for model in MODELS:
-        fit = make_fit(records, wall, model, ultimate_displacement_ratio, softening, step)
-        found = fit.solution()
-        peak = float(np.abs(fit.measured).max())
-        noise = [max(resting_deviation(record), SMALLEST_NOISE * peak) for record in fit.records]
-        squares.append(sum(float(np.sum((found.fun[run] / s) ** 2)) for run, s in zip(fit.runs, noise, strict=True)))
-        rows.append(misfits(fit, found))
-        estimates.append(fit.parameters(found.x))
+        fits = make_fits(records, wall, model, ultimate_displacement_ratio, softening, step)
+        found = [fit.solution() for fit in fits]
+        noise = [max(fit.resting_deviation, SMALLEST_NOISE * float(np.abs(fit.measured).max())) for fit in fits]
+        squares.append(sum(float(np.sum((one.fun / s) ** 2)) for one, s in zip(found, noise, strict=True)))
+        estimates = [fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)]
+        rows.append(misfit(fits, found) | dict(zip(PARAMETERS, np.mean(estimates, axis=0), strict=True)))
     log_likelihood = -(np.array(squares) - min(squares)) / 2
     weight = np.exp(log_likelihood)
+    names = ("residual_rms", "residual_over_noise", *PARAMETERS)
     return xr.Dataset(
         {
-            **{
-                name: ("damping_model", [row[name] for row in rows]) for name in ("residual_rms", "residual_over_noise")
-            },
+            **{name: ("damping_model", [row[name] for row in rows]) for name in names},
             "relative_log_likelihood": ("damping_model", log_likelihood),
             "weight": ("damping_model", weight / weight.sum()),
-            "estimate": (("damping_model", "parameter"), np.array(estimates)),
         },
-        coords={"damping_model": list(MODELS), "parameter": list(PARAMETERS)},
+        coords={"damping_model": list(MODELS)},
     )

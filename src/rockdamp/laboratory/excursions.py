@@ -184,7 +184,7 @@ class Solution:
         """
         inside = np.clip(self.point[:2], LOWEST + DIFFERENCE, HIGHEST - DIFFERENCE)
         derivative = self.test.derivative(np.concatenate([inside, self.point[2:]]))
-        following = covariance_by_sensor(derivative, self.residual, [slice(None)])
+        following = covariance_by_sensor(derivative, self.residual)
         samples, parameters = derivative.shape
         scale = np.linalg.norm(derivative, axis=0)
         inverse = np.linalg.inv((derivative / scale).T @ (derivative / scale))

@@ -1,4 +1,4 @@
-"""Least squares of a curve and a damper to measured records of one wall.
+"""Least squares of a curve and a damper to a measured record of a wall.
 
 *Parameters* are a1, b1 and e; of a viscous damper e is what its damping ratio stands for. A *point* is where the search
 has them: a1 over the plateau's end a2 in place of a1, which keeps a1 below a2.
@@ -6,7 +6,6 @@ has them: a1 over the plateau's end a2 in place of a1, which keeps a1 below a2.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -43,12 +42,12 @@ COLLAPSED = 3.0  # u/u_ins that stands for a collapsed wall, far beyond any that
 
 @dataclass(frozen=True)
 class RecordFit:
-    """Records of one wall, a damper, and what is taken as known of the curve: a3 and the variant of its softening.
+    """A record of a wall, a damper, and what is taken as known of the curve: a3 and the variant of its softening.
 
-    Displacements of several records stand one after the other, in metres.
+    Displacements are in metres.
     """
 
-    records: Sequence[Record]
+    record: Record
     wall: Wall | Parapet
     damping_model: str = REFERENCE
     ultimate_displacement_ratio: float = 1.0
@@ -56,26 +55,19 @@ class RecordFit:
     step: float = 0.005  # of the solver, in tau, at most
 
     @cached_property
-    def runs(self) -> list[slice]:
-        """Where the samples of each record stand."""
-        ends = np.cumsum([0, *(record.elapsed.size for record in self.records)]).tolist()
-        return [slice(start, end) for start, end in zip(ends[:-1], ends[1:], strict=True)]
-
-    @cached_property
     def measured(self) -> Array:
-        """Measured displacements from their level at rest."""
-        return np.concatenate([measured_displacement(record)[0] for record in self.records])
+        """Measured displacement from its level at rest."""
+        return measured_displacement(self.record)[0]
 
     @cached_property
-    def trends(self) -> list[Array]:
-        """Offset and drift of each record's sensor, shape (samples, 2), orthonormal."""
-        elapsed = [record.elapsed - record.elapsed[0] for record in self.records]
-        return [np.linalg.qr(np.stack([np.ones_like(t), t], axis=1))[0] for t in elapsed]
+    def trend(self) -> Array:
+        """Offset and drift of the sensor, shape (samples, 2), orthonormal."""
+        elapsed = self.record.elapsed - self.record.elapsed[0]
+        return np.linalg.qr(np.stack([np.ones_like(elapsed), elapsed], axis=1))[0]
 
     def without_trend(self, histories: Array) -> Array:
-        """Subtract what offset and drift of the sensors explain from histories, shape (..., samples)."""
-        pairs = zip(self.runs, self.trends, strict=True)
-        return np.concatenate([part - (part @ q) @ q.T for run, q in pairs for part in [histories[..., run]]], axis=-1)
+        """Subtract what offset and drift of the sensor explain from histories, shape (..., samples)."""
+        return histories - (histories @ self.trend) @ self.trend.T
 
     def end_of_plateau(self, b1: Array) -> Array:
         """Return a2. [-]"""
@@ -98,22 +90,22 @@ class RecordFit:
         return TrilinearCurve(parameters[..., 0], parameters[..., 1], self.ultimate_displacement_ratio, self.softening)
 
     @cached_property
-    def loads(self) -> list[Load]:
-        """The records' motions."""
-        sampling = [self.wall.frequency_parameter * record.step for record in self.records]
-        substeps = [int(count_steps(one, self.step)) for one in sampling]
-        return [make_load(self.wall, one, substeps=n) for one, n in zip(self.records, substeps, strict=True)]
+    def substeps(self) -> int:
+        """Steps of the solver between two samples."""
+        return int(count_steps(self.wall.frequency_parameter * self.record.step, self.step))
 
-    def response(self, parameters: Array, loads: Sequence[Load] | None = None) -> Array:
+    @cached_property
+    def load(self) -> Load:
+        """The measured motion."""
+        return make_load(self.wall, self.record, substeps=self.substeps)
+
+    def response(self, parameters: Array, load: Load | None = None) -> Array:
         """Return the displacements, shape (batch, samples), for parameters (batch, 3), or for one under many loads."""
         curve = self.curve(parameters)
         damping = self.damping(curve, parameters[..., 2])
-        parts = []
-        for record, load in zip(self.records, loads or self.loads, strict=True):
-            every = (load.ground.shape[-1] - 1) // (record.elapsed.size - 1)
-            parts.append(simulate(curve, damping, load=load, store_every=every).displacement)
+        run = simulate(curve, damping, load=load or self.load, store_every=self.substeps)
         # Collapsed walls must stay comparable numbers, and lose.
-        return float(self.wall.instability_displacement) * np.nan_to_num(np.concatenate(parts, axis=-1), nan=COLLAPSED)
+        return float(self.wall.instability_displacement) * np.nan_to_num(run.displacement, nan=COLLAPSED)
 
     def derivative(self, point: Array) -> Array:
         """Return the derivative of the response by a point, less the trends; shape (samples, 3)."""
@@ -180,10 +172,10 @@ class RecordFit:
             gtol=None,
         )
 
-
-def resting_deviation(record: Record) -> float:
-    """Return the standard deviation of the displacement sensor's noise at rest, less its zero and drift. [m]"""
-    # ASSUME: of the rest the first two thirds, as the wall may move while the ground's motion is within noise.
-    measured = measured_displacement(record)[0][: 2 * rest_samples(record) // 3]
-    line = np.polynomial.Polynomial.fit(np.arange(measured.size), measured, 1)
-    return float(np.linalg.norm(measured - line(np.arange(measured.size))) / np.sqrt(measured.size - 2))
+    @property
+    def resting_deviation(self) -> float:
+        """Standard deviation of the displacement sensor's noise at rest, less its zero and drift."""
+        # ASSUME: of the rest the first two thirds, as the wall may move while the ground's motion is within noise.
+        resting = self.measured[: 2 * rest_samples(self.record) // 3]
+        trend = np.linalg.qr(self.trend[: resting.size])[0]
+        return float(np.linalg.norm(resting - trend @ (trend.T @ resting)) / np.sqrt(resting.size - 2))

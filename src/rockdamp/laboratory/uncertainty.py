@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields, replace
 
 import numpy as np
@@ -17,80 +17,68 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import Load
 
 LARGEST_CONDITION = 1e4  # of the scaled derivatives: beyond it the record does not tell the parameters apart
-LARGEST_CORRELATION = 0.99
+LARGEST_CORRELATION = 0.99  # of neighbouring scores
 DRAWS, TOGETHER, SEED = 256, 16, 0  # of the motion's noise; lanes of one run, each of which takes time for all motions
 DRAWN = 0.3  # of the noise's size: small enough for the response to be linear, and large against the solver's roughness
 
 
-def covariance_by_sensor(derivative: Array, residual: Array, runs: Sequence[slice]) -> Array:
-    """Return the covariance of the estimates under residuals that follow each other within a run.
+def covariance_by_sensor(derivative: Array, residual: Array) -> Array:
+    """Return the covariance of the estimates under residuals that follow each other.
 
     Newey and West's estimate (doi:10.2307/1913610) with Andrews' bandwidth (doi:10.2307/2938229). Derivative and
-    residual are without offset and drift of the sensors, so those two are accounted for (Frisch and Waugh).
+    residual are without offset and drift of the sensor, so those two are accounted for (Frisch and Waugh).
 
     Parameters
     ----------
     derivative : ndarray, shape (samples, parameters)
     residual : ndarray, shape (samples,)
-    runs : sequence of slices
-        The samples of each run.
     """
     scale = np.linalg.norm(derivative, axis=0)
     if not scale.all() or np.linalg.cond(derivative / scale) > LARGEST_CONDITION:
         raise InputError("the record does not determine a1, b1 and e; it must hold rocking beyond the first branch")
+    scores = (derivative / scale) * residual[:, None]
+    samples, parameters = scores.shape
+    lag_one = np.sum(scores[1:] * scores[:-1], axis=0) / np.sum(scores**2, axis=0)
+    rho = min(float(lag_one.max()), LARGEST_CORRELATION)
+    alpha = 4 * rho**2 / (1 - rho**2) ** 2
+    bandwidth = min(int(np.ceil(1.1447 * (alpha * samples) ** (1 / 3))), samples - 1)
+    meat = scores.T @ scores
+    for lag in range(1, bandwidth + 1):
+        product = scores[lag:].T @ scores[:-lag]
+        meat += (1 - lag / (bandwidth + 1)) * (product + product.T)
+    meat *= samples / (samples - parameters - 2)
     bread = np.linalg.inv((derivative / scale).T @ (derivative / scale))
-    meat = np.zeros(bread.shape)
-    for run in runs:
-        scores = (derivative[run] / scale) * residual[run, None]
-        samples = len(scores)
-        lag_one = np.sum(scores[1:] * scores[:-1], axis=0) / np.sum(scores**2, axis=0)
-        rho = min(float(lag_one.max()), LARGEST_CORRELATION)
-        alpha = 4 * rho**2 / (1 - rho**2) ** 2
-        bandwidth = min(int(np.ceil(1.1447 * (alpha * samples) ** (1 / 3))), samples - 1)
-        meat += scores.T @ scores
-        for lag in range(1, bandwidth + 1):
-            product = scores[lag:].T @ scores[:-lag]
-            meat += (1 - lag / (bandwidth + 1)) * (product + product.T)
-    degrees_of_freedom = residual.size - derivative.shape[1] - 2 * len(runs)
-    meat *= residual.size / degrees_of_freedom
     return bread @ meat @ bread / np.outer(scale, scale)
 
 
 def covariance_by_motion(fit: RecordFit, parameters: Array, derivative: Array) -> Array:
-    """Return the covariance that the accelerometers' noise alone gives the estimates.
+    """Return the covariance that the accelerometer's noise alone gives the estimates.
 
     It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of a fit
     hardly show it. Taken as white; its size is that of the differences between samples before and after the motion.
     It is drawn, as near collapse the tangent would make it too small.
     """
-    random, response = np.random.RandomState(SEED), fit.response(parameters)
+    random, response, record = np.random.RandomState(SEED), fit.response(parameters), fit.record
     shifts = []
     for _ in track(range(DRAWS // TOGETHER), "noise of the motion"):
-        loads = [_noisy_load(fit, index, random) for index in range(len(fit.records))]
-        shifts.append(fit.without_trend(fit.response(parameters, loads) - response) / DRAWN)
+        noise = DRAWN * motion_noise(record) * random.standard_normal((TOGETHER, record.elapsed.size))
+        motions = [replace(record, ground_acceleration=record.ground_acceleration + one) for one in noise]
+        ground = np.concatenate([make_load(fit.wall, motion, substeps=fit.substeps).ground for motion in motions])
+        load = Load(ground, fit.wall.load_factor * np.eye(TOGETHER), fit.load.sampling)  # each lane has its own motion
+        shifts.append(fit.without_trend(fit.response(parameters, load) - response) / DRAWN)
     estimates = np.linalg.lstsq(derivative, np.concatenate(shifts).T, rcond=None)[0]
-    return estimates @ estimates.T / DRAWS
+    return np.asarray(estimates @ estimates.T / DRAWS)
 
 
-def _noisy_load(fit: RecordFit, index: int, random: np.random.RandomState) -> Load:
-    """Return the load of some lanes, each under a motion of its own: the measured one with noise."""
-    record, load = fit.records[index], fit.loads[index]
-    noise = DRAWN * motion_noise(record) * random.standard_normal((TOGETHER, record.elapsed.size))
-    substeps = (load.ground.shape[-1] - 1) // (record.elapsed.size - 1)
-    motions = [replace(record, ground_acceleration=record.ground_acceleration + one) for one in noise]
-    ground = np.concatenate([make_load(fit.wall, motion, substeps=substeps).ground for motion in motions])
-    return Load(ground, fit.wall.load_factor * np.eye(TOGETHER), load.sampling)
-
-
-def covariance_by_sizes(fit: RecordFit, point: Array, deviations: Mapping[str, float]) -> Array:
-    """Return the covariance of the estimates by independent errors of sizes of the wall, to first order."""
-    covariance = np.zeros((point.size, point.size))
+def changes_by_sizes(fit: RecordFit, point: Array, deviations: Mapping[str, float]) -> list[Array]:
+    """Return how the estimates change as each uncertain size of the wall does by its deviation, to first order."""
+    changes = []
     for name, deviation in deviations.items():
         walls = [replace(fit.wall, **{name: getattr(fit.wall, name) + sign * deviation}) for sign in (1, -1)]
         others = [replace(fit, wall=wall) for wall in walls]
         large, small = (other.parameters(other.descend(point).x) for other in others)
-        covariance += np.outer(large - small, large - small) / 4
-    return covariance
+        changes.append((large - small) / 2)
+    return changes
 
 
 def check_deviations(wall: Wall | Parapet, uncertain: Mapping[str, float] | None) -> Mapping[str, float]:
