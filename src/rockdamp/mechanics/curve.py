@@ -111,7 +111,7 @@ class TrilinearCurve:
         return np.broadcast_shapes(*map(np.shape, ratios))
 
     def map(self, function: Callable[[Array], Array]) -> TrilinearCurve:
-        """Return the curve with a function, which picks or repeats elements, applied to each of its ratios."""
+        """Return the curve with `function`, which picks or repeats elements, applied to each of its ratios."""
         ratios = self.yield_displacement_ratio, self.strength_ratio, self.ultimate_displacement_ratio
         a1, b1, a3 = map(function, np.broadcast_arrays(*ratios))
         return TrilinearCurve(a1, b1, a3, self.softening)

@@ -129,7 +129,7 @@ class Damping:
     ) -> Damping:
         """Return the damper that loses in every half cycle what an impact takes: exact, and without a fit.
 
-        The other parameters are those of `Damping`.
+        Its other parameters are those of `Damping`.
 
         Parameters
         ----------
@@ -214,7 +214,7 @@ class Damping:
         return names.get(m.flat[0], "ecd_any"), (kappa, m.flat[0], 0.0)
 
     def reference_energy(self, curve: TrilinearCurve) -> Array:
-        """Return 2 E_r, twice the energy at the reference amplitude. [-]"""
+        """Return 2 E_r, twice the energy of the `curve` at the reference amplitude. [-]"""
         a3 = curve.ultimate_displacement_ratio
         at = check("reference_amplitude", self.reference_amplitude, lambda x: x < a3, "less than a3")
         return 2 * curve.energy(at)

@@ -94,7 +94,7 @@ class Histories:
 
     Attributes
     ----------
-    displacement, velocity : ndarray, shape (*shape, stored)
+    displacement, velocity : ndarray, shape (..., stored)
         u/u_ins and its derivative by tau, the start included; NaN after a collapse. [-]
     peak, peak_tau : ndarray, shape
         Largest |u|/u_ins at the steps of the solver, and its time. [-]
@@ -124,9 +124,9 @@ class Peaks:
     peak : ndarray, shape
         Largest |u|/u_ins at the steps of the solver; a3 of a wall that collapsed. [-]
     collapsed : ndarray of bool, shape
-    error : ndarray, shape (checkpoints, *shape), or None without a reference
+    error : ndarray, shape (checkpoints, ...)
         Err of Eq. (17) at each checkpoint k: over the steps 1 to k, the sum of the squared differences between
-        |u|/u_ins and the reference's; infinite where the wall collapsed. [-]
+        |u|/u_ins and the reference's; infinite where the wall collapsed. None without a reference. [-]
     """
 
     peak: Array
@@ -135,7 +135,7 @@ class Peaks:
 
 
 def stable_step(curve: TrilinearCurve) -> Array:
-    r"""Return the stability limit of the explicit scheme, the step in tau that `simulate` must stay below. [-]
+    r"""Return the stability limit of the `curve`, the step in tau that the explicit scheme must stay below. [-]
 
     .. math:: \Delta\tau < \frac{2}{\omega_1} = 2 \sqrt{\frac{a_1}{b_1}}
 
