@@ -110,7 +110,7 @@ def test_rocking_starts_where_the_static_load_reaches_the_plateau(wall, curve, a
 def test_restitution_may_be_given_by_a_rule(rule, wall, curve, motions):
     expected = {
         "measured": SORRENTINO_RATIO * wall.restitution_rigid,
-        "analytical": wall.restitution_rigid,
+        "rigid": wall.restitution_rigid,
         "impulsive": wall.restitution_impulsive,
     }[rule]
     found = rd.assess(wall, curve, motions[0], pgv=0.8, restitution=rule)

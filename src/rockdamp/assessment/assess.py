@@ -94,7 +94,7 @@ def assess(
     pga : float or sequence of float, optional
         Peak ground accelerations asked for. [m s-2]
     restitution : float or str
-        e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``analytical`` for Eq. (7), ``impulsive``; for a
+        e, or the rule for it: ``measured`` for 0.90 of Eq. (7), ``rigid`` for Eq. (7), ``impulsive``; for a
         parapet each of them is Housner's. A wall against a stop takes a number, or as a block ``measured``, the e of
         blocks that hit return walls. One e is good for collapse if it is that of amplitudes of 0.3 to 0.5 u_ins;
         measured at 0.1 it is unsafe (docs/earthquakes.md). [-]

@@ -254,7 +254,7 @@ RULES: Mapping[str, tuple[Callable[[Rocking], Array], str]] = {
         lambda wall: wall.restitution_measured,
         f"{SORRENTINO_RATIO:.2f} of Eq. (7), near the upper end of the tests of walls that the paper quotes",
     ),
-    "analytical": (lambda wall: wall.restitution_rigid, "Eq. (7): angular momentum about the new base pivot"),
+    "rigid": (lambda wall: wall.restitution_rigid, "Eq. (7): angular momentum about the new base pivot"),
     "impulsive": (lambda wall: wall.restitution_impulsive, "with the impulse of every support"),
 }
 # ASSUME: the paper's factor, section 4.1. The tests that it quotes give 0.86 of Eq. (7), 0.85 to 0.91: 0.90 is on the

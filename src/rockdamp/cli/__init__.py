@@ -8,9 +8,9 @@ from rockdamp import __version__
 from rockdamp.cli.assessment import assess_command
 from rockdamp.cli.batch import batch
 from rockdamp.cli.calibration import calibrate_command
-from rockdamp.cli.command import Main
+from rockdamp.cli.common import Main
 from rockdamp.cli.histories import decay, respond_command
-from rockdamp.cli.single import equivalent_command, wall
+from rockdamp.cli.wall import equivalent_command, wall
 
 __all__ = ["main"]
 
@@ -18,20 +18,16 @@ __all__ = ["main"]
 @click.group(
     cls=Main,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog='Numbers may have units: --thickness 102mm, --density "1.8 t/m^3". Plain numbers are SI.',
+    invoke_without_command=True,
+    epilog="Numbers are SI, or have a unit: --thickness 102mm, --pga 0.3g. Begin with: rockdamp wall --help",
 )
 @click.version_option(__version__, prog_name="rockdamp")
-def main() -> None:
+@click.pass_context
+def main(ctx: click.Context) -> None:
     """Energy dissipation in rocking masonry walls."""
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
 
 
-for command in (
-    wall,
-    equivalent_command,
-    decay,
-    respond_command,
-    assess_command,
-    batch,
-    calibrate_command,
-):
+for command in (wall, equivalent_command, decay, respond_command, assess_command, batch, calibrate_command):
     main.add_command(command)

@@ -17,6 +17,7 @@ from rockdamp.equivalence.polynomials import shipped_polynomials
 from rockdamp.errors import check
 from rockdamp.mechanics.curve import TrilinearCurve
 
+TRIED = np.arange(0.60, 0.995, 0.01)  # e, between which `equivalent_restitution` is linear
 STEP = 0.0025  # in tau, at most: that of the studies
 FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 
@@ -75,6 +76,43 @@ def equivalent(
         }
         rows += [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     return sorted(rows, key=itemgetter("restitution"))
+
+
+def equivalent_restitution(
+    damping_ratio: float, curve: TrilinearCurve, *, release_amplitude: float = 0.5
+) -> list[dict[str, Any]]:
+    """Return the coefficient of restitution that a damping ratio of each viscous model is equivalent to.
+
+    Parameters
+    ----------
+    damping_ratio : float
+        xi of least error, as of `equivalent`. [-]
+    curve, release_amplitude
+        As for `equivalent`.
+
+    Returns
+    -------
+    list of dict
+        One for each model: ``damping_model``, ``damping_ratio`` and ``restitution``, None beyond 0.60 to 0.99.
+
+    Examples
+    --------
+    >>> import rockdamp as rd
+    >>> from rockdamp.equivalence.equivalent import equivalent_restitution
+    >>> cdc, *_ = equivalent_restitution(0.05, rd.TrilinearCurve(0.04, 0.85))
+    >>> cdc["damping_model"], f"{cdc['restitution']:.3f}"
+    ('CDC', '0.776')
+    """
+    check("damping_ratio", damping_ratio, lambda xi: xi > 0, "greater than 0")
+    by_model: dict[str, list[float]] = {}
+    for row in equivalent(TRIED, curve, release_amplitude=release_amplitude):
+        by_model.setdefault(row["damping_model"], []).append(row["damping_ratio"])
+    rows = []
+    for model, tried in by_model.items():
+        e = np.interp(damping_ratio, tried[::-1], TRIED[::-1], left=np.nan, right=np.nan)
+        restitution = None if np.isnan(e) else float(e)
+        rows.append({"damping_model": model, "damping_ratio": damping_ratio, "restitution": restitution})
+    return rows
 
 
 def least_error(
