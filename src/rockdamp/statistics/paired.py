@@ -4,10 +4,10 @@ An alternative is a damper, or restitution with a slightly different e. The same
 with both, so histories come in pairs. These numbers describe the pairs:
 
 - median ratio: median of the alternative's peak over that under restitution, where neither wall collapses;
-- log error: root mean square of the logarithm of that ratio; log dispersion: its standard deviation; its typical size
-  and its tail: the median of the logarithm's size, its 90 % quantile, and the part of the squares that comes from the
-  largest hundredth of the pairs;
-- missed and added collapses: those that only restitution, or only the alternative, has;
+- log error: root mean square of the logarithm of that ratio; of the logarithm's size the median, the 90 % quantile and
+  the share above `LARGE`;
+- missed and added collapses: those that only restitution, or only the alternative, has, as rates of the collapses and
+  the survivals under restitution;
 - median intensity ratio: the intensity that collapses half of the walls over that under restitution.
 
 **The paired bootstrap.** The study has some dozens of stations out of all that could have recorded an earthquake; the
@@ -23,7 +23,6 @@ would count such a record as scatter of the damper, and call dampers equal that 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -36,96 +35,77 @@ from rockdamp.statistics.fragility import fit_resampled, interval, weighted_quan
 
 BOUND = ("lower", "upper")
 HISTORIES = ("record", "velocity_ratio", "wall")
+LARGE = 0.05  # of the size of a logarithm
 
 
 def compare_pairs(
     histories: xr.Dataset, weights: Array, bands: Sequence[tuple[float, float]], description: str = ""
 ) -> xr.Dataset:
-    """Return the statistics of each alternative at each e, with their intervals.
+    """Return the statistics of each alternative with their intervals, those of the peaks by band.
 
-    `histories` has ``reference_peak`` and ``reference_collapsed`` (record, velocity_ratio, wall, restitution) under
-    restitution, and ``peak`` and ``collapsed`` with the alternatives' dimensions beside these. Collapsed is 1, survived
-    0, not run -1. `bands` are of the peak under restitution [u/u_ins]; `description` is that of the progress bar.
-    Missed collapses (``false_safe``) and added ones (``false_collapse``) come as counts, and as rates among the
-    collapses and the survivals under restitution, of what the alternative ran.
+    Parameters
+    ----------
+    histories : xarray.Dataset
+        ``peak`` [u/u_ins] and ``collapsed`` of the alternatives over `HISTORIES` and dimensions of their own, and
+        ``reference_peak`` and ``reference_collapsed``, which broadcast. Collapsed is 1, survived 0, not run -1.
+    weights : ndarray, shape (replicates, records)
+        Of `fragility.resample`.
+    bands : sequence of pairs
+        Of the reference's peak; the first edge belongs to a band. [u/u_ins]
+    description : str
+        Of the progress bar; none if empty.
     """
-    order = (*HISTORIES, "restitution")
-    other = histories["peak"].transpose(*order, ...)
-    peak, fell = (histories[f"reference_{name}"].transpose(*order).values for name in ("peak", "collapsed"))
-    peaks, falls = other.values, histories["collapsed"].transpose(*other.dims).values
+    other = histories["peak"].transpose(*HISTORIES, ...)
+    names = ("reference_peak", "reference_collapsed", "peak", "collapsed")
+    arrays = [histories[name].broadcast_like(other).transpose(*other.dims).values for name in names]
     shape, dims = other.shape[3:], other.dims[3:]
+    drawn = np.concatenate([np.ones((1, weights.shape[1])), weights])  # the first replicate is the sample itself
     cells = []
-    for at in track(list(product(*map(range, shape))), description):
-        own: Any = (..., *at)
-        pair = peak[..., at[0]], fell[..., at[0]], peaks[own], falls[own]
-        cells.append(_compare_peaks(*pair, weights, bands) | _compare_outcomes(pair[1], pair[3], weights))
+    for at in track(list(np.ndindex(shape)), description):
+        reference, fell, peak, falls = (values[(..., *at)] for values in arrays)
+        stand = (fell == 0) & (falls == 0)
+        by_band = [
+            _compare_peaks(reference, peak, stand & (reference >= low) & (reference < high), drawn)
+            for low, high in bands
+        ]
+        rates = {
+            "missed_collapse_rate": _rate((fell == 1) & (falls == 0), (fell == 1) & (falls >= 0), drawn),
+            "added_collapse_rate": _rate((fell == 0) & (falls == 1), (fell == 0) & (falls >= 0), drawn),
+        }
+        cells.append({name: np.stack([one[name] for one in by_band]) for name in by_band[0]} | rates)
     statistics = {}
     for name in cells[0]:
-        values = np.array([cell[name] for cell in cells])
-        band = () if name.startswith("false") else ("band",)
-        bound = ("bound",) if name.endswith("_interval") else ()
-        statistics[name] = ((*dims, *band, *bound), values.reshape(*shape, *values.shape[1:]))
+        values = np.stack([cell[name] for cell in cells]).reshape(*shape, *cells[0][name].shape)
+        band = () if name.endswith("rate") else ("band",)
+        statistics[name] = ((*dims, *band), values[..., 0])
+        if name != "pairs":
+            statistics[f"{name}_interval"] = ((*dims, *band, "bound"), interval(np.moveaxis(values[..., 1:], -1, 0)))
     return xr.Dataset(statistics)
 
 
-def _compare_peaks(
-    reference: Array,
-    fell: NDArray[np.int8],
-    other: Array,
-    falls: NDArray[np.int8],
-    weights: Array,
-    bands: Sequence[tuple[float, float]],
-) -> dict[str, Any]:
-    """Return statistics of the ratio of the peaks where both survive, by band; histories (record, scale, wall)."""
-    record = np.broadcast_to(np.arange(len(reference))[:, None, None], reference.shape)
-    results = []
-    for low, high in bands:
-        part = (fell == 0) & (falls == 0) & (reference >= low) & (reference < high)
-        logarithm = np.log(other[part] / reference[part])
-        whole, drawn = (_moments(logarithm, record[part], w) for w in (np.ones((1, len(reference))), weights))
-        values = {name: value[0] for name, value in whole.items()}
-        values |= {f"{name}_interval": interval(value) for name, value in drawn.items()}
-        results.append({**values, **error_sizes(logarithm), "pairs": logarithm.size})
-    return {name: [values[name] for values in results] for name in results[0]}
+def _compare_peaks(reference: Array, peak: Array, among: NDArray[np.bool_], drawn: Array) -> dict[str, Array]:
+    """Return statistics of the ratio of peaks in each replicate; histories (record, velocity ratio, wall)."""
+    record = np.broadcast_to(np.arange(len(peak))[:, None, None], peak.shape)[among]
+    logarithm = np.log(peak[among] / reference[among])
+    size = np.abs(logarithm)
 
+    def total(values: Array) -> Array:
+        return drawn @ np.bincount(record, values, len(peak))
 
-def _moments(logarithm: Array, record: NDArray[np.int64], weights: Array) -> dict[str, Array]:
-    """Return statistics of each replicate from the logarithms of records, and the weights (replicates, records)."""
-    count, total, squares = (weights @ np.bincount(record, logarithm**power, weights.shape[1]) for power in (0, 1, 2))
-    mean, square = quotient(total, count), quotient(squares, count)
+    count = total(np.ones(size.size))
     return {
-        "median_ratio": np.exp(weighted_quantile(logarithm, record, weights, 0.5)),
-        "log_dispersion": np.sqrt(np.maximum(square - mean**2, 0.0)),
-        "log_error": np.sqrt(square),
+        "median_ratio": np.exp(weighted_quantile(logarithm, record, drawn, 0.5)),
+        "log_error": root_mean_square(total(size**2), count),
+        "log_error_median": weighted_quantile(size, record, drawn, 0.5),
+        "log_error_90": weighted_quantile(size, record, drawn, 0.9),
+        "share_above": quotient(total((size > LARGE).astype(float)), count),
+        "pairs": count.astype(int),
     }
 
 
-def error_sizes(logarithm: Array) -> dict[str, float]:
-    """Return what a root mean square hides of logarithms of ratios, all counted alike; NaN of none.
-
-    The median and the 90 % quantile of their size, and the part of the sum of squares that comes from the largest
-    hundredth of them, at least one.
-    """
-    if not logarithm.size:
-        return dict.fromkeys(("log_error_median", "log_error_90", "tail_share"), np.nan)
-    size = np.sort(np.abs(logarithm))
-    largest = size[-max(round(0.01 * size.size), 1) :]
-    median, high = np.quantile(size, (0.5, 0.9))
-    share = float(quotient((largest**2).sum(), (size**2).sum()))
-    return {"log_error_median": float(median), "log_error_90": float(high), "tail_share": share}
-
-
-def _compare_outcomes(fell: NDArray[np.int8], falls: NDArray[np.int8], weights: Array) -> dict[str, Any]:
-    """Count missed and added collapses, also as rates of the collapses and survivals under restitution."""
-    values: dict[str, Any] = {}
-    for name, before, after in (("false_safe", 1, 0), ("false_collapse", 0, 1)):
-        cases = (fell == before) & (falls >= 0)
-        # Sums by record: a replicate weighs them by how often it drew the record.
-        wrong, ran = (count.sum(axis=(1, 2)).astype(float) for count in (cases & (falls == after), cases))
-        values[name] = int(wrong.sum())
-        values[f"{name}_rate"] = quotient(wrong.sum(), ran.sum())
-        values[f"{name}_rate_interval"] = interval(quotient(weights @ wrong, weights @ ran))
-    return values
+def _rate(wrong: NDArray[np.bool_], cases: NDArray[np.bool_], drawn: Array) -> Array:
+    """Return in which part of the cases something is wrong, in each replicate."""
+    return np.asarray(quotient(*(drawn @ count.sum(axis=(1, 2)) for count in (wrong, cases))))
 
 
 def compare_fragilities(

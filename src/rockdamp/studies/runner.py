@@ -1,0 +1,228 @@
+"""Run cases of walls under records, and compare each case with another one over the same histories.
+
+A study is a list of cases and its dataset: a case says what becomes of a wall, its curve and damper, and of the motion.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from typing import Any, TypeVar
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from rockdamp.arrays import Array
+from rockdamp.config import Comparison
+from rockdamp.histories.loads import run_record
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.motions.catalogue import GroundMotion
+from rockdamp.motions.intensity import intensity_measures
+from rockdamp.motions.record import Record
+from rockdamp.progress import track
+from rockdamp.statistics.fragility import resample
+from rockdamp.statistics.paired import BOUND, HISTORIES, compare_fragilities, compare_pairs
+
+EVERY_WALL = "all"
+NOT_RUN = -1  # as an outcome
+
+Setup = tuple[Wall | Parapet, TrilinearCurve, Damping]
+T = TypeVar("T", Wall, Parapet, TrilinearCurve, Damping)
+
+
+def shake_ground(motion: GroundMotion, parapet: bool) -> Record:
+    """Return the motion of the ground as that of the supports."""
+    return motion.record
+
+
+def use(damping: Damping) -> Callable[[Wall | Parapet, TrilinearCurve], Setup]:
+    """Return the setup that changes neither wall nor curve."""
+    return lambda wall, curve: (wall, curve, damping)
+
+
+@dataclass(frozen=True)
+class Case:
+    """What becomes of every wall in one case of a study.
+
+    Attributes
+    ----------
+    name : str
+    setup : callable
+        Returns wall, curve and damper, all of numbers, for a wall and curve of the study; None where the case has none.
+    step : float
+        Longest step, times the angular frequency of the first branch. [-]
+    reference : str, optional
+        Name of the case that this one is compared with.
+    motion : callable
+        Returns the record of the supports for a ground motion, and whether a parapet stands on them.
+    scheme : str
+        That of `peaks`.
+    """
+
+    name: str
+    setup: Callable[[Wall | Parapet, TrilinearCurve], Setup | None]
+    step: float
+    reference: str = ""
+    motion: Callable[[GroundMotion, bool], Record] = shake_ground
+    scheme: str = "newmark"
+
+
+def run(
+    cases: Sequence[Case],
+    motions: Iterable[GroundMotion],
+    walls: Mapping[str, tuple[Wall | Parapet, TrilinearCurve]],
+    velocity_ratio: Array,
+    *,
+    tail: float,
+) -> xr.Dataset:
+    """Run every case on every wall under every record, scaled to velocity ratios, lambda PGV/(p u_ins).
+
+    Parameters
+    ----------
+    cases : sequence of Case
+    motions : iterable of GroundMotion
+    walls : wall and curve by name
+        Their sizes, not those of a case, scale the records, so that all cases have the same motion of the ground.
+    velocity_ratio : ndarray
+        [-]
+    tail : float
+        Rest after a record. [s]
+
+    Returns
+    -------
+    xarray.Dataset
+        ``peak`` and ``collapsed`` (1, 0, or -1 where a case has no such wall) over ``record``, ``velocity_ratio``,
+        ``wall`` and ``case``, with the ``reference`` of each case and the ``station`` of each record.
+    """
+    scale = np.array([float(wall.velocity_scale) for wall, _ in walls.values()])
+    batches, shape = _batches(cases, walls), (velocity_ratio.size, len(walls), len(cases))
+    record_names, stations, peaks, outcomes = [], [], [], []
+    for motion in motions:
+        record_names.append(motion.name)
+        stations.append(motion.group)
+        peak, collapsed = np.full(shape, np.nan), np.full(shape, NOT_RUN, dtype=np.int8)
+        factor = velocity_ratio[:, None] * scale / intensity_measures(motion.intensity_record).pgv
+        for case, columns, numbers, (wall, curve, damping) in batches:
+            record, factors = case.motion(motion, isinstance(wall, Parapet)), factor[:, columns]
+            found = run_record(record, wall, curve, damping, factors, step=case.step, tail=tail, scheme=case.scheme)
+            peak[:, columns, numbers], collapsed[:, columns, numbers] = found.peak, found.collapsed
+        peaks.append(peak)
+        outcomes.append(collapsed)
+    dims = (*HISTORIES, "case")
+    return xr.Dataset(
+        {"peak": (dims, np.stack(peaks)), "collapsed": (dims, np.stack(outcomes))},
+        coords={
+            "record": record_names,
+            "station": ("record", stations),
+            "velocity_ratio": velocity_ratio,
+            "wall": list(walls),
+            "case": [case.name for case in cases],
+            "reference": ("case", [case.reference for case in cases]),
+        },
+    )
+
+
+def _batches(
+    cases: Sequence[Case], walls: Mapping[str, tuple[Wall | Parapet, TrilinearCurve]]
+) -> list[tuple[Case, list[int], list[int], Setup]]:
+    """Return cases that run together, with the places of their walls and cases: one kind of damper, wall and motion."""
+    together = defaultdict(list)
+    for number, case in enumerate(cases):
+        for column, (wall, curve) in enumerate(walls.values()):
+            if (setup := case.setup(wall, curve)) is not None:
+                damping = setup[2]
+                kind = damping.model, float(damping.order), float(damping.width), setup[1].softening, type(setup[0])
+                together[case.motion, case.step, case.scheme, *kind].append((case, column, number, setup))
+    batches = []
+    for members in together.values():
+        alike, columns, numbers, setups = zip(*members, strict=True)
+        wall, curve, damping = (stack(owners) for owners in zip(*setups, strict=True))
+        batches.append((alike[0], list(columns), list(numbers), (wall, curve, damping)))
+    return batches
+
+
+def stack(owners: Sequence[T]) -> T:
+    """Return walls, curves or dampers of numbers as one of arrays; text is that of the first."""
+    names = [field.name for field in fields(owners[0])]
+    values = {name: [getattr(owner, name) for owner in owners] for name in names}
+    arrays = {name: of[0] if isinstance(of[0], str) else np.array(of, dtype=float) for name, of in values.items()}
+    return type(owners[0])(**arrays)
+
+
+# --- the comparison ---------------------------------------------------------------------------------------------------
+
+
+def compare(histories: xr.Dataset, comparison: Comparison) -> xr.Dataset:
+    """Compare each case that has a reference with it, over all walls and wall by wall, by the paired bootstrap.
+
+    Parameters
+    ----------
+    histories : xarray.Dataset
+        What `run` returned.
+    comparison : Comparison
+        Bands of the reference's peaks, and the bootstrap over stations.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``median_intensity_ratio`` and the statistics of `statistics.paired.compare_pairs` over ``case`` and ``wall``
+        (``all`` first), with intervals.
+    """
+    edges, pairs = comparison.bands, pair(histories)
+    weights = resample(histories["station"].values, comparison.bootstrap.replicates, comparison.bootstrap.seed)
+    chosen = [pairs, *(pairs.isel(wall=[column]) for column in range(pairs.sizes["wall"]))]
+    parts = [compare_pairs(some, weights, list(pairwise(edges))) for some in track(chosen, "Walls")]
+    compared = xr.concat(parts, "wall", join="exact").transpose("case", "wall", ...)
+    return compared.assign(compare_intensities(pairs, weights)).assign_coords(
+        band=np.arange(1, len(edges)), band_start=("band", edges[:-1]), band_end=("band", edges[1:])
+    )
+
+
+def pair(histories: xr.Dataset) -> xr.Dataset:
+    """Put the histories of each case's reference beside its own, as ``reference_peak`` and ``reference_collapsed``."""
+    compared = histories.isel(case=np.flatnonzero(histories["reference"].values != ""))
+    beside = histories.sel(case=compared["reference"].values)
+    return compared.drop_vars("reference").assign(
+        {f"reference_{name}": (values.dims, values.values) for name, values in beside.data_vars.items()}
+    )
+
+
+def compare_intensities(pairs: xr.Dataset, weights: Array) -> xr.Dataset:
+    """Return the median intensity of collapse of each case over its reference's, with its interval.
+
+    `pairs` is what `pair` returned and `weights` are the bootstrap's. Both sides of a ratio are of the same records and
+    walls: those that both ran.
+    """
+    walls = [*map(str, pairs["wall"].values)]
+    chosen = np.concatenate([np.ones((1, len(walls))), np.eye(len(walls))])  # (sets of walls, walls)
+    ratio, bounds = [], []
+    for case in range(pairs.sizes["case"]):
+        one = pairs.isel(case=case).transpose(*HISTORIES)
+        outcomes = [one[name].values for name in ("collapsed", "reference_collapsed")]
+        both = (outcomes[0] != NOT_RUN) & (outcomes[1] != NOT_RUN)
+        # By record, set of walls, side of the pair and intensity.
+        fell = np.stack([np.where(both, side, 0) @ chosen.T for side in outcomes], axis=-1).transpose(0, 2, 3, 1)
+        runs = (both @ chosen.T).transpose(0, 2, 1)[:, :, None]
+        curves = compare_fragilities(pairs["velocity_ratio"].values, fell, runs, weights, (..., slice(1, 2)))
+        ratio.append(curves["median_intensity_ratio"][:, 0])
+        bounds.append(curves["median_intensity_ratio_interval"][:, 0])
+    dims = ("case", "wall")
+    return xr.Dataset(
+        {
+            "median_intensity_ratio": (dims, np.array(ratio)),
+            "median_intensity_ratio_interval": ((*dims, "bound"), np.array(bounds)),
+        },
+        coords={"case": pairs["case"].values, "wall": [EVERY_WALL, *walls], "bound": list(BOUND)},
+    )
+
+
+def unstack(cases: xr.Dataset, **values: Sequence[Any]) -> xr.Dataset:
+    """Lay cases out as a grid: their names give way to a dimension for each parameter, the last varies fastest."""
+    index = pd.MultiIndex.from_product(values.values(), names=list(values))
+    grid = cases.drop_vars("case", errors="ignore").assign_coords(xr.Coordinates.from_pandas_multiindex(index, "case"))
+    return grid.unstack("case")  # noqa: PD010, it is xarray's
