@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from table_text import interval, number, table
 
-from rockdamp.studies.supports import ANALYTICAL, IMPULSIVE, KEEPS, MASS, VERTICAL
+from rockdamp.studies.supports import ANALYTICAL, FIXED, IMPULSIVE, MASS, VERTICAL
 
 FLOORS = (0.1, 0.3, 0.6, 1.0)  # periods that are shown [s]
 HEAD = ("assumed", "in place of it", "median intensity of collapse", "single walls", "the assumption is", "computed in")
@@ -32,7 +32,7 @@ def _of_supports(study: xr.Dataset) -> Iterator[list[str]]:
         (IMPULSIVE, RULE, "e by `impulsive`"),
         (ANALYTICAL, RULE, "e of Eq. (7)"),
         (VERTICAL, "no vertical shaking", f"the other component times {factor:.2g}"),
-        (KEEPS, "the worse of both signs of the eccentricity", keeps),
+        (FIXED, "the worse of both signs of the eccentricity", keeps),
     ):
         yield _row(what, instead, study.sel(assumption=case), "supports")
 

@@ -138,7 +138,10 @@ def earthquakes(data: Data) -> str:
             model,
             interval(whole, "median_ratio"),
             *(number(whole[name], 2) for name in ("log_error_median", "log_error_90")),
-            *(interval(whole, name) for name in ("false_safe_rate", "false_collapse_rate", "median_intensity_ratio")),
+            *(
+                interval(whole, name)
+                for name in ("missed_collapse_rate", "added_collapse_rate", "median_intensity_ratio")
+            ),
             interval(whole, "log_error"),
         ]
         for model, at in models(one)
@@ -155,7 +158,7 @@ def sources(data: Data) -> str:
     compared = data["comparison"].isel(band=0).sel(damping_ratio_source=order)
     at_e = [f"e = {e:g}" for e in compared["restitution"].values.tolist()]
     head = ["model", *(f"abs(ln r), median, {e}" for e in at_e), *(f"collapses missed, {e}" for e in at_e)]
-    columns = {"log_error_median": lambda value: number(value, 2), "false_safe_rate": share}
+    columns = {"log_error_median": lambda value: number(value, 2), "missed_collapse_rate": share}
     rows = [
         [
             model,
@@ -262,6 +265,9 @@ def _largest(percents: xr.DataArray) -> str:
     return "0.0" if float(text) == 0 else text
 
 
+COLLAPSE = ("median_intensity_ratio", "missed_collapse_rate", "added_collapse_rate")
+
+
 def loss_law(data: Data) -> str:
     """What a constant e costs if the loss falls with the amplitude: collapse with intervals, and peaks by band."""
     study = data["loss_law"].isel(wall=0)
@@ -273,7 +279,8 @@ def loss_law(data: Data) -> str:
         for at in study["reference_amplitude"].values.tolist():
             one = study.sel(loss_exponent=g, reference_amplitude=at)
             cells = [
-                interval(one, name) for name in ("median_intensity_ratio", "false_safe_rate", "false_collapse_rate")
+                interval(one, name)
+                for name in ("median_intensity_ratio", "missed_collapse_rate", "added_collapse_rate")
             ]
             rows.append([f"{g:g}", f"{at:g} u_ins", *cells, *(f"{float(ratio):.2f}" for ratio in one["median_ratio"])])
     return table(head, rows)
@@ -345,7 +352,7 @@ def written(page: str, data: Data) -> str:
 
 def missed_collapses(compared: xr.Dataset) -> str:
     """Return the shares of collapses that each damper misses, as the package ships them: ratios of least error."""
-    rates = compared["false_safe_rate"].sel(damping_ratio_source=RECOMMENDED_SOURCE).drop_sel(damping_model="CR")
+    rates = compared["missed_collapse_rate"].sel(damping_ratio_source=RECOMMENDED_SOURCE).drop_sel(damping_model="CR")
     rates = rates.rename("missed_collapse_rate").transpose("restitution", "damping_model")
     rows = rates.to_series().round(6).reset_index()
     return str(rows.to_csv(index=False, lineterminator="\n"))

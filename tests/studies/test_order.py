@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from configs import configured
 
-from rockdamp.histories.loads import run_records
-from rockdamp.mechanics.damping import Damping, band_strength
-from rockdamp.motions import catalogue
+from rockdamp.mechanics.damping import band_strength
 from rockdamp.studies import order
 
 SMALL = {
@@ -50,43 +48,29 @@ def test_the_recommended_band_is_nearer_to_restitution_than_the_order_and_the_wi
 
 def test_restitution_with_another_e_is_restitution_at_that_e(chunks):
     for name in ("peak", "collapsed"):
-        lower = chunks[0][name].sel(damper="e - 0.01", restitution=0.85)
-        np.testing.assert_array_equal(lower, chunks[0][f"reference_{name}"].sel(restitution=0.84))
+        lower = chunks[0][name].sel(case="e - 0.01, e = 0.85")
+        np.testing.assert_array_equal(lower, chunks[0][name].sel(case="CR, e = 0.84"))
 
 
-def test_changes_of_the_loss_and_of_the_step_are_what_their_names_say(config, chunks):
-    motions = [catalogue.load_record(entry) for entry in catalogue.record_names(config.records)[:1]]
-    quakes, e = config.earthquakes, np.array(config.order.restitution)
-
-    def peak(damping, step, **scheme):
-        walls = {named.name: (named.wall, named.curve) for named in quakes.walls}
-        runs = run_records(
-            motions,
-            walls,
-            damping,
-            quakes.velocity_ratio.values(),
-            step=step,
-            tail=quakes.tail,
-            dim="restitution",
-            **scheme,
-        )
-        return runs["peak"]
-
-    for name, expected in (
-        ("loss - 7 %", peak(Damping("CR", e ** (1 - 0.07)), 0.05)),
-        ("loss + 7 %", peak(Damping("CR", e ** (1 + 0.07)), 0.05)),
-        ("half step", peak(Damping("CR", e), 0.025)),
-        ("end of step", peak(Damping("CR", e), 0.05, scheme="paper")),
+def test_changes_of_the_loss_and_of_the_step_are_what_their_names_say(config):
+    named = {case.name: case for case in order.cases_at(config.order, 0.85)}
+    for name, e, step, scheme in (
+        ("loss - 7 %", 0.85**0.93, 0.05, "newmark"),
+        ("loss + 7 %", 0.85**1.07, 0.05, "newmark"),
+        ("half step", 0.85, 0.025, "newmark"),
+        ("end of step", 0.85, 0.05, "paper"),
     ):
-        np.testing.assert_array_equal(chunks[0]["peak"].sel(damper=name)[:1], expected)
+        damping = named[name].setup(None, None)[2]
+        assert (damping.model, named[name].step, named[name].scheme) == ("CR", step, scheme)
+        assert float(damping.value) == pytest.approx(e, rel=1e-12)
 
 
 def test_the_measures_are_those_of_the_histories_and_their_intervals_hold_them(config, chunks, compared):
     low, *_, high = config.comparison.bands
-    parts = [part.sel(damper="CQD0.25", restitution=0.85) for part in chunks]
     reference, fell, peak, falls = (
-        np.concatenate([part[name].values for part in parts])
-        for name in ("reference_peak", "reference_collapsed", "peak", "collapsed")
+        np.concatenate([part[name].sel(case=f"{damper}, e = 0.85").values for part in chunks])
+        for damper in ("CR", "CQD0.25")
+        for name in ("peak", "collapsed")
     )
     stand = (fell == 0) & (falls == 0) & (reference >= low) & (reference < high)
     size = np.abs(np.log(peak[stand] / reference[stand]))
@@ -107,10 +91,10 @@ def test_the_largest_step_is_of_the_ladder_and_none_leaves_fewer_than_two_steps_
     ladder = config.order.ladder
     largest = compared["largest_step"].sel(damper=["ECD16", "BAND0.2", "BAND0.1"]).values
     assert set(largest[np.isfinite(largest)]) <= set(ladder)
-    departure = chunks[0]["departure"].sel(damper="BAND0.1")
+    departure = chunks[0]["departure"].sel(ladder_case="BAND0.1, e = 0.85")
     assert departure.sel(step=0.2).isnull().all() and departure.sel(step=0.1).notnull().any()
     for damper in ("ECD16", "BAND0.2"):
-        parts = [part["departure"].sel(damper=damper, restitution=0.85).values for part in chunks]
+        parts = [part["departure"].sel(ladder_case=f"{damper}, e = 0.85").values for part in chunks]
         quantile = [np.nanquantile(np.concatenate([part[at].ravel() for part in parts]), 0.9) for at in range(3)]
         converged = [step for step, size in zip(ladder, quantile, strict=True) if size <= 0.005]
         found = float(compared["largest_step"].sel(damper=damper, restitution=0.85))
@@ -118,7 +102,7 @@ def test_the_largest_step_is_of_the_ladder_and_none_leaves_fewer_than_two_steps_
 
 
 def test_a_band_has_eight_steps_in_it(config):
-    steps = {case.name: case.step for case in order.damper_cases(config)}
+    steps = {name: damper.step for name, damper in order.dampers(config.order).items()}
     assert (steps["BAND0.4"], steps["BAND0.2"], steps["BAND0.1"]) == (0.05, 0.05, 0.025)
 
 

@@ -9,11 +9,9 @@ from configs import configured
 
 import rockdamp as rd
 from rockdamp.config import GeometricGrid
-from rockdamp.histories.loads import run_record
-from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
-from rockdamp.motions.intensity import intensity_measures
 from rockdamp.studies import supports
+from rockdamp.studies.runner import NOT_RUN, Case
 
 LOADED = {
     "name": "loaded",
@@ -45,43 +43,30 @@ def histories(config):
     return supports.histories(config)
 
 
-def test_walls_as_assumed_are_the_solver_s(config, histories):
-    named = config.earthquakes.walls[0]
-    for row, entry in enumerate(catalogue.record_names(config.records)):
-        record = catalogue.load_record(entry).record
-        factor = config.supports.velocity_ratio.values() * named.wall.velocity_scale / intensity_measures(record).pgv
-        damping = Damping("CR", named.wall.restitution_measured)
-        expected = run_record(record, named.wall, named.curve, damping, factor[:, None], step=0.05, tail=1.0)
-        found = histories["collapsed"].sel(assumption=supports.ASSUMED, wall="loaded").values[row]
-        np.testing.assert_array_equal(found, expected.collapsed[:, 0])
-    # A floor whose period is that of a rigid one is a rigid one.
-    stiff, assumed = (
-        histories["collapsed"].sel(assumption=name) for name in (supports.floor_case(0.02), supports.ASSUMED)
-    )
-    np.testing.assert_array_equal(stiff.values, assumed.values)
+def test_a_floor_whose_period_is_that_of_a_rigid_one_is_a_rigid_one(histories):
+    stiff, assumed = (histories["collapsed"].sel(case=name) for name in (supports.name_floor(0.02), supports.ASSUMED))
+    np.testing.assert_array_equal(stiff, assumed)
 
 
 def test_a_case_is_run_where_it_means_something(histories):
-    run = (histories["collapsed"] != supports.NOT_RUN).any(["record", "velocity_ratio"])
-    both = run.sel(assumption=[supports.MASS, supports.IMPULSIVE, supports.KEEPS, supports.WORSE])
+    run = (histories["collapsed"] != NOT_RUN).any(["record", "velocity_ratio"])
+    both = run.sel(case=[supports.MASS, supports.IMPULSIVE, supports.FIXED, supports.WEAKER])
     assert both.sel(wall="loaded").all() and not both.sel(wall="parapet").any()
-    assert run.sel(assumption=[supports.VERTICAL, supports.floor_case(0.4)]).all()
+    assert run.sel(case=[supports.VERTICAL, supports.name_floor(0.4)]).all()
 
 
-def test_cases_beyond_an_odd_curve_that_change_nothing_are_the_wall_as_assumed(config, histories):
-    """Without vertical motion, and with the overburden in the middle."""
+def test_asymmetric_cases_that_change_nothing_are_the_wall_as_assumed(config, histories):
+    """Without vertical motion, and with the overburden in the middle; a parapet has none."""
     still = config.supports.model_copy(update={"vertical": 0.0, "eccentricity": 0.0})
-    walls = config.earthquakes.walls
-    for row, entry in enumerate(catalogue.record_names(config.records)):
-        record = catalogue.load_record(entry).record
-        pgv = intensity_measures(record).pgv
-        factor = np.array([still.velocity_ratio.values() * float(named.wall.velocity_scale) / pgv for named in walls])
-        cases = dict(supports.uneven(walls, record, record, factor, still, 1.0))
-        assumed = histories["collapsed"].sel(assumption=supports.ASSUMED).values[row].T
-        np.testing.assert_array_equal(cases[supports.VERTICAL], assumed)
-        np.testing.assert_array_equal(cases[supports.KEEPS][0], assumed[0])
-        assert (cases[supports.KEEPS][1] == supports.NOT_RUN).all()  # a parapet without a load
-        assert supports.VERTICAL not in dict(supports.uneven(walls, record, None, factor, still, 1.0))
+    walls = {named.name: (named.wall, named.curve) for named in config.earthquakes.walls}
+    motions = catalogue.load_records(config.records)
+    found = supports.run_asymmetric(still, motions, walls, tail=1.0)["collapsed"].values
+    assumed = histories["collapsed"].sel(case=supports.ASSUMED).values
+    np.testing.assert_array_equal(found[..., 0], assumed)
+    np.testing.assert_array_equal(found[..., 0, 1], assumed[..., 0])
+    assert (found[..., 1, 1] == NOT_RUN).all()
+    alone = supports.run_asymmetric(still, motions[:1], walls, tail=1.0)["collapsed"].values
+    assert (alone[..., 0] == NOT_RUN).all()
 
 
 def test_another_component_with_another_step_is_refused():
@@ -90,8 +75,8 @@ def test_another_component_with_another_step_is_refused():
         for name, step in (("a", 0.01), ("b", 0.005))
     )
     with pytest.raises(rd.InputError, match=r"'b' has steps of 0.005 s; they must be 0.01 s, as of 'a'"):
-        supports._beside(one, [one, other])
-    assert supports._beside(one, [one]) is None
+        supports.other_component(one, [one, other])
+    assert supports.other_component(one, [one]) is None
 
 
 def test_an_overburden_that_keeps_its_side_changes_strength_and_capacity_alike(config):
@@ -99,7 +84,7 @@ def test_an_overburden_that_keeps_its_side_changes_strength_and_capacity_alike(c
     wall = config.earthquakes.walls[0].wall
     share = 2 * float(wall.overburden) * 0.2 * wall.thickness / float(wall.upper_height * wall.rigid_strength)
     for to in (1, -1):
-        assert supports._strength_with(wall, to * 0.2) == pytest.approx(1 + to * share, rel=1e-12)
+        assert supports.change_strength(wall, to * 0.2) == pytest.approx(1 + to * share, rel=1e-12)
         moved = replace(wall, eccentricity=to * 0.2 * wall.thickness)
         ratio = float(moved.instability_displacement / wall.instability_displacement)
         assert ratio == pytest.approx(1 + to * share, rel=1e-12)
@@ -109,30 +94,33 @@ def test_the_comparison_finds_the_factor_that_made_the_collapses(config):
     """Capacities of records are lognormal by construction; in a case they are all larger by one factor."""
     ratio, levels = 1.25, np.geomspace(0.25, 8.0, 25)
     rng = np.random.default_rng(4)
-    names = supports.names_of(config.supports)
+    listed = [*supports.cases(config.supports), Case(supports.VERTICAL, None, 0.0, supports.ASSUMED)]
+    listed.append(Case(supports.FIXED, None, 0.0, supports.WEAKER))
+    names = [case.name for case in listed]
     capacity = np.exp(0.35 * rng.normal(size=(60, 1, 2)))
-    collapsed = np.full((60, len(names), levels.size, 2), supports.NOT_RUN, dtype=np.int8)
+    collapsed = np.full((60, len(names), levels.size, 2), NOT_RUN, dtype=np.int8)
     collapsed[:, :] = (levels[:, None] >= capacity)[:, None]
     collapsed[:, names.index(supports.MASS)] = levels[:, None] >= ratio * capacity
-    collapsed[:, names.index(supports.KEEPS), :, 1] = supports.NOT_RUN
-    collapsed[30:, names.index(supports.VERTICAL)] = supports.NOT_RUN  # records without another component
+    collapsed[:, names.index(supports.FIXED), :, 1] = NOT_RUN
+    collapsed[30:, names.index(supports.VERTICAL)] = NOT_RUN  # records without another component
     histories = xr.Dataset(
-        {"collapsed": (("record", "assumption", "velocity_ratio", "wall"), collapsed)},
+        {"collapsed": (("record", "case", "velocity_ratio", "wall"), collapsed)},
         coords={
             "station": ("record", np.repeat(np.arange(30), 2)),
-            "assumption": names,
+            "case": names,
+            "reference": ("case", [case.reference for case in listed]),
             "velocity_ratio": levels,
             "wall": ["loaded", "parapet"],
         },
     )
     found = supports.compare(config, histories)
     of = found["median_intensity_ratio"]
-    assert not set(supports.REFERENCES) & set(found["assumption"].values.tolist())
+    assert not {supports.ASSUMED, supports.WEAKER} & set(found["assumption"].values.tolist())
     np.testing.assert_allclose(of.sel(assumption=supports.MASS), ratio, rtol=0.03)
     np.testing.assert_allclose(of.sel(assumption=supports.IMPULSIVE), 1.0, rtol=1e-9)
     low, high = found["median_intensity_ratio_interval"].sel(assumption=supports.MASS, wall="all").values
     assert low < float(of.sel(assumption=supports.MASS, wall="all")) < high and high - low < 0.1
-    of_one_wall = of.sel(assumption=supports.KEEPS)
+    of_one_wall = of.sel(assumption=supports.FIXED)
     assert np.isnan(of_one_wall.sel(wall="parapet")) and float(of_one_wall.sel(wall="all")) == pytest.approx(1.0)
     assert found["stations"].sel(assumption=[supports.MASS, supports.VERTICAL]).values.tolist() == [30, 15]
     floors = found["diaphragm_period"].dropna("assumption")
@@ -212,17 +200,17 @@ def test_collapses_are_those_of_an_integration_that_calls_nothing_of_the_package
     eta = settings.eccentricity * 2 / 0.4 / (4 / 0.6 + 1 / 0.4)  # 2 O ecc/(h2 F0)
     cases = {
         supports.ASSUMED: (e, 0.0, 1.0, 0.0, 1.0, 1.0),
-        **{supports.floor_case(period): (e, period, 1.0, 0.0, 1.0, 1.0) for period in (0.4, 1.0)},
+        **{supports.name_floor(period): (e, period, 1.0, 0.0, 1.0, 1.0) for period in (0.4, 1.0)},
         supports.MASS: (e, 0.0, heavier, 0.0, 1.0, 1.0),
         supports.ANALYTICAL: (eq_7, 0.0, 1.0, 0.0, 1.0, 1.0),
         supports.IMPULSIVE: ((kept - turned) / (kept + turned), 0.0, 1.0, 0.0, 1.0, 1.0),
         supports.VERTICAL: (e, 0.0, 1.0, settings.vertical, 1.0, 1.0),
-        supports.WORSE: (e, 0.0, 1.0, 0.0, 1 - eta, 1 - eta),
-        supports.KEEPS: (e, 0.0, 1.0, 0.0, 1 + eta, 1 - eta),
+        supports.WEAKER: (e, 0.0, 1.0, 0.0, 1 - eta, 1 - eta),
+        supports.FIXED: (e, 0.0, 1.0, 0.0, 1 + eta, 1 - eta),
     }
     motions = [catalogue.load_record(entry).record for entry in catalogue.record_names(config.records)]
     expected = marched(motions, settings.velocity_ratio.values(), list(cases.values()))
-    studied = found.sel(assumption=list(cases)).transpose("assumption", "record", "velocity_ratio").values
+    studied = found.sel(case=list(cases)).transpose("case", "record", "velocity_ratio").values
     differ = np.sum(studied[:, None] != expected[None], axis=(2, 3))
     assert (differ.argmin(axis=1) == np.arange(len(cases))).all(), differ
     assert np.diag(differ).max() <= 0.05 * expected[0].size, differ

@@ -130,16 +130,14 @@ def comparison():
     data = xr.Dataset(
         {
             **statistic("median_ratio", (*e_dims, "band"), ratio),
-            **statistic("log_dispersion", (*e_dims, "band"), error),
             **statistic("log_error", (*e_dims, "band"), error),
             **statistic("varied_median_ratio", ("restitution", "variation", "band"), 1 + 0.1 * own),
             **statistic("varied_log_error", ("restitution", "variation", "band"), own),
             **statistic("median_velocity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
             **statistic("median_intensity_ratio", e_dims, np.broadcast_to(1 / FACTOR[:, None], lead)),
-            **statistic("false_safe_rate", e_dims, np.full(lead, 0.03)),
-            **statistic("false_collapse_rate", e_dims, np.full(lead, 0.02)),
+            **statistic("missed_collapse_rate", e_dims, np.full(lead, 0.03)),
+            **statistic("added_collapse_rate", e_dims, np.full(lead, 0.02)),
             **statistic("wall_median_velocity_ratio", wall_dims, of_wall),
-            **statistic("wall_median_intensity_ratio", wall_dims, of_wall / of_wall[..., :1, :]),
             **statistic("wall_dispersion", wall_dims, np.full(of_wall.shape, BETA)),
             "collapse_fraction": ((*wall_dims, "velocity_ratio"), collapse),
             "fractile": (("fractile_probability", *wall_dims, "velocity_ratio"), np.where(peaks < 1, peaks, np.nan)),
@@ -171,7 +169,7 @@ def with_excess(data):
     error = data["log_error"].isel(band=0, drop=True).where(data["damping_model"] != MODELS[0])
     excess = error - error.min(("damping_model", "damping_ratio_source"))
     bounds = xr.concat([excess - 0.011, excess + 0.011], "bound").transpose(..., "bound")
-    return data.assign(log_error_excess=excess, log_error_excess_interval=bounds.assign_coords(bound=data["bound"]))
+    return data.assign(excess=excess, excess_interval=bounds.assign_coords(bound=data["bound"]))
 
 
 def statistic(name, dims, values):

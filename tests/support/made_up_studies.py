@@ -10,7 +10,7 @@ from made_up_trials import measured_rocking
 from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.studies.amplitude import DAMPERS
 from rockdamp.studies.mechanism import mechanism as stage
-from rockdamp.studies.supports import ANALYTICAL, IMPULSIVE, KEEPS, MASS, VERTICAL, floor_case
+from rockdamp.studies.supports import ANALYTICAL, FIXED, IMPULSIVE, MASS, VERTICAL, name_floor
 
 ALL, VISCOUS = list(MODELS), list(VISCOUS_MODELS)
 E = np.linspace(0.7, 0.98, 15)
@@ -199,8 +199,8 @@ def loss_law():
     data = {}
     for name, values, dims in (
         ("median_intensity_ratio", ratio, laws),
-        ("false_safe_rate", 0.03 * ratio, laws),
-        ("false_collapse_rate", 0.05 * ratio, laws),
+        ("missed_collapse_rate", 0.03 * ratio, laws),
+        ("added_collapse_rate", 0.05 * ratio, laws),
         ("median_ratio", by_band, (*laws, "band")),
         ("log_error", 0.2 * by_band, (*laws, "band")),
     ):
@@ -226,12 +226,12 @@ def supports():
     """A floor that costs more the softer it is, and other assumptions on either side of one; a wall has no value."""
     period = np.array([0.1, 0.3, 0.6])
     cases = [
-        *(floor_case(each) for each in period.tolist()),
+        *(name_floor(each) for each in period.tolist()),
         MASS,
         ANALYTICAL,
         IMPULSIVE,
         VERTICAL,
-        KEEPS,
+        FIXED,
     ]
     others = [1.12, 1.3, 0.85, 0.98, 1.03]
     whole = np.concatenate([1 - 0.5 * period, others])

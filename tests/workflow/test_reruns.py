@@ -45,7 +45,7 @@ EDITS = {
     "a long_name": (
         [("src/rockdamp/storage/glossary.yaml", 'long_name: "log_error less', 'long_name: "the log_error less')],
         {"comparison", *QUAKE_FIGURES, "report"},  # not the histories that it is computed from
-        "glossary: log_error_excess",
+        "glossary: excess",
     ),
     "a line of the kernel": (
         [("src/rockdamp/solvers/kernel.py", "PATIENCE = 256", "PATIENCE = 128")],

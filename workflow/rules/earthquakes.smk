@@ -136,67 +136,37 @@ rule order:
         "../scripts/dataset.py"
 
 
-rule loss_law_records:
-    input:
-        RECORD_FILES,
-    output:
-        "<results>/earthquakes/loss_law.nc",
-    log:
-        "<logs>/earthquakes/loss_law.log",
-    params:
-        *QUAKES,
-        *settings("earthquakes.velocity_ratio", "loss_law"),
-        *code("studies.loss_law"),
-        function="studies.loss_law.histories",
-    script:
-        "../scripts/dataset.py"
-
-
 rule loss_law:
     input:
-        histories="<results>/earthquakes/loss_law.nc",
+        RECORD_FILES,
     output:
         "<results>/loss_law.nc",
     log:
         "<logs>/loss_law.log",
     params:
-        *settings("comparison"),
+        *QUAKES,
+        *settings("earthquakes.velocity_ratio", "loss_law", "comparison"),
         *code("studies.loss_law"),
         *texts("loss_law"),
-        function="studies.loss_law.compare",
+        function="studies.loss_law.loss_law",
         dataset="loss_law",
-    script:
-        "../scripts/dataset.py"
-
-
-rule supports_records:
-    input:
-        RECORD_FILES,
-    output:
-        "<results>/earthquakes/supports.nc",
-    log:
-        "<logs>/earthquakes/supports.log",
-    params:
-        *QUAKES,
-        *settings("supports"),
-        *code("studies.supports"),
-        function="studies.supports.histories",
     script:
         "../scripts/dataset.py"
 
 
 rule supports:
     input:
-        histories="<results>/earthquakes/supports.nc",
+        RECORD_FILES,
     output:
         "<results>/supports.nc",
     log:
         "<logs>/supports.log",
     params:
+        *QUAKES,
         *settings("supports", "comparison.bootstrap"),
         *code("studies.supports"),
         *texts("supports"),
-        function="studies.supports.compare",
+        function="studies.supports.supports",
         dataset="supports",
     script:
         "../scripts/dataset.py"

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
@@ -16,8 +14,6 @@ from rockdamp.errors import InputError, check
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.catalogue import GroundMotion
-from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest
 from rockdamp.solvers.newmark import Load, Peaks, peaks
 
@@ -161,57 +157,3 @@ def select(owner: T, count: int, index: NDArray[np.intp]) -> T:
     values: dict[str, Any] = {each.name: getattr(owner, each.name) for each in fields(owner)}
     arrays = {name: np.broadcast_to(value, count)[index] for name, value in values.items() if np.ndim(value)}
     return type(owner)(**(values | arrays))
-
-
-def run_records(
-    motions: Iterable[GroundMotion],
-    walls: Mapping[str, tuple[Wall | Parapet, TrilinearCurve]],
-    damping: Damping,
-    velocity_ratio: Array,
-    *,
-    step: float,
-    tail: float,
-    dim: str,
-    scheme: str = "newmark",
-) -> xr.Dataset:
-    """Run walls with dampers under records that are scaled to velocity ratios, lambda PGV/(p u_ins).
-
-    Parameters
-    ----------
-    motions : iterable of GroundMotion
-    walls : wall and curve by name
-    damping : Damping, shape (dampers,)
-    velocity_ratio : ndarray
-        [-]
-    step, tail, scheme
-        As for `run_record`.
-    dim : str
-        Name of the dimension of the damper.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``peak`` and ``collapsed`` over ``record``, ``velocity_ratio``, ``wall`` and `dim`, with ``record_set`` and
-        ``station`` of each record.
-    """
-    ended, names = [], []
-    for motion in motions:
-        pgv = intensity_measures(motion.intensity_record).pgv
-        names.append((motion.name, motion.record_set, motion.group))
-        for wall, curve in walls.values():
-            factor = (velocity_ratio * wall.velocity_scale / pgv)[:, None]
-            ended.append(run_record(motion.record, wall, curve, damping, factor, step=step, tail=tail, scheme=scheme))
-    record, record_set, station = map(list, zip(*names, strict=True))
-    dims = ("record", "wall", "velocity_ratio", dim)
-    shape = (len(names), len(walls), velocity_ratio.size, -1)
-    peak, collapsed = (np.reshape([getattr(each, name) for each in ended], shape) for name in ("peak", "collapsed"))
-    return xr.Dataset(
-        {"peak": (dims, peak), "collapsed": (dims, collapsed.astype(np.int8))},
-        coords={
-            "record": record,
-            "record_set": ("record", record_set),
-            "station": ("record", station),
-            "velocity_ratio": velocity_ratio,
-            "wall": list(walls),
-        },
-    ).transpose("record", "velocity_ratio", ...)

@@ -26,7 +26,7 @@ COLUMNS = {
     "collapses added": "added_collapse_rate",
 }
 # Columns of the dampers by program: the errors of ``comparison`` over all its peaks.
-OF_PROGRAMS = ("log_error_median", "log_error_90", "false_safe_rate")
+OF_PROGRAMS = ("log_error_median", "log_error_90", "missed_collapse_rate")
 
 
 def answer(data: Datasets, a1: float) -> dict[str, Any] | None:

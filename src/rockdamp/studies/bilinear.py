@@ -9,10 +9,10 @@ from __future__ import annotations
 import xarray as xr
 
 from rockdamp.config import Config, RigidWall
-from rockdamp.histories.loads import run_records
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions import catalogue
+from rockdamp.motions.catalogue import load_records
 from rockdamp.progress import track
+from rockdamp.studies.runner import Case, run, use
 
 
 def bilinear(config: Config) -> xr.Dataset:
@@ -20,18 +20,13 @@ def bilinear(config: Config) -> xr.Dataset:
     e, settings = config.damping_force.restitution, config.bilinear
     rigid: RigidWall = config.damping_force.rigid
     curves = {"tri-linear": config.curve.make(), "bi-linear": rigid.curve}
-    ended = run_records(
-        map(catalogue.load_record, track(catalogue.record_names(settings.records), "Bi-linear and tri-linear curve")),
-        {name: (config.wall.make(), curve) for name, curve in curves.items()},
-        Damping("CR", [float(e)]),
-        settings.velocity_ratio.values(),
-        step=settings.step,
-        tail=settings.tail,
-        dim="restitution",
-    )
+    walls = {name: (config.wall.make(), curve) for name, curve in curves.items()}
+    motions = track(load_records(settings.records), "Bi-linear and tri-linear curve")
+    case = Case("restitution", use(Damping("CR", e)), settings.step)
     return (
-        ended.isel(restitution=0)
-        .drop_vars(["record_set", "station"])
+        run([case], motions, walls, settings.velocity_ratio.values(), tail=settings.tail)
+        .isel(case=0)
+        .drop_vars(["case", "reference", "station"])
         .rename(wall="force_curve")
         .transpose("force_curve", ...)
         .assign(

@@ -27,6 +27,7 @@ from rockdamp.statistics.paired import (
 
 FRACTILES = (0.16, 0.50, 0.84)
 NOT_RUN = -1  # as an outcome
+VARIED = ("median_ratio", "log_error", "missed_collapse_rate", "added_collapse_rate")  # of CR with small changes
 SHARES = (0.5, 0.9, 0.99, 1.0)
 BY_DAMPER = ("restitution", "damping_model", "damping_ratio_source")
 
@@ -38,7 +39,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     tells which. CR with small changes is on every wall that has a ratio.
 
     The statistics are those of `paired.compare_pairs`, by band of CR's peak, where the first band is all of
-    them. Those of CR with small changes begin with ``varied_``. ``log_error_excess`` is how much more a damper errs
+    them. Those of CR with small changes begin with ``varied_``. ``excess`` is how much more a damper errs
     than the one of least error at that e, over the histories that survive with both.
     """
     bootstrap = config.comparison.bootstrap
@@ -50,10 +51,11 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     pooled, taken = earthquakes.isel(wall=some), has_ratio.isel(wall=some)
     pooled = pooled.assign(collapsed=pooled["collapsed"].where(taken | (pooled["damping_model"] == REFERENCE), NOT_RUN))
     varied = compare_pairs(_beside_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
+    kept = [name for statistic in VARIED for name in (statistic, f"{statistic}_interval")]
     statistics = xr.merge(
         [
             compare_pairs(_beside_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
-            varied.rename({name: f"varied_{name}" for name in varied}),
+            varied[kept].rename({name: f"varied_{name}" for name in kept}),
             _excess(pooled, edges, weights, covers_most(has_ratio).values),
             _pooled_fragility(pooled.assign(collapsed=pooled["collapsed"].where(taken, NOT_RUN)), weights),
             _per_wall(earthquakes, weights),
@@ -153,9 +155,7 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, ranked: NDArr
         )
         excess.append(np.where(np.isfinite(error), whole[0], np.nan))
         bounds.append(np.where(np.isfinite(error)[..., None], interval(drawn), np.nan))
-    return xr.Dataset(
-        {"log_error_excess": (BY_DAMPER, excess), "log_error_excess_interval": ((*BY_DAMPER, "bound"), bounds)}
-    )
+    return xr.Dataset({"excess": (BY_DAMPER, excess), "excess_interval": ((*BY_DAMPER, "bound"), bounds)})
 
 
 # --- collapse, and the decay ------------------------------------------------------------------------------------------
@@ -188,7 +188,7 @@ def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
     ]
     peaks = np.where(collapsed == 1, np.inf, np.where(run == 1, earthquakes["peak"].transpose(*order), np.nan))
     fractiles = np.quantile(peaks, FRACTILES, axis=0, method="inverted_cdf")
-    fragility = xr.concat(by_wall, "wall")
+    fragility = xr.concat(by_wall, "wall").drop_vars(["median_intensity_ratio", "median_intensity_ratio_interval"])
     return fragility.rename({name: f"wall_{name}" for name in fragility}).assign(
         collapse_fraction=(order[1:], quotient(collapsed.sum(axis=0), run.sum(axis=0))),
         fractile=(("fractile_probability", *order[1:]), np.where(np.isfinite(fractiles), fractiles, np.nan)),

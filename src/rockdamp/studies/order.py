@@ -95,8 +95,8 @@ def chunk(number: str, config: Config) -> xr.Dataset:
     """Run every wall under one job's part of the records.
 
     Returns what `runner.run` does of `cases_at` each e, and for some records ``departure``, the size of ln(peak) of
-    each damper at each ``step`` of the ladder less that at the finest step, by ``ladder_case``; NaN where a wall collapses
-    or the step is not run.
+    each damper at each ``step`` of the ladder less that at the finest step, by ``ladder_case``; NaN where a wall
+    collapses or the step is not run.
     """
     quakes, section = config.earthquakes, config.order
     names = record_names(config.records)[int(number) * quakes.chunk : (int(number) + 1) * quakes.chunk]

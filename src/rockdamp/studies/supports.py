@@ -158,16 +158,28 @@ def change_strength(wall: Wall | Parapet, eccentricity: float) -> float:
 
 
 def supports(config: Config) -> xr.Dataset:
+    """Run every case on every wall under every record, and compare it with its reference."""
+    return compare(config, histories(config))
+
+
+def histories(config: Config) -> xr.Dataset:
+    """Return ``collapsed`` of all cases, as `runner.run` does."""
+    section, tail = config.supports, config.earthquakes.tail
+    walls = {named.name: (named.wall, named.curve) for named in config.earthquakes.walls}
+    motions, ratio = load_records(config.records), section.velocity_ratio.values()
+    odd = run(cases(section), track(motions, "What holds a wall"), walls, ratio, tail=tail)
+    return xr.concat(
+        [odd.drop_vars("peak"), run_asymmetric(section, motions, walls, tail=tail)], "case", join="override"
+    )
+
+
+def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
     """Compare the median intensity of collapse in each case with that of its reference, with intervals over stations.
 
     A case is compared over all walls together that have it, and wall by wall.
     """
-    section, tail, bootstrap = config.supports, config.earthquakes.tail, config.comparison.bootstrap
-    walls = {named.name: (named.wall, named.curve) for named in config.earthquakes.walls}
-    motions = load_records(config.records)
-    plain = run(cases(section), track(motions, "What holds a wall"), walls, section.velocity_ratio.values(), tail=tail)
-    asymmetric = run_asymmetric(section, motions, walls, tail=tail)
-    pairs = pair(xr.concat([plain.drop_vars("peak"), asymmetric], "case", join="override"))
+    section, bootstrap = config.supports, config.comparison.bootstrap
+    pairs = pair(histories)
     compared = compare_intensities(pairs, resample(pairs["station"].values, bootstrap.replicates, bootstrap.seed))
     ran = (pairs["collapsed"] != NOT_RUN) & (pairs["reference_collapsed"] != NOT_RUN)
     by_record = ran.any(("velocity_ratio", "wall")).transpose("case", "record").values

@@ -3,8 +3,6 @@
 That the histories are solved right stands in test_blows.
 """
 
-from types import SimpleNamespace
-
 import made_up_earthquakes as made_up
 import numpy as np
 import pytest
@@ -107,9 +105,9 @@ def earthquakes():
 @pytest.fixture
 def chosen(earthquakes, monkeypatch):
     """The histories that a seed draws, where solving one takes no time."""
-    entries = [SimpleNamespace(name=name) for name in earthquakes["record"].values.tolist()]
-    monkeypatch.setattr(event_driven_check.catalogue, "listing", lambda _: entries)
-    monkeypatch.setattr(event_driven_check.catalogue, "read", lambda entry: entry)
+    names = earthquakes["record"].values.tolist()
+    monkeypatch.setattr(event_driven_check.catalogue, "record_names", lambda _: names)
+    monkeypatch.setattr(event_driven_check.catalogue, "load_record", lambda name: name)
     monkeypatch.setattr(event_driven_check, "exact_peak", lambda case, *_: (0.5, False))
 
     def draw(seed, **given):
