@@ -28,7 +28,6 @@ from table_text import interval, models, percent, power, share, table
 
 from rockdamp.claims.verdicts import spans
 from rockdamp.constants import RECOMMENDED_SOURCE, STUDIES, VISCOUS_MODELS
-from rockdamp.figures.style import nearest
 from rockdamp.report.answer import by_program as programs
 from rockdamp.report.answer import selection
 from rockdamp.report.earthquakes import SOURCES, STRATA
@@ -84,7 +83,7 @@ def solver(data: Data) -> str:
         [
             model,
             *(f"{float(order):.2f}" for order in one["convergence_order"]),
-            power(one["solver_error"].isel(step=nearest(one["step"].values.tolist(), STEP)).max()),
+            power(one["solver_error"].sel(step=STEP, method="nearest").max()),
             *(f"{float(order):.2f}" for order in printed["finest_convergence_order"].sel(damping_model=model)),
         ]
         for model, one in models(default)

@@ -2,13 +2,12 @@
 
 import importlib
 import sys
-from os.path import splitext
 
-from rockdamp.figures.output import save
+from rockdamp.figures.style import save
 from rockdamp.storage import dataset
 
 sys.stderr = sys.stdout = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)
 
 module, _, name = snakemake.params.function.rpartition(".")
 figure = getattr(importlib.import_module(f"rockdamp.{module}"), name)(*map(dataset.read, snakemake.input))
-save(figure, splitext(snakemake.output[0])[0], ["png", "pdf"], snakemake.params[0]["figures.resolution"])
+save(figure, snakemake.output, snakemake.params[0]["figures.resolution"])

@@ -147,7 +147,7 @@ def assess_command(
         read = {"records": content_of(motions), "building": repr((placed.building, placed.diaphragm))}
         write_dataset(answer, options["output"], "assessment", **read)
     if options["plot"] is not None:
-        from rockdamp.figures.single import fragility_figure
+        from rockdamp.figures.commands import fragility_figure
 
         write_figure(fragility_figure(answer), options["plot"])
     taken = float(answer["restitution"])

@@ -104,7 +104,7 @@ def _calibrate(files: tuple[Path, ...], least_peak: float | None, options: dict[
         digest = hashlib.sha256("".join(test.digest for test in tests).encode()).hexdigest()
         write_dataset(fitted, options["output"], "free_rocking", files=digest)
     if options["plot"] is not None:
-        from rockdamp.laboratory.figures import free_rocking_figure
+        from rockdamp.figures.commands import free_rocking_figure
 
         write_figure(free_rocking_figure(fitted), options["plot"])
     print_json(content(fitted)) if options["as_json"] else _print(
@@ -275,7 +275,7 @@ def calibrate_command(
         read = {"records": [record.digest for record in measured], "deviations": deviations}
         write_dataset(fitted, output, "calibration", **read)
     if plot is not None:
-        from rockdamp.laboratory.figures import calibration_figure
+        from rockdamp.figures.commands import calibration_figure
 
         write_figure(calibration_figure(fitted), plot)
     names = ("residual_rms", "residual_over_peak", "residual_over_noise")

@@ -298,10 +298,10 @@ def write_dataset(dataset: xr.Dataset, path: Path, kind: str, **read: Any) -> No
 
 def write_figure(figure: Figure, path: Path) -> None:
     """Write a figure in the format of the suffix."""
-    from rockdamp.figures.output import save
+    from rockdamp.figures.style import save
 
     with writing(path):
-        save(figure, path.with_suffix(""), [path.suffix[1:]], 200)
+        save(figure, [path], 200)
 
 
 def print_json(value: Any) -> None:

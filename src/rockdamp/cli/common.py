@@ -320,9 +320,9 @@ def digests(motions: Iterable[GroundMotion]) -> str:
 
 def write_figure(figure: Figure, path: Path) -> None:
     """Write a picture in the format of its suffix."""
-    from rockdamp.figures.output import save
+    from rockdamp.figures.style import save
 
-    save(figure, path.with_suffix(""), [path.suffix[1:]], 200)
+    save(figure, [path], 200)
     click.echo(f"{path} written", err=True)
 
 

@@ -86,7 +86,7 @@ def decay(restitution: float | None, release: float, length: float, as_json: boo
         written = {**given, "restitution": restitution, "release": release, "length": length}
         write_dataset(histories, given["output"], "free_decay", written)
     if given["plot"] is not None:
-        from rockdamp.figures.single import decay_figure
+        from rockdamp.figures.commands import decay_figure
 
         write_figure(decay_figure(histories), given["plot"])
     rows = _half_cycle_rows(histories)
@@ -204,6 +204,6 @@ def _write_histories(given: dict[str, Any], wall: Any, curve: Any, dampings: Any
     if given["output"] is not None:
         write_dataset(histories, given["output"], "response", given, records=digests(motions), scale=scale)
     if given["plot"] is not None:
-        from rockdamp.figures.single import response_figure
+        from rockdamp.figures.commands import response_figure
 
         write_figure(response_figure(histories), given["plot"])

@@ -1,4 +1,4 @@
-"""Figures: functions from stored datasets to Matplotlib figures, each in a module named after what it shows.
+"""Figures: functions from stored datasets to Matplotlib figures.
 
 Nothing here simulates. What the report says of a figure stands in report/figures.yaml.
 """
@@ -7,21 +7,19 @@ Nothing here simulates. What the report says of a figure stands in report/figure
 FIGURES = {
     "fig1": ("figures.mechanism", ["mechanism"]),
     "fig2": ("figures.mechanism", ["mechanism"]),
-    "fig3": ("figures.histories", ["damping_force"]),
-    "fig4": ("figures.histories", ["damping_force"]),
+    "fig3": ("figures.decays", ["damping_force"]),
+    "fig4": ("figures.decays", ["damping_force"]),
     "fig5": ("figures.equivalence", ["match/amplitude"]),
     "fig6": ("figures.equivalence", ["match/slenderness", "match/overburden", "match/cracked_stiffness"]),
     "fig6_error": ("figures.equivalence", ["match/amplitude"]),
     "fig7": ("figures.equivalence", ["equivalence"]),
-    "fig8": ("figures.validation", ["validation"]),
+    "fig8": ("figures.measured", ["validation"]),
     "fig_convergence": ("figures.convergence", ["convergence"]),
-    "fig_amplitude": ("figures.amplitude", ["amplitude"]),
+    "fig_amplitude": ("figures.equivalence", ["amplitude"]),
     "fig_order": ("figures.order", ["order"]),
+    "fig_earthquakes": ("figures.earthquakes", ["comparison"]),
+    "fig_fragility": ("figures.earthquakes", ["comparison"]),
     "fig_loss_law": ("figures.assumptions", ["loss_law"]),
     "fig_supports": ("figures.assumptions", ["supports"]),
-    "fig_earthquakes": ("figures.earthquakes", ["earthquakes", "comparison"]),
-    "fig_earthquakes_ratio": ("figures.earthquakes", ["comparison"]),
-    "fig_ida": ("figures.collapse", ["comparison", "earthquakes/walls"]),
-    "fig_fragility": ("figures.collapse", ["comparison", "earthquakes/walls"]),
-    "fig_measured_rocking": ("laboratory.figures", ["measured_rocking"]),
+    "fig_measured_rocking": ("figures.measured", ["measured_rocking"]),
 }

@@ -1,4 +1,4 @@
-"""What assumptions cost: what holds a wall, what its equation of motion leaves out, and one e at all amplitudes."""
+"""What assumptions cost: one e at all amplitudes, what holds a wall, and what its equation of motion leaves out."""
 
 from __future__ import annotations
 
@@ -6,133 +6,72 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from rockdamp.figures.style import PALE, new_figure, pick_look, styled
-from rockdamp.text import plain
+from rockdamp.figures.style import GREY, POINTS, error_bars, handles, legend, log_ticks, panels, series
 
-ALL, RATIO = "all", "median_intensity_ratio"
-
-
-@styled
-def fig_supports(supports: xr.Dataset) -> Figure:
-    """Draw the effect of a flexible floor by its period, and that of each other assumption."""
-    figure = new_figure(95.0)
-    left, right = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1, 1.1)})
-    _floors(left, supports.isel(assumption=floors(supports)).sortby("diaphragm_period"))
-    _others(right, supports.isel(assumption=~floors(supports)))
-    handles, labels = left.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=5)
-    return figure
+RATIO = "median_intensity_ratio"
+INTENSITY = "median intensity over that assumed [-]"
+ROWS = {  # assumption: its name in the figure
+    "mass, same e": "overburden has mass,\n$e$ unchanged",
+    "e of Eq. (7)": "$e$ of Eq. (7) in place\nof the measured",
+    "e impulsive": "$e$ with the impulses\nof the supports",
+    "vertical shaking": "vertical shaking",
+    "keeps its side": "eccentric overburden\nkeeps its side",
+}
 
 
-def floors(supports: xr.Dataset) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Return which cases are of a flexible floor."""
-    return np.isfinite(supports["diaphragm_period"].values)
-
-
-def _floors(axes: Axes, cases: xr.Dataset) -> None:
-    period = np.concatenate([[0.0], cases["diaphragm_period"].values])
-    axes.axhline(1.0, color=PALE, linewidth=0.8)
-    for column, wall in enumerate(_walls(cases)):
-        ratio = np.concatenate([[1.0], cases[RATIO].sel(wall=wall).values])
-        axes.plot(period, ratio, markersize=2.5, linewidth=0.6, label=wall, **pick_look(column))
-    whole = cases.isel(wall=0)
-    _bars(axes, period[1:], whole, RATIO, color="#1A1A1A", linewidth=1.8, marker="o", markersize=3, label=ALL)
-    axes.set_title("(a) a flexible floor at the top")
-    axes.set(xlim=(0, 1.04 * period[-1]))  # room for the last bar's ends
-    axes.set(xlabel="period of the floor [s]", ylabel="median intensity of collapse over the assumed [-]")
-
-
-def _others(axes: Axes, cases: xr.Dataset) -> None:
-    names = [*map(str, cases["assumption"].values)]
-    place = np.arange(len(names))[::-1]
-    axes.axvline(1.0, color=PALE, linewidth=0.8)
-    for column, wall in enumerate(_walls(cases)):
-        ratio = cases[RATIO].sel(wall=wall).values
-        axes.plot(ratio, place, markersize=3, **{**pick_look(column), "linestyle": "none"})
-    whole = cases.isel(wall=0)
-    look = {"linestyle": "none", "color": "#1A1A1A", "marker": "o", "markersize": 4}
-    _bars(axes, place - 0.25, whole, RATIO, upright=False, **look)
-    axes.set(xscale="log", yticks=place, yticklabels=names, xlabel="median intensity of collapse over the assumed [-]")
-    ticks = [0.5, 0.7, 1.0, 1.4, 2.0, 2.8]
-    axes.set_xticks(ticks, [plain(tick) for tick in ticks])
-    axes.set_xticks([], minor=True)
-    axes.set_title("(b) other assumptions")
-
-
-def _bars(axes: Axes, place: Any, case: xr.Dataset, name: str, upright: bool = True, **look: Any) -> None:
-    """Draw a statistic and its interval at some places."""
-    value = case[name].values
-    errors = np.abs(case[f"{name}_interval"].transpose("bound", ...).values - value)
-    x, y = (place, value) if upright else (value, place)
-    axes.errorbar(x, y, **{"yerr" if upright else "xerr": errors}, capsize=2, **look)
-
-
-def _walls(cases: xr.Dataset) -> list[str]:
-    return [str(wall) for wall in cases["wall"].values[1:]]
-
-
-# --- one e at all amplitudes ------------------------------------------------------------------------------------------
-
-APART = 0.006  # of the marks of two exponents [u/u_ins]
-
-
-@styled
 def fig_loss_law(loss_law: xr.Dataset) -> Figure:
     """Draw the median intensity of collapse by amplitude, and the median of the peaks by band, over those of e."""
-    whole = loss_law.isel(wall=0)
-    figure = new_figure(80.0)
-    left, right = figure.subplots(1, 2)
-    _collapses(left, whole)
-    _peaks(right, whole.isel(loss_exponent=middle(whole)))
+    study = loss_law.isel(wall=0)  # all
+    figure, ((collapse, peaks),) = panels(1, 2, 82.0)
+    exponents, amplitudes = study["loss_exponent"].values, study["reference_amplitude"].values
+    for index, g in enumerate(exponents):
+        curve, x = study.sel(loss_exponent=g), amplitudes + 0.006 * (index - (exponents.size - 1) / 2)
+        error_bars(collapse, x, curve[RATIO].values, curve[f"{RATIO}_interval"], label=f"$g = {g:g}$", **series(index))
+    middle = study.isel(loss_exponent=exponents.size // 2)
+    edges = np.append(study["band_start"].values, study["band_end"].values[-1])
+    for index, amplitude in enumerate(amplitudes):
+        curve = middle.sel(reference_amplitude=amplitude)
+        x = np.sqrt(edges[:-1] * edges[1:]) * 1.04 ** (index - 1)
+        line = series(3 + index, label=rf"$e$ at ${amplitude:g}\,u_\mathrm{{ins}}$")
+        error_bars(peaks, x, curve["median_ratio"].values, curve["median_ratio_interval"], **line)
+    for axes in (collapse, peaks):
+        axes.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
+    log_ticks(peaks.xaxis, edges)
+    peaks.set(xlim=edges[[0, -1]], title=f"(b) peaks, $g = {float(middle['loss_exponent']):g}$")
+    peaks.set(
+        xlabel=r"peak with constant $e$, $u/u_\mathrm{ins}$ [-]", ylabel="median peak over that of constant $e$ [-]"
+    )
+    collapse.set(title=f"(a) collapse, $e = {float(study['restitution']):g}$", ylabel=INTENSITY)
+    collapse.set_xlabel(r"amplitude that $e$ belongs to, $u/u_\mathrm{ins}$ [-]")
+    collapse.margins(x=0.08)
+    legend(figure, handles(collapse, peaks))
     return figure
 
 
-def middle(study: xr.Dataset) -> int:
-    """Return the place of the exponent for which the peaks are shown: that of the middle."""
-    return study.sizes["loss_exponent"] // 2
-
-
-def _look(count: int) -> dict[str, Any]:
-    return {**pick_look(count), "markersize": 4, "linewidth": 0.9}
-
-
-def _collapses(axes: Axes, whole: xr.Dataset) -> None:
-    axes.axhline(1.0, color=PALE, linewidth=0.8)
-    for count, g in enumerate(whole["loss_exponent"].values.tolist()):
-        one = whole.sel(loss_exponent=g)
-        places = one["reference_amplitude"].values + APART * (count - (whole.sizes["loss_exponent"] - 1) / 2)
-        _bars(axes, places, one, RATIO, label=f"$g = {g:g}$", **_look(count))
-    at = whole["reference_amplitude"].values
-    axes.set_xlim(at[0] - 0.05, at[-1] + 0.05)
-    axes.set_title(f"(a) collapse, $e = {float(whole['restitution']):g}$")
-    axes.set(
-        xlabel=r"amplitude that $e$ belongs to, $u/u_\mathrm{ins}$ [-]", ylabel="median intensity over that of $e$ [-]"
-    )
-    axes.legend()
-
-
-def _peaks(axes: Axes, of_exponent: xr.Dataset) -> None:
-    edges = [*of_exponent["band_start"].values.tolist(), float(of_exponent["band_end"][-1])]
-    place = np.sqrt(np.multiply(edges[:-1], edges[1:]))
-    axes.axhline(1.0, color=PALE, linewidth=0.8)
-    for count, at in enumerate(of_exponent["reference_amplitude"].values.tolist()):
-        one = of_exponent.sel(reference_amplitude=at)
-        label = rf"$e$ at ${at:g}\,u_\mathrm{{ins}}$"
-        _bars(axes, place * 1.04 ** (count - 1), one, "median_ratio", label=label, **_look(count))
-    axes.set(xscale="log", xlim=(edges[0], edges[-1]))
-    axes.xaxis.set_major_locator(FixedLocator(edges))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
-    axes.set_title(f"(b) peaks, $g = {float(of_exponent['loss_exponent']):g}$")
-    axes.set(xlabel=r"peak with constant $e$, $u/u_\mathrm{ins}$ [-]", ylabel="median peak over constant $e$'s [-]")
-    axes.legend()
-
-
-def amplitudes(study: xr.Dataset) -> list[float]:
-    """Return the amplitudes that e belongs to."""
-    values: list[float] = study["reference_amplitude"].values.tolist()
-    return values
+def fig_supports(supports: xr.Dataset) -> Figure:
+    """Draw the effect of a flexible floor by its period, and that of each other assumption."""
+    figure, ((floor, other),) = panels(1, 2, 100.0, width_ratios=(1, 1.05))
+    flexible = np.isfinite(supports["diaphragm_period"].values)
+    floors = supports.isel(assumption=flexible).sortby("diaphragm_period")
+    others = supports.isel(assumption=~flexible)
+    period, row = floors["diaphragm_period"].values, np.arange(others.sizes["assumption"])[::-1]
+    for index, wall in enumerate(map(str, supports["wall"].values[1:])):
+        line = series(index, markersize=3, linewidth=0.6)
+        floor.plot([0.0, *period], [1.0, *floors[RATIO].sel(wall=wall).values], label=wall, **line)
+        other.plot(others[RATIO].sel(wall=wall), row, **{**line, "linestyle": "none"})
+    together: dict[str, Any] = {**POINTS, "label": "all, with 95 % intervals"}
+    ratio, interval = (floors[name].sel(wall="all") for name in (RATIO, f"{RATIO}_interval"))
+    error_bars(floor, period, ratio.values, interval, **{**together, "linestyle": "solid", "linewidth": 1.8})
+    ratio, interval = (others[name].sel(wall="all") for name in (RATIO, f"{RATIO}_interval"))
+    error_bars(other, ratio.values, row - 0.28, interval, upright=False, **together)
+    floor.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
+    other.axvline(1.0, color=GREY, linewidth=0.6, zorder=0)
+    floor.set(title="(a) a flexible floor at the top", xlabel="period of the floor [s]", ylabel=INTENSITY)
+    floor.set_xlim(0, 1.04 * period[-1])
+    log_ticks(other.xaxis, [0.5, 0.7, 1.0, 1.4, 2.0, 2.8])
+    other.set_yticks(row, [ROWS.get(name, name) for name in map(str, others["assumption"].values)])
+    other.set(title="(b) other assumptions", xlabel=INTENSITY)
+    legend(figure, handles(floor), columns=5)
+    return figure

@@ -9,102 +9,77 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.constants import REFERENCE
-from rockdamp.figures.style import (
-    DISPLACEMENT,
-    GREY,
-    PALE,
-    REFERENCE_RESTITUTION,
-    line_of,
-    new_figure,
-    one_two_five,
-    style_of,
-    styled,
-)
+from rockdamp.figures.style import DISPLACEMENT, LOOK, PALE, RESTITUTION, handles, legend, log_ticks, look, panels
 
 FAMILIES = {"ECD": "ECD of order $m$", "BAND": "BAND of width $t_c$", "CQD": "CQD of width $w/a_1$"}
-MEASURES = {"log_error_median": "median", "log_error_90": "90 % quantile"}
-LOOKS: dict[str, dict[str, Any]] = {  # of the shown decay; the colours are those of the families
-    "ECD16": {"color": style_of("ECD").colour, "linestyle": (0, (1.0, 1.2)), "linewidth": 1.5},
-    "BAND0.4": {"color": style_of("BAND").colour, "linestyle": (0, (5.0, 1.6)), "linewidth": 1.2},
-    "BAND0.2": {"color": style_of("BAND").colour, "linestyle": "solid", "linewidth": 1.2},
+CROSSING: dict[str, dict[str, Any]] = {  # of the decay; impact last
+    "ECD16": look("ECD", marker=""),
+    "BAND0.4": look("BAND", marker="", linestyle=(0, (5.0, 1.6))),
+    "BAND0.2": look("BAND", marker="", linestyle="solid"),
+    "CR": look("CR", marker=""),
 }
-NEAR = 0.35  # in tau, shown before and after the crossing
+NEAR = 0.35  # in tau, before and after the crossing
 
 
-@styled
 def fig_order(order: xr.Dataset) -> Figure:
     """Draw the error over the force at the crossing, and force and velocity about the first crossing of a decay."""
-    figure = new_figure(140.0)
-    panels, (force, velocity) = figure.subplots(2, 2)
-    at_e = order.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
-    for axes, letter, (measure, words) in zip(panels, "ab", MEASURES.items(), strict=True):
-        _errors(axes, at_e, measure)
-        axes.set_title(f"({letter}) {words}, {int(order['records'])} records, $e = {float(at_e['restitution']):g}$")
-        axes.set_ylabel(f"{words} of $|\\ln r|$ [-]")
-    panels[0].legend(loc="lower left")
-    _force(force, order)
-    _velocity(velocity, order)
-    figure.legend(handles=force.get_legend_handles_labels()[0], loc="outside lower center", ncols=len(LOOKS) + 1)
+    figure, ((median, quantile), (force, velocity)) = panels(2, 2, 145.0)
+    study = order.sel(restitution=RESTITUTION, method="nearest")
+    title = f"{int(order['records'])} records, $e = {float(study['restitution']):g}$"
+    for axes, name, words in (
+        (median, "log_error_median", "(a) median"),
+        (quantile, "log_error_90", "(b) 90 % quantile"),
+    ):
+        _errors(axes, study, name)
+        axes.set(title=f"{words}, {title}", ylabel=f"{words[4:]} of $|\\ln r|$ [-]")
+    _crossing(force, velocity, order)
+    force.set_title(f"(c) damping force in the first half cycle, $e = {float(order['shown_restitution']):g}$")
+    velocity.set_title("(d) velocity at the first crossing")
+    legend(figure, [*handles(median), *handles(velocity)], columns=4)
     return figure
 
 
-def _errors(axes: Axes, at_e: xr.Dataset, measure: str) -> None:
+def _errors(axes: Axes, study: xr.Dataset, name: str) -> None:
     """Draw an error of each family over its force on the paper's curve, and that of CR with another e as a band."""
-    names = at_e["damper"].values.astype(str)
-    changed = at_e[measure].sel(damper=[name for name in names if name.startswith("e ")])
-    label = r"CR, $e \mp$ " + names[np.char.startswith(names, "e -")][0].removeprefix("e - ")
-    axes.axhspan(float(changed.min()), float(changed.max()), color=PALE, alpha=0.8, linewidth=1.2, label=label)
-    for family, words in FAMILIES.items():
-        of_family = at_e.sel(damper=[name for name in names if name.startswith(family)])
-        force, error = of_family["crossing_force"].sel(wall="paper").values, of_family[measure].values
-        look = style_of(family)
-        axes.plot(force, error, color=look.colour, marker=look.marker, markersize=4, label=words)
-        for x, y, name in zip(force, error, of_family["damper"].values.astype(str), strict=True):
-            side = -1 if family == "BAND" else 1  # the lower line has its labels below, the upper ones above
+    dampers = study["damper"].values.astype(str)
+    changed = study[name].isel(damper=np.char.startswith(dampers, "e "))
+    axes.axhspan(float(changed.min()), float(changed.max()), color=PALE, linewidth=1.2, label=r"CR, $e \mp 0.01$")
+    for family, label in FAMILIES.items():
+        rows = study.isel(damper=np.char.startswith(dampers, family))
+        force = rows["crossing_force"].sel(wall="paper").values
+        axes.plot(force, rows[name], label=label, **look(family, linestyle="solid", markersize=4))
+        side = -1 if family == "BAND" else 1  # the lower line has its numbers below, the upper ones above
+        place: dict[str, Any] = {"ha": "left" if side > 0 else "right", "va": "bottom" if side > 0 else "top"}
+        for x, y, damper in zip(force, rows[name].values, rows["damper"].values.astype(str), strict=True):
+            number = damper.removeprefix(family) or "0"
+            shift = (4 * side, 3 * side)
             axes.annotate(
-                name.removeprefix(family) or "0",
-                (x, y),
-                xytext=(4 * side, 3 * side),
-                textcoords="offset points",
-                ha="left" if side > 0 else "right",
-                va="bottom" if side > 0 else "top",
-                fontsize=7,
-                color=look.colour,
+                number, (x, y), shift, textcoords="offset points", color=LOOK[family]["color"], size=7, **place
             )
-    axes.set(xscale="log", yscale="log", xlabel=r"damping force at the crossing over $F_0$ [-]")
+    log_ticks(axes.xaxis)
+    log_ticks(axes.yaxis)
     axes.margins(0.1)
-    one_two_five(axes.xaxis)
-    one_two_five(axes.yaxis)
+    axes.set_xlabel(r"damping force at the crossing over $F_0$ [-]")
 
 
-def _of(order: xr.Dataset, name: str, damper: str) -> Any:
-    return order[name].sel(shown_damper=damper).values
-
-
-def _force(axes: Axes, order: xr.Dataset) -> None:
-    """Draw the damping force against displacement up to the first turn, and the impact, a force without bound."""
-    for damper, look in LOOKS.items():
-        turned = int(np.argmax(_of(order, "shown_velocity", damper)[1:] >= 0)) + 1
-        u, force = (_of(order, name, damper)[:turned] for name in ("shown_displacement", "shown_damping_force"))
-        axes.plot(u, force, label=damper, **look)
-    lowest = 1.2 * float(order["shown_damping_force"].min())
-    axes.set_ylim(lowest, -0.03 * lowest)
-    axes.plot([0, 0], [0, lowest], label="impact (CR)", **line_of(REFERENCE))
-    release = float(_of(order, "shown_displacement", REFERENCE)[0])
-    axes.set_xlim(release, -release)  # as time goes, from left to right
-    axes.set(xlabel=DISPLACEMENT, ylabel=r"damping force $C\,\dot u/F_0$ [-]")
-    axes.set_title(f"(c) the first half cycle of a decay, $e = {float(order['shown_restitution']):g}$")
-
-
-def _velocity(axes: Axes, order: xr.Dataset) -> None:
-    """Draw the velocity around the first crossing, in time from CR's impact."""
+def _crossing(force: Axes, velocity: Axes, order: xr.Dataset) -> None:
+    """Draw the force up to the first turn, as time goes from left to right, and the velocity about the crossing."""
     tau = order["tau"].values
-    at = int(np.argmax(_of(order, "shown_displacement", REFERENCE) <= 0)) - 1
-    near = np.abs(tau - tau[at]) <= NEAR
-    for damper, look in {**LOOKS, REFERENCE: line_of(REFERENCE)}.items():
-        axes.plot(tau[near] - tau[at], _of(order, "shown_velocity", damper)[near], **look)
-    axes.axvline(0, color=GREY, linewidth=0.4, zorder=0)
-    axes.set_xlabel(r"dimensionless time from the impact $p\,t$ [-]")
-    axes.set_ylabel(r"$\dot u/(p\,u_\mathrm{ins})$ [-]")
-    axes.set_title("(d) its velocity at the crossing")
+    impact = tau[int(np.argmax(order["shown_displacement"].sel(shown_damper="CR").values <= 0)) - 1]
+    near = np.abs(tau - impact) <= NEAR
+    for damper, line in CROSSING.items():
+        decay = order.sel(shown_damper=damper)
+        velocity.plot(
+            tau[near] - impact,
+            decay["shown_velocity"].values[near],
+            label="impact (CR)" if damper == "CR" else damper,
+            **line,
+        )
+        if damper != "CR":
+            half_cycle = slice(0, int(np.argmax(decay["shown_velocity"].values[1:] >= 0)) + 1)
+            force.plot(decay["shown_displacement"][half_cycle], decay["shown_damping_force"][half_cycle], **line)
+    lowest, release = 1.2 * float(order["shown_damping_force"].min()), float(order["shown_displacement"].max())
+    force.plot([0, 0], [0, lowest], **CROSSING["CR"])
+    force.set(xlim=(release, -release), ylim=(lowest, -0.03 * lowest), xlabel=DISPLACEMENT)
+    force.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
+    velocity.set(xlabel=r"dimensionless time from the impact $p\,t$ [-]", ylabel=r"$\dot u/(p\,u_\mathrm{ins})$ [-]")

@@ -1,179 +1,114 @@
-"""Shared by all figures: print sizes, one colour, line and marker for each damping model, labels and legends."""
+"""Shared by all figures: one look for each damping model, panels, tints, logarithmic axes, error bars, legend, save."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import wraps
+import io
+import logging
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib.style
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.colors import LinearSegmentedColormap, to_rgb
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import FixedLocator, LogLocator, NullLocator, StrMethodFormatter
 
-from rockdamp.constants import MODELS, PAPER_MODELS, RECOMMENDED, REFERENCE
+from rockdamp.storage.files import replace_file
 
 STYLE = Path(__file__).with_name("paper.mplstyle")
-SINGLE_COLUMN, DOUBLE_COLUMN = 90.0, 190.0  # [mm]
-# The paper's reference case, nearest to which a figure or its caption shows one e, u0/u_ins or a1.
-REFERENCE_RESTITUTION, REFERENCE_AMPLITUDE, REFERENCE_A1 = 0.85, 0.5, 0.04
-INCH = 25.4  # [mm]
-COLOURS = {
-    "CR": "#1A1A1A",
-    "CDC": "#0072B2",
-    "CDR": "#D55E00",
-    "SDR": "#009E73",
-    "ECD": "#9A4C95",
-    "BAND": "#D0267F",
-    "CQD": "#7F7F7F",
+WIDTH, COLUMN = 190.0, 90.0  # of a page's text and of one of its two columns [mm]
+
+# Colours that the colour-blind tell apart (Okabe and Ito); in grey the lines and the markers still differ.
+LOOK: dict[str, dict[str, Any]] = {
+    "CR": {"color": "#1A1A1A", "linestyle": "solid", "marker": "o"},
+    "CDC": {"color": "#0072B2", "linestyle": (0, (3.0, 1.4)), "marker": "s"},
+    "CDR": {"color": "#D55E00", "linestyle": (0, (8.0, 1.6)), "marker": "^"},
+    "SDR": {"color": "#009E73", "linestyle": "dashdot", "marker": "D"},
+    "ECD": {"color": "#9A4C95", "linestyle": "dotted", "marker": "v"},
+    "BAND": {"color": "#D0267F", "linestyle": (0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "marker": "X"},
+    "CQD": {"color": "#7F7F7F", "linestyle": (0, (3.0, 4.0)), "marker": "<"},
 }
-Colour = tuple[float, float, float]
+GREY, PALE = "#6E6E6E", "#DADADA"
+COLOURS = ("#0072B2", "#D0267F", "#E69F00", "#009E73", "#56B4E9", "#8C6D1F", "#9A4C95")
+MARKERS = ("o", "s", "D", "^", "v", "X", "P", "<", ">")
+POINTS: dict[str, Any] = {"color": "#1A1A1A", "linestyle": "none", "marker": "o", "markersize": 3.5}
 
+# The case of the paper that a figure shows where it shows one.
+RESTITUTION, RELEASE_AMPLITUDE, YIELD_DISPLACEMENT_RATIO = 0.85, 0.5, 0.04
 
-class ModelStyle(NamedTuple):
-    """Colour, line and marker of a damping model in every figure."""
-
-    colour: str
-    linestyle: str | tuple[float, tuple[float, ...]]
-    marker: str
-
-
-# Lines and markers. A damper's file has its colour, one that the colour-blind can tell apart (Okabe and Ito); in grey
-# the lines and markers still differ.
-CHOSEN: dict[str, tuple[str | tuple[float, tuple[float, ...]], str]] = {
-    "CR": ("solid", "o"),
-    "CDC": ((0, (3.0, 1.4)), "s"),
-    "CDR": ((0, (8.0, 1.6)), "^"),
-    "SDR": ("dashdot", "D"),
-    "ECD": ("dotted", "v"),
-    RECOMMENDED: ((0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "X"),
-}
-# For other models: two cycles of unlike lengths, so that many differ. Lines differ in the order of their dots, short
-# and long strokes, or in a gap as wide as a stroke, which is seen in any colour.
-SPARE_LINES: tuple[tuple[float, tuple[float, ...]], ...] = (
-    (0, (3.0, 4.0)),
-    (0, (1.0, 3.5)),
-    (0, (8.0, 1.4, 1.0, 1.4, 1.0, 1.4, 1.0, 1.4)),
-    (0, (3.0, 1.4, 3.0, 1.4, 1.0, 1.4)),
-    (0, (1.0, 1.4, 1.0, 4.0)),
-)
-SPARE_MARKERS = ("<", ">", "p", "h", "d", "H", "8")
-GREY, PALE = "#6E6E6E", "#B5B5B5"
-# Of walls, exponents and amplitudes.
-SHADES = ("#0072B2", "#D0267F", "#E69F00", "#009E73", "#56B4E9", "#8C6D1F", "#9A4C95", GREY)
-MARKERS, LINES = "o^sDv<>p", ("solid", "dashed", "dotted")
-
-# Symbols and units of the axes; "-" is dimensionless.
-RESTITUTION = "coefficient of restitution $e$ [-]"
-DAMPING_RATIO = r"damping ratio $\xi$ [-]"
 DISPLACEMENT = r"$u/u_\mathrm{ins}$ [-]"
 TAU = r"dimensionless time $\tau = p\,t$ [-]"
 
-
-def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
-    """Make a figure function use the shared style, whatever the user's own settings are."""
-
-    @wraps(draw)
-    def wrapper(*datasets: Any) -> Figure:
-        with matplotlib.style.context(STYLE, after_reset=True):
-            return draw(*datasets)
-
-    return wrapper
+# fontTools warns at every PDF that the fonts of Matplotlib have an early date.
+logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
 
 
-def new_figure(height: float, width: float = DOUBLE_COLUMN) -> Figure:
-    """Return an empty figure of a print size. [mm]"""
-    return Figure(figsize=(width / INCH, height / INCH))
+def look(model: str, **changes: Any) -> dict[str, Any]:
+    """Return colour, line and marker of a damping model, or of a word such as ECD16."""
+    return {**LOOK[model.rstrip("0123456789.")], **changes}
 
 
-def columns_of(count: int, most: int) -> int:
-    """Return how many columns, `most` of them at most, hold `count` panels or entries in rows of equal length."""
-    return -(-count // -(-count // most))
+def series(index: int, **changes: Any) -> dict[str, Any]:
+    """Return colour and marker of one of many walls or values: the same pair comes back after 63."""
+    return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)], **changes}
 
 
-def style_of(model: str) -> ModelStyle:
-    """Return how a model is drawn, with a spare line and marker where none is chosen for it."""
-    index = [name for name in (*MODELS, model) if name not in CHOSEN].index(model) if model not in CHOSEN else 0
-    spare = SPARE_LINES[index % len(SPARE_LINES)], SPARE_MARKERS[index % len(SPARE_MARKERS)]
-    return ModelStyle(COLOURS[model], *CHOSEN.get(model, spare))
+def tints(colour: str, count: int) -> list[Any]:
+    """Return `count` tints of a colour, light to dark."""
+    red_green_blue, share = np.array(to_rgb(colour)), np.linspace(0.55, -0.55, count)[:, None]
+    return list(red_green_blue * (1 - abs(share)) + np.maximum(share, 0))
 
 
-def paper_models(dataset: xr.Dataset) -> xr.Dataset:
-    """Keep the paper's models of a dataset: its figures show no others."""
-    for dim in {"damping_model", "viscous_model"} & set(dataset.dims):
-        dataset = dataset.sel({dim: np.isin(dataset[dim].values, (REFERENCE, *PAPER_MODELS))})
-    return dataset
+def panels(rows: int, columns: int, height: float, width: float = WIDTH, **options: Any) -> tuple[Figure, Any]:
+    """Return a figure in the style of the paper, and its panels, shape (rows, columns). Sizes are in millimetres."""
+    matplotlib.style.use(["default", STYLE])
+    figure = Figure(figsize=(width / 25.4, height / 25.4), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
-def dampers(data: xr.Dataset) -> list[str]:
-    """Return the damping models of a dataset but the reference, CR."""
-    return [str(model) for model in data["damping_model"].values if model != REFERENCE]
-
-
-def literal(text: str) -> str:
-    """Return a text from outside as it is drawn: a dollar is no formula, and a control character is an escape."""
-    return " ".join(text.split()).replace("$", r"\$")
-
-
-def line_of(model: str) -> dict[str, Any]:
-    """Return the keyword arguments that draw a model's line."""
-    return {"color": style_of(model).colour, "linestyle": style_of(model).linestyle}
-
-
-def pick_look(index: int) -> dict[str, Any]:
-    """Return the keyword arguments that draw one of several walls or values; 24 differ in colour and marker."""
-    turn, column = divmod(index, len(SHADES))
-    marker = MARKERS[(column + turn) % len(MARKERS)]
-    return {"color": SHADES[column], "marker": marker, "linestyle": LINES[turn % len(LINES)]}
-
-
-def marks_of(model: str) -> dict[str, Any]:
-    """Return the keyword arguments that draw a model's markers, without a line."""
-    return {"color": style_of(model).colour, "marker": style_of(model).marker, "linestyle": "none"}
-
-
-def one_two_five(axis: Axis) -> None:
-    """Label a logarithmic axis by plain numbers: 1, 2, 5 and their like."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+def log_ticks(axis: Axis, ticks: Sequence[float] | None = None) -> None:
+    """Make an axis logarithmic with plain numbers: at `ticks`, or at 1, 2, 5 and their like."""
+    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if ticks is None else FixedLocator(ticks))
+    axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_formatter(NullFormatter())
 
 
-def shades(model: str, count: int) -> list[Colour]:
-    """Return `count` shades of a model's colour, light to dark, for the values of a parameter."""
-    return ramp(style_of(model).colour, count)
+def error_bars(axes: Axes, x: Any, y: Any, interval: xr.DataArray, upright: bool = True, **look: Any) -> None:
+    """Draw points with their intervals, which have the dimension ``bound``: of y, or of x where not `upright`."""
+    lengths = np.abs(interval.transpose("bound", ...).values - np.asarray(y if upright else x))
+    axes.errorbar(x, y, **{"yerr" if upright else "xerr": lengths}, elinewidth=0.9, capsize=1.5, **look)
 
 
-def ramp(name: str, count: int) -> list[Colour]:
-    """Return `count` shades of a colour, light to dark."""
-    colour = to_rgb(name)
-    light, dark = (tuple(0.45 * part + 0.55 * end for part in colour) for end in (1.0, 0.0))
-    colours = LinearSegmentedColormap.from_list(name, [light, colour, dark])
-    red_green_blue = colours([0.5] if count == 1 else [i / (count - 1) for i in range(count)])[:, :3]
-    return [(float(r), float(g), float(b)) for r, g, b in red_green_blue]
+def legend(place: Figure | Axes, entries: Iterable[Any], columns: int = 0, title: str | None = None) -> None:
+    """Put a legend where it covers nothing: below a figure, to the right of a panel."""
+    entries = list(entries)
+    if isinstance(place, Figure):
+        place.legend(handles=entries, loc="outside lower center", ncols=columns or len(entries), title=title)
+    else:
+        beside: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.02, 0.5), "alignment": "left"}
+        place.legend(handles=entries, title=title, **beside)
 
 
-def present(values: Sequence[float], wanted: Sequence[float]) -> list[int]:
-    """Return the indices in `values` of those `wanted` that are there, in that order; of all where none is."""
-    indices = [index for want in wanted for index, value in enumerate(values) if abs(value - want) < 1e-9]
-    return indices or list(range(len(values)))
+def handles(*axes: Axes) -> list[Any]:
+    """Return what has a label in some panels, for a legend."""
+    return [handle for panel in axes for handle in panel.get_legend_handles_labels()[0]]
 
 
-def nearest(values: Sequence[float], wanted: float) -> int:
-    """Return the index in `values` of the one nearest to `wanted`."""
-    return min(range(len(values)), key=lambda index: abs(values[index] - wanted))
-
-
-def texts(values: Sequence[float]) -> list[str]:
-    """Return numbers as text, all with the decimals that the longest of them needs."""
-    decimals = max(len(f"{value:g}".partition(".")[2]) for value in values)
-    return [f"{value:.{decimals}f}" for value in values]
-
-
-def scaling(factor: float) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
-    """Return what a second axis needs to show `factor` times the first."""
-    return (lambda value: value * factor), (lambda value: value / factor)
+def save(figure: Figure, files: Iterable[str | Path], resolution: float) -> None:
+    """Write a figure in the formats of the suffixes, the same bytes each time. `resolution` is in dots per inch."""
+    figure.dpi = resolution
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # one layout for all formats
+    for file in map(Path, files):
+        date = {".pdf": "CreationDate", ".svg": "Date"}.get(file.suffix)
+        drawn = io.BytesIO()
+        with matplotlib.rc_context({"svg.hashsalt": file.stem}):
+            figure.savefig(drawn, format=file.suffix[1:], metadata={date: None} if date else None)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with replace_file(file) as temporary:
+            temporary.write_bytes(drawn.getvalue())

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from rockdamp.constants import RECOMMENDED_SOURCE
 from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
-from rockdamp.figures.style import REFERENCE_RESTITUTION
+from rockdamp.figures.style import RESTITUTION
 from rockdamp.mechanics.damping import DAMPERS
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import DASH, count_noun, number, percent, plain
@@ -55,7 +55,7 @@ def answer(data: Datasets, a1: float) -> dict[str, Any] | None:
 
 def select_e(order: xr.Dataset) -> xr.Dataset:
     """Return the errors over force at the e that the page and `fig_order` show."""
-    return order.sel(restitution=REFERENCE_RESTITUTION, method="nearest")
+    return order.sel(restitution=RESTITUTION, method="nearest")
 
 
 def order_rows(at_e: xr.Dataset) -> list[dict[str, Any]]:

@@ -11,8 +11,7 @@ import xarray as xr
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from rockdamp.constants import RECOMMENDED_SOURCE, REFERENCE
-from rockdamp.figures.style import dampers
+from rockdamp.constants import RECOMMENDED_SOURCE, REFERENCE, VISCOUS_MODELS
 from rockdamp.report.answer import with_interval
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import join_words, number, percent, plain
@@ -103,14 +102,14 @@ def _band(compared: xr.Dataset, index: int) -> str:
 
 def _walls(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
     middle = walls.sizes["restitution"] // 2
-    ratio = walls["damping_ratio"].isel(restitution=middle).sel(damping_model=dampers(walls))
+    ratio = walls["damping_ratio"].isel(restitution=middle).sel(damping_model=list(VISCOUS_MODELS))
     sources = [str(source) for source in walls["damping_ratio_source"].values]
     pooled = compared["pooled"] == 1
     without = {source: ~pooled.sel(damping_ratio_source=source).values for source in sources}
     return {
         "walls": [(walls.isel(wall=index), ratio.isel(wall=index)) for index in range(walls.sizes["wall"])],
         "wall_e": plain(walls["restitution"][middle]),
-        "models": dampers(walls),
+        "models": VISCOUS_MODELS,
         "sources": [SOURCES.get(source, source) for source in sources],
         "apart": [
             (SOURCES.get(source, source), join_words(map(str, compared["wall"].values[missing])))

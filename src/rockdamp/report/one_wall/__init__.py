@@ -33,8 +33,7 @@ from rockdamp.constants import (
     STANDARD_GRAVITY,
 )
 from rockdamp.equivalence.programs import REQUIREMENT, frequencies, missed_collapses, program_inputs
-from rockdamp.figures.mechanism import wall_figure
-from rockdamp.figures.single import fragility_figure, response_figure
+from rockdamp.figures.commands import fragility_figure, response_figure, wall_figure
 from rockdamp.histories.respond import respond
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import DAMPERS
