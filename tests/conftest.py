@@ -1,5 +1,6 @@
 """Settings and high-precision values that several tests share."""
 
+import fcntl
 import os
 import signal
 from itertools import pairwise
@@ -7,6 +8,9 @@ from itertools import pairwise
 import mpmath as mp
 import pytest
 from hypothesis import settings
+from minimal_build import RESULTS
+from repository import ROOT
+from workflow_tree import Tree
 
 # The same examples every time: a failure must be found again. No deadline, as the first call compiles; no database in
 # the tree.
@@ -58,6 +62,17 @@ def areas_under(corners, force, end):
         return ks * d * (2 * (corners[3] - high) + d) / 2
 
     return ends, area
+
+
+@pytest.fixture(scope="session")
+def minimal(tmp_path_factory, worker_id):
+    """The folder of the minimal results, built in the repository where they are missing or out of date."""
+    base = tmp_path_factory.getbasetemp()
+    with open((base if worker_id == "master" else base.parent) / "build.lock", "w", encoding="utf-8") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # one process builds, the others wait
+        run = Tree(ROOT).snakemake("--nolock")
+    assert run.returncode == 0, run.stdout + run.stderr
+    return ROOT / RESULTS
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from command_line import printed, run
 from repository import ROOT
 
 import rockdamp as rd
-from rockdamp.laboratory.figures import free_rocking_figure
+from rockdamp.figures.commands import free_rocking_figure
 
 FIRST, SECOND = (str(ROOT / f"examples/my-free-rocking-{number}.csv") for number in (1, 2))
 WALL = ["--thickness", "250mm", "--height", "3m", "--hinge-ratio", "0.6"]
@@ -47,7 +47,7 @@ def test_the_picture_shows_the_test_in_millimetres_its_half_periods_and_e_of_eac
         fitted = stored.load()
     figure = free_rocking_figure(fitted)
     figure.draw_without_rendering()
-    history, periods, impacts, _ = figure.axes
+    history, periods, _, impacts = figure.axes
     first = (fitted["sample_release"] == 1).values
     np.testing.assert_allclose(history.lines[0].get_ydata(), 1000 * fitted["measured"].values[first])
     shown = np.concatenate([line.get_ydata() for line in periods.lines if line.get_linestyle() == "None"])

@@ -1,10 +1,8 @@
-"""The damping ratio over the amplitude: from peaks, from Err, from the closed form; its figure."""
+"""The damping ratio over the amplitude: from peaks, from Err, from the closed form."""
 
 import numpy as np
 import pytest
 from configs import configured
-from figure_functions import FIGURES
-from figure_reading import shows
 
 from rockdamp.equivalence.matching import RESOLUTION
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -71,11 +69,3 @@ def test_the_closed_form_is_within_what_the_page_says(found):
     assert 0.1 < largest("damping_ratio_peaks", "CDC", 0.75) < 0.21  # "not enough"
     assert 0.04 < largest("damping_ratio", "CDR", 0.75) < 0.12
     assert 0.02 < largest("damping_ratio", "SDR", 0.75) < 0.11
-
-
-def test_the_figure_shows_each_damper_over_ecd(found):
-    (axes,) = FIGURES["fig_amplitude"](found).axes
-    peaks = found["damping_ratio_peaks"].sel(restitution=0.85)
-    for model in found["damping_model"].values:
-        relative = peaks.sel(damping_model=model) / peaks.sel(damping_model="ECD")
-        assert shows(axes, found["release_amplitude"].values, relative.values)

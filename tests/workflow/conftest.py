@@ -9,15 +9,14 @@ from workflow_tree import Tree
 
 
 @pytest.fixture(scope="session")
-def tree(tmp_path_factory):
-    """A copy in which the minimal config is built; a test that changes it puts it back.
+def tree(tmp_path_factory, minimal):
+    """A copy of the repository and of its minimal results; a test that changes it puts it back.
 
-    What is built in the repository is copied with Snakemake's notes on it, as `cp -r` would, with new times.
+    The results are copied with Snakemake's notes on them, as `cp -r` would, with new times.
     """
     tree = Tree(tmp_path_factory.mktemp("pipeline") / "a träe")
     for built in (RESULTS, LOGS, ".snakemake/metadata"):
-        if (ROOT / RESULTS).is_dir() and (ROOT / built).is_dir():
-            shutil.copytree(ROOT / built, tree.place / built, copy_function=shutil.copy)
+        shutil.copytree(ROOT / built, tree.place / built, copy_function=shutil.copy)
     full = tree.place / "results/decay/amplitude.nc"
     full.parent.mkdir(parents=True)
     full.write_text("of the full config", encoding="utf-8")

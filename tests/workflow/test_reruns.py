@@ -12,7 +12,7 @@ from rockdamp.figures import FIGURES
 
 PAGES = {"report", "paper_page"}
 QUAKES = {"earthquake_walls", "earthquake_records", "earthquakes_study", "earthquake_check", "comparison"}
-QUAKE_FIGURES = {"fig_earthquakes", "fig_earthquakes_ratio", "fig_ida", "fig_fragility"}
+QUAKE_FIGURES = {"fig_earthquakes", "fig_fragility"}
 OTHERS = {"order", "loss_law", "supports"}  # of the walls and records of the earthquakes
 PARTS = {f"{name}_records" for name in OTHERS}
 PART_FILES = [f"earthquakes/{kind}-{chunk}.nc" for kind in ("records", "order") for chunk in (0, 1)]
@@ -58,7 +58,7 @@ EDITS = {
         "dataset ",
     ),
     "the script of figures": (
-        [("workflow/scripts/figure.py", '["png"', '["svg", "png"')],
+        [("workflow/scripts/figure.py", "snakemake.output, ", "list(snakemake.output), ")],
         {*FIGURES, *PAGES},
         "figure ",
     ),

@@ -173,6 +173,7 @@ def _fit(history: Axes, residual: Axes, fitted: xr.Dataset, time: str) -> None:
     residual.plot(fitted[time], measured - computed, color=GREY, linewidth=0.8)
     history.set_ylabel(DISPLACEMENT_MM)
     residual.set(ylabel="residual [mm]", xlabel=TIME)
+    history.margins(x=0.02)
     for axes in (history, residual):
         axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)
 
@@ -204,6 +205,7 @@ def _impacts(axes: Axes, fitted: xr.Dataset) -> None:
             amplitude, rocking["expected_restitution"].sel(damping_model=model), **look(model, marker="", label=model)
         )
     log_ticks(axes.xaxis)
+    axes.margins(x=0.04)
     axes.set(xlabel=f"peak before the impact, {DISPLACEMENT}", ylabel="$e$ [-]")
     g = " to ".join(number(bound, 2) for bound in fitted["loss_exponent_interval"].values)
     axes.set_title(f"(c) {_estimate(fitted, 'restitution')}, $g$ = {g}")

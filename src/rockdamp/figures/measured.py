@@ -24,7 +24,7 @@ def record_title(dataset: xr.Dataset) -> str:
     name = source if specimen in ("none", "not stated") else specimen
     factor = float(dataset.get("scale_factor", 1.0))
     text = f"{record_name(dataset)}: {' '.join(name.split())}" + (f" (times {factor:g})" if factor != 1 else "")
-    return fill(text, 120, max_lines=2).replace("$", r"\$")
+    return fill(text[0].upper() + text[1:], 120, max_lines=2).replace("$", r"\$")
 
 
 def record_name(dataset: xr.Dataset) -> str:
