@@ -36,7 +36,7 @@ def shows(axes, x, y):
 
 
 def assert_bars(axes, index, interval, column=1):
-    """The error bars of one set of a panel end at an interval, of y unless `column` is 0; what is not finite has none."""
+    """The error bars of a set end at an interval, of y unless `column` is 0; what is not finite has none."""
     sets = [container for container in axes.containers if len(container) == 3]
     ends = [segment[:, column] for segment in sets[index][2][0].get_segments() if len(segment)]
     np.testing.assert_allclose(np.reshape(ends, (-1, 2)), interval.values[np.isfinite(interval.values).all(-1)])

@@ -17,9 +17,9 @@ FIGURES = {
     "fig_convergence": ("figures.convergence", ["convergence"]),
     "fig_amplitude": ("figures.equivalence", ["amplitude"]),
     "fig_order": ("figures.order", ["order"]),
-    "fig_earthquakes": ("figures.earthquakes", ["comparison"]),
-    "fig_fragility": ("figures.earthquakes", ["comparison"]),
     "fig_loss_law": ("figures.assumptions", ["loss_law"]),
     "fig_supports": ("figures.assumptions", ["supports"]),
+    "fig_earthquakes": ("figures.earthquakes", ["comparison"]),
+    "fig_fragility": ("figures.earthquakes", ["comparison"]),
     "fig_measured_rocking": ("figures.measured", ["measured_rocking"]),
 }

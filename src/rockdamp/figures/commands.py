@@ -127,7 +127,11 @@ def fragility_figure(answer: xr.Dataset) -> Figure:
         )
         axes.plot(levels, ndtr(np.log(levels / median) / dispersion), **look(model, marker="", label=label))
     cr = answer.isel(damping_model=0)
-    point = {"fmt": "_", "color": GREY, "label": f"{cr['damping_model'].item()} at the intensity asked for, 95 %"}
+    point: dict[str, Any] = {
+        "fmt": "_",
+        "color": GREY,
+        "label": f"{cr['damping_model'].item()} at the intensity asked for, 95 %",
+    }
     error_bars(axes, cr[measure], cr["collapse_probability"].values, cr["collapse_probability_interval"], **point)
     log_ticks(axes.xaxis)
     axes.set(xlim=stripes[[0, -1]], ylim=(-0.03, 1.03), xlabel=MEASURES[measure])

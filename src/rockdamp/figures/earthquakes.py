@@ -70,7 +70,7 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
     columns = min(4, study.sizes["wall"])
     rows = -(-study.sizes["wall"] // columns)
     figure, grid = panels(rows, columns, 22.0 + 52.0 * rows, sharex=True, sharey=True)
-    level = np.geomspace(*study["velocity_ratio"].values[[0, -1]], 201)
+    level = np.geomspace(float(study["velocity_ratio"][0]), float(study["velocity_ratio"][-1]), 201)
     for axes, wall in zip(grid.flat, study["wall"].values, strict=False):
         curves = study.sel(wall=wall)
         cr = curves.sel(damping_model="CR")

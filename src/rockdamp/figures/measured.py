@@ -44,12 +44,12 @@ def fig8(validation: xr.Dataset) -> Figure:
     for axes in (motion, response):
         axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)
     # From the motion's first tenth to the last tenth of the decay, with some rest on both sides.
-    start, end = (
-        np.flatnonzero(abs(part) >= 0.1 * abs(part).max())[place]
-        for part, place in ((validation["ground_acceleration"].values, 0), (measured.values, -1))
+    shaken, rocking = (
+        abs(values) >= 0.1 * abs(values).max() for values in (validation["ground_acceleration"], measured)
     )
-    margin = 0.1 * (elapsed[end] - elapsed[start])
-    motion.set(ylabel=ACCELERATION, xlim=(elapsed[start] - margin, elapsed[end] + margin))
+    first, last = elapsed[shaken.values][0], elapsed[rocking.values][-1]
+    margin = 0.1 * (last - first)
+    motion.set(ylabel=ACCELERATION, xlim=(first - margin, last + margin))
     response.set(xlabel=TIME, ylabel="mid-height displacement $u$ [mm]")
     over_u_ins(response, validation)
     figure.align_ylabels()
@@ -69,8 +69,8 @@ def fig_measured_rocking(measured: xr.Dataset) -> Figure:
     figure, ((exponent, likelihood, restitution),) = panels(1, 3, 82.0, width_ratios=[1.0, 1.1, 1.1])
     impacts = measured["impacts_used"]
     place = np.arange(impacts.size)
-    for model, gamma in EXPONENTS.items():
-        exponent.axvline(gamma, **look(model, marker=""))
+    for model, power in EXPONENTS.items():
+        exponent.axvline(power, **look(model, marker=""))
     gamma, interval = measured["amplitude_exponent"], measured["amplitude_exponent_interval"]
     error_bars(exponent, gamma.values, place, interval, upright=False, label="measured, 90 %", **POINTS)
     exponent.set(
