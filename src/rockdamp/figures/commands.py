@@ -142,9 +142,9 @@ def fragility_figure(answer: xr.Dataset) -> Figure:
 
 
 def calibration_figure(calibration: xr.Dataset) -> Figure:
-    """Draw the measured response and the fitted one, and what is left between them."""
+    """Draw the measured response of the first run and the fitted one, and what is left between them."""
     figure, ((history,), (residual,)) = panels(2, 1, 108.0, sharex=True, height_ratios=[2.6, 1.0])
-    _fit(history, residual, calibration, "elapsed")
+    _fit(history, residual, calibration.isel(sample=(calibration["sample_run"] == 1).values), "elapsed")
     history.set_title(",  ".join(_estimate(calibration, name) for name in SYMBOLS))
     figure.suptitle(record_title(calibration), fontsize=8)
     figure.align_ylabels()
@@ -173,7 +173,7 @@ def _fit(history: Axes, residual: Axes, fitted: xr.Dataset, time: str) -> None:
     """Draw a measured and a fitted history, and below it their difference."""
     measured, computed = (MILLIMETRES * fitted[name] for name in ("measured", "control_displacement"))
     history.plot(fitted[time], measured, label=record_name(fitted), **MEASURED)
-    history.plot(fitted[time], computed, **look("CR", marker="", label="fitted, CR"))
+    history.plot(fitted[time], computed, **look("CR", marker="", label=f"fitted, {fitted.attrs.get('damping_model', 'CR')}"))
     residual.plot(fitted[time], measured - computed, color=GREY, linewidth=0.8)
     history.set_ylabel(DISPLACEMENT_MM)
     residual.set(ylabel="residual [mm]", xlabel=TIME)
