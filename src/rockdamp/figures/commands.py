@@ -173,7 +173,9 @@ def _fit(history: Axes, residual: Axes, fitted: xr.Dataset, time: str) -> None:
     """Draw a measured and a fitted history, and below it their difference."""
     measured, computed = (MILLIMETRES * fitted[name] for name in ("measured", "control_displacement"))
     history.plot(fitted[time], measured, label=record_name(fitted), **MEASURED)
-    history.plot(fitted[time], computed, **look("CR", marker="", label=f"fitted, {fitted.attrs.get('damping_model', 'CR')}"))
+    history.plot(
+        fitted[time], computed, **look("CR", marker="", label=f"fitted, {fitted.attrs.get('damping_model', 'CR')}")
+    )
     residual.plot(fitted[time], measured - computed, color=GREY, linewidth=0.8)
     history.set_ylabel(DISPLACEMENT_MM)
     residual.set(ylabel="residual [mm]", xlabel=TIME)
