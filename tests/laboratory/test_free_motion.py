@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rockdamp.laboratory.excursions import displacement_from_peak
+from rockdamp.laboratory.free_decay import displacement_from_peak
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history

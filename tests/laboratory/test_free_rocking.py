@@ -8,7 +8,7 @@ from rounded_texts import assert_shipped
 
 import rockdamp as rd
 from rockdamp.histories.respond import free_decay
-from rockdamp.laboratory.releases import noise_of, releases_of
+from rockdamp.laboratory.releases import find_releases, noise_of
 from rockdamp.solvers.exact import exact_history
 
 WALL = rd.Wall(thickness=0.25, height=3.0, hinge_ratio=0.6)
@@ -49,7 +49,6 @@ def test_several_releases_of_one_specimen_are_one_estimate(fitted):
     np.testing.assert_allclose(released, [0.5, 0.3, -0.5], rtol=2e-3)
     np.testing.assert_allclose(fitted["release_elapsed"][0], 0.5, atol=2e-3)
     np.testing.assert_allclose(fitted["sensor_zero"], 0.003, atol=2e-4)
-    assert float(fitted["restitution_unlike_releases"]) > 0.01
 
 
 @pytest.mark.parametrize(("release", "seed", "sign"), [(1, 1, 1.0), (3, 3, -1.0)])
@@ -185,40 +184,35 @@ def test_the_shipped_examples_are_what_their_program_makes():
         assert_shipped(text, (ROOT / "examples" / name).read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize(
-    ("displacement", "said"),
-    [
-        (1000 * decay(), "were they millimetres?"),
-        (10 * decay(), "were they centimetres or inches?"),
-        (np.abs(decay(before=0) - 0.003), "two-sided tests alone are fitted"),
-        (decay()[:700], r"the number of clear peaks is [0-3]; it must be at least 4"),
-        (1e-4 * np.random.RandomState(5).standard_normal(2000), "the number of clear peaks is 0"),
-    ],
-)
-def test_a_test_that_cannot_be_fitted_is_refused(displacement, said):
-    with pytest.raises(rd.InputError, match=said):
-        rd.fit_free_rocking(test_of(displacement), WALL)
+SHOWN = decay()
+REFUSED = {
+    "millimetres": ({"displacement": 1000 * SHOWN}, "largest peak"),
+    "centimetres": ({"displacement": 100 * SHOWN}, "largest peak"),
+    "degrees": ({"rotation": SHOWN / 1.8 * 180 / np.pi}, "largest peak"),
+    "one side": ({"displacement": np.abs(decay(before=0) - 0.003)}, "middle"),
+    "too short": ({"displacement": SHOWN[:700]}, "clear peaks"),
+    "noise": ({"displacement": 1e-4 * np.random.RandomState(5).standard_normal(2000)}, "clear peaks"),
+}
 
 
-def test_degrees_and_a_wrong_wall_are_named():
-    displacement = decay()
-    degrees = rd.FreeRocking(0.002 * np.arange(displacement.size), rotation=displacement / 1.8 * 180 / np.pi)
-    with pytest.raises(rd.InputError, match="largest peak"):
-        rd.fit_free_rocking(degrees, WALL)
-    slow = rd.FreeRocking(0.02 * np.arange(displacement.size), displacement)
-    with pytest.raises(rd.InputError, match="half periods are .* times those of the wall"):
-        rd.fit_free_rocking(slow, WALL)
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_test_that_cannot_be_fitted_is_refused(case):
+    measured, named = REFUSED[case]
+    elapsed = 0.002 * np.arange(next(iter(measured.values())).size)
+    with pytest.raises(rd.InputError, match=named):
+        rd.fit_free_rocking(rd.FreeRocking(elapsed, **measured), WALL)
 
 
-def test_a_rigid_block_is_told_and_how_to_read_its_e():
-    rigid = rd.TrilinearCurve(0.001, 0.995)
-    history = exact_history(rigid, rd.Damping("CR", E), P * ELAPSED, release_amplitude=0.5)
-    peaks = np.abs([0.5, *history.turning_displacement[:2]])
-    energy = peaks - peaks**2 / 2
-    assert np.sqrt(energy[1:] / energy[:-1]) == pytest.approx(E, abs=1e-3)
+def test_another_wall_s_half_periods_are_refused():
+    with pytest.raises(rd.InputError, match="half periods"):
+        rd.fit_free_rocking(rd.FreeRocking(0.02 * np.arange(SHOWN.size), SHOWN), WALL)
+
+
+def test_a_rigid_block_is_refused():
+    history = exact_history(rd.TrilinearCurve(0.001, 0.995), rd.Damping("CR", E), P * ELAPSED, release_amplitude=0.5)
     moved = np.concatenate([np.full(250, 0.5), history.displacement, np.zeros(300)])
     noise = 2e-4 * np.random.RandomState(1).standard_normal(moved.size)
-    with pytest.raises(rd.InputError, match=r"b1\) 0.98; .* A rigid block has b1 = 1; its e\^2 is V of a peak"):
+    with pytest.raises(rd.InputError, match="b1"):
         rd.fit_free_rocking(test_of(U_INS * moved + noise), WALL)
 
 
@@ -229,19 +223,19 @@ def test_a_test_without_rest_is_fitted():
 
 def test_releases_are_found_with_their_peaks_and_without_those_in_the_noise():
     displacement = np.concatenate([decay(), decay(sign=-1.0, release=0.4)])
-    first, second = releases_of(test_of(displacement), displacement)
+    first, second = find_releases(0.002 * np.arange(displacement.size), displacement)
     assert np.sign(first.peaks[0]) == 1 and np.sign(second.peaks[0]) == -1
     assert (np.sign(first.peaks[1:]) == -np.sign(first.peaks[:-1])).all()
     assert noise_of(displacement) == pytest.approx(2e-4, rel=0.1)
     assert np.abs(first.peaks).min() > 2e-3 and first.crossings.size == first.peaks.size - 1
-    few, _ = releases_of(test_of(displacement), displacement, least=0.02)
+    few, _ = find_releases(0.002 * np.arange(displacement.size), displacement, least=0.02)
     assert np.abs(few.peaks).min() > 0.02
 
 
 def test_filtered_noise_makes_no_peaks_at_rest():
     """White noise that a logger's filter took most of shows at rest, and hardly in differences of samples."""
     displacement = np.convolve(decay(noise=1e-3), np.full(25, 1 / 25), mode="valid")
-    (release,) = releases_of(test_of(displacement), displacement)
+    (release,) = find_releases(0.002 * np.arange(displacement.size), displacement)
     assert noise_of(displacement) > 5e-5
     assert np.abs(release.peaks).min() > 5e-4 and release.elapsed[-1] < 6.6  # the rest begins at 6.5 s
     fit = rd.fit_free_rocking(test_of(displacement), WALL)
@@ -259,14 +253,3 @@ def test_an_uncertain_size_widens_the_answer_by_what_another_size_changes():
     np.testing.assert_allclose(np.sqrt(added), np.abs(change[0] - change[1]) / 2, rtol=1e-6)
     low, high = uncertain["interval"].sel(parameter="strength_ratio").values
     assert high - low > 5 * float(np.diff(exact["interval"].sel(parameter="strength_ratio").values)[0])
-
-
-def test_plain_arrays_are_told_how_to_become_a_test():
-    with pytest.raises(rd.InputError, match=r"tests must be FreeRocking\(elapsed, displacement\), or what"):
-        rd.fit_free_rocking(np.zeros((3, 2)), WALL)
-
-
-def test_a_test_that_is_given_twice_is_refused():
-    test = test_of(decay())
-    with pytest.raises(rd.InputError, match="tests 1 and 2 have the same displacements; each must be given once"):
-        rd.fit_free_rocking([test, test], WALL)

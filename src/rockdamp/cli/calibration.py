@@ -48,7 +48,7 @@ HALF_CYCLE = ("half_cycle_release", "peak_elapsed", "peak_displacement", "half_p
 IMPACT = ("impact_release", "impact_elapsed", "impact_amplitude", "impact_rocking", "impact_restitution")
 SCALARS = (
     *("restitution_scatter", "loss_exponent", "restitution_rigid", "restitution_impulsive"),
-    *("residual_rms", "rest_deviation", "log_likelihood_threshold", "restitution_unlike_releases"),
+    *("residual_rms", "rest_deviation", "log_likelihood_threshold"),
 )
 SHOWN = 12  # impacts that are printed
 
@@ -161,14 +161,14 @@ def models(fitted: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _print(fitted: xr.Dataset, law: str) -> None:
-    from rockdamp.laboratory.free_rocking import HANDED_ON
+    from rockdamp.laboratory.free_rocking import ASSESSED_AMPLITUDE
 
     told = content(fitted)
     rows = [{**row, "interval_90": _span(row["interval_90"])} for row in told["parameters"]]
     print_table(without_unknown(rows))
     e, analytical = told["parameters"][-1]["estimate"], told["restitution_rigid"]
     rocking, count = int(fitted["impact_rocking"].sum()), fitted.sizes["release"]
-    handed_on = next(row["restitution"] for row in told["restitution_at"] if row["amplitude"] == HANDED_ON)
+    handed_on = next(row["restitution"] for row in told["restitution_at"] if row["amplitude"] == ASSESSED_AMPLITUDE)
     over = "" if told["residual_over_rest"] is None else f", {told['residual_over_rest']:.3g} times the noise at rest"
     click.echo(
         f"\ne is {e / analytical:.3f} of the analytical {analytical:.4f} ({law}), by {rocking} impacts of {count}"
@@ -177,7 +177,7 @@ def _print(fitted: xr.Dataset, law: str) -> None:
         f"\nthe fit leaves {1000 * told['residual_rms']:.3g} mm (rms), {told['residual_over_peak']:.2g} of the"
         f" largest peak{over}"
         f"\ne of an impact depends on the peak before it: {_at_amplitudes(told)}"
-        f"\nan assessment needs that at {HANDED_ON:g} u_ins: assess --restitution {handed_on:.3f}"
+        f"\nan assessment needs that at {ASSESSED_AMPLITUDE:g} u_ins: assess --restitution {handed_on:.3f}"
         f"\nthe loss per impact goes with the energy to the power -g, g = {told['loss_exponent']:.3f}"
         f" ({_span(told['loss_exponent_interval_90'])}); that of each damper on this curve:\n"
     )

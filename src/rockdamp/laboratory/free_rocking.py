@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.special import ndtri
-from scipy.stats import chi2
+from scipy.stats import t as student
 
 from rockdamp.arrays import Array
 from rockdamp.constants import MODELS, REFERENCE, SOFTENING
 from rockdamp.equivalence.closed_form import equivalence_factor
-from rockdamp.errors import InputError, check, check_choice
+from rockdamp.errors import check, check_choice
 from rockdamp.histories.respond import record_attributes
-from rockdamp.laboratory.calibration import true_values
-from rockdamp.laboratory.excursions import LEVEL, Excursions, Losses, Solution, exponent_of, restitution_at
-from rockdamp.laboratory.releases import FreeRocking, Release, releases_of, rest_deviation
+from rockdamp.laboratory.calibration import NORMAL, true_values
+from rockdamp.laboratory.free_decay import FreeDecay
+from rockdamp.laboratory.losses import fit_law, loss_at, regress
+from rockdamp.laboratory.record_fit import PARAMETERS
+from rockdamp.laboratory.releases import FreeRocking, find_releases, rest_deviation
 from rockdamp.laboratory.uncertainty import check_deviations
 from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.damping import DAMPERS, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 
-PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
 FEWEST_IMPACTS = 3  # from beyond u1
-NORMAL = round(float(ndtri(0.5 + LEVEL / 2)), 4)  # quantile of the normal distribution
 WIDEST = 10.0  # half of an interval of ln e: a peak in the noise leaves none that is narrower
 DIFFERENCE = 1e-5
-AMPLITUDES, HANDED_ON = (0.1, 0.3, 0.5), 0.3  # of u_ins, where e is told; where an assessment takes it from
+AMPLITUDES, ASSESSED_AMPLITUDE = (0.1, 0.3, 0.5), 0.3  # of u_ins; that of the e of an assessment
 
 
 def fit_free_rocking(
@@ -94,267 +92,191 @@ def fit_free_rocking(
     >>> fitted.estimate.values.round(3)
     array([0.05, 0.8 , 0.88])
     """
-    valid, allowed = RULES["ultimate_displacement_ratio"]
-    a3 = float(check("ultimate_displacement_ratio", ultimate_displacement_ratio, valid, allowed))
+    a3 = float(check("ultimate_displacement_ratio", ultimate_displacement_ratio, *RULES["ultimate_displacement_ratio"]))
     check_choice("softening", softening, SOFTENING)
-    given = [tests] if isinstance(tests, FreeRocking) else list(tests)
-    _require_unlike(given)
     if least_peak is not None:
         check("least_peak", least_peak, lambda peak: peak > 0, "greater than 0 [m]")
+    several = [tests] if isinstance(tests, FreeRocking) else list(tests)
     deviations = check_deviations(wall, uncertain)
-
-    def solution_of(mechanism: Wall | Parapet) -> Solution:
-        return _solution(given, mechanism, a3, softening, least_peak)
-
-    fitted = _summary(solution_of(wall), given[0])
-    if deviations:
-        fitted = _widened(fitted, _by_sizes(wall, deviations, lambda other: _summary(solution_of(other), given[0])))
-    resting = [rest_deviation(displacement_of(test, wall)) for test in given]
-    fitted = fitted.assign(
+    u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
+    lever = float(wall.lower_height if isinstance(wall, Wall) else wall.height)
+    # ASSUME: a rotation is that of the lower body, or of the parapet, and small: the displacement is it times a height.
+    displacements = [lever * test.rotation if test.displacement is None else test.displacement for test in several]
+    releases = [
+        release
+        for test, displacement in zip(several, displacements, strict=True)
+        for release in find_releases(test.elapsed, displacement, least_peak)
+    ]
+    largest = max(float(np.abs(release.peaks).max()) for release in releases)
+    check("largest peak", largest, lambda u: u < a3 * u_ins, f"less than {a3 * u_ins:.4g} m, where the wall collapses")
+    decay = FreeDecay(releases, p, u_ins, a3, softening)
+    point, covariance = decay.solution()
+    fitted = _summary(decay, point, covariance)
+    estimate, variance = fitted["estimate"].values, np.zeros(len(PARAMETERS))
+    kept = {"ultimate_displacement_ratio": a3, "softening": softening, "least_peak": least_peak}
+    for name, deviation in deviations.items():
+        walls = [replace(wall, **{name: float(getattr(wall, name)) + side * deviation}) for side in (1, -1)]
+        thick, thin = (fit_free_rocking(tests, other, **kept)["estimate"].values for other in walls)
+        variance += ((thick - thin) / 2) ** 2
+    reach = np.sqrt((fitted["interval"].values - estimate) ** 2 + NORMAL**2 * variance)
+    resting = [rest_deviation(displacement) for displacement in displacements]
+    synthetic = "yes" if any(test.synthetic for test in several) else "no"
+    return fitted.assign(
+        standard_error=("parameter", np.sqrt(fitted["standard_error"].values ** 2 + variance)),
+        interval=(("bound", "parameter"), np.maximum(estimate + np.array([[-1.0], [1.0]]) * reach, 0.0)),
+        true_value=("parameter", true_values(several[0].header, PARAMETERS)),
         rest_deviation=np.nanmean(resting) if np.isfinite(resting).any() else np.nan,
         restitution_rigid=float(wall.restitution_rigid),
         restitution_impulsive=float(wall.restitution_impulsive),
-        instability_displacement=float(wall.instability_displacement),
-        frequency_parameter=float(wall.frequency_parameter),
-    )
-    synthetic = "yes" if any(test.synthetic for test in given) else "no"
-    fitted.attrs = record_attributes(given[0].header) | {"record_synthetic": synthetic}
-    return fitted
+        instability_displacement=u_ins,
+        frequency_parameter=p,
+    ).assign_attrs(record_attributes(several[0].header) | {"record_synthetic": synthetic})
 
 
-def _require_unlike(tests: Sequence[FreeRocking]) -> None:
-    """Refuse a test that is given twice: it would count twice, and the errors come out too small."""
-    first: dict[bytes, int] = {}
-    for place, test in enumerate(tests, start=1):
-        same = first.setdefault(test.measured.tobytes(), place)
-        if same != place:
-            raise InputError(f"tests {same} and {place} have the same displacements; each must be given once")
-
-
-def _solution(
-    tests: Sequence[FreeRocking], wall: Wall | Parapet, a3: float, softening: str, least_peak: float | None
-) -> Solution:
-    """Return the least squares of all releases of the tests."""
-    p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
-    releases: list[Release] = []
-    for test in tests:
-        releases += releases_of(test, displacement_of(test, wall), least_peak)
-        _check_size(test, releases[-1], a3 * u_ins, wall)
-    solution = Excursions(releases, p, u_ins, a3, softening).solution()
-    solution.check_inside()
-    return solution
-
-
-def _by_sizes(
-    wall: Wall | Parapet, deviations: Mapping[str, float], fit: Callable[[Wall | Parapet], xr.Dataset]
-) -> Array:
-    """Return the variance that uncertain sizes of the wall give a1, b1 and e, by fits with other sizes."""
-    variance = np.zeros(len(PARAMETERS))
-    for name, deviation in deviations.items():
-        other: list[Any] = [{name: float(getattr(wall, name)) + side * deviation} for side in (1, -1)]
-        high, low = (fit(replace(wall, **changed))["estimate"].values for changed in other)
-        variance += ((high - low) / 2) ** 2
-    return variance
-
-
-def _widened(fitted: xr.Dataset, variance: Array) -> xr.Dataset:
-    """Add a variance to those of the parameters, and to their intervals."""
-    estimate = fitted["estimate"].values
-    reach = np.sqrt((fitted["interval"].values - estimate) ** 2 + NORMAL**2 * variance)
-    interval = estimate + np.array([[-1.0], [1.0]]) * reach
-    return fitted.assign(
-        standard_error=("parameter", np.sqrt(fitted["standard_error"].values ** 2 + variance)),
-        interval=(("bound", "parameter"), np.maximum(interval, 0.0)),
-    )
-
-
-def displacement_of(test: FreeRocking, wall: Wall | Parapet) -> Array:
-    """Return the displacement at the hinge, or at the top of a parapet; rotations are taken as small. [m]"""
-    if test.displacement is not None:
-        return test.displacement
-    # ASSUME: a rotation is that of the lower body, or of the parapet.
-    return np.asarray(test.rotation) * lever(wall)
-
-
-def lever(wall: Wall | Parapet) -> float:
-    """Return the displacement of a unit rotation: the height of the hinge, or of a parapet. [m]"""
-    return float(wall.lower_height if isinstance(wall, Wall) else wall.height)
-
-
-def _check_size(test: FreeRocking, release: Release, u3: float, wall: Wall | Parapet) -> None:
-    """Raise `InputError` for a peak beyond which the wall collapses."""
-    peak = float(np.abs(release.peaks).max())
-    if peak < u3:
-        return
-    shown, most = (
-        (f"{peak:.4g} m", f"{u3:.4g} m at the hinge or top")
-        if test.rotation is None
-        else (f"{peak / lever(wall):.4g} rad", f"{u3 / lever(wall):.4g} rad")
-    )
-    raise InputError(f"the largest peak is {shown}; it must be less than {most}, where the wall collapses")
-
-
-def _summary(solution: Solution, first: FreeRocking) -> xr.Dataset:
-    test, curve = solution.test, solution.curve
-    values, covariance = _derived(solution)
-    amplitudes = [np.exp(solution.point[part][3:]) for part in test.slices]
-    before = np.concatenate([amplitude[:-1] for amplitude in amplitudes])
-    release_of_impact = np.repeat(np.arange(len(amplitudes)), [amplitude.size - 1 for amplitude in amplitudes])
+def _summary(decay: FreeDecay, point: Array, covariance: Array) -> xr.Dataset:
+    """Return a1, b1, and e by the mean of the losses; the losses by amplitude and damper; and the histories."""
+    values, covariance = _losses(decay, point, covariance)
+    (a1, b1), losses = values[:2], values[2:]
+    before = np.concatenate([np.exp(point[part][3:-1]) for part in decay.slices])
     # ASSUME: below u1 a wall vibrates on its first branch and does not rock: what it loses there is not restitution.
-    rocking = before > values[0]
-    if np.count_nonzero(rocking) < FEWEST_IMPACTS:
-        impacts = f"{np.count_nonzero(rocking)} impacts follow a peak beyond u1"
-        raise InputError(f"{impacts}; there must be at least {FEWEST_IMPACTS}: release it from further out")
-    losses = Losses(values[2:], covariance[2:, 2:]).of(rocking)
-    mean = losses.line(np.ones(losses.decrement.size))
-    e = float(np.exp(-mean.decrement))
+    rocking = before > a1
+    fewest = f"at least {FEWEST_IMPACTS}: release it from further out"
+    check("impacts after a peak beyond u1", np.count_nonzero(rocking), lambda n: n >= FEWEST_IMPACTS, fewest)
+    of_rocking = losses[rocking], covariance[2:, 2:][rocking][:, rocking]
+    mean = regress(*of_rocking, np.ones((np.count_nonzero(rocking), 1)))
+    decrement, error = float(mean.coefficients[0]), float(np.sqrt(mean.covariance[0, 0]))
     errors = np.sqrt(np.diag(covariance))
-    reach = min(losses.quantile * mean.standard_error, WIDEST)
-    estimate = np.array([*values[:2], e])
-    low = np.array([*(values[:2] - NORMAL * errors[:2]), float(np.exp(-mean.decrement - reach))])
-    high = np.array([*(values[:2] + NORMAL * errors[:2]), float(np.exp(-mean.decrement + reach))])
-    each, each_error = np.exp(-values[2:]), np.minimum(NORMAL * errors[2:], WIDEST)
+    reach = min(_quantile(losses[rocking].size - 1) * error, WIDEST)
+    e, e_bounds = np.exp(-decrement), np.exp(-decrement + reach * np.array([-1, 1]))
+    bounds = [np.array([a1, b1]) + side * NORMAL * errors[:2] for side in (-1, 1)]
+    own, own_error = np.exp(-losses), np.minimum(NORMAL * errors[2:], WIDEST)
     return xr.Dataset(
         {
-            "estimate": ("parameter", estimate),
-            "standard_error": ("parameter", np.array([*errors[:2], e * mean.standard_error])),
-            "interval": (("bound", "parameter"), np.stack([np.maximum(low, 0.0), high])),
-            "true_value": ("parameter", true_values(first.header, PARAMETERS)),
-            "impact_restitution": ("impact", each),
-            "impact_restitution_interval": (("bound", "impact"), each * np.exp([-each_error, each_error])),
+            "estimate": ("parameter", np.array([a1, b1, e])),
+            "standard_error": ("parameter", np.array([*errors[:2], e * error])),
+            "interval": (("bound", "parameter"), np.column_stack([bounds, e_bounds])),
+            "impact_restitution": ("impact", own),
+            "impact_restitution_interval": (("bound", "impact"), own * np.exp([-own_error, own_error])),
             "impact_amplitude": ("impact", before),
             "impact_rocking": ("impact", rocking.astype(int)),
             "restitution_scatter": mean.scatter,
-            "restitution_unlike_releases": _between(losses, release_of_impact[rocking]),
-            **_exponents(losses, curve, before[rocking], e, rocking),
-            **_at_amplitudes(losses, curve, before[rocking]),
-            **_histories(solution, amplitudes),
+            **_law(*of_rocking, decay.curve(*point[:2]), before[rocking]),
+            **_dampers(*of_rocking, decay.curve(*point[:2]), before, rocking, e),
+            **_histories(decay, point),
         },
         coords={
             "parameter": list(PARAMETERS),
             "bound": ["low", "high"],
             "damping_model": list(MODELS),
-            "release": np.arange(1, len(test.releases) + 1),
+            "release": np.arange(1, len(decay.releases) + 1),
             "impact": np.arange(1, before.size + 1),
             "amplitude": list(AMPLITUDES),
         },
     )
 
 
-def _derived(solution: Solution) -> tuple[Array, Array]:
+def _quantile(degrees_of_freedom: int) -> float:
+    """Return Student's quantile of an interval of 90 %."""
+    return float(student.ppf(0.95, max(degrees_of_freedom, 1)))
+
+
+def _losses(decay: FreeDecay, point: Array, covariance: Array) -> tuple[Array, Array]:
     """Return a1, b1 and the losses of all impacts, and their covariance by the sensor."""
-    test = solution.test
 
     def derived(points: Array) -> Array:
-        curve = test.curve(points[:, 0, None], points[:, 1, None])
-        losses = []
-        for part in test.slices:
-            energy = curve.energy(np.exp(points[:, part][:, 3:]))
-            losses.append(0.5 * np.log(energy[:, :-1] / energy[:, 1:]))
-        a1b1 = [np.broadcast_to(curve.yield_displacement_ratio, (len(points), 1)), points[:, 1:2]]
-        return np.concatenate([*a1b1, *losses], axis=1)
+        curve = decay.curve(points[:, :1], points[:, 1:2])
+        energies = [curve.energy(np.exp(points[:, part][:, 3:])) for part in decay.slices]
+        losses = [0.5 * np.log(energy[:, :-1] / energy[:, 1:]) for energy in energies]
+        return np.concatenate([curve.yield_displacement_ratio, curve.strength_ratio, *losses], axis=1)
 
-    h = DIFFERENCE * np.eye(solution.point.size)
-    sides = derived(np.concatenate([solution.point + h, solution.point - h]))
+    h = DIFFERENCE * np.eye(point.size)
+    sides = derived(np.concatenate([point + h, point - h]))
     gradient = ((sides[: len(h)] - sides[len(h) :]) / (2 * DIFFERENCE)).T
-    return derived(solution.point[None])[0], gradient @ solution.covariance @ gradient.T
+    return derived(point[None])[0], gradient @ covariance @ gradient.T
 
 
-def _exponents(losses: Losses, curve: TrilinearCurve, before: Array, e: float, rocking: Array) -> dict[str, object]:
-    """Return g of the law of loss, and what each damper would show on this curve."""
+def _law(losses: Array, covariance: Array, curve: TrilinearCurve, before: Array) -> dict[str, object]:
+    """Return g of the law of loss, and e at `AMPLITUDES` by it."""
     log_energy = np.log(curve.energy(before))
-    middle = curve.amplitude(e * curve.energy(before))  # of a half cycle: a damper's loss there is that of second order
-    exponent, interval = exponent_of(losses, log_energy)
-    likelihoods, expected = [], []
+    middle, quantile = log_energy.mean(), _quantile(losses.size - 2)
+    point, of_point = fit_law(losses, covariance, log_energy - middle)
+    at = [loss_at(point, of_point, float(np.log(curve.energy(amplitude)) - middle)) for amplitude in AMPLITUDES]
+    loss, error = np.array(at).T
+    g_reach = quantile * np.sqrt(of_point[1, 1])
+    ends = [np.exp(-np.maximum(loss + side * quantile * error, 0.0)) for side in (1, -1)]
+    return {
+        "loss_exponent": point[1],
+        "loss_exponent_interval": ("bound", point[1] + g_reach * np.array([-1, 1])),
+        "restitution_at_amplitude": ("amplitude", np.exp(-loss)),
+        "restitution_at_amplitude_interval": (("bound", "amplitude"), np.array(ends)),
+    }
+
+
+def _dampers(
+    losses: Array, covariance: Array, curve: TrilinearCurve, before: Array, rocking: Array, e: float
+) -> dict[str, object]:
+    """Return what each damper would show on this curve, and how likely the losses are with it."""
+    energy = curve.energy(before[rocking])
+    middle = curve.amplitude(e * energy)  # of a half cycle: a damper's loss there is that of second order
+    likelihoods, exponents = [], []
     restitution = np.full((len(MODELS), rocking.size), np.nan)
     for index, model in enumerate(MODELS):
-        shape = np.ones(before.size)
+        shape = np.ones(losses.size)
         if model != REFERENCE and not DAMPERS[model].is_amplitude_independent:
             shape = 1 / equivalence_factor(curve, Damping(model, 1.0), middle)
-        line = losses.line(shape / shape.mean(), restricted=False)
-        expected.append(-float(np.polyfit(log_energy, np.log(shape), 1)[0]))
+        line = regress(losses, covariance, (shape / shape.mean())[:, None], restricted=False)
         likelihoods.append(line.log_likelihood)
-        restitution[index, rocking] = np.exp(-line.decrement * shape / shape.mean())
+        exponents.append(-float(np.polyfit(np.log(energy), np.log(shape), 1)[0]))
+        restitution[index, rocking] = np.exp(-line.coefficients[0] * shape / shape.mean())
+    left = max(losses.size - 2, 1)
     return {
-        "loss_exponent": exponent,
-        "loss_exponent_interval": ("bound", np.array(interval)),
-        "expected_exponent": ("damping_model", np.array(expected)),
+        "expected_exponent": ("damping_model", np.array(exponents)),
         "expected_restitution": (("damping_model", "impact"), restitution),
         "relative_log_likelihood": ("damping_model", np.array(likelihoods) - max(likelihoods)),
-        "log_likelihood_threshold": -losses.threshold,
+        # Of an interval of a parameter, exact for equal variances.
+        "log_likelihood_threshold": -0.5 * losses.size * float(np.log1p(_quantile(left) ** 2 / left)),
     }
 
 
-def _at_amplitudes(losses: Losses, curve: TrilinearCurve, before: Array) -> dict[str, object]:
-    """Return e at `AMPLITUDES`, by the law of loss by amplitude."""
-    at = np.log(curve.energy(np.array(AMPLITUDES)))
-    found = [restitution_at(losses, np.log(curve.energy(before)), float(one)) for one in at]
-    return {
-        "restitution_at_amplitude": ("amplitude", np.array([e for e, _ in found])),
-        "restitution_at_amplitude_interval": (("bound", "amplitude"), np.array([ends for _, ends in found]).T),
-    }
-
-
-def _histories(solution: Solution, amplitudes: Sequence[Array]) -> dict[str, object]:
+def _histories(decay: FreeDecay, point: Array) -> dict[str, object]:
     """Return releases, half cycles and samples, each one release after the other."""
-    test, curve = solution.test, solution.curve
-    parts: dict[str, list[Array]] = {}
+    parts: dict[str, tuple[str, list[Array]]] = {}
 
-    def put(**values: Array) -> None:
+    def put(dim: str, **values: Array | float) -> None:
         for name, value in values.items():
-            parts.setdefault(name, []).append(np.atleast_1d(value))
+            parts.setdefault(name, (dim, []))[1].append(np.atleast_1d(value))
 
-    for index, (release, part) in enumerate(zip(test.releases, test.slices, strict=True)):
-        own, amplitude, start = solution.point[part], amplitudes[index], release.elapsed[0]
-        quarter = curve.period(amplitude) / (4 * test.p)
-        crossing = start + own[0] / test.p + np.concatenate([[0.0], np.cumsum(2 * quarter[1:-1])])
-        peak = np.concatenate([[crossing[0] - quarter[0]], crossing + quarter[1:]])
-        trend = own[1] + own[2] * ((release.elapsed - start) / (release.elapsed[-1] - start) - 0.5)
-        computed = test.computed(solution.point[None], index)[0] - trend
-        side = np.sign(release.peaks)
+    u_ins = decay.u_ins
+    for index, (release, part) in enumerate(zip(decay.releases, decay.slices, strict=True)):
+        own, start, side = point[part], release.elapsed[0], np.sign(release.peaks)
+        crossing, peak, amplitude = (values[0] for values in decay.times(point[None], index))
+        trend = decay.trend(point[None], index)[0]
         put(
-            release_elapsed=peak[0],
-            release_displacement=test.u_ins * side[0] * amplitude[0],
-            sensor_zero=release.zero + test.u_ins * own[1],
-            sensor_drift=test.u_ins * own[2] / (release.elapsed[-1] - start),
+            "release",
+            release_elapsed=start + peak[0] / decay.p,
+            release_displacement=u_ins * side[0] * amplitude[0],
+            sensor_zero=release.zero + u_ins * own[1],
+            sensor_drift=u_ins * own[2] / (release.elapsed[-1] - start),
+        )
+        put(
+            "half_cycle",
             half_cycle_release=np.full(amplitude.size, index + 1),
-            peak_elapsed=peak,
-            peak_displacement=test.u_ins * side * amplitude,
+            peak_elapsed=start + peak / decay.p,
+            peak_displacement=u_ins * side * amplitude,
             half_period=np.concatenate([[np.nan], release.half_periods, [np.nan]]),
-            half_period_fitted=2 * quarter,
-            impact_release=np.full(crossing.size, index + 1),
-            impact_elapsed=crossing,
+            half_period_fitted=decay.curve(*point[:2]).period(amplitude) / (2 * decay.p),
+        )
+        crossing = start + crossing / decay.p
+        put("impact", impact_release=np.full(crossing.size, index + 1), impact_elapsed=crossing)
+        put(
+            "sample",
             sample_release=np.full(release.elapsed.size, index + 1),
             sample_elapsed=release.elapsed,
-            measured=test.u_ins * (test.measured[index] - trend),
-            control_displacement=test.u_ins * computed,
+            measured=u_ins * (decay.measured[index] - trend),
+            control_displacement=u_ins * decay.computed(point[None], index)[0],
         )
-    of_half_cycles = ("peak_elapsed", "peak_displacement", "half_period", "half_period_fitted")
-    dims = dict.fromkeys(of_half_cycles, "half_cycle")
-    residual = test.u_ins * solution.residual
+    residual = u_ins * decay.residual(point)
     return {
-        **{name: (dims.get(name) or _dim(name), np.concatenate(values)) for name, values in parts.items()},
-        "residual_rms": float(np.sqrt(residual @ residual / (residual.size - solution.point.size))),
+        **{name: (dim, np.concatenate(values)) for name, (dim, values) in parts.items()},
+        "residual_rms": float(np.sqrt(residual @ residual / (residual.size - point.size))),
     }
-
-
-def _dim(name: str) -> str:
-    prefixes = ("half_cycle", "impact", "sample", "release", "sensor")
-    kind = next((prefix for prefix in prefixes if name.startswith(prefix)), "sample")
-    return "release" if kind == "sensor" else kind
-
-
-def _between(losses: Losses, release: Array) -> float:
-    """Return the probability of mean losses that differ between the releases at least so much, NaN for one release."""
-    groups = [release == number for number in np.unique(release)]
-    if len(groups) < 2:
-        return np.nan
-    scatter = losses.line(np.ones(losses.decrement.size)).scatter
-    lines = []
-    for group in groups:
-        part = losses.of(group)
-        weights = np.linalg.inv(part.covariance + scatter**2 * np.eye(part.decrement.size)).sum(axis=0)
-        lines.append((float(weights @ part.decrement / weights.sum()), float(weights.sum())))
-    means, precisions = np.array(lines).T
-    pooled = float(means @ precisions / precisions.sum())
-    return float(chi2.sf(((means - pooled) ** 2) @ precisions, len(groups) - 1))

@@ -12,7 +12,7 @@ from scipy.signal import detrend, find_peaks
 from scipy.stats import theilslopes
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, check
 from rockdamp.histories.half_cycles import CLEAR, half_cycles
 from rockdamp.motions.record import cells, check_series, mean_step, read_header, read_rows
 from rockdamp.storage.files import read_text
@@ -191,61 +191,48 @@ def zero_of(displacement: Array, noise: float) -> float:
     top, bottom = (find_peaks(side, prominence=2 * CLEAR * noise)[0] for side in (displacement, -displacement))
     at = np.sort(np.concatenate([top, bottom]))
     values = displacement[at]
-    _require_peaks(values.size, noise)
+    _check_peaks(values.size, CLEAR * noise)
     middle = (values[:-2] + 2 * values[1:-1] + values[2:]) / 4
     amplitude = np.abs(values[:-2] - 2 * values[1:-1] + values[2:]) / 4
     slope = float(theilslopes(middle, amplitude)[0])  # robust: of several releases some peaks follow from a pull
-    if abs(slope) > ONE_SIDED:
-        raise InputError(
-            "the specimen rocks to one side of its zero only, as a wall against a support does; it must rock to both"
-            " sides: two-sided tests alone are fitted"
-        )
+    allowed = f"at most {ONE_SIDED:g}: a specimen that rocks to one side of a support is not fitted"
+    check("shift of the middle between peaks over their amplitude", slope, lambda s: np.abs(s) <= ONE_SIDED, allowed)
     return float(np.median(middle - slope * amplitude))
 
 
-def releases_of(test: FreeRocking, displacement: Array, least: float | None = None) -> list[Release]:
+def find_releases(elapsed: Array, displacement: Array, least: float | None = None) -> list[Release]:
     """Split a test into its releases, each from where the specimen falls freely to its last clear half cycle.
 
-    The displacement is that at the hinge or the top [m]; `least` is the smallest peak that is used [m], by default ten
+    Times [s], displacements at the hinge or the top [m], and the smallest peak that is used [m], by default ten
     standard deviations of the noise. Raises `InputError` for too few peaks, or a specimen that rocks to one side only.
     """
-    if displacement.size < QUIET_SAMPLES:
-        raise InputError(f"the test has {displacement.size} samples; it must have at least {QUIET_SAMPLES}")
+    check("samples of the test", displacement.size, lambda n: n >= QUIET_SAMPLES, f"at least {QUIET_SAMPLES}")
     noise = noise_of(displacement)
+    clear = CLEAR * noise if least is None else least
     zero = zero_of(displacement, noise)
-    cycles = half_cycles(test.elapsed, displacement - zero, CLEAR * noise if least is None else least)
+    cycles = half_cycles(elapsed, displacement - zero, clear)
     sizes = np.abs(cycles.peak)
-    _require_peaks(sizes.size, noise, least)
+    _check_peaks(sizes.size, clear)
     grown = (sizes[1:] > GROWN * sizes[:-1]) & (sizes[1:] > RELEASE * sizes.max())
     starts = np.concatenate([[0], 1 + np.flatnonzero(grown)])
     ends = np.append(starts[1:], sizes.size)
     parts = [cycles[int(start) : int(end)] for start, end in zip(starts, ends, strict=True)]
-    usable = [part for part in parts if part.peak.size >= FEWEST_PEAKS and abs(part.peak[0]) > RELEASE * sizes.max()]
-    if not usable and max(part.peak.size for part in parts) >= FEWEST_PEAKS:
-        raise InputError("no release has peaks that fade; after a release the specimen must rock freely")
-    if not usable:
-        _require_peaks(max(part.peak.size for part in parts), noise, least)
+    parts = [part for part in parts if abs(part.peak[0]) > RELEASE * sizes.max()]
+    _check_peaks(max(part.peak.size for part in parts), clear)
     found = []
-    for part in usable:
-        inside = part.start[1:]
+    for part in [part for part in parts if part.peak.size >= FEWEST_PEAKS]:
+        inside, peaks = part.start[1:], part.peak
         # The last half cycle ends in the noise: it is used to a little before where its like would end.
         last = part.peak_elapsed[-1] + LAST * (inside[-1] - inside[-2])
-        fall = (test.elapsed < inside[0]) & (np.abs(displacement - zero) >= FALLING * abs(part.peak[0]))
+        fall = (elapsed < inside[0]) & (np.abs(displacement - zero) >= FALLING * abs(peaks[0]))
         first = int(np.flatnonzero(fall)[-1]) if fall.any() else 0
-        peaks = part.peak
         if np.abs(displacement[first] - zero) < RISEN * np.abs(peaks[1]):
-            first, inside, peaks = int(np.argmax(test.elapsed >= inside[0])), inside[1:], peaks[1:]
-        used = slice(first, int(np.searchsorted(test.elapsed, last)) + 1)
-        found.append(Release(test.elapsed[used], displacement[used], zero, inside, peaks))
+            first, inside, peaks = int(np.argmax(elapsed >= inside[0])), inside[1:], peaks[1:]
+        used = slice(first, int(np.searchsorted(elapsed, last)) + 1)
+        found.append(Release(elapsed[used], displacement[used], zero, inside, peaks))
     return found
 
 
-def _require_peaks(count: int, noise: float, least: float | None = None) -> None:
-    """Raise `InputError` for fewer than `FEWEST_PEAKS` peaks that are clear of the noise, or beyond the least one."""
-    clear = CLEAR * noise if least is None else least
-    which = f"{CLEAR} standard deviations of the sensor's noise" if least is None else "the least peak"
-    if count < FEWEST_PEAKS:
-        raise InputError(
-            f"the number of clear peaks is {count}; it must be at least {FEWEST_PEAKS}, the release included: a peak"
-            f" is clear beyond {1000 * clear:.3g} mm, {which}"
-        )
+def _check_peaks(count: int, clear: float) -> None:
+    allowed = f"at least {FEWEST_PEAKS} beyond {1000 * clear:.3g} mm, the release included"
+    check("number of clear peaks", count, lambda n: n >= FEWEST_PEAKS, allowed)
