@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,6 @@ from rockdamp.figures.style import GREY, POINTS, error_bars, handles, legend, lo
 
 RATIO = "median_intensity_ratio"
 INTENSITY = "median intensity over that assumed [-]"
-ROWS = {  # assumption: its name in the figure
-    "mass, same e": "overburden has mass,\n$e$ unchanged",
-    "e of Eq. (7)": "$e$ of Eq. (7) in place\nof the measured",
-    "e impulsive": "$e$ with the impulses\nof the supports",
-    "vertical shaking": "vertical shaking",
-    "keeps its side": "eccentric overburden\nkeeps its side",
-}
 
 
 def fig_loss_law(loss_law: xr.Dataset) -> Figure:
@@ -72,7 +66,7 @@ def fig_supports(supports: xr.Dataset) -> Figure:
     floor.set_xlim(0, 1.04 * period[-1])
     log_ticks(other.xaxis, [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.6, 2.0, 2.4, 2.8])
     other.margins(x=0.05)
-    other.set_yticks(row, [ROWS.get(name, name) for name in map(str, others["assumption"].values)])
+    other.set_yticks(row, [fill(name, 22) for name in map(str, others["assumption"].values)])
     other.set(title="(b) other assumptions", xlabel=INTENSITY)
     legend(figure, handles(floor), columns=5)
     return figure

@@ -54,41 +54,38 @@ def model_panels(rows: int, height: float, e: xr.DataArray) -> tuple[Figure, Any
     return figure, grid
 
 
-def parameter_lines(axes: Axes, data: xr.Dataset, model: str, parameter: str, marks: bool = True) -> None:
-    """Draw xi(e) of a model for every value of a parameter, light to dark."""
-    for index, colour in enumerate(tints(LOOK[model]["color"], data.sizes[parameter])):
-        curve = data.sel(damping_model=model).isel({parameter: index})
-        marker: dict[str, Any] = {"marker": MARKERS[index], "markevery": 4} if marks else {}
-        axes.plot(data["restitution"], curve["damping_ratio"], color=colour, linewidth=0.9, **marker)
+def parameter_lines(
+    axes: Axes, curves: xr.DataArray, model: str, parameter: str, *, marks: bool = False, **look: Any
+) -> None:
+    """Draw curves over e of a model for every value of a parameter, light to dark."""
+    for index, colour in enumerate(tints(LOOK[model]["color"], curves.sizes[parameter])):
+        curve = curves.sel(damping_model=model).isel({parameter: index})
+        marker: dict[str, Any] = {"marker": MARKERS[index % len(MARKERS)], "markevery": 4} if marks else {}
+        axes.plot(curve["restitution"], curve, color=colour, **marker, **look)
 
 
-def parameter_keys(values: xr.DataArray, marks: bool = True, **look: Any) -> list[Line2D]:
+def parameter_keys(values: xr.DataArray, *, marks: bool = False) -> list[Line2D]:
     """Return an entry of a legend, in grey, for every value of a parameter."""
-    colours = tints("#808080", values.size)
-    return [
-        Line2D([], [], color=colour, marker=MARKERS[index] if marks else "", label=f"{float(value):g}", **look)
-        for index, (colour, value) in enumerate(zip(colours, values, strict=True))
-    ]
+    keys = []
+    for index, (colour, value) in enumerate(zip(tints("#808080", values.size), values, strict=True)):
+        marker = MARKERS[index % len(MARKERS)] if marks else ""
+        keys.append(Line2D([], [], color=colour, marker=marker, label=f"{float(value):g}"))
+    return keys
 
 
 def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
-    release = amplitude["release_amplitude"]
-    nearest = np.unique([int(abs(release.values - value).argmin()) for value in PAPER_AMPLITUDES])
+    release = amplitude["release_amplitude"].values
+    nearest = np.unique([int(abs(release - value).argmin()) for value in PAPER_AMPLITUDES])
     study = amplitude.isel(release_amplitude=nearest)
     figure, grid = model_panels(1, 80.0, study["restitution"])
     for axes, model in zip(grid[0], PAPER_MODELS, strict=True):
-        parameter_lines(axes, study, model, "release_amplitude")
-        for curve, colour in zip(
-            study["damping_ratio_energy"].sel(damping_model=model).transpose("release_amplitude", ...),
-            tints(LOOK[model]["color"], nearest.size),
-            strict=True,
-        ):
-            axes.plot(study["restitution"], curve, color=colour, **CLOSED_FORM)
+        parameter_lines(axes, study["damping_ratio"], model, "release_amplitude", marks=True)
+        parameter_lines(axes, study["damping_ratio_energy"], model, "release_amplitude", **CLOSED_FORM)
     grid[0, 0].set_ylim(0)
-    keys = parameter_keys(study["release_amplitude"])
-    closed = Line2D([], [], color=GREY, label="closed form", **CLOSED_FORM)
-    legend(figure, [*keys, closed], title=r"release amplitude $u_0/u_\mathrm{ins}$ [-]")
+    closed_form = Line2D([], [], color=GREY, label="closed form", **CLOSED_FORM)
+    keys = [*parameter_keys(study["release_amplitude"], marks=True), closed_form]
+    legend(figure, keys, title=r"release amplitude $u_0/u_\mathrm{ins}$ [-]")
     return figure
 
 
@@ -104,8 +101,8 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
     figure, grid = model_panels(3, 150.0, slenderness["restitution"])
     for row, (study, parameter, title) in zip(grid, rows, strict=True):
         for axes, model in zip(row, PAPER_MODELS, strict=True):
-            parameter_lines(axes, study, model, parameter, marks=False)
-        legend(row[-1], parameter_keys(study[parameter], marks=False), title=title)
+            parameter_lines(axes, study["damping_ratio"], model, parameter, linewidth=0.9)
+        legend(row[-1], parameter_keys(study[parameter]), title=title)
     grid[0, 0].set_ylim(0)
     return figure
 
@@ -130,32 +127,23 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
     e, a1 = equivalence["restitution"], equivalence["yield_displacement_ratio"]
     figure, ((together, *columns),) = panels(1, 4, 100.0, sharex=True, sharey=True, width_ratios=[1.5, 1, 1, 1])
-    paper = equivalence["damping_ratio_fit"].sel(yield_displacement_ratio=YIELD_DISPLACEMENT_RATIO, method="nearest")
+    fits = equivalence["damping_ratio_fit"]
+    paper = fits.sel(yield_displacement_ratio=YIELD_DISPLACEMENT_RATIO, method="nearest")
     for axes, model in zip(columns, PAPER_MODELS, strict=True):
-        fits = equivalence.sel(damping_model=model)
-        span = fits["damping_ratio_fit"]
-        low, high = (span.reduce(end, "yield_displacement_ratio") for end in (np.min, np.max))
+        low, high = (end.sel(damping_model=model) for end in (fits.min(a1.name), fits.max(a1.name)))
         together.fill_between(e, low, high, color=LOOK[model]["color"], alpha=0.18, linewidth=0)
         together.plot(e, paper.sel(damping_model=model), label=model, **look(model, marker=""))
-        for index, colour in enumerate(tints(LOOK[model]["color"], a1.size)):
-            fit = fits.isel(yield_displacement_ratio=index)
-            axes.plot(e, fit["damping_ratio_fit"], color=colour, linewidth=0.7)
-            axes.plot(e[::4], fit["damping_ratio"][::4], MARKERS[index], color=colour, markersize=2.6)
+        parameter_lines(axes, fits, model, a1.name, linewidth=0.7)
+        points: dict[str, Any] = {"linestyle": "none", "markersize": 2.6}
+        parameter_lines(axes, equivalence["damping_ratio"], model, a1.name, marks=True, **points)
         axes.set_title(model, color=LOOK[model]["color"], fontweight="bold")
     for axes in (together, *columns):
         axes.plot(e, equivalence["giannini_masiani"], label="Eq. (15)" if axes is together else "", **EQUATION_15)
         restitution_axis(axes, e)
-    together.set(
-        ylim=(0, None),
-        ylabel=DAMPING_RATIO,
-        title=f"at $a_1 = {float(paper['yield_displacement_ratio']):g}$; bands: all $a_1$",
-    )
-    legend(
-        figure,
-        [*handles(together), *parameter_keys(a1, linewidth=0.7)],
-        columns=6,
-        title="left: dampers; right: $a_1$ [-]",
-    )
+    together.set_title(f"at $a_1 = {float(paper[a1.name]):g}$; bands: all $a_1$")
+    together.set(ylim=(0, None), ylabel=DAMPING_RATIO)
+    keys = [*handles(together), *parameter_keys(a1, marks=True)]
+    legend(figure, keys, columns=6, title="left: dampers; right: $a_1$ [-]")
     return figure
 
 
@@ -166,9 +154,8 @@ def fig_amplitude(amplitude: xr.Dataset) -> Figure:
     for model in map(str, amplitude["damping_model"].values):
         relative = ratio.sel(damping_model=model) / ratio.sel(damping_model="ECD")
         axes.plot(amplitude["release_amplitude"], relative, label=model, **look(model))
-    axes.set(
-        xlim=(0, 1), xlabel=r"release amplitude $u_0/u_\mathrm{ins}$ [-]", ylabel=r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]"
-    )
+    axes.set(xlim=(0, 1), xlabel=r"release amplitude $u_0/u_\mathrm{ins}$ [-]")
+    axes.set_ylabel(r"$\xi\,/\,\xi_\mathrm{ECD}$ [-]")
     axes.set_title(f"$e = {float(ratio['restitution']):g}$")
     legend(figure, handles(axes))
     return figure

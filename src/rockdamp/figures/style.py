@@ -33,7 +33,7 @@ LOOK: dict[str, dict[str, Any]] = {
     "CQD": {"color": "#7F7F7F", "linestyle": (0, (3.0, 4.0)), "marker": "<"},
 }
 GREY, PALE = "#6E6E6E", "#DADADA"
-COLOURS = ("#0072B2", "#D0267F", "#E69F00", "#009E73", "#56B4E9", "#8C6D1F", "#9A4C95")
+COLOURS = ("#0072B2", "#D0267F", "#E69F00", "#009E73", "#56B4E9", "#8C6D1F", "#9A4C95", "#6E6E6E")
 MARKERS = ("o", "s", "D", "^", "v", "X", "P", "<", ">")
 POINTS: dict[str, Any] = {"color": "#1A1A1A", "linestyle": "none", "marker": "o", "markersize": 3.5}
 
@@ -53,7 +53,7 @@ def look(model: str, **changes: Any) -> dict[str, Any]:
 
 
 def series(index: int, **changes: Any) -> dict[str, Any]:
-    """Return colour and marker of one of many walls or values: the same pair comes back after 63."""
+    """Return colour and marker of one of many walls or values: the same pair comes back after 72."""
     return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)], **changes}
 
 
