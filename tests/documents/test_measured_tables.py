@@ -5,6 +5,7 @@ import re
 import made_up_claims
 import made_up_earthquakes
 import made_up_studies
+import made_up_trials
 import measured_tables
 import numpy as np
 import pytest
@@ -60,7 +61,7 @@ def made_up():
         "loss_law": made_up_studies.loss_law(),
         "supports": made_up_studies.supports(),
         "response_lengths": response_lengths,
-        "measured_rocking": made_up_studies.measured_rocking(),
+        "measured_rocking": made_up_trials.measured_rocking(),
         "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
         **matches,
     }

@@ -133,13 +133,10 @@ def _displaced(axes: Axes, lower: Array, upper: Array, t: float, u: float) -> No
 def _contacts(axes: Axes, t: float, points: dict[str, Any]) -> None:
     for symbol, (x, y) in points.items():
         axes.plot(x, y, "o", color="black", markersize=3.5)
-        axes.text(
-            x + (0.3 * t if "B" not in symbol else -0.12 * t),
-            y + (0.2 * t if "B" in symbol else 0.0),
-            symbol,
-            ha="left" if "B" not in symbol else "right",
-            va="center",
-        )
+        if symbol == "$B$":  # on the left face
+            axes.text(x - 0.12 * t, y + 0.2 * t, symbol, ha="right", va="center")
+        else:
+            axes.text(x + 0.3 * t, y, symbol, va="center")
 
 
 def _angle(axes: Axes, pivot: Any, radius: float, up: int, angle: float, symbol: str) -> None:
