@@ -18,7 +18,7 @@ CROSSING: dict[str, dict[str, Any]] = {  # of the decay; impact last
     "BAND0.2": look("BAND", marker="", linestyle="solid"),
     "CR": look("CR", marker=""),
 }
-NEAR = 0.35  # in tau, before and after the crossing
+NEAR, WITHIN = 0.35, 0.15  # shown about the crossing, in tau and in u/u_ins
 
 
 def fig_order(order: xr.Dataset) -> Figure:
@@ -33,7 +33,7 @@ def fig_order(order: xr.Dataset) -> Figure:
         _errors(axes, study, name)
         axes.set(title=f"{words}, {title}", ylabel=f"{words[4:]} of $|\\ln r|$ [-]")
     _crossing(force, velocity, order)
-    force.set_title(f"(c) damping force in the first half cycle, $e = {float(order['shown_restitution']):g}$")
+    force.set_title(f"(c) damping force at the first crossing, $e = {float(order['shown_restitution']):g}$")
     velocity.set_title("(d) velocity at the first crossing")
     legend(figure, [*handles(median), *handles(velocity)], columns=4)
     return figure
@@ -78,8 +78,8 @@ def _crossing(force: Axes, velocity: Axes, order: xr.Dataset) -> None:
         if damper != "CR":
             half_cycle = slice(0, int(np.argmax(decay["shown_velocity"].values[1:] >= 0)) + 1)
             force.plot(decay["shown_displacement"][half_cycle], decay["shown_damping_force"][half_cycle], **line)
-    lowest, release = 1.2 * float(order["shown_damping_force"].min()), float(order["shown_displacement"].max())
+    lowest = 1.2 * float(order["shown_damping_force"].min())
     force.plot([0, 0], [0, lowest], **CROSSING["CR"])
-    force.set(xlim=(release, -release), ylim=(lowest, -0.03 * lowest), xlabel=DISPLACEMENT)
+    force.set(xlim=(WITHIN, -WITHIN), ylim=(lowest, -0.03 * lowest), xlabel=DISPLACEMENT)
     force.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
     velocity.set(xlabel=r"dimensionless time from the impact $p\,t$ [-]", ylabel=r"$\dot u/(p\,u_\mathrm{ins})$ [-]")
