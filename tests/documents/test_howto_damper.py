@@ -1,4 +1,4 @@
-"""A damper, added to a copy of the tree as the how-to says, word by word."""
+"""A damper and a study of cases, added to a copy of the tree as the how-to says, word by word."""
 
 import re
 
@@ -44,3 +44,12 @@ def test_the_suite_takes_it_up_without_an_edit(tree):
     chosen = f"{NAME} or told_apart"
     told = python(tree, "-m", "pytest", "-q", "-p", "no:cacheprovider", *folders, "-k", chosen)
     assert int(re.search(r"(\d+) passed", told)[1]) > 5
+
+
+def test_the_study_of_cases_has_its_dataset_and_prints_its_table(tree):
+    with xr.open_dataset(tree.place / "results/minimal/plateau.nc") as study:
+        ratio = study["median_intensity_ratio"].sel(assumption="b1 x 0.9")
+        assert ratio["wall"].values.tolist() == ["all", "veneer", "parapet"]
+        assert 0.8 < float(ratio.sel(wall="all")) < 1.05
+        assert study.attrs["title"].startswith("A softer plateau")
+    assert re.search(r"^b1 x 0\.9 +[\d.]+ +[\d.]+ +[\d.]+$", tree.printed, flags=re.MULTILINE)

@@ -5,14 +5,11 @@ The law has e at one amplitude and an exponent g (docs/theory.md, section 8).
 
 from __future__ import annotations
 
-import numpy as np
 import xarray as xr
 
 from rockdamp.config import Config, LossLaw
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.catalogue import load_records
-from rockdamp.progress import track
-from rockdamp.studies.runner import Case, compare, run, unstack, use
+from rockdamp.studies.runner import Case, run_and_compare, unstack, use
 
 CONSTANT = "constant e"
 
@@ -33,15 +30,13 @@ def cases(section: LossLaw) -> list[Case]:
 
 def loss_law(config: Config) -> xr.Dataset:
     """Compare each law with the constant e, over all walls together and wall by wall, with intervals over stations."""
-    quakes, section = config.earthquakes, config.loss_law
-    walls = {named.name: (named.wall, named.curve) for named in quakes.walls}
-    motions, ratio = track(load_records(config.records), "Laws of loss"), quakes.velocity_ratio.values()
-    histories = run(cases(section), motions, walls, ratio, tail=quakes.tail)
-    compared = unstack(
-        compare(histories, config.comparison), loss_exponent=section.exponent, reference_amplitude=section.amplitude
-    )
+    section = config.loss_law
     return (
-        compared.transpose("wall", "loss_exponent", "reference_amplitude", ...)
+        unstack(
+            run_and_compare(cases(section), config),
+            loss_exponent=section.exponent,
+            reference_amplitude=section.amplitude,
+        )
+        .transpose("wall", "loss_exponent", "reference_amplitude", ...)
         .assign_coords(restitution=section.restitution)
-        .assign(records=histories.sizes["record"], stations=np.unique(histories["station"]).size)
     )

@@ -107,10 +107,10 @@ def chunk(number: str, config: Config) -> xr.Dataset:
         run(each_restitution(section, ladder_cases_at, step), few, walls, ratio, tail=quakes.tail)
         for step in track([section.finest_step, *section.ladder], f"{label}, steps")
     )
-    departures = [
-        abs(np.log(one["peak"] / finest["peak"])).where((one["collapsed"] == 0) & (finest["collapsed"] == 0))
-        for one in ladder
-    ]
+    departures = []
+    for one in ladder:
+        stand = (one["collapsed"] == 0) & (finest["collapsed"] == 0)
+        departures.append(abs(xr.apply_ufunc(np.log, one["peak"] / finest["peak"])).where(stand))
     departure = xr.concat(departures, xr.Variable("step", section.ladder), join="exact")
     departure = departure.drop_vars(["station", "reference"]).rename(record="ladder_record", case="ladder_case")
     histories = run(each_restitution(section, cases_at), track(motions, label), walls, ratio, tail=quakes.tail)

@@ -16,12 +16,12 @@ import pandas as pd
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config import Comparison
+from rockdamp.config import Comparison, Config
 from rockdamp.histories.loads import run_record
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.catalogue import GroundMotion
+from rockdamp.motions.catalogue import GroundMotion, load_records
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
 from rockdamp.progress import track
@@ -149,12 +149,26 @@ def _batches(
 def stack(owners: Sequence[T]) -> T:
     """Return walls, curves or dampers of numbers as one of arrays; text is that of the first."""
     names = [field.name for field in fields(owners[0])]
-    values = {name: [getattr(owner, name) for owner in owners] for name in names}
-    arrays = {name: of[0] if isinstance(of[0], str) else np.array(of, dtype=float) for name, of in values.items()}
+    values: dict[str, list[Any]] = {name: [getattr(owner, name) for owner in owners] for name in names}
+    arrays: dict[str, Any] = {
+        name: of[0] if isinstance(of[0], str) else np.array(of, dtype=float) for name, of in values.items()
+    }
     return type(owners[0])(**arrays)
 
 
 # --- the comparison ---------------------------------------------------------------------------------------------------
+
+
+def run_and_compare(cases: Sequence[Case], config: Config) -> xr.Dataset:
+    """Run cases on the walls of the study of earthquakes under its records and intensities, and compare them.
+
+    Returns what `compare` does, with the counts of ``records`` and ``stations``.
+    """
+    quakes, motions = config.earthquakes, load_records(config.records)
+    walls = {named.name: (named.wall, named.curve) for named in quakes.walls}
+    histories = run(cases, track(motions, cases[0].name), walls, quakes.velocity_ratio.values(), tail=quakes.tail)
+    stations = {motion.group for motion in motions}
+    return compare(histories, config.comparison).assign(records=len(motions), stations=len(stations))
 
 
 def compare(histories: xr.Dataset, comparison: Comparison) -> xr.Dataset:
@@ -223,6 +237,6 @@ def compare_intensities(pairs: xr.Dataset, weights: Array) -> xr.Dataset:
 
 def unstack(cases: xr.Dataset, **values: Sequence[Any]) -> xr.Dataset:
     """Lay cases out as a grid: their names give way to a dimension for each parameter, the last varies fastest."""
-    index = pd.MultiIndex.from_product(values.values(), names=list(values))
+    index = pd.MultiIndex.from_product([*values.values()], names=list(values))
     grid = cases.drop_vars("case", errors="ignore").assign_coords(xr.Coordinates.from_pandas_multiindex(index, "case"))
     return grid.unstack("case")  # noqa: PD010, it is xarray's

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeGuard
 
 import numpy as np
 import xarray as xr
@@ -74,7 +75,7 @@ def cases(section: Supports) -> list[Case]:
     ]
 
 
-def _is_loaded(wall: Wall | Parapet) -> bool:
+def _is_loaded(wall: Wall | Parapet) -> TypeGuard[Wall]:
     return not isinstance(wall, Parapet) and float(wall.overburden_ratio) > 0
 
 

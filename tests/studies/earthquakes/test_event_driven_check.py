@@ -107,6 +107,7 @@ def chosen(earthquakes, monkeypatch):
     """The histories that a seed draws, where solving one takes no time."""
     names = earthquakes["record"].values.tolist()
     monkeypatch.setattr(event_driven_check.catalogue, "record_names", lambda _: names)
+    monkeypatch.setattr(event_driven_check.catalogue, "motion_name", lambda name: name)
     monkeypatch.setattr(event_driven_check.catalogue, "load_record", lambda name: name)
     monkeypatch.setattr(event_driven_check, "exact_peak", lambda case, *_: (0.5, False))
 
