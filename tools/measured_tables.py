@@ -16,14 +16,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from assumption_tables import assumed
-from rocking_tables import (
-    rocking,
-    rocking_blocks,
-    rocking_choices,
-    rocking_curves,
-    rocking_errors,
-    rocking_restitution,
-)
+from rocking_tables import rocking, rocking_blocks, rocking_restitution
 from table_text import interval, models, percent, power, share, table
 
 from rockdamp.claims.verdicts import spans
@@ -335,7 +328,7 @@ def verdicts(data: Data) -> str:
 
 
 _FIRST = (solver, ratios, fits, order, earthquakes, sources, loss_law, checks, closed_form)
-_ROCKING = (rocking, rocking_curves, rocking_errors, rocking_choices, rocking_restitution, rocking_blocks)
+_ROCKING = (rocking, rocking_restitution, rocking_blocks)
 _LAST = (by_program, assumed, response_length, *_ROCKING, force, verdicts)
 TABLES: dict[str, Callable[[Data], str]] = {function.__name__: function for function in (*_FIRST, *_LAST)}
 

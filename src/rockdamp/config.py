@@ -261,15 +261,7 @@ class Bootstrap(Section):
     seed: Seed
 
 
-class SimulatedTrials(Section):
-    draws: Count
-    """Number of sets of each model."""
-    seed: Seed
-
-
 Impacts = Annotated[int, Field(ge=3)]
-NearlyRigid = Annotated[float, Field(ge=0.002, le=0.05)]
-Release = Annotated[float, Field(ge=0.1, le=0.9)]
 
 
 class MeasuredRocking(Section):
@@ -278,23 +270,7 @@ class MeasuredRocking(Section):
     impacts_used: Annotated[list[Impacts], Field(min_length=1), AfterValidator(ascending)]
     """Numbers of impacts of each trial that are used, the first ones."""
     shown_impacts: Impacts
-    """That of these numbers with which all but the comparison of models is done."""
-    yield_displacement_ratio: Annotated[list[NearlyRigid], Field(min_length=1), AfterValidator(ascending)]
-    """a1 of nearly rigid curves; their plateau is at 1 - 2 a1. [-]"""
-    release_amplitude: Annotated[list[Release], Field(min_length=1), AfterValidator(ascending)]
-    """Displacements from which the blocks may have been released, u0/u_ins. [-]"""
-    shown_yield_displacement_ratio: NearlyRigid
-    """a1 of the curve on which the models are compared. [-]"""
-    shown_release_amplitude: Release
-    """The release from which the models are compared, u0/u_ins. [-]"""
-    amplitude_exponent: Annotated[list[float], Field(min_length=3), AfterValidator(ascending)]
-    """Exponents of the energy left with which the loss per impact may go. [-]"""
-    held_out: Annotated[int, Field(ge=1, le=6)]
-    """Number of geometries that are held out, in every choice."""
-    bootstrap: Bootstrap
-    """Trials are drawn again within their geometries."""
-    simulated: SimulatedTrials
-    """Sets of trials that each model makes with the fitted errors, among which the maker is looked for."""
+    """That of these numbers by which restitution is estimated."""
 
 
 # --- earthquakes ------------------------------------------------------------------------------------------------------

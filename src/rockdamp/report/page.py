@@ -21,7 +21,7 @@ from rockdamp.report import earthquakes, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.dataset import Datasets
 from rockdamp.storage.files import replace_file
-from rockdamp.text import number, percent
+from rockdamp.text import number
 
 # Files of this package that the page is made of; workflow/rules/report.smk names them too.
 TEXTS = "figures.yaml"  # titles, alternatives and captions of the figures, in the order of the page
@@ -106,8 +106,6 @@ def measurement(datasets: Datasets) -> dict[str, Any] | None:
         "impacts": [int(count) for count in measured["impacts_used"].values],
         "rows": [(model, [number(value, 2) for value in behind.sel(damping_model=model).values]) for model in models],
         "p": [number(chi2.sf(value, 1), 2) for value in ratio.values],
-        "coverage": percent(measured["held_out_coverage"].mean()),
-        "choices": measured.sizes["choice"],
         "trials": int(measured["trials"] - measured["duplicates"]),
     }
 
