@@ -14,9 +14,8 @@ PAGES = {"report", "paper_page"}
 QUAKES = {"earthquake_walls", "earthquake_records", "earthquakes_study", "earthquake_check", "comparison"}
 QUAKE_FIGURES = {"fig_earthquakes", "fig_fragility"}
 OTHERS = {"order", "loss_law", "supports"}  # of the walls and records of the earthquakes
-PARTS = {f"{name}_records" for name in OTHERS}
+PARTS = {"order_records"}
 PART_FILES = [f"earthquakes/{kind}-{chunk}.nc" for kind in ("records", "order") for chunk in (0, 1)]
-PART_FILES += ["earthquakes/loss_law.nc", "earthquakes/supports.nc"]
 OTHER_FIGURES = {f"fig_{name}" for name in OTHERS}
 STAGES = {
     *("mechanism", "decay_study", "match_study", "response_lengths", "damping_force", "equivalence_fit"),

@@ -12,7 +12,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.exact import exact_history
-from rockdamp.studies.earthquakes.incremental import NEAR, SOURCES, Case, by_damper
+from rockdamp.studies.earthquakes.incremental import NEAR, SOURCES, WallUnderRecord, run_dampers
 
 E = np.array([0.8, 0.9])
 
@@ -25,7 +25,9 @@ def case_of(name, part):
     pgv = intensity_measures(record).pgv
     p, u_ins = float(named.wall.frequency_parameter), float(named.wall.instability_displacement)
     factor = given.velocity_ratio.values()[part] * p * u_ins / 1.5 / pgv
-    return Case.from_record(named.wall, named.curve, record, factor, strong_end=20.0, step=given.step, tail=given.tail)
+    return WallUnderRecord.from_record(
+        named.wall, named.curve, record, factor, strong_end=20.0, step=given.step, tail=given.tail
+    )
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +39,7 @@ def case():
 def outcome(case):
     ratio = np.full((E.size, len(MODELS), len(SOURCES)), 0.05)
     ratio[:, 0] = np.nan
-    return by_damper([case], E, ratio[None])[0]
+    return run_dampers([case], E, ratio[None])[0]
 
 
 def test_what_comes_near_to_collapse_is_run_at_a_quarter_of_the_step_and_nothing_else(case, outcome):
@@ -57,11 +59,11 @@ def test_what_is_run_beside_a_wall_changes_nothing():
     assert len({wall.load.substeps for wall in walls}) == 1 and len({float(wall.load.sampling) for wall in walls}) > 1
     ratio = np.linspace(0.02, 0.06, 3)[:, None, None, None] * np.ones((3, E.size, len(MODELS), len(SOURCES)))
     ratio[:, :, 0] = np.nan
-    beside = by_damper(walls, E, ratio)
+    beside = run_dampers(walls, E, ratio)
     near = [(found["converged"] == 0) | (found["collapsed"] == 0) & (found["peak"] >= NEAR) for found in beside]
     assert sum(of.any() for of in near) > 1
     for wall, own, found in zip(walls, ratio, beside, strict=True):
-        (alone,) = by_damper([wall], E, own[None])
+        (alone,) = run_dampers([wall], E, own[None])
         for name, values in alone.items():
             np.testing.assert_array_equal(found[name], values)
 
@@ -72,7 +74,7 @@ def test_a_history_that_a_finer_step_takes_to_collapse_is_not_converged(case):
     alone = replace(case, load=replace(case.load, factor=case.load.factor[0, [scale]]))
     ratio = np.full((1, len(MODELS), len(SOURCES)), xi)
     ratio[:, 0] = np.nan
-    found = {name: values[at] for name, values in by_damper([alone], E[1:], ratio[None])[0].items()}
+    found = {name: values[at] for name, values in run_dampers([alone], E[1:], ratio[None])[0].items()}
     end = float(alone.load.sampling) * (alone.load.ground.shape[1] - 1)
     exact = exact_history(
         case.curve, Damping("CDC", xi), [end], **sample_load(replace(alone.load, factor=alone.load.factor[0, 0]))
@@ -88,7 +90,7 @@ def made_up(case, peaks, collapsed=None):
     """What runs of one history say, by their peaks and whether they collapse."""
     runs = np.array(peaks)[:, None]
     ends = np.zeros(runs.shape, dtype=bool) if collapsed is None else np.array(collapsed)[:, None]
-    return {name: values[0] for name, values in case._of_steps(runs, ends).items()}
+    return {name: values[0] for name, values in case.judge_steps(runs, ends).items()}
 
 
 @pytest.mark.parametrize("halving", [2, 4])
