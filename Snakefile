@@ -63,4 +63,3 @@ rule all:
         rules.earthquakes.input,
         rules.report.output,
         FIGURE_FILES,
-        "<results>/measured_claims.csv",

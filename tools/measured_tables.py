@@ -19,12 +19,12 @@ from assumption_tables import assumed
 from rocking_tables import rocking, rocking_blocks, rocking_restitution
 from table_text import interval, models, percent, power, share, table
 
-from rockdamp.claims.verdicts import spans
+from rockdamp.claims import VERDICTS
+from rockdamp.claims.ratios import spans
 from rockdamp.constants import RECOMMENDED_SOURCE, STUDIES, VISCOUS_MODELS
 from rockdamp.report.answer import by_program as programs
 from rockdamp.report.answer import selection
 from rockdamp.report.earthquakes import SOURCES, STRATA
-from rockdamp.report.tables import VERDICTS
 from rockdamp.storage import dataset
 from rockdamp.text import number
 
@@ -301,7 +301,7 @@ def response_length(data: Data) -> str:
     others, near = wrong.drop_sel(response_length=inferred), response_lengths["near_misclassified"]
     ends = [f"{float(end):g}" for end in (near["near_response_length"][0], near["near_response_length"][-1])]
     lengths, least = response_lengths["response_length"].values.tolist(), int(near.min())
-    none, few = (spans(near <= most, "").strip() for most in (least, least + 2))
+    none, few = (spans(near <= most) for most in (least, least + 2))
     head = [
         "released from u0/u_ins =",
         *(f"{release:g}" for release in response_lengths["release_amplitude"].values.tolist()),

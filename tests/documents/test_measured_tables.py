@@ -62,7 +62,7 @@ def made_up():
         "supports": made_up_studies.supports(),
         "response_lengths": response_lengths,
         "measured_rocking": made_up_trials.measured_rocking(),
-        "claims": xr.Dataset({"verdict": ("index", ["reproduced", "not reproduced", "reproduced"])}),
+        "claims": xr.Dataset({"verdict": ("index", ["holds", "does not hold", "holds"])}),
         **matches,
     }
 

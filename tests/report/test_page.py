@@ -1,10 +1,8 @@
 """The report: self-contained, complete, the same bytes each time."""
 
-import dataclasses
-
 import report_content
 import yaml
-from html_page import Page, words
+from html_page import words
 
 from rockdamp import report
 from rockdamp.report import tables
@@ -38,39 +36,13 @@ def test_the_same_content_gives_the_same_bytes(content, html):
 # --- complete --------------------------------------------------------------------------------------------------------
 
 
-def test_every_claim_is_there_with_its_verdict_in_words(page, content):
-    told = {one["attrs"]["id"]: words(one["text"]) for one in page.all("article")}
-    grouped = {}
-    for group in (one for one in page.all("div") if one["attrs"].get("class") == "group"):
-        grouped |= {name: group["text"] for name in told if told[name] in words(group["text"])}
+def test_every_claim_is_there_with_its_verdict_what_fails_first(page, content):
+    rows = {row["attrs"]["id"]: words(row["text"]) for row in page.all("tr") if "id" in row["attrs"]}
     for claim in content.claims:
-        text = told[f"claim-{claim['id']}"]
-        for field in ("id", "section", "claim", "threshold"):
-            assert claim[field] in text
-        for field in ("reasons", "holds", "holds_in_part", "does_not_hold"):
-            assert all(words in text for words in claim[field])
-        for item in claim["measured"]:
-            assert item["quantity"] in text and all(value in text for value in item["values"])
-        assert claim["finding"].replace("u_ins", "uins") in text
-        assert words(grouped[f"claim-{claim['id']}"]).split(" ", 1)[1].startswith(claim["verdict"])
-
-
-def test_what_fails_comes_first_and_no_empty_group_is_shown(page, short):
-    groups = [one["attrs"]["id"] for one in page.all("div") if one["attrs"].get("class") == "group"]
+        text = rows[f"claim-{claim['id']}"]
+        assert all(claim[field].replace("u_ins", "uins") in text for field in claim)
+    groups = [one["attrs"]["id"] for one in page.all("tbody") if "id" in one["attrs"]]
     assert groups == ["verdict-no", "verdict-partly", "verdict-unknown", "verdict-yes"]
-    less = dataclasses.replace(short, claims=[one for one in short.claims if one["verdict"] == "reproduced"])
-    few = Page(report.build(less))
-    assert [one["attrs"]["id"] for one in few.all("div") if one["attrs"].get("class") == "group"] == ["verdict-yes"]
-    assert [one["attrs"]["data-verdict"] for one in few.all("button") if "data-verdict" in one["attrs"]] == ["yes"]
-
-
-def test_a_claim_links_to_the_figure_that_shows_it(page, short):
-    links = [link for link in page.all("a") if "article" in link["within"]]
-    linked = [one for one in (*short.claims, *short.measured) if one["figure"] == "fig5"]
-    assert [(link["attrs"]["href"], link["text"]) for link in links] == [("#fig5", "Fig. 5")] * len(linked)
-    assert {one["id"] for one in linked} == {"claim-1", "claim-3"}
-    few = Page(report.build(dataclasses.replace(short, figures={})))
-    assert not [link for link in few.all("a") if "article" in link["within"]]
 
 
 def test_the_answer_comes_first_then_the_bridge_earthquakes_figures_and_claims(page):
@@ -87,7 +59,7 @@ def test_the_answer_comes_first_then_the_bridge_earthquakes_figures_and_claims(p
         "cite",
         "versions",
     ]
-    assert "how many of its claims come out again" in words(page.by_id("answer")["text"])
+    assert "how many of its claims hold" in words(page.by_id("answer")["text"])
 
 
 def test_every_erratum_is_there(page, content):

@@ -2,12 +2,7 @@
 
 import numpy as np
 import xarray as xr
-from repository import ROOT
 
-from rockdamp import claims
-
-FILE, MEASURED, ERRATA = (ROOT / f"data/{name}.yaml" for name in ("claims", "measured_claims", "errata"))
-JUDGES = {**claims.JUDGES, **claims.MEASURED}
 VISCOUS = ["CDC", "CDR", "SDR", "ECD"]
 MODELS = ["CR", *VISCOUS]
 E = np.array([0.70, 0.75, 0.80, 0.85, 0.90, 0.95])
@@ -53,21 +48,6 @@ def bilinear():
             "record": ["one", "two"],
             "velocity_ratio": [0.5, 1.0, 2.0],
         },
-    )
-
-
-def measured_rocking():
-    """CDR is the most likely and one e as likely as any power law; SDR is close, and CDC excluded."""
-    impacts = [6, 10]
-    likelihood = {"CR": [100.0, 200.0], "CDC": [90.0, 180.0], "CDR": [101.0, 202.0], "SDR": [100.0, 199.0]}
-    likelihood["power law"] = [101.0, 201.5]
-    return xr.Dataset(
-        {
-            "log_likelihood": (("damping_model", "impacts_used"), list(likelihood.values())),
-            "amplitude_exponent": ("impacts_used", [0.05, 0.02]),
-            "amplitude_exponent_interval": (("impacts_used", "bound"), [[-0.1, 0.2], [-0.05, 0.09]]),
-        },
-        coords={"damping_model": list(likelihood), "impacts_used": impacts, "bound": ["lower", "upper"]},
     )
 
 
@@ -229,11 +209,6 @@ def put(dataset, variable, value, **where):
     return change
 
 
-def likelihood_of(model, values):
-    """Replace the likelihood of a damper on measured free rocking."""
-    return put("measured_rocking", "log_likelihood", values, damping_model=model)
-
-
 def all_of(*changes):
     def change(data):
         for one in changes:
@@ -302,11 +277,6 @@ def jump(data):
     velocity.loc[{"damping_model": "CDR"}] = velocity.sel(damping_model="CDR") * np.where(tau > 0.8, 0.8, 1.0)
 
 
-def noisy_velocity(data):
-    velocity, tau = data["damping_force"]["velocity"], data["damping_force"]["tau"].values
-    velocity.loc[{"damping_model": "CDR"}] = velocity.sel(damping_model="CDR") + 0.3 * np.sin(tau)
-
-
 def synthetic(data):
     data["validation"].attrs["record_synthetic"] = "yes"
 
@@ -317,8 +287,3 @@ nothing = all_of()
 SECANT = ["CDR", "SDR"]
 CDR_WIDE = scaled(STUDY, XI, 0.5, damping_model=["CDR"], release_amplitude=[0.9])
 CDR_A1 = scaled(A1, XI, 0.2, damping_model=["CDR"], yield_displacement_ratio=[0.02])
-
-
-def row(listed, data, name):
-    claim = next(claim for claim in listed if claim["id"] == name)
-    return claims.table([claims.judge_one(claim, data, JUDGES)]).iloc[0]

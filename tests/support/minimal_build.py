@@ -17,8 +17,7 @@ KINDS = {
 DATASETS = [f"{name}.nc" for name in (*DECAYS, *KINDS)]
 OUTPUTS = [
     *DATASETS,
-    *("coefficients.csv", "claims.csv", "claims.json", "errata.csv", "measured_claims.csv", "measured_claims.json"),
-    *("report.html", "paper.html"),
+    *("coefficients.csv", "claims.csv", "report.html", "paper.html"),
     *(f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("pdf", "png")),
 ]
 PAPER_FIGURES = [name for name in FIGURES if not name.startswith("fig_")]

@@ -47,19 +47,3 @@ rule measured_rocking:
         dataset="measured_rocking",
     script:
         "../scripts/dataset.py"
-
-
-rule measured_claims:
-    input:
-        claims="data/measured_claims.yaml",
-        datasets=["<results>/measured_rocking.nc"],
-    output:
-        table="<results>/measured_claims.csv",
-        structure="<results>/measured_claims.json",
-    log:
-        "<logs>/measured_claims.log",
-    params:
-        *code("claims", script="claims"),
-        judges="MEASURED",
-    script:
-        "../scripts/claims.py"

@@ -193,7 +193,6 @@ rule bilinear:
 rule claims:
     input:
         claims="data/claims.yaml",
-        errata="data/errata.yaml",
         datasets=[
             *MATCHES,
             "<results>/mechanism.nc",
@@ -204,13 +203,10 @@ rule claims:
             "<results>/bilinear.nc",
         ],
     output:
-        table="<results>/claims.csv",
-        structure="<results>/claims.json",
-        errata="<results>/errata.csv",
+        "<results>/claims.csv",
     log:
         "<logs>/claims.log",
     params:
         *code("claims", script="claims"),
-        judges="JUDGES",
     script:
         "../scripts/claims.py"

@@ -12,9 +12,8 @@ rule report:
         TEMPLATES,
         assumptions="docs/assumptions.md",
         citation="CITATION.cff",
-        claims="<results>/claims.json",
-        measured="<results>/measured_claims.json",
-        errata="<results>/errata.csv",
+        claims="<results>/claims.csv",
+        errata="data/errata.yaml",
         figures=expand("<results>/figures/{figure}.png", figure=FIGURES),
         datasets=[
             *rules.claims.input.datasets,
@@ -44,8 +43,8 @@ rule paper_page:
         TEMPLATES,
         assumptions="docs/assumptions.md",
         citation="CITATION.cff",
-        claims="<results>/claims.json",
-        errata="<results>/errata.csv",
+        claims="<results>/claims.csv",
+        errata="data/errata.yaml",
         figures=expand("<results>/figures/{figure}.png", figure=PAPER_FIGURES),
         datasets=rules.claims.input.datasets,
     output:

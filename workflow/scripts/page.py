@@ -1,9 +1,10 @@
 """The report, or the page of the paper alone: tables, figures and datasets that it shows, handed to the package."""
 
-import json
 import os
 import sys
 from pathlib import Path
+
+import yaml
 
 from rockdamp.report.page import Content, write
 from rockdamp.report.tables import rows
@@ -12,11 +13,9 @@ from rockdamp.storage import dataset
 sys.stderr = sys.stdout = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)
 
 paths, output, results = snakemake.input, snakemake.output[0], snakemake.config["results"]
-measured = json.loads(Path(paths.measured).read_text(encoding="utf-8")) if "measured" in paths.keys() else []
 content = Content(
-    claims=json.loads(Path(paths.claims).read_text(encoding="utf-8")),
-    measured=measured,
-    errata=rows(paths.errata),
+    claims=rows(paths.claims),
+    errata=yaml.safe_load(Path(paths.errata).read_text(encoding="utf-8"))["errata"],
     figures={Path(path).stem: Path(path).read_bytes() for path in paths.figures},
     datasets={os.path.relpath(path, results).removesuffix(".nc"): dataset.read(path) for path in paths.datasets},
     assumptions=Path(paths.assumptions).read_text(encoding="utf-8"),

@@ -1,5 +1,5 @@
 "use strict";
-// The first screen by its slider, chips that show the claims of one verdict, and links that open what they point to.
+// The first screen by its slider, and links that open what they point to.
 
 (function () {
   const slider = document.getElementById("answer-e");
@@ -28,25 +28,10 @@
 
   if (slider) slider.addEventListener("input", tell);
 
-  const chips = [...document.querySelectorAll(".chip")];
-  const groups = [...document.querySelectorAll("#claims .group")];
-
-  // Show the claims of one verdict, or all of them.
-  function show(verdict) {
-    for (const chip of chips) chip.setAttribute("aria-pressed", String(chip.dataset.verdict === verdict));
-    for (const group of groups) group.hidden = verdict !== null && group.id !== `verdict-${verdict}`;
-  }
-
-  for (const chip of chips) {
-    chip.addEventListener("click", () => show(chip.getAttribute("aria-pressed") === "true" ? null : chip.dataset.verdict));
-  }
-
-  // What a link points to may be filtered out or folded.
+  // What a link points to may be folded.
   function reveal() {
     const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
     if (!target) return;
-    const group = target.closest("#claims .group");
-    if (group && group.hidden) show(null);
     for (let part = target; part; part = part.parentElement) if (part.tagName === "DETAILS") part.open = true;
     target.scrollIntoView();
   }

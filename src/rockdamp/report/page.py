@@ -10,18 +10,21 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import xarray as xr
 import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from scipy.stats import chi2
 
+from rockdamp.arrays import Array
 from rockdamp.constants import PAPER_MODELS, REFERENCE
 from rockdamp.errors import InputError
 from rockdamp.report import earthquakes, tables
 from rockdamp.report.answer import answer, shown_ratio
 from rockdamp.storage.dataset import Datasets
 from rockdamp.storage.files import replace_file
-from rockdamp.text import number
+from rockdamp.text import join_words, number
 
 # Files of this package that the page is made of; workflow/rules/report.smk names them too.
 TEXTS = "figures.yaml"  # titles, alternatives and captions of the figures, in the order of the page
@@ -36,9 +39,8 @@ BRIDGE = "fig_order"  # the figure that comes first: error against force
 class Content:
     """Everything that the report shows, in the order of the page."""
 
-    claims: Sequence[Mapping[str, Any]]  # fields of `rockdamp.claims.verdicts.Verdict`
-    measured: Sequence[Mapping[str, Any]]  # the same of what measured trials say
-    errata: Sequence[Mapping[str, str]]  # rows of errata.csv
+    claims: Sequence[Mapping[str, str]]  # rows of claims.csv
+    errata: Sequence[Mapping[str, str]]  # entries of data/errata.yaml
     figures: Mapping[str, bytes]  # PNG by name
     datasets: Datasets
     assumptions: str  # docs/assumptions.md
@@ -52,7 +54,7 @@ def build(content: Content) -> str:
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
-    environment.filters |= {"inline": tables.inline, "in_words": tables.in_words}
+    environment.filters["inline"] = tables.inline
     template = environment.from_string(_text(TEMPLATE))
     pictures = {figure["name"]: figure for figure in _figures(content)}
     short = answer(content.datasets, content.yield_displacement_ratio)
@@ -60,10 +62,6 @@ def build(content: Content) -> str:
         style=Markup(_text(STYLE)),
         script=Markup(_text(SCRIPT)),
         verdicts=tables.judged(content.claims),
-        of_trials=tables.judged(content.measured) if content.measured else [],
-        parts=tables.PARTS,
-        figure_words={name: picture["number"] or "figure" for name, picture in pictures.items()},
-        later=sum(bool(claim["later"]) for claim in content.claims),
         errata=content.errata,
         bridge=pictures.pop(BRIDGE, None),
         rocking=pictures.pop(ROCKING, None),
@@ -101,13 +99,33 @@ def measurement(datasets: Datasets) -> dict[str, Any] | None:
     likelihood = measured["log_likelihood"].sel(damping_model=models)
     behind = likelihood.max("damping_model") - likelihood
     of_law = measured["log_likelihood"].sel(damping_model="power law")
-    ratio = 2 * (of_law - likelihood.sel(damping_model=REFERENCE))
+    p = chi2.sf(2 * (of_law - likelihood.sel(damping_model=REFERENCE)).values, 1)
     return {
         "impacts": [int(count) for count in measured["impacts_used"].values],
         "rows": [(model, [number(value, 2) for value in behind.sel(damping_model=model).values]) for model in models],
-        "p": [number(chi2.sf(value, 1), 2) for value in ratio.values],
+        "p": [number(value, 2) for value in p],
+        "sentences": of_trials(measured, p),
         "trials": int(measured["trials"] - measured["duplicates"]),
     }
+
+
+def of_trials(measured: xr.Dataset, p: Array) -> list[str]:
+    """Say in four sentences what measured trials tell of the paper's dampers and of one e."""
+    cdc, cdr, sdr = (measured["log_likelihood"].sel(damping_model=model, drop=True) for model in PAPER_MODELS)
+    exponent = measured["amplitude_exponent"]
+    rejected = [str(int(count)) for count, low in zip(measured["impacts_used"], p < 0.05, strict=True) if low]
+
+    def extremes(values: xr.DataArray) -> str:
+        return f"{number(values.min(), 2)} to {number(values.max(), 2)}"
+
+    return [
+        f"ln L of CDR less that of SDR is {extremes(cdr - sdr)}, from one number of impacts used to another.",
+        f"ln L of SDR less the larger of the other two is {extremes(sdr - np.maximum(cdc, cdr))}.",
+        f"ln L exceeds that of CDC by {extremes(cdr - cdc)} under CDR and by {extremes(sdr - cdc)} under SDR.",
+        "The likelihood ratio rejects one e in favour of the power law at 5 % with"
+        f" {join_words(rejected) if rejected else 'no number of'} impacts used, and the best exponent is"
+        f" {extremes(exponent)}.",
+    ]
 
 
 def _figures(content: Content) -> list[dict[str, Any]]:

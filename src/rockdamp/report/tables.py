@@ -15,19 +15,10 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from markupsafe import Markup, escape
 
-# How each verdict is marked, by shape and word as well as colour; first what a reader must know of most.
-VERDICTS = {
-    "not reproduced": ("no", "✗"),
-    "reproduced under conditions": ("partly", "◐"),
-    "not judged": ("unknown", "–"),
-    "reproduced": ("yes", "✓"),
-}
-# How the parts of a claim are marked, and what that means.
-PARTS = {
-    "does_not_hold": ("no", "✗", "Does not hold"),
-    "holds_in_part": ("partly", "◐", "Holds in part"),
-    "holds": ("yes", "✓", "Holds"),
-}
+from rockdamp.claims import FAILS, HOLDS, IN_PART, UNTESTED
+
+# How each verdict is marked, by shape and word as well as colour.
+MARKS = {FAILS: ("no", "✗"), IN_PART: ("partly", "◐"), UNTESTED: ("unknown", "–"), HOLDS: ("yes", "✓")}
 SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake")
 
 
@@ -37,17 +28,12 @@ def rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
         return list(csv.DictReader(file, strict=True))
 
 
-def judged(claims: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the verdicts, each with its mark and its claims."""
+def judged(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
+    """Return the verdicts, each with its mark and its claims, what fails first."""
     return [
         {"verdict": name, "kind": kind, "mark": mark, "claims": [claim for claim in claims if claim["verdict"] == name]}
-        for name, (kind, mark) in VERDICTS.items()
+        for name, (kind, mark) in MARKS.items()
     ]
-
-
-def in_words(item: Mapping[str, Any]) -> str:
-    """Return a measured quantity of a claim with its values."""
-    return f"{item['quantity']}: {'; '.join(item['values'])}" if item["values"] else str(item["quantity"])
 
 
 def inline(text: str) -> Markup:
