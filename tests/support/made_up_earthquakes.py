@@ -97,7 +97,6 @@ def histories(peak, varied, station, velocity_ratio, collapsed=None, **coords):
             "peak_uncertainty": (dims, 1e-3 * peak),
             "collapsed": (dims, collapsed),
             "converged": (dims, np.ones_like(collapsed)),
-            "decay_misfit": (dims, np.zeros(peak.shape)),
             "varied_peak": ((*dims[:4], "variation"), varied),
             "varied_collapsed": ((*dims[:4], "variation"), (varied > 1).astype(np.int8)),
             "damping_ratio": (dims[2:], ratio),
@@ -125,7 +124,6 @@ def comparison():
     median = 0.5 + 0.1 * np.arange(len(WALLS))
     of_wall = (median[:, None, None, None] / FACTOR[:, None]) * np.ones((len(WALLS), *lead))
     collapse = ndtr(np.log(SCALE / of_wall[..., None]) / BETA)
-    peaks = 0.1 * (SCALE / of_wall[..., None]) ** 2 * np.array([0.6, 1.0, 1.7])[:, None, None, None, None, None]
     wall_dims = ("wall", *e_dims)
     data = xr.Dataset(
         {
@@ -140,11 +138,6 @@ def comparison():
             **statistic("wall_median_velocity_ratio", wall_dims, of_wall),
             **statistic("wall_dispersion", wall_dims, np.full(of_wall.shape, BETA)),
             "collapse_fraction": ((*wall_dims, "velocity_ratio"), collapse),
-            "fractile": (("fractile_probability", *wall_dims, "velocity_ratio"), np.where(peaks < 1, peaks, np.nan)),
-            "median_decay_misfit": (
-                (*e_dims, "velocity_ratio"),
-                np.broadcast_to(0.01 * FACTOR[:, None, None] * SCALE**0.1, (*lead, SCALE.size)),
-            ),
             "pooled": (("wall", "damping_ratio_source"), np.tile([[1], [1], [1], [0], [1]], 3)),
             "records": 100,
             "stations": 50,
@@ -154,7 +147,6 @@ def comparison():
         coords={
             **COORDS,
             "bound": ["lower", "upper"],
-            "fractile_probability": [0.16, 0.5, 0.84],
             "share": [0.5, 0.9, 0.99, 1.0],
             "band": band,
             "band_start": ("band", np.r_[EDGES[0], EDGES[:-1]]),

@@ -25,7 +25,6 @@ from rockdamp.statistics.paired import (
     root_mean_square,
 )
 
-FRACTILES = (0.16, 0.50, 0.84)
 NOT_RUN = -1  # as an outcome
 VARIED = ("median_ratio", "log_error", "missed_collapse_rate", "added_collapse_rate")  # of CR with small changes
 SHARES = (0.5, 0.9, 0.99, 1.0)
@@ -59,7 +58,6 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
             _excess(pooled, edges, weights, covers_most(has_ratio).values),
             _pooled_fragility(pooled.assign(collapsed=pooled["collapsed"].where(taken, NOT_RUN)), weights),
             _per_wall(earthquakes, weights),
-            _misfit(pooled.assign(decay_misfit=pooled["decay_misfit"].where(taken))),
         ],
         join="exact",
     )
@@ -77,7 +75,6 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         {name: earthquakes[name].values for name in (*BY_DAMPER, "variation", "wall", "velocity_ratio")}
         | {
             "bound": list(BOUND),
-            "fractile_probability": list(FRACTILES),
             "share": list(SHARES),
             "band": np.arange(edges.size),
             "band_start": ("band", [low for low, _ in bands]),
@@ -158,7 +155,7 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, ranked: NDArr
     return xr.Dataset({"excess": (BY_DAMPER, excess), "excess_interval": ((*BY_DAMPER, "bound"), bounds)})
 
 
-# --- collapse, and the decay ------------------------------------------------------------------------------------------
+# --- collapse ---------------------------------------------------------------------------------------------------------
 
 
 def _fragility(scale: Array, collapses: NDArray[Any], runs: NDArray[Any], weights: Array, cr: int) -> xr.Dataset:
@@ -177,7 +174,7 @@ def _pooled_fragility(pooled: xr.Dataset, weights: Array) -> xr.Dataset:
 
 
 def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
-    """Return each wall's fragility, the share of records that collapse it, and fractiles of the peaks."""
+    """Return each wall's fragility, and the share of records that collapse it."""
     order = ("record", "wall", *BY_DAMPER, "velocity_ratio")
     stored = earthquakes["collapsed"].transpose(*order).values
     run, collapsed = (stored >= 0).astype(float), (stored == 1).astype(float)
@@ -186,16 +183,6 @@ def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
         _fragility(scale, collapsed[:, wall], run[:, wall], weights, cr)
         for wall in track(range(earthquakes.sizes["wall"]), "Fragilities of the walls")
     ]
-    peaks = np.where(collapsed == 1, np.inf, np.where(run == 1, earthquakes["peak"].transpose(*order), np.nan))
-    fractiles = np.quantile(peaks, FRACTILES, axis=0, method="inverted_cdf")
     fragility = xr.concat(by_wall, "wall").drop_vars(["median_intensity_ratio", "median_intensity_ratio_interval"])
-    return fragility.rename({name: f"wall_{name}" for name in fragility}).assign(
-        collapse_fraction=(order[1:], quotient(collapsed.sum(axis=0), run.sum(axis=0))),
-        fractile=(("fractile_probability", *order[1:]), np.where(np.isfinite(fractiles), fractiles, np.nan)),
-    )
-
-
-def _misfit(earthquakes: xr.Dataset) -> xr.Dataset:
-    """Return the median over records and walls of the misfit over the decay, at each scale."""
-    median = earthquakes["decay_misfit"].median(("record", "wall"))
-    return xr.Dataset({"median_decay_misfit": median.transpose(*BY_DAMPER, "velocity_ratio")})
+    share = quotient(collapsed.sum(axis=0), run.sum(axis=0))
+    return fragility.rename({name: f"wall_{name}" for name in fragility}).assign(collapse_fraction=(order[1:], share))

@@ -79,9 +79,7 @@ def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(named):
     there_and_back = int(0.5 * float(curve.period(first)) / p / STEP)
     record = blows(2, -(there_and_back + 100))  # u'' = ... + a: the second blow is to where the wall is going
     factor = np.array([velocity * p * float(named.wall.instability_displacement) / (1.5 * PGV)])
-    case = incremental.WallUnderRecord.from_record(
-        named.wall, curve, record, factor, strong_end=record.elapsed[-1], step=0.05, tail=1.0
-    )
+    case = incremental.WallUnderRecord.from_record(named.wall, curve, record, factor, step=0.05, tail=1.0)
     e = np.array([E])
     varied = dict(zip(incremental.VARIATIONS, case.run_variations(e, 0.05)["varied_peak"][0, 0], strict=True))
     peak = case(Damping("CR", e), incremental.HALVINGS).peak.item()
@@ -93,7 +91,7 @@ def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(named):
 def test_no_step_is_longer_than_the_one_asked_for_and_none_is_needlessly_short(named, record_step):
     record = Record(record_step * np.arange(5), np.array([0.0, 1.0, 0.0, 0.0, 0.0]))
     for longest in (0.025, 0.013):
-        lengths = {"strong_end": record.elapsed[-1], "step": longest, "tail": 0.0}
+        lengths = {"step": longest, "tail": 0.0}
         case = incremental.WallUnderRecord.from_record(named.wall, named.curve, record, np.ones(1), **lengths)
         frequency = float(named.wall.frequency_parameter * named.curve.initial_frequency)
         coarsest = frequency * record_step / case.load.substeps

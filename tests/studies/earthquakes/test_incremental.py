@@ -10,10 +10,8 @@ from rockdamp.config import GeometricGrid
 from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.equivalence.polynomials import shipped_polynomials
-from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.solvers.newmark import simulate
 from rockdamp.statistics.paired import compare_pairs
 from rockdamp.storage import dataset
 from rockdamp.studies import comparison
@@ -168,26 +166,6 @@ def test_shares_of_the_records_change_nothing(config, walls):
     xr.testing.assert_identical(gathered(1, "01"), gathered(2, "0"))
 
 
-def test_a_misfit_over_the_decay_is_that_of_the_histories(config, walls, study):
-    """One history is run again, stored and summed up here."""
-    motion = catalogue.load_records(RECORDS)[0]
-    named, settings = config.earthquakes.walls[2], config.earthquakes
-    wall, curve = named.wall, named.curve
-    at = {"record": motion.name, "wall": named.name, "restitution": 0.85}
-    one = study.sel({**at, "damping_model": "CDR", "damping_ratio_source": "least error"})
-    scale = int(np.flatnonzero(np.isfinite(one["decay_misfit"]))[-1])
-    found = intensity_measures(motion.record)
-    factor = one["scale_factor"].values[scale : scale + 1]
-    lengths = {"strong_end": found.strong_end, "step": settings.step, "tail": settings.tail}
-    case = incremental.WallUnderRecord.from_record(wall, curve, motion.record, factor, **lengths)
-    dampers = Damping("CR", np.array([0.85])), Damping("CDR", np.array([float(one["damping_ratio"])]))
-    cr, damped = (simulate(curve, damper, load=case.load).displacement.ravel() for damper in dampers)
-    start = case.decay * case.load.substeps + 1
-    misfit = np.sqrt(np.mean((np.abs(cr) - np.abs(damped))[start:] ** 2))
-    peak = float(study.sel(at)["peak"].isel(velocity_ratio=scale).sel(damping_model="CR")[0])
-    assert one["decay_misfit"].values[scale] == pytest.approx(misfit / peak, rel=1e-9)
-
-
 # --- what is made of them --------------------------------------------------------------------------------------------
 
 
@@ -261,11 +239,3 @@ def test_rates_of_a_source_count_the_histories_that_it_ran():
     found = compare_pairs(made, np.ones((3, 2)), [(0.0, np.inf)])
     assert (found["missed_collapse_rate"] == 1.0).all()
     assert (found["added_collapse_rate"] == 0.0).all() and (found["pairs"] == 1).all()
-
-
-def test_fractiles_end_where_the_record_of_that_rank_collapses(compared):
-    share = compared["collapse_fraction"]
-    for probability in comparison.FRACTILES:
-        one = compared["fractile"].sel(fractile_probability=probability)
-        known = share.notnull()
-        np.testing.assert_array_equal(one.notnull().where(known), (share <= 1 - probability).where(known))

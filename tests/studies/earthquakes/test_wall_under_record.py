@@ -25,9 +25,7 @@ def case_of(name, part):
     pgv = intensity_measures(record).pgv
     p, u_ins = float(named.wall.frequency_parameter), float(named.wall.instability_displacement)
     factor = given.velocity_ratio.values()[part] * p * u_ins / 1.5 / pgv
-    return WallUnderRecord.from_record(
-        named.wall, named.curve, record, factor, strong_end=20.0, step=given.step, tail=given.tail
-    )
+    return WallUnderRecord.from_record(named.wall, named.curve, record, factor, step=given.step, tail=given.tail)
 
 
 @pytest.fixture(scope="module")

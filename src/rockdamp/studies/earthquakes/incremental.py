@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,7 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import Histories, Load, Peaks, Reference, peaks, simulate
+from rockdamp.solvers.newmark import Load, Peaks, peaks
 from rockdamp.studies.matches import match_decays
 
 SOURCES = ("polynomial", "least error", "closed form")  # of the ratio: polynomials, Eq. (17) at that wall, energy
@@ -145,7 +145,6 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
             named.curve,
             motion.record,
             factor,
-            strong_end=intensity.strong_end,
             step=quakes.step,
             tail=quakes.tail,
         )
@@ -184,32 +183,19 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
 
 @dataclass(frozen=True)
 class WallUnderRecord:
-    """One wall under one record, whose load has a factor for each scale and the substeps of the coarsest run.
-
-    At the sample `decay` the strong motion has ended.
-    """
+    """One wall under one record, whose load has a factor for each scale and the substeps of the coarsest run."""
 
     curve: TrilinearCurve
     load: Load
-    decay: int
 
     @classmethod
     def from_record(
-        cls,
-        wall: Wall | Parapet,
-        curve: TrilinearCurve,
-        record: Record,
-        factor: Array,
-        *,
-        strong_end: float,
-        step: float,
-        tail: float,
+        cls, wall: Wall | Parapet, curve: TrilinearCurve, record: Record, factor: Array, *, step: float, tail: float
     ) -> WallUnderRecord:
-        """Scale the record by each of `factor`; its strong motion ends at `strong_end`, the `step` is the finest's."""
+        """Scale the record by each of `factor`; the `step` is the finest run's, times the first branch's frequency."""
         coarsest = 2**HALVINGS * step / float(curve.initial_frequency)
         substeps = int(count_steps(wall.frequency_parameter * record.step, coarsest))
-        decay = int(np.ceil((strong_end - record.elapsed[0]) / record.step))
-        return cls(curve, make_load(wall, record, factor, substeps=substeps, tail=tail), decay)
+        return cls(curve, make_load(wall, record, factor, substeps=substeps, tail=tail))
 
     def halve(self, damping: Damping, halving: int) -> Load:
         """Return the load of every scale on dampers of shape (e, ...), at a halving of the coarsest step."""
@@ -222,31 +208,21 @@ class WallUnderRecord:
 
     def begin(self, e: Array, damping_ratio: Array) -> list[Runs]:
         """Run CR, then every damper whose ratios are defined, at the first three steps."""
-        # Only the coarsest run of CR is stored, step by step: Eq. (17) compares all dampers with it while they run.
-        restitution = Damping("CR", e)
-        histories = simulate(self.curve, restitution, load=self.halve(restitution, 0))
-        reference, begun = self._reference(histories), [self._run_halvings(restitution, histories)]
+        begun = [self._run_halvings(Damping("CR", e), np.ones(len(SOURCES), dtype=bool))]
         for row, model in enumerate(VISCOUS_MODELS, start=1):
             defined = np.asarray(np.isfinite(damping_ratio[:, row]).all(axis=0))
-            damping = Damping(model, damping_ratio[:, row, defined])
-            compared = peaks(self.curve, damping, load=self.halve(damping, 0), reference=reference)
-            runs = self._run_halvings(damping, compared)
-            begun.append(replace(runs, defined=defined, misfit=self._decay_misfit(compared)))
+            begun.append(self._run_halvings(Damping(model, damping_ratio[:, row, defined]), defined))
         return begun
 
     def collect(self, begun: Sequence[Runs]) -> dict[str, Array]:
-        """Return peaks, collapses and misfits over the decay; shape (scales, e, models, sources)."""
+        """Return peaks and collapses; shape (scales, e, models, sources)."""
         shape = (*begun[0].near.shape, len(MODELS), len(SOURCES))
-        outcome = {name: np.full(shape, np.nan) for name in ("peak", "peak_uncertainty", "decay_misfit")}
+        outcome: dict[str, Array] = {name: np.full(shape, np.nan) for name in ("peak", "peak_uncertainty")}
         outcome |= {name: np.full(shape, -1, dtype=np.int8) for name in ("collapsed", "converged")}
-        restitution = self._judge(begun[0])
-        for name, values in restitution.items():
-            outcome[name][:, :, 0] = values[..., None]  # the same whatever the source
-        peak = np.where(restitution["collapsed"] == 0, restitution["peak"], np.nan)
-        for row, runs in enumerate(begun[1:], start=1):
+        for row, runs in enumerate(begun):
             for name, values in self._judge(runs).items():
-                outcome[name][:, :, row, runs.defined] = values
-            outcome["decay_misfit"][:, :, row, runs.defined] = runs.misfit / peak[..., None]
+                # Those of CR are the same whatever the source.
+                outcome[name][:, :, row, runs.defined] = values[..., None] if row == 0 else values
         return outcome
 
     def run_variations(self, e: Array, change: float) -> dict[str, Array]:
@@ -259,16 +235,17 @@ class WallUnderRecord:
             "varied_collapsed": np.stack([one.collapsed for one in found], axis=-1).astype(np.int8),
         }
 
-    def _run_halvings(self, damping: Damping, coarsest: Histories | Peaks) -> Runs:
+    def _run_halvings(self, damping: Damping, defined: NDArray[np.bool_]) -> Runs:
         """Run a damper at the halvings of the coarsest step, and mark the histories that need more of them."""
-        responses = [coarsest, *(self(damping, halving) for halving in range(1, HALVINGS + 1))]
+        ended = [self(damping, halving) for halving in range(HALVINGS + 1)]
         # NaN and False stand for the further halvings, which `_run_further` fills in where they are needed.
-        peak = np.full((HALVINGS + FURTHER + 1, *coarsest.peak.shape), np.nan)
+        peak = np.full((HALVINGS + FURTHER + 1, *ended[0].peak.shape), np.nan)
         collapsed = np.zeros(peak.shape, dtype=bool)
-        for halving, response in enumerate(responses):
-            peak[halving], collapsed[halving] = response.peak, response.collapsed
+        for halving, one in enumerate(ended):
+            peak[halving], collapsed[halving] = one.peak, one.collapsed
         converged = (collapsed[: HALVINGS + 1] == collapsed[HALVINGS]).all(axis=0)
-        return Runs(damping, peak, collapsed, ~converged | (~collapsed[HALVINGS] & (peak[HALVINGS] >= NEAR)))
+        near = ~converged | (~collapsed[HALVINGS] & (peak[HALVINGS] >= NEAR))
+        return Runs(damping, peak, collapsed, near, defined)
 
     def _judge(self, runs: Runs) -> dict[str, Array]:
         """Return peaks and outcomes at the finest step of each history, and the bound of their error."""
@@ -293,20 +270,6 @@ class WallUnderRecord:
             "converged": converged.astype(np.int8),
         }
 
-    def _reference(self, coarsest: Histories) -> Reference:
-        """Make CR's histories the reference of Eq. (17), summed up to the decay and up to the end."""
-        displacement = np.nan_to_num(coarsest.displacement.reshape(-1, coarsest.displacement.shape[-1]))
-        case = np.arange(displacement.shape[0]).reshape(*coarsest.displacement.shape[:-1], 1)
-        steps = self.load.substeps * (self.load.ground.shape[1] - 1)
-        checkpoints = [min(max(self.decay * self.load.substeps, 1), steps - 1), steps]
-        return Reference(displacement, case, checkpoints)
-
-    def _decay_misfit(self, coarsest: Peaks) -> Array:
-        """Return the root mean square of the difference in |u| after the strong motion; NaN after a collapse."""
-        steps = self.load.substeps * (self.load.ground.shape[1] - 1 - self.decay)
-        error = np.where(coarsest.collapsed, np.nan, coarsest.error)
-        return np.sqrt(np.maximum(error[1] - error[0], 0.0) / max(steps, 1))
-
 
 @dataclass(frozen=True)
 class Runs:
@@ -314,15 +277,14 @@ class Runs:
 
     `peak` and `collapsed` have the shape (HALVINGS + FURTHER + 1, scales, e, ...); they are NaN and False at the
     further halvings of histories that are not `near` to collapse and do not end in two ways. `defined` marks the
-    sources that have a damping ratio of a viscous damper, and `misfit` is that over the decay.
+    sources that have a damping ratio.
     """
 
     damping: Damping
     peak: Array
     collapsed: NDArray[np.bool_]
     near: NDArray[np.bool_]
-    defined: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
-    misfit: Array = field(default_factory=lambda: np.empty(0))
+    defined: NDArray[np.bool_]
 
 
 def run_dampers(shaken: Sequence[WallUnderRecord], e: Array, damping_ratio: Array) -> list[dict[str, Array]]:
