@@ -125,22 +125,23 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
 
 def fig7(equivalence: xr.Dataset) -> Figure:
     """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
-    e, a1 = equivalence["restitution"], equivalence["yield_displacement_ratio"]
+    parameter = "yield_displacement_ratio"
+    e, a1 = equivalence["restitution"], equivalence[parameter]
     figure, ((together, *columns),) = panels(1, 4, 100.0, sharex=True, sharey=True, width_ratios=[1.5, 1, 1, 1])
     fits = equivalence["damping_ratio_fit"]
-    paper = fits.sel(yield_displacement_ratio=YIELD_DISPLACEMENT_RATIO, method="nearest")
+    paper = fits.sel({parameter: YIELD_DISPLACEMENT_RATIO}, method="nearest")
     for axes, model in zip(columns, PAPER_MODELS, strict=True):
-        low, high = (end.sel(damping_model=model) for end in (fits.min(a1.name), fits.max(a1.name)))
+        low, high = (end.sel(damping_model=model) for end in (fits.min(parameter), fits.max(parameter)))
         together.fill_between(e, low, high, color=LOOK[model]["color"], alpha=0.18, linewidth=0)
         together.plot(e, paper.sel(damping_model=model), label=model, **look(model, marker=""))
-        parameter_lines(axes, fits, model, a1.name, linewidth=0.7)
+        parameter_lines(axes, fits, model, parameter, linewidth=0.7)
         points: dict[str, Any] = {"linestyle": "none", "markersize": 2.6}
-        parameter_lines(axes, equivalence["damping_ratio"], model, a1.name, marks=True, **points)
+        parameter_lines(axes, equivalence["damping_ratio"], model, parameter, marks=True, **points)
         axes.set_title(model, color=LOOK[model]["color"], fontweight="bold")
     for axes in (together, *columns):
         axes.plot(e, equivalence["giannini_masiani"], label="Eq. (15)" if axes is together else "", **EQUATION_15)
         restitution_axis(axes, e)
-    together.set_title(f"at $a_1 = {float(paper[a1.name]):g}$; bands: all $a_1$")
+    together.set_title(f"at $a_1 = {float(paper[parameter]):g}$; bands: all $a_1$")
     together.set(ylim=(0, None), ylabel=DAMPING_RATIO)
     keys = [*handles(together), *parameter_keys(a1, marks=True)]
     legend(figure, keys, columns=6, title="left: dampers; right: $a_1$ [-]")
