@@ -150,7 +150,7 @@ def _largest_step(departure: xr.DataArray) -> xr.DataArray:
     """Return the largest step of the ladder that is converged, by damper and e; NaN of none."""
     dims = ["ladder_record", "velocity_ratio", "wall"]
     ran = departure.notnull().any(dims)
-    quantile = departure.where(ran, 2 * CONVERGED).quantile(0.9, dims)
+    quantile = departure.where(ran, 2 * CONVERGED).quantile(0.9, dims).drop_vars("quantile")
     steps = quantile["step"].where(quantile <= CONVERGED)
     return steps.max("step")
 
