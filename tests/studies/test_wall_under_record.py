@@ -12,7 +12,7 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.solvers.exact import exact_history
-from rockdamp.studies.earthquakes.incremental import NEAR, SOURCES, WallUnderRecord, run_dampers
+from rockdamp.studies.earthquakes import NEAR, SOURCES, WallUnderRecord, run_dampers
 
 E = np.array([0.8, 0.9])
 

@@ -13,7 +13,7 @@ from rockdamp.config import GeometricGrid
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.record import Record
-from rockdamp.studies.earthquakes import event_driven_check, incremental
+from rockdamp.studies import earthquakes, event_driven_check
 
 STEP = 0.001  # s, of the record: a thousandth of the walls' periods and less
 SIZE = 50.0  # m s-2
@@ -51,9 +51,9 @@ def motion():
 @pytest.fixture(scope="module")
 def study(config, motion):
     """What one record gives; every damper at the damping ratio of 5 %."""
-    ratio = np.full((1, 1, len(incremental.MODELS), len(incremental.SOURCES)), 0.05)
+    ratio = np.full((1, 1, len(earthquakes.MODELS), len(earthquakes.SOURCES)), 0.05)
     ratio[:, :, 0] = np.nan
-    ended = incremental.run(config, np.array([E]), ratio, motion)
+    ended = earthquakes.run(config, np.array([E]), ratio, motion)
     return ended.squeeze(["record", "wall", "restitution"])
 
 
@@ -68,7 +68,7 @@ def energy(curve, peak):
 def test_a_blow_of_some_scale_gives_that_velocity_and_the_peak_comes_in_the_rest_after_it(study, named):
     cr = study["peak"].sel(damping_model="CR").isel(damping_ratio_source=0)
     np.testing.assert_allclose(energy(named.curve, cr.values), 1.0, rtol=0.01)
-    assert (study["peak"].sel(damping_model=list(incremental.VISCOUS_MODELS)) < cr).all()
+    assert (study["peak"].sel(damping_model=list(earthquakes.VISCOUS_MODELS)) < cr).all()
 
 
 def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(named):
@@ -79,10 +79,10 @@ def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(named):
     there_and_back = int(0.5 * float(curve.period(first)) / p / STEP)
     record = blows(2, -(there_and_back + 100))  # u'' = ... + a: the second blow is to where the wall is going
     factor = np.array([velocity * p * float(named.wall.instability_displacement) / (1.5 * PGV)])
-    case = incremental.WallUnderRecord.from_record(named.wall, curve, record, factor, step=0.05, tail=1.0)
+    case = earthquakes.WallUnderRecord.from_record(named.wall, curve, record, factor, step=0.05, tail=1.0)
     e = np.array([E])
-    varied = dict(zip(incremental.VARIATIONS, case.run_variations(e, 0.05)["varied_peak"][0, 0], strict=True))
-    peak = case(Damping("CR", e), incremental.HALVINGS).peak.item()
+    varied = dict(zip(earthquakes.VARIATIONS, case.run_variations(e, 0.05)["varied_peak"][0, 0], strict=True))
+    peak = case(Damping("CR", e), earthquakes.HALVINGS).peak.item()
     assert peak > 1.1 * first
     assert varied["lower e"] < 0.99 * peak < 1.01 * peak < varied["higher e"]
 
@@ -92,12 +92,12 @@ def test_no_step_is_longer_than_the_one_asked_for_and_none_is_needlessly_short(n
     record = Record(record_step * np.arange(5), np.array([0.0, 1.0, 0.0, 0.0, 0.0]))
     for longest in (0.025, 0.013):
         lengths = {"step": longest, "tail": 0.0}
-        case = incremental.WallUnderRecord.from_record(named.wall, named.curve, record, np.ones(1), **lengths)
+        case = earthquakes.WallUnderRecord.from_record(named.wall, named.curve, record, np.ones(1), **lengths)
         frequency = float(named.wall.frequency_parameter * named.curve.initial_frequency)
         coarsest = frequency * record_step / case.load.substeps
-        finest = coarsest / 2**incremental.HALVINGS
+        finest = coarsest / 2**earthquakes.HALVINGS
         assert finest <= longest * (1 + 1e-12)
-        one_less = frequency * record_step / max(case.load.substeps - 1, 1) / 2**incremental.HALVINGS
+        one_less = frequency * record_step / max(case.load.substeps - 1, 1) / 2**earthquakes.HALVINGS
         assert case.load.substeps == 1 or one_less > longest
 
 
@@ -112,6 +112,6 @@ def test_the_check_s_peak_is_the_last_turn_where_the_history_ends_after_it(named
     case = xr.Dataset({"damping_model": model, "restitution": E, "damping_ratio": 1e-6, "scale_factor": of_scale})
     first = float(np.interp(SCALE[1] ** 2 / 2, named.curve.energy(x := np.linspace(0, 1, 1001)), x))
     quarter = float(named.curve.period(first)) / 4 / p
-    peak, collapsed = event_driven_check.exact_peak(case, motion, named, tail=1.9 * quarter)
+    peak, collapsed = event_driven_check.solve_exactly(case, motion, named, tail=1.9 * quarter)
     assert not collapsed
     assert energy(named.curve, peak)[1] == pytest.approx(1.0, rel=0.01)
