@@ -46,7 +46,7 @@ def record(tmp_path):
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("name", ["wall", "equivalent", "decay", "respond"])
+@pytest.mark.parametrize("name", ["wall", "equivalent", "decay", "respond", "assess", "batch"])
 def test_the_help_is_short_and_its_examples_run(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for folder in ("data", "examples"):

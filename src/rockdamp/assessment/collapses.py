@@ -1,24 +1,20 @@
-"""Collapses of walls under records: at the intensities asked for, and at stripes that span each wall's fragility.
-
-Of walls that rock to one side too.
-"""
+"""Collapses of walls under records: at the intensities asked for, and at stripes that span each wall's fragility."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.constants import RECOMMENDED, REFERENCE, VISCOUS_MODELS
-from rockdamp.errors import check
+from rockdamp.constants import RECOMMENDED, VISCOUS_MODELS
 from rockdamp.histories.loads import run_record, select
 from rockdamp.histories.one_sided import run_one_sided
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import CAP, REFERENCE_AMPLITUDE, Damping, critical_damping_ratio
+from rockdamp.mechanics.damping import CAP, Damping, critical_damping_ratio
 from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
@@ -38,48 +34,43 @@ NEAR = 0.5  # u/u_ins, from which on a wall that survives is near collapse; the 
 HALVINGS = 2  # of the step near collapse; the last one shows what is left of the error
 LEAST_OF_DAMPER = 1.01 * float(np.exp(-np.pi * CAP * critical_damping_ratio(ORDER)))  # e that the damper is run with
 
-
-class Loss(NamedTuple):
-    """How the loss depends on the amplitude: the exponent g [-], and the amplitude u/u_ins that e belongs to [-]."""
-
-    exponent: float = 0.0
-    at: float = REFERENCE_AMPLITUDE
+Outcomes = tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]
 
 
-CONSTANT = Loss()
+def side_by_side(wall: Any, restitution: ArrayLike, **loss: float) -> list[Damping]:
+    """Return restitution and the damper that is recommended in its place; against a stop restitution alone.
 
-
-def side_by_side(restitution: ArrayLike, loss: Loss = CONSTANT) -> list[Damping]:
-    """Return restitution and the damper that is recommended in its place, of `LEAST_OF_DAMPER` at least."""
+    `loss` holds the exponent and the reference amplitude of `Damping`.
+    """
+    cr = Damping("CR", restitution, **loss)
+    if isinstance(wall, OneSidedWall):
+        return [cr]
     e = np.maximum(restitution, LEAST_OF_DAMPER)
-    if not loss.exponent:
-        return [Damping("CR", restitution), Damping.from_restitution(e, RECOMMENDED)]
-    named = {"loss_exponent": loss.exponent, "reference_amplitude": loss.at}
-    return [Damping("CR", restitution, **named), Damping.from_restitution(e, "ECD", order=ORDER, **named)]
+    if not loss.get("loss_exponent"):
+        return [cr, Damping.from_restitution(e, RECOMMENDED)]
+    return [cr, Damping.from_restitution(e, "ECD", order=ORDER, **loss)]
 
 
 def collapses(
-    wall: Wall | Parapet,
+    wall: Wall | Parapet | OneSidedWall,
     curve: TrilinearCurve,
-    restitution: ArrayLike,
+    dampings: Sequence[Damping],
     motions: Sequence[GroundMotion],
     measure: str,
     intensity: Array,
     *,
-    loss: Loss = CONSTANT,
     step: float = STEP,
     tail: float = TAIL,
 ) -> xr.Dataset:
-    """Run walls with each damper of `side_by_side` under records, scaled to the intensities asked for and to stripes.
+    """Run walls with each damper under records, scaled to the intensities asked for and to stripes.
 
     Parameters
     ----------
-    wall, curve, restitution : Wall or Parapet, TrilinearCurve, float or ndarray
-        Of numbers, or of arrays of shape (walls,).
+    wall, curve, dampings : Wall, Parapet or OneSidedWall, TrilinearCurve, list of Damping
+        Of numbers, or of arrays of shape (walls,); against a stop of one wall.
+    motions : sequence of GroundMotion
     measure, intensity : str, ndarray
         PGV [m s-1] or PGA [m s-2], and the levels asked for.
-    loss : Loss
-        Of all walls alike; that of one e, if not given.
     step, tail : float
         The solver's longest step, times the angular frequency of the first branch: it is refined near collapse. [-]
         Rest after each record. [s]
@@ -92,7 +83,6 @@ def collapses(
         finest step of each history, at each wall's ``stripe_intensity``. ``scale_factor`` are the factors on the
         records' accelerations.
     """
-    dampings = side_by_side(restitution, loss)
     supports = [intensity_measures(motion.record) for motion in motions]
     levels = np.array([getattr(intensity_measures(motion.intensity_record), measure.lower()) for motion in motions])
     stripe = np.atleast_1d(wall.velocity_scale)[:, None] * STRIPES
@@ -102,34 +92,54 @@ def collapses(
     wanted = np.concatenate([np.broadcast_to(intensity, (walls, intensity.size)), stripe], axis=1)
     peaks, runs = [], []
     for motion, level in zip(track(motions, "Records"), levels, strict=True):
-        peak, *outcomes = refined(motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail)
+        peak, *outcomes = run_outcomes(motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail)
         # Of the stripes the peaks are not kept: memory grows with walls and records alone.
         peaks.append(np.where(outcomes[0], np.nan, peak)[:, : intensity.size])
         runs.append(outcomes)
     collapsed, coarser = np.stack(runs, axis=1)
-    dims, asked = ("record", "wall", "level", "damping_model"), slice(None, intensity.size)
-    factor = intensity / levels[:, None]
-    at, stripes = (*dims[:2], "intensity", dims[3]), (*dims[:2], "stripe", dims[3])
-    by_wall = {
-        name: [
-            np.broadcast_to(getattr(damping, field) if damping.model in models else np.nan, walls)
-            for damping in dampings
-        ]
-        for name, field, models in (("damping_ratio", "value", VISCOUS_MODELS), ("order", "order", ("ECD",)))
-    }
+    at, stripes = (("record", "wall", level, "damping_model") for level in ("intensity", "stripe"))
+    ratio = [each.value if each.model in VISCOUS_MODELS else np.nan for each in dampings]
     return xr.Dataset(
         {
             "peak": (at, np.stack(peaks)),
-            "collapsed": (at, collapsed[:, :, asked]),
+            "collapsed": (at, collapsed[:, :, : intensity.size]),
             "stripe_collapsed": (stripes, collapsed[:, :, intensity.size :]),
             "stripe_coarser": (stripes, coarser[:, :, intensity.size :]),
             "stripe_intensity": (("wall", "stripe"), stripe),
             "asked": ("intensity", intensity),
-            "scale_factor": (("record", "intensity"), factor),
-            **{name: (("damping_model", "wall"), np.array(values)) for name, values in by_wall.items()},
+            "scale_factor": (("record", "intensity"), intensity / levels[:, None]),
+            "damping_ratio": (("damping_model", "wall"), np.array([np.broadcast_to(each, walls) for each in ratio])),
         },
-        coords={"damping_model": [damping.model for damping in dampings]},
+        coords={"damping_model": [damping.label for damping in dampings]},
     )
+
+
+def run_outcomes(
+    record: Record,
+    wall: Wall | Parapet | OneSidedWall,
+    curve: TrilinearCurve,
+    dampings: Sequence[Damping],
+    factor: Array,
+    *,
+    step: float,
+    tail: float,
+) -> Outcomes:
+    """Return peaks [-] and collapses under a record at each factor, and the collapses at twice the finest step.
+
+    The shape of `factor` is (walls, factors), that of the results (walls, factors, dampings). Against a stop there is
+    one wall, which is solved event by event, without a step.
+    """
+    if not isinstance(wall, OneSidedWall):
+        return refined(record, wall, curve, dampings, factor, step=step, tail=tail)
+    one, threads = curve.map(lambda parameter: parameter.reshape(-1)[0]), available_threads()
+    ended = [
+        run_one_sided(record, wall, one, float(np.ravel(each.value)[0]), factor[0], tail=tail, threads=threads)
+        for each in dampings
+    ]
+    peak, fell = (
+        np.array([[getattr(end, name) for end in ends] for ends in ended]).T[None] for name in ("peak", "collapsed")
+    )
+    return peak, fell, fell
 
 
 # --- a finer step near collapse ---------------------------------------------------------------------------------------
@@ -182,55 +192,3 @@ def near_to_collapse(peak: Array, collapsed: NDArray[np.bool_], factor: Array) -
     near = np.empty_like(collapsed)
     np.put_along_axis(near, order, first, axis=1)
     return near | (~collapsed & (peak >= NEAR))
-
-
-# --- walls that rock to one side --------------------------------------------------------------------------------------
-
-
-def one_sided_collapses(
-    wall: OneSidedWall,
-    curve: TrilinearCurve,
-    restitution: ArrayLike,
-    motions: Sequence[GroundMotion],
-    measure: str,
-    intensity: Array,
-    *,
-    loss: Loss = CONSTANT,
-    step: float = STEP,
-    tail: float = TAIL,
-) -> xr.Dataset:
-    """Run one wall with restitution, event by event, which takes no step and no loss with an exponent.
-
-    Arguments and result are as of `collapses`, of one wall, without ``stripe_coarser``.
-    """
-    check("exponent", loss.exponent, lambda g: g == 0, "0 for a wall against a stop")
-    curve = curve.map(lambda parameter: parameter.reshape(-1)[0])
-    measures = [intensity_measures(motion.record) for motion in motions]
-    levels = np.array([getattr(each, measure.lower()) for each in measures])
-    stripe = float(wall.velocity_scale) * STRIPES * float(np.median(levels / [each.pgv for each in measures]))
-    wanted, asked, threads = np.concatenate([intensity, stripe]), intensity.size, available_threads()
-    e = float(np.ravel(restitution)[0])
-    ended = [
-        run_one_sided(motion.record, wall, curve, e, wanted / level, tail=tail, threads=threads)
-        for motion, level in zip(track(motions, "Records"), levels, strict=True)
-    ]
-    # By record, wall, level and damping model, of which there is one each.
-    fell, peak = (
-        np.array([[getattr(history, name) for history in row] for row in ended])[:, None, :, None]
-        for name in ("collapsed", "peak")
-    )
-    factor = intensity / levels[:, None]
-    at, stripes = ("record", "wall", "intensity", "damping_model"), ("record", "wall", "stripe", "damping_model")
-    return xr.Dataset(
-        {
-            "peak": (at, np.where(fell, np.nan, peak)[:, :, :asked]),
-            "collapsed": (at, fell[:, :, :asked]),
-            "stripe_collapsed": (stripes, fell[:, :, asked:]),
-            "stripe_intensity": (("wall", "stripe"), stripe[None]),
-            "asked": ("intensity", intensity),
-            "scale_factor": (("record", "intensity"), factor),
-            "damping_ratio": (("damping_model", "wall"), [[np.nan]]),
-            "order": (("damping_model", "wall"), [[np.nan]]),
-        },
-        coords={"damping_model": [REFERENCE]},
-    )

@@ -5,8 +5,7 @@ from __future__ import annotations
 import click
 
 from rockdamp import __version__
-from rockdamp.cli.assessment import assess_command
-from rockdamp.cli.batch import batch
+from rockdamp.cli.assess import assess_command, batch
 from rockdamp.cli.calibration import calibrate_command
 from rockdamp.cli.common import Main
 from rockdamp.cli.histories import decay, respond_command

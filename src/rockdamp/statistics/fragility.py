@@ -29,10 +29,13 @@ class Fragility(NamedTuple):
         Intensity at which half collapse, in the unit of the intensity; NaN where the outcomes do not define it.
     dispersion : ndarray
         Standard deviation of the logarithm of the intensity. [-]
+    reason : ndarray of str
+        Why there is no curve; empty where there is one.
     """
 
     median: Array
     dispersion: Array
+    reason: NDArray[np.str_]
 
 
 def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -> Fragility:
@@ -51,9 +54,8 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     Returns
     -------
     Fragility
-        ``median`` and ``dispersion``, of shape (...); NaN where no curve is most likely: without a collapse below a
-        survival the outcomes are separated and any small dispersion is as good; and where collapses become fewer with
-        intensity.
+        ``median`` and ``dispersion``, of shape (...); NaN where no curve is most likely, and ``reason`` says why:
+        without a collapse below a survival the outcomes are separated and any small dispersion is as good.
 
     Examples
     --------
@@ -76,7 +78,12 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     with np.errstate(invalid="ignore", divide="ignore"):
         median[defined] = np.where(b > 0, np.exp(center - spread * a / b), np.nan)
         dispersion[defined] = np.where(b > 0, spread / b, np.nan)
-    return Fragility(median, dispersion)
+    reason = np.select(
+        [np.isfinite(median), np.all(k == 0, -1), np.all(k == n, -1), defined],
+        ["", "no run collapses", "every run collapses", "collapses become fewer with intensity"],
+        "all runs collapse from one stripe on, and none below it",
+    )
+    return Fragility(median, dispersion, np.where(reason == "", "", np.char.add("no fragility: ", reason)))
 
 
 def fit_resampled(

