@@ -82,25 +82,20 @@ def test_a_wall_on_an_upper_floor_has_the_answers_that_the_page_shows(tree):
     printed = follow(tree, "upper-floors")
     shown = blocks("upper-floors", "text")
     assert len(shown) == 2 and all(holds(printed, block) for block in shown)
-    margins = [float(re.search(r"margin: .* ([\d.]+) times", block)[1]) for block in shown]
-    supports = [float(re.search(r"supports peak at ([\d.]+) g", block)[1]) for block in shown]
-    # What the page says of the building: it raises the acceleration much more than it shortens the margin.
-    assert supports[0] / supports[1] > 2 * margins[1] / margins[0] > 2
-    said = f"by {supports[0] / supports[1]:.1f}, and divides the margin by {margins[1] / margins[0]:.2f}"
-    assert said in (ROOT / "docs/howto/upper-floors.md").read_text(encoding="utf-8")
-    assert (tree.place / "my-wall.html").stat().st_size > 100_000
+    medians = [float(median) for median in re.findall(r"  CR +- +([\d.]+)", printed)[:2]]
+    page = (ROOT / "docs/howto/upper-floors.md").read_text(encoding="utf-8")
+    assert f"is {medians[0]:.3g} g" in page and f"{medians[1]:.3g} g on the ground" in page
+    assert f"by {medians[1] / medians[0]:.2f}." in page
+    assert (tree.place / "my-wall.html").stat().st_size > 50_000
     assert (tree.place / "my-upper-walls.csv").is_file() and (tree.place / "my-floor-motion.csv").is_file()
-    assert "building_period" in printed and "support_acceleration" in printed
 
 
 def test_a_wall_under_a_timber_floor_has_the_answer_that_the_page_shows(tree):
     printed = follow(tree, "timber-floor")
     (shown,) = blocks("timber-floor", "text")
-    number = r"(\d+(?:\.\d+)?)"
-    for line in (rf"floor of 0.4 s: {number}%", rf"collapse is {number} times", rf"median peak {number} mm"):
-        said, found = (float(re.search(line, text)[1]) for text in (shown, printed))
-        assert found == pytest.approx(said, rel=0.02)
-    assert (tree.place / "under-timber.csv").is_file() and "support_acceleration" in printed
+    assert holds(printed, shown) and (tree.place / "under-timber.csv").is_file()
+    page = (ROOT / "docs/howto/timber-floor.md").read_text(encoding="utf-8")
+    assert f"to {float(re.search(r'  CR +- +([0-9.]+)', printed)[1]):.3g} g." in page
 
 
 @pytest.mark.long
@@ -108,10 +103,10 @@ def test_the_inputs_that_one_chooses_lead_to_answers_as_the_page_says(tree):
     printed = follow(tree, "choose-inputs")
     overburden = 2 + 3 * 6.0 / (0.24 * 1800 * 9.80665 / 1000 * 3.0)
     assert f"overburden over weight: {overburden:.2f}" in printed
-    measured, analytical, impulsive = re.findall(r"restitution e = ([\d.]+)", printed)[:3]
-    assert float(analytical) > float(measured) and float(analytical) > float(impulsive)
+    measured, rigid, impulsive = re.findall(r"^e = ([\d.]+): ", printed, flags=re.MULTILINE)[:3]
+    assert float(rigid) > float(measured) and float(rigid) > float(impulsive)
     assert "median PGV" in printed and "median PGA" in printed and printed.count("dispersion") >= 6
-    assert (tree.place / "my-wall.html").stat().st_size > 100_000
+    assert (tree.place / "my-wall.html").stat().st_size > 50_000
 
 
 @pytest.mark.long
