@@ -121,5 +121,5 @@ def test_a_case_that_collapses_one_intensity_earlier_has_the_ratio_of_that_step(
 
 def test_cases_of_two_parameters_become_a_grid_whose_last_parameter_varies_fastest():
     cases = xr.Dataset({"value": ("case", np.arange(6))}, coords={"case": list("abcdef")})
-    grid = unstack(cases, first=[1, 2], second=[0.1, 0.3, 0.5])["value"]
-    assert grid.sel(first=2).values.tolist() == [3, 4, 5]
+    grid = unstack(cases, first=["b", "a"], second=[0.1, 0.3, 0.5])["value"]
+    assert grid["first"].values.tolist() == ["b", "a"] and grid.sel(first="a").values.tolist() == [3, 4, 5]

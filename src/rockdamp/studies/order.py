@@ -8,7 +8,6 @@ with e or the loss a little off, at half the step, and with e applied at the end
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -30,81 +29,80 @@ CROSSING_RELEASE = 0.5  # u/u_ins: the crossing whose force is compared follows 
 
 
 class Damper(NamedTuple):
-    """A damper that needs no fit, with its parameter, its step and the longest that it is tried at. [w1 h]"""
+    """A damper of the study: what makes it from e, the steps that it is run at [w1 h], and the scheme of the march."""
 
-    model: str
-    parameter: dict[str, float]
+    make: Callable[[ArrayLike], Damping]
     step: float
-    longest_step: float
-
-    def make(self, restitution: ArrayLike) -> Damping:
-        """Return it with the loss of a coefficient of restitution."""
-        return Damping.from_restitution(restitution, self.model, **self.parameter)
+    longest_step: float = 0.0  # of the ladder; CR is not tried on it
+    scheme: str = "newmark"
 
 
 def dampers(section: Order) -> dict[str, Damper]:
-    """Return the dampers of the study by name. A band of fixed time has at least eight steps in it."""
+    """Return the dampers that need no fit. A band of fixed time has at least eight steps in it."""
+
+    def exact(model: str, **parameter: float) -> Callable[[ArrayLike], Damping]:
+        return lambda e: Damping.from_restitution(e, model, **parameter)
+
     step, longest = section.step, section.ladder[-1]
     return {
-        **{f"ECD{m:g}" if m else "ECD": Damper("ECD", {"order": m}, step, longest) for m in section.order},
-        **{f"BAND{w:g}": Damper("BAND", {"width": w}, min(step, w / 4), w) for w in section.band_width[::-1]},
-        **{f"CQD{w:g}": Damper("CQD", {"width": w}, step, longest) for w in section.length_width[::-1]},
+        **{f"ECD{m:g}" if m else "ECD": Damper(exact("ECD", order=m), step, longest) for m in section.order},
+        **{f"BAND{w:g}": Damper(exact("BAND", width=w), min(step, w / 4), w) for w in section.band_width[::-1]},
+        **{f"CQD{w:g}": Damper(exact("CQD", width=w), step, longest) for w in section.length_width[::-1]},
     }
 
 
-def cases_at(section: Order, e: float) -> list[Case]:
-    """Return CR, and beside it every damper, CR with small changes of e and of the loss, and CR by other steps."""
+def variations(section: Order) -> dict[str, Damper]:
+    """Return CR with small changes of e and of the loss, and CR by other steps."""
     step, change, loss = section.step, section.restitution_change, section.loss_change
-    changed = {
-        f"e - {change:g}": e - change,
-        f"e + {change:g}": e + change,
-        f"loss - {100 * loss:g} %": e ** (1 - loss),
-        f"loss + {100 * loss:g} %": e ** (1 + loss),
+    return {
+        f"e - {change:g}": Damper(lambda e: Damping("CR", e - change), step),
+        f"e + {change:g}": Damper(lambda e: Damping("CR", e + change), step),
+        f"loss - {100 * loss:g} %": Damper(lambda e: Damping("CR", e ** (1 - loss)), step),
+        f"loss + {100 * loss:g} %": Damper(lambda e: Damping("CR", e ** (1 + loss)), step),
+        "half step": Damper(lambda e: Damping("CR", e), step / 2),
+        "end of step": Damper(lambda e: Damping("CR", e), step, scheme="paper"),
     }
-    cr = use(Damping("CR", e))
+
+
+def cases(section: Order) -> list[Case]:
+    """Return CR at each e, and beside it every damper and variation."""
+    cr = Damper(lambda e: Damping("CR", e), section.step)
     return [
-        Case(REFERENCE, cr, step),
-        *(Case(name, use(damper.make(e)), damper.step, REFERENCE) for name, damper in dampers(section).items()),
-        *(Case(name, use(Damping("CR", other)), step, REFERENCE) for name, other in changed.items()),
-        Case("half step", cr, step / 2, REFERENCE),
-        Case("end of step", cr, step, REFERENCE, scheme="paper"),
+        Case(
+            f"{name}, e = {e:g}",
+            use(damper.make(e)),
+            damper.step,
+            "" if damper is cr else f"{REFERENCE}, e = {e:g}",
+            scheme=damper.scheme,
+        )
+        for e in section.restitution
+        for name, damper in {REFERENCE: cr, **dampers(section), **variations(section)}.items()
     ]
 
 
-def ladder_cases_at(section: Order, e: float, step: float) -> list[Case]:
-    """Return every damper at a step of the ladder; one that has a shorter longest step is not run."""
+def ladder_cases(section: Order, step: float) -> list[Case]:
+    """Return every damper at each e at a step of the ladder; one that has a shorter longest step is not run."""
     return [
-        Case(name, use(damper.make(e)) if step <= damper.longest_step else lambda *_: None, step)
+        Case(f"{name}, e = {e:g}", use(damper.make(e)) if step <= damper.longest_step else lambda *_: None, step)
+        for e in section.restitution
         for name, damper in dampers(section).items()
     ]
-
-
-def each_restitution(section: Order, make: Callable[..., list[Case]], *arguments: float) -> list[Case]:
-    """Return the cases that `make` makes at each e: together they share batches."""
-    return [
-        replace(case, name=f"{case.name}, e = {e:g}", reference=case.reference and f"{case.reference}, e = {e:g}")
-        for e in section.restitution
-        for case in make(section, e, *arguments)
-    ]
-
-
-# --- histories --------------------------------------------------------------------------------------------------------
 
 
 def chunk(number: str, config: Config) -> xr.Dataset:
     """Run every wall under one job's part of the records.
 
-    Returns what `runner.run` does of `cases_at` each e, and for some records ``departure``, the size of ln(peak) of
-    each damper at each ``step`` of the ladder less that at the finest step, by ``ladder_case``; NaN where a wall
-    collapses or the step is not run.
+    Returns what `runner.run` does of `cases`, and for some records ``departure``, the size of ln(peak) of each damper
+    at each ``step`` of the ladder less that at the finest step, by ``ladder_case``; NaN where a wall collapses or the
+    step is not run.
     """
     quakes, section = config.earthquakes, config.order
     names = record_names(config.records)[int(number) * quakes.chunk : (int(number) + 1) * quakes.chunk]
     motions, label = [load_record(name) for name in names], f"Dampers, records {int(number) * quakes.chunk + 1} on"
     walls, ratio = {named.name: (named.wall, named.curve) for named in quakes.walls}, quakes.velocity_ratio.values()
-    few = motions[:: section.ladder_every]
+    histories = run(cases(section), track(motions, label), walls, ratio, tail=quakes.tail)
     finest, *ladder = (
-        run(each_restitution(section, ladder_cases_at, step), few, walls, ratio, tail=quakes.tail)
+        run(ladder_cases(section, step), motions[:: section.ladder_every], walls, ratio, tail=quakes.tail)
         for step in track([section.finest_step, *section.ladder], f"{label}, steps")
     )
     departures = []
@@ -113,7 +111,6 @@ def chunk(number: str, config: Config) -> xr.Dataset:
         departures.append(abs(xr.apply_ufunc(np.log, one["peak"] / finest["peak"])).where(stand))
     departure = xr.concat(departures, xr.Variable("step", section.ladder), join="exact")
     departure = departure.drop_vars(["station", "reference"]).rename(record="ladder_record", case="ladder_case")
-    histories = run(each_restitution(section, cases_at), track(motions, label), walls, ratio, tail=quakes.tail)
     return histories.assign(departure=departure)
 
 
@@ -132,14 +129,13 @@ def compare(config: Config, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
     weights = resample(pairs["station"].values, bootstrap.replicates, bootstrap.seed)
     statistics = compare_pairs(pairs, weights, [(bands[0], bands[-1])], "Dampers beside restitution").isel(band=0)
     statistics = statistics.drop_vars(["median_ratio", "median_ratio_interval", "pairs"])
-    e, names = section.restitution, [case.name for case in cases_at(section, section.restitution[0])[1:]]
-    ladder = unstack(departure.rename(ladder_case="case"), restitution=e, damper=list(dampers(section)))
+    e, studied = section.restitution, list(dampers(section))
+    ladder = unstack(departure.rename(ladder_case="case"), restitution=e, damper=studied)
+    forces = {"largest_step": _largest_step(ladder["departure"]), "crossing_force": _crossing_force(config)}
     return (
-        unstack(statistics, restitution=e, damper=names)
+        unstack(statistics, restitution=e, damper=[*studied, *variations(section)])
         .transpose("damper", "restitution", ...)
-        .merge(
-            {"largest_step": _largest_step(ladder["departure"]), "crossing_force": _crossing_force(config)}, join="left"
-        )
+        .merge(forces, join="left")
         .merge(_crossing(config), join="exact")
         .assign(records=pairs.sizes["record"], stations=np.unique(pairs["station"]).size)
         .assign_coords(bound=list(BOUND))
@@ -180,30 +176,18 @@ def _crossing_force(config: Config) -> xr.DataArray:
 
 def _crossing(config: Config) -> xr.Dataset:
     """Return histories of a decay on the paper's curve, under CR and the dampers that `fig_order` shows."""
-    e, step, curve = config.damping_force.restitution, config.solver.step, config.curve.make()
+    e, step, curve = float(config.damping_force.restitution), config.solver.step, config.curve.make()
     steps = round(config.matching.response_length / step)
-    shown = {
-        REFERENCE: Damping("CR", e),
-        "ECD16": Damping.from_restitution(e, "ECD", order=16.0),
-        "BAND0.4": Damping.from_restitution(e, "BAND", width=0.4),
-        "BAND0.2": Damping.from_restitution(e, "BAND", width=0.2),
-    }
-    runs = [
-        simulate(curve, damping, release_amplitude=CROSSING_RELEASE, step=step, steps=steps)
-        for damping in shown.values()
-    ]
-    force = [
-        np.full(steps + 1, np.nan)
-        if name == REFERENCE
-        else damping.coefficient(curve, run.displacement, run.velocity) * run.velocity
-        for (name, damping), run in zip(shown.items(), runs, strict=True)
-    ]
-    dims = ("shown_damper", "tau")
+    shown = {REFERENCE: Damping("CR", e)}
+    shown |= {name: dampers(config.order)[name].make(e) for name in ("ECD16", "BAND0.4", "BAND0.2")}
+    decays = []
+    for name, damping in shown.items():
+        run = simulate(curve, damping, release_amplitude=CROSSING_RELEASE, step=step, steps=steps)
+        force = damping.coefficient(curve, run.displacement, run.velocity) * run.velocity
+        force = np.full(steps + 1, np.nan) if name == REFERENCE else force
+        decays.append((run.displacement, run.velocity, force))
+    names = ("shown_displacement", "shown_velocity", "shown_damping_force")
     return xr.Dataset(
-        {
-            "shown_displacement": (dims, np.stack([run.displacement for run in runs])),
-            "shown_velocity": (dims, np.stack([run.velocity for run in runs])),
-            "shown_damping_force": (dims, np.stack(force)),
-        },
-        coords={"shown_damper": list(shown), "tau": step * np.arange(steps + 1), "shown_restitution": float(e)},
+        {name: (("shown_damper", "tau"), values) for name, values in zip(names, np.stack(decays, axis=1), strict=True)},
+        coords={"shown_damper": list(shown), "tau": step * np.arange(steps + 1), "shown_restitution": e},
     )

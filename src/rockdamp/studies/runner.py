@@ -239,4 +239,5 @@ def unstack(cases: xr.Dataset, **values: Sequence[Any]) -> xr.Dataset:
     """Lay cases out as a grid: their names give way to a dimension for each parameter, the last varies fastest."""
     index = pd.MultiIndex.from_product([*values.values()], names=list(values))
     grid = cases.drop_vars("case", errors="ignore").assign_coords(xr.Coordinates.from_pandas_multiindex(index, "case"))
-    return grid.unstack("case")  # noqa: PD010, it is xarray's
+    # pandas sorts what it makes an index of.
+    return grid.unstack("case").sel({name: list(each) for name, each in values.items()})  # noqa: PD010, it is xarray's
