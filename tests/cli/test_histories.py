@@ -36,7 +36,6 @@ def quick(monkeypatch):
             "standard_error": ("parameter", 0.01 * one),
             "true_value": ("parameter", np.array([np.nan, np.nan, np.nan])),
             "covariance": (("parameter", "parameter_other"), np.diag((0.01 * one) ** 2)),
-            "standard_error_by_motion": ("parameter", 0.005 * one),
             "interval": (("bound", "parameter"), np.stack([0.9 * one, 1.1 * one])),
             "damping_ratio": np.nan,
             "run_estimate": (("run", "parameter"), one[None]),

@@ -155,7 +155,7 @@ def test_derivatives_are_those_of_the_event_driven_solver():
         return float(WALL.instability_displacement) * found.displacement
 
     columns = [(exact(point + h) - exact(point - h)) / (2 * h.sum()) for h in np.diag(1e-5 * width)]
-    expected = fit.without_trend(np.array(columns)).T
+    expected = fit.subtract_trend(np.array(columns)).T
     residual = fit.residual(point[None])[0]
     errors = [np.sqrt(np.diag(covariance_by_sensor(d, residual))) for d in (fit.derivative(point), expected)]
     np.testing.assert_allclose(*errors, rtol=0.12)

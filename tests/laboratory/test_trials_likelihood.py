@@ -63,7 +63,10 @@ def test_the_likelihood_is_the_integral_over_loss_alternation_and_noise(trials, 
     for t in (0, 37):
         one = replace(trials, ratio=trials.ratio[t : t + 1], geometry=np.zeros(1, int), housner=HOUSNER[[t % 4]])
         nodes = type(fitted.nodes)(*(part[t : t + 1] if part.shape[0] > 1 else part for part in fitted.nodes))
-        found = one.at_centres(values, one.by_loss(values, law(nodes.loss, 0.0), nodes), nodes)[0] - CENTRES[1]
+        found = (
+            one.centre_likelihood(values, one.loss_likelihood(values, law(nodes.loss, 0.0), nodes), nodes)[0]
+            - CENTRES[1]
+        )
         density = 1.0
         for k in range(np.isfinite(trials.ratio[t]).sum()):
             deviation = np.exp(level) * np.exp(-0.5 * values["growth"] * prediction.log_energy[k])[:, None, None]

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
 from scipy.optimize import OptimizeResult
 from scipy.special import ndtri
 
@@ -21,10 +20,10 @@ from rockdamp.histories.measured_test import measured_displacement
 from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.record_fit import HIGH, LOW, PARAMETERS, RecordFit
 from rockdamp.laboratory.uncertainty import (
-    changes_by_sizes,
     check_deviations,
     covariance_by_motion,
     covariance_by_sensor,
+    size_change,
 )
 from rockdamp.mechanics.curve import RULES
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -106,39 +105,52 @@ def calibrate(
     found = [fit.solution() for fit in fits]
     for fit, one in zip(fits, found, strict=True):
         _check_solution(fit, one.x, misfit([fit], [one]))
-    runs = [_covariances(fit, one) for fit, one in zip(fits, found, strict=True)]
     estimates = np.array([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)])
-    precisions = np.linalg.inv([by_sensor + by_motion for by_sensor, by_motion in runs])
-    weights = np.linalg.solve(precisions.sum(axis=0), precisions)  # of one run 1
+    precisions = np.linalg.inv([_covariance(fit, one) for fit, one in zip(fits, found, strict=True)])
+    covariance = np.linalg.inv(precisions.sum(axis=0))
+    weights = covariance @ precisions  # of one run 1
+    estimate = np.einsum("rij,rj->i", weights, estimates)
+    for name, deviation in deviations.items():
+        changes = [size_change(fit, one.x, name, deviation) for fit, one in zip(fits, found, strict=True)]
+        change = np.einsum("rij,rj->i", weights, np.array(changes))
+        covariance += np.outer(change, change)
+    for name, ratio in zip(PARAMETERS, estimate / np.sqrt(np.diag(covariance)), strict=True):
+        determined = "at least 1: the record does not determine it"
+        check(f"{name} over its standard error", ratio, lambda ratio: ratio >= 1, determined)
+    return _dataset(fits, estimates, estimate, covariance).assign(misfit(fits, found))
 
-    def pooled(values: ArrayLike) -> Array:
-        return np.einsum("rij,rj->i", weights, values)
 
-    estimate, covariance = pooled(estimates), np.linalg.inv(precisions.sum(axis=0))
-    by_motion = sum(w @ motion @ w.T for w, (_, motion) in zip(weights, runs, strict=True))
-    sizes = [changes_by_sizes(fit, one.x, deviations) for fit, one in zip(fits, found, strict=True)]
-    for changes in zip(*sizes, strict=True):
-        covariance += np.outer(pooled(changes), pooled(changes))
-    error = np.sqrt(np.diag(covariance))
-    _check_determined(estimate, error)
+def _covariance(fit: RecordFit, found: OptimizeResult) -> Array:
+    """Return the covariance of a1, b1 and e by the displacement sensor and by the motion."""
+    ratio, b1, _ = found.x
+    # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises. The derivative is taken by a1/a2:
+    # steps of a1 of that size, several times as long, would bend the response.
+    change = [[float(fit.end_of_plateau(b1)), -ratio, 0], [0, 1, 0], [0, 0, 1]]
+    derivative = found.jac @ np.linalg.inv(change)
+    by_sensor = covariance_by_sensor(derivative, found.fun)
+    return by_sensor + covariance_by_motion(fit, fit.parameters(found.x), derivative)
+
+
+def _dataset(fits: Sequence[RecordFit], estimates: Array, estimate: Array, covariance: Array) -> xr.Dataset:
+    """Return the estimates of all runs and each one's, with its history and what was measured."""
+    first, error = fits[0], np.sqrt(np.diag(covariance))
     responses = [fit.response(one) for fit, one in zip(fits, estimates, strict=True)]
-    measured = [u + fit.without_trend(fit.measured - u) for fit, u in zip(fits, responses, strict=True)]
-    header = fits[0].record.header
-    damping = fits[0].damping(fits[0].curve(estimate), estimate[2])
+    measured = [u + fit.subtract_trend(fit.measured - u) for fit, u in zip(fits, responses, strict=True)]
+    xi = np.nan
+    if first.damping_model != REFERENCE:
+        xi = float(first.damping(first.curve(estimate), estimate[2]).value)
     return xr.Dataset(
         {
             "estimate": ("parameter", estimate),
             "standard_error": ("parameter", error),
             "interval": (("bound", "parameter"), estimate + NORMAL * np.outer([-1, 1], error)),
-            "true_value": ("parameter", true_values(header, PARAMETERS)),
+            "true_value": ("parameter", true_values(first.record.header, PARAMETERS)),
             "covariance": (("parameter", "parameter_other"), covariance),
-            "standard_error_by_motion": ("parameter", np.sqrt(np.diag(by_motion))),
+            "damping_ratio": xi,
             "run_estimate": (("run", "parameter"), estimates),
-            "damping_ratio": np.nan if damping_model == REFERENCE else float(damping.value),
             "measured": ("sample", np.concatenate(measured)),
             "control_displacement": ("sample", np.concatenate(responses)),
             "sample_run": ("sample", np.repeat(np.arange(1, len(fits) + 1), [u.size for u in responses])),
-            **misfit(fits, found),
         },
         coords={
             "parameter": list(PARAMETERS),
@@ -147,19 +159,8 @@ def calibrate(
             "run": np.arange(1, len(fits) + 1),
             "elapsed": ("sample", np.concatenate([fit.record.elapsed for fit in fits])),
         },
-        attrs=record_attributes(header) | {"damping_model": damping_model},
+        attrs=record_attributes(first.record.header) | {"damping_model": first.damping_model},
     )
-
-
-def _covariances(fit: RecordFit, found: OptimizeResult) -> tuple[Array, Array]:
-    """Return the covariances of a1, b1 and e by the displacement sensor and by the motion."""
-    ratio, b1, _ = found.x
-    # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises. The derivative is taken by a1/a2:
-    # steps of a1 of that size, several times as long, would bend the response.
-    change = [[float(fit.end_of_plateau(b1)), -ratio, 0], [0, 1, 0], [0, 0, 1]]
-    derivative = found.jac @ np.linalg.inv(change)
-    by_motion = covariance_by_motion(fit, fit.parameters(found.x), derivative)
-    return covariance_by_sensor(derivative, found.fun), by_motion
 
 
 def make_fits(
@@ -214,15 +215,6 @@ def _check_solution(fit: RecordFit, point: Array, left: Mapping[str, float]) -> 
             f"the largest displacement is {peak:.3g} m, on the first branch, which ends at {branch:.3g} m;"
             " it must go beyond to determine a1 and b1"
         )
-
-
-def _check_determined(estimate: Array, error: Array) -> None:
-    for name, value, deviation in zip(PARAMETERS, estimate, error, strict=True):
-        if not deviation <= value:
-            raise InputError(
-                f"{name} is {value:.4g} ± {deviation:.2g}; its standard error must be less than its value: the record"
-                " does not determine it"
-            )
 
 
 def true_values(header: Mapping[str, str], names: Sequence[str]) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -101,7 +102,8 @@ def fit_free_rocking(
     u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
     lever = float(wall.lower_height if isinstance(wall, Wall) else wall.height)
     # ASSUME: a rotation is that of the lower body, or of the parapet, and small: the displacement is it times a height.
-    displacements = [lever * test.rotation if test.displacement is None else test.displacement for test in several]
+    heights = [1.0 if test.rotation is None else lever for test in several]
+    displacements = [height * test.measured for height, test in zip(heights, several, strict=True)]
     releases = [
         release
         for test, displacement in zip(several, displacements, strict=True)
@@ -113,11 +115,11 @@ def fit_free_rocking(
     point, covariance = decay.solution()
     fitted = _summary(decay, point, covariance)
     estimate, variance = fitted["estimate"].values, np.zeros(len(PARAMETERS))
-    kept = {"ultimate_displacement_ratio": a3, "softening": softening, "least_peak": least_peak}
+    kept: dict[str, Any] = {"ultimate_displacement_ratio": a3, "softening": softening, "least_peak": least_peak}
     for name, deviation in deviations.items():
-        walls = [replace(wall, **{name: float(getattr(wall, name)) + side * deviation}) for side in (1, -1)]
-        thick, thin = (fit_free_rocking(tests, other, **kept)["estimate"].values for other in walls)
-        variance += ((thick - thin) / 2) ** 2
+        sizes: list[Any] = [{name: float(getattr(wall, name)) + side * deviation} for side in (1, -1)]
+        large, small = (fit_free_rocking(tests, replace(wall, **size), **kept)["estimate"].values for size in sizes)
+        variance += ((large - small) / 2) ** 2
     reach = np.sqrt((fitted["interval"].values - estimate) ** 2 + NORMAL**2 * variance)
     resting = [rest_deviation(displacement) for displacement in displacements]
     synthetic = "yes" if any(test.synthetic for test in several) else "no"

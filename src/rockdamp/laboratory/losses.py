@@ -89,7 +89,7 @@ def fit_law(losses: Array, covariance: Array, log_energy: Array) -> tuple[Array,
     scatter = regress(losses, covariance, np.ones((losses.size, 1))).scatter
     low, high = [SMALLEST_LOSS, -LARGEST_EXPONENT], [LARGEST_LOSS, LARGEST_EXPONENT]
     for _ in range(ROUNDS):
-        root: Array = np.linalg.cholesky(covariance + scatter**2 * np.eye(losses.size))
+        root = np.asarray(np.linalg.cholesky(covariance + scatter**2 * np.eye(losses.size)), dtype=float)
 
         def residual(point: Array, root: Array = root) -> Array:
             return solve_triangular(root, law_of_loss(log_energy, *point) - losses, lower=True)

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import xarray as xr
+from scipy.special import softmax
 
 from rockdamp.config import Config
 from rockdamp.constants import PAPER_MODELS, REFERENCE
@@ -92,9 +93,8 @@ def restitution(trials: Trials, predict: Predict, fitted: TrialsFit) -> dict[str
     variance = np.einsum("gcj,gcj->gj", (LOSSES[:, None] - mean[:, None, :]) ** 2, density)
     overall = mean @ prior
     within, between = variance @ prior, (mean - overall[:, None]) ** 2 @ prior
-    at_centres = trials.at_centres(values, trials.by_loss(values, predict(nodes.loss, 0.0), nodes), nodes)
-    seen = np.exp(at_centres - at_centres.max(axis=1, keepdims=True))
-    seen /= seen.sum(axis=1, keepdims=True)  # of each centre, after the trials
+    by_loss = trials.loss_likelihood(values, predict(nodes.loss, 0.0), nodes)
+    seen = softmax(trials.centre_likelihood(values, by_loss, nodes), axis=1)  # of each centre, after the trials
     estimate = (seen * mean).sum(axis=1)
     scatter = np.sqrt((seen * (mean - estimate[:, None]) ** 2).sum(axis=1))
     of_trial = np.einsum("gj,gcj->gc", seen, density)

@@ -65,7 +65,7 @@ class RecordFit:
         elapsed = self.record.elapsed - self.record.elapsed[0]
         return np.linalg.qr(np.stack([np.ones_like(elapsed), elapsed], axis=1))[0]
 
-    def without_trend(self, histories: Array) -> Array:
+    def subtract_trend(self, histories: Array) -> Array:
         """Subtract what offset and drift of the sensor explain from histories, shape (..., samples)."""
         return histories - (histories @ self.trend) @ self.trend.T
 
@@ -112,12 +112,12 @@ class RecordFit:
         h = DIFFERENCE * WIDTH
         point = np.clip(point, LOW + h, HIGH - h)  # 1 is the largest e there is
         sides = np.concatenate([point + np.diag(h), point - np.diag(h)])
-        response = self.without_trend(self.response(self.parameters(sides)))
+        response = self.subtract_trend(self.response(self.parameters(sides)))
         return ((response[:3] - response[3:]) / (2 * h[:, None])).T
 
     def residual(self, points: Array) -> Array:
         """Return computed less measured displacements, less the trends, shape (batch, samples)."""
-        return self.without_trend(self.response(self.parameters(points)) - self.measured)
+        return self.subtract_trend(self.response(self.parameters(points)) - self.measured)
 
     # --- search -------------------------------------------------------------------------------------------------------
 

@@ -110,8 +110,8 @@ class Trials:
         """Return nodes for all losses that there may be and around the prior of the others: where a search begins."""
         ones = np.ones(len(self.ratio))
         loss, weight = (np.broadcast_to(one, (ones.size, LOSSES.size)) for one in (LOSSES, np.log(np.gradient(LOSSES))))
-        alternation = around(ones * values["lean"], ones * values["alternation"], NODES[1])
-        level = around(ones * np.log(values["noise"]), ones * values["noise_deviation"], NODES[2])
+        alternation = normal_nodes(ones * values["lean"], ones * values["alternation"], NODES[1])
+        level = normal_nodes(ones * np.log(values["noise"]), ones * values["noise_deviation"], NODES[2])
         return Nodes(loss, weight, *alternation, *level)
 
     def own_nodes(self, values: Mapping[str, float], prediction: Prediction, nodes: Nodes) -> Nodes:
@@ -130,7 +130,7 @@ class Trials:
         low, high = np.maximum(loss - REACH * spread, 0.0), loss + REACH * spread
         half = ((high - low) / 2)[:, None]
         placed = ((high + low) / 2)[:, None] + half * at, np.log(half * weight)
-        return Nodes(*placed, *around(*alternation, NODES[1]), *around(*level, NODES[2]))
+        return Nodes(*placed, *normal_nodes(*alternation, NODES[1]), *normal_nodes(*level, NODES[2]))
 
     # --- likelihood ---------------------------------------------------------------------------------------------------
 
@@ -159,7 +159,7 @@ class Trials:
         density = np.log(product) * (-(freedom + 1) / 2) + (log_rise + nodes.loss_weight)[:, :, None, None]
         return np.asarray(density + alternation[:, None, :, None] + level[:, None, None, :])
 
-    def by_loss(self, values: Mapping[str, float], prediction: Prediction, nodes: Nodes) -> Array:
+    def loss_likelihood(self, values: Mapping[str, float], prediction: Prediction, nodes: Nodes) -> Array:
         """Return the log-likelihood of each trial at each loss, with the loss's weight, shape (trials, losses)."""
         joint = self.joint(values, prediction, nodes)
         largest = joint.max(axis=(2, 3), keepdims=True)
@@ -172,7 +172,7 @@ class Trials:
         above_zero = log_ndtr(centre / within)[self.geometry][:, None, :]
         return log_normal(nodes.loss[:, :, None] - centre[self.geometry][:, None, :], within) - above_zero
 
-    def at_centres(self, values: Mapping[str, float], by_loss: Array, nodes: Nodes) -> Array:
+    def centre_likelihood(self, values: Mapping[str, float], by_loss: Array, nodes: Nodes) -> Array:
         """Return the log-likelihood of each geometry at each centre, with its weight, shape (geometries, centres)."""
         largest = by_loss.max(axis=1, keepdims=True)
         prior = np.exp(self.losses_at_centres(values, nodes))
@@ -182,11 +182,11 @@ class Trials:
     def log_likelihood(self, point: Array, predict: Predict, nodes: Nodes) -> float:
         """Return the log-likelihood of all trials."""
         values = parameter_values(point)
-        by_loss = self.by_loss(values, predict(nodes.loss, values.get("exponent", 0.0)), nodes)
-        return float(logsumexp(self.at_centres(values, by_loss, nodes), axis=1).sum())
+        by_loss = self.loss_likelihood(values, predict(nodes.loss, values.get("exponent", 0.0)), nodes)
+        return float(logsumexp(self.centre_likelihood(values, by_loss, nodes), axis=1).sum())
 
 
-def around(mean: Array, deviation: Array, count: int) -> tuple[Array, Array]:
+def normal_nodes(mean: Array, deviation: Array, count: int) -> tuple[Array, Array]:
     """Return nodes around a normal distribution of each trial, and their log-weights."""
     at, log_weight = hermite(count)
     # The rule's density is divided out: it is where the nodes are, not what is integrated.

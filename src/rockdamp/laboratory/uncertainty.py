@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -65,20 +66,17 @@ def covariance_by_motion(fit: RecordFit, parameters: Array, derivative: Array) -
         motions = [replace(record, ground_acceleration=record.ground_acceleration + one) for one in noise]
         ground = np.concatenate([make_load(fit.wall, motion, substeps=fit.substeps).ground for motion in motions])
         load = Load(ground, fit.wall.load_factor * np.eye(TOGETHER), fit.load.sampling)  # each lane has its own motion
-        shifts.append(fit.without_trend(fit.response(parameters, load) - response) / DRAWN)
+        shifts.append(fit.subtract_trend(fit.response(parameters, load) - response) / DRAWN)
     estimates = np.linalg.lstsq(derivative, np.concatenate(shifts).T, rcond=None)[0]
     return np.asarray(estimates @ estimates.T / DRAWS)
 
 
-def changes_by_sizes(fit: RecordFit, point: Array, deviations: Mapping[str, float]) -> list[Array]:
-    """Return how the estimates change as each uncertain size of the wall does by its deviation, to first order."""
-    changes = []
-    for name, deviation in deviations.items():
-        walls = [replace(fit.wall, **{name: getattr(fit.wall, name) + sign * deviation}) for sign in (1, -1)]
-        others = [replace(fit, wall=wall) for wall in walls]
-        large, small = (other.parameters(other.descend(point).x) for other in others)
-        changes.append((large - small) / 2)
-    return changes
+def size_change(fit: RecordFit, point: Array, name: str, deviation: float) -> Array:
+    """Return how the estimates change as a size of the wall does by its standard deviation, to first order."""
+    sizes: list[Any] = [{name: getattr(fit.wall, name) + sign * deviation} for sign in (1, -1)]
+    others = [replace(fit, wall=replace(fit.wall, **size)) for size in sizes]
+    large, small = (other.parameters(other.descend(point).x) for other in others)
+    return np.asarray(large - small) / 2
 
 
 def check_deviations(wall: Wall | Parapet, uncertain: Mapping[str, float] | None) -> Mapping[str, float]:
