@@ -319,13 +319,12 @@ def _rows(fitted: xr.Dataset) -> list[dict[str, Any]]:
 
 def _damper_rows(compared: xr.Dataset) -> list[dict[str, Any]]:
     """Return a row for each damper: what its best fit leaves, its weight, and its a1, b1 and e."""
-    from rockdamp.laboratory.record_fit import PARAMETERS
-
     rows = [compared.sel(damping_model=model) for model in compared["damping_model"].values]
     return [
         {
             "damping_model": str(row["damping_model"].item()),
-            **{name: known(row[name]) for name in ("residual_rms", "residual_over_noise", "weight", *PARAMETERS)},
+            **{name: known(row[name]) for name in ("residual_rms", "residual_over_noise", "weight")},
+            **{str(one["parameter"].item()): one.item() for one in row["estimate"]},
         }
         for row in rows
     ]

@@ -33,25 +33,26 @@ def compare_dampers(
     Returns
     -------
     xarray.Dataset
-        ``residual_rms``, ``residual_over_noise``, ``relative_log_likelihood``, ``weight`` and the mean a1, b1 and e of
-        the records (damping_model). The arguments are those of `calibrate`.
+        ``residual_rms``, ``residual_over_noise``, ``relative_log_likelihood`` and ``weight`` (damping_model), and the
+        ``estimate`` (damping_model, parameter), a mean over the records. The arguments are those of `calibrate`.
     """
-    rows, squares = [], []
+    rows, squares, estimates = [], [], []
     for model in MODELS:
         fits = make_fits(records, wall, model, ultimate_displacement_ratio, softening, step)
         found = [fit.solution() for fit in fits]
         noise = [max(fit.resting_deviation, SMALLEST_NOISE * float(np.abs(fit.measured).max())) for fit in fits]
         squares.append(sum(float(np.sum((one.fun / s) ** 2)) for one, s in zip(found, noise, strict=True)))
-        estimates = [fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)]
-        rows.append(misfit(fits, found) | dict(zip(PARAMETERS, np.mean(estimates, axis=0), strict=True)))
+        rows.append(misfit(fits, found))
+        estimates.append(np.mean([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)], axis=0))
     log_likelihood = -(np.array(squares) - min(squares)) / 2
     weight = np.exp(log_likelihood)
-    names = ("residual_rms", "residual_over_noise", *PARAMETERS)
+    names = ("residual_rms", "residual_over_noise")
     return xr.Dataset(
         {
             **{name: ("damping_model", [row[name] for row in rows]) for name in names},
             "relative_log_likelihood": ("damping_model", log_likelihood),
             "weight": ("damping_model", weight / weight.sum()),
+            "estimate": (("damping_model", "parameter"), np.array(estimates)),
         },
-        coords={"damping_model": list(MODELS)},
+        coords={"damping_model": list(MODELS), "parameter": list(PARAMETERS)},
     )
