@@ -143,7 +143,6 @@ def response_lengths():
             "error": (dims, error),
             "rms_error": (dims, error),
             "misclassified": ("response_length", [3, 0, 3]),
-            "cdr_lowest_in_paper_range": ("response_length", [0, 1, 0]),
             "secant_below_constant": ("response_length", [1, 1, 1]),
             "error_rises_as_restitution_falls": (("response_length", "damping_model"), np.ones((3, 4), dtype=int)),
             "near_misclassified": ("near_response_length", [3, 1, 0, 0, 2]),

@@ -21,20 +21,16 @@ def step_count(length: float, step: float) -> int:
     return int(round(length / step))
 
 
-def response_lengths_of_fixed_seconds(study: Study, wall: Wall, response_length: float) -> Array:
-    """Return the response length of each wall of a study, in tau, when all have the length in seconds of `wall`'s."""
+def matched_lengths(study: Study, wall: Wall, response_length: float) -> Array:
+    """Return the lengths of the response in tau at which a study's decays are matched.
+
+    The first is that of the config. Where the study varies the wall, and with it the time scale 1/p, those of its walls
+    follow for which the response lasts as long in seconds as that of `wall`.
+    """
+    if not study.varies_wall:
+        return np.array([response_length])
     seconds = response_length / float(wall.frequency_parameter)
-    return seconds * study.frequency_parameter
-
-
-def longest_response(study: Study, wall: Wall, response_length: float) -> float:
-    """Return the longest response that is matched to the decays of a study, in tau."""
-    fixed = (
-        response_lengths_of_fixed_seconds(study, wall, response_length)
-        if study.varies_wall
-        else np.array([response_length])
-    )
-    return max(response_length, float(fixed.max()))
+    return np.concatenate([[response_length], seconds * study.frequency_parameter])
 
 
 def study(name: str, config: Config) -> xr.Dataset:
@@ -43,14 +39,9 @@ def study(name: str, config: Config) -> xr.Dataset:
     Those of `INFERS` run to the longest of the response lengths from which the paper's is inferred. The others run to
     that of the matching, in tau and in seconds.
     """
-    matching = config.matching
     walls, restitution, step = config.study(name), config.restitution.values(), config.solver.step
-    length = (
-        config.response_lengths.stop
-        if name == INFERS
-        else longest_response(walls, config.wall.make(), matching.response_length)
-    )
-    steps = step_count(length, step)
+    lengths = matched_lengths(walls, config.wall.make(), config.matching.response_length)
+    steps = step_count(config.response_lengths.stop if name == INFERS else lengths.max(), step)
     response = simulate(
         walls.curve.map(lambda parameter: parameter[:, None]),
         Damping("CR", restitution),

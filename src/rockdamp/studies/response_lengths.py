@@ -15,7 +15,7 @@ from rockdamp.constants import PAPER_MODELS, VISCOUS_MODELS
 from rockdamp.equivalence.matching import RESOLUTION, Cases, global_minima
 from rockdamp.progress import track
 from rockdamp.studies.decays import INFERS, step_count
-from rockdamp.studies.matches import cases_of
+from rockdamp.studies.matches import flatten_decays
 
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.
 PAPER_RANGE = (0.80, 0.91)
@@ -35,7 +35,7 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     study, lengths, step = config.study(INFERS), config.response_lengths.values(), config.solver.step
     restitution = decays["restitution"].values
     stored = decays["displacement"].values[..., : step_count(lengths[-1], step) + 1]
-    cases = cases_of(study, restitution, np.asarray(stored, dtype=float), step, config.solver.scheme)
+    cases = flatten_decays(study, restitution, np.asarray(stored, dtype=float), step, config.solver.scheme)
 
     def decays_of(row: int, length: float) -> Cases:
         of_row = cases.take(slice(row * restitution.size, (row + 1) * restitution.size))
@@ -124,14 +124,12 @@ def infer(dataset: xr.Dataset) -> float:
 def flags(dataset: xr.Dataset) -> xr.Dataset:
     """Judge, for each response length, the claims of section 6 that depend on the length of the response."""
     error = dataset["error"]
-    count = misclassified(dataset)
     secant = error.sel(damping_model=["CDR", "SDR"]).max("damping_model")
     falls = (error.diff("restitution") < 0).all("restitution")
     return (
         xr.Dataset(
             {
-                "misclassified": count,
-                "cdr_lowest_in_paper_range": (count == 0).astype("int8"),
+                "misclassified": misclassified(dataset),
                 "secant_below_constant": (secant < error.sel(damping_model="CDC")).all("restitution").astype("int8"),
                 "error_rises_as_restitution_falls": falls.astype("int8"),
             }
