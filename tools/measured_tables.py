@@ -22,9 +22,7 @@ from table_text import interval, models, percent, power, share, table
 from rockdamp.claims import VERDICTS
 from rockdamp.claims.ratios import spans
 from rockdamp.constants import RECOMMENDED_SOURCE, STUDIES, VISCOUS_MODELS
-from rockdamp.report.answer import by_program as programs
-from rockdamp.report.answer import selection
-from rockdamp.report.earthquakes import SOURCES, STRATA
+from rockdamp.report.tables import programs, selection
 from rockdamp.storage import dataset
 from rockdamp.text import number
 
@@ -47,6 +45,14 @@ PICTURES = (
 BLOCK = re.compile(r"(?<=<!-- tools/measured_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
 
 STEP = 0.0025  # of the solver, in tau
+SOURCES = {"polynomial": "polynomials", "least error": "least error", "closed form": "closed form"}
+STRATA = {
+    "far": "survives, peak below 0.5 u_ins",
+    "near": "survives, 0.5 to 0.8 u_ins",
+    "edge": "survives, 0.8 u_ins and more",
+    "just collapsed": "collapses, and not at the next lower intensity",
+    "unconverged": "outcome depends on the step",
+}
 THOUSANDTH = 1e-3
 
 Data = dict[str, xr.Dataset]

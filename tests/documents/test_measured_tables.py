@@ -16,7 +16,6 @@ from repository import ROOT
 
 from rockdamp.constants import MODELS, RECOMMENDED, STUDIES, VISCOUS_MODELS
 from rockdamp.equivalence.programs import advice, missed_collapses
-from rockdamp.report.earthquakes import STRATA
 
 NUMBER = re.compile(r"(?<!\w)\d+(?:\.\d+)?(?:e-\d+)?(?!\w)")
 TEXT = {name: (ROOT / name).read_text(encoding="utf-8") for name in measured_tables.PAGES}
@@ -46,7 +45,11 @@ def made_up():
     matches = {f"match/{name}": report_content.made_up("match", parameter) for name, parameter in STUDIES.items()}
     response_lengths = made_up_claims.response_lengths().isel(release_amplitude=[0, 0, 0, 1, 2, 2])
     response_lengths = response_lengths.assign_coords(release_amplitude=[0.1, 0.2, 0.3, 0.5, 0.7, 0.9])
-    check = report_content.made_up("earthquake_check").isel(stratum=[0] * 5).assign_coords(stratum=list(STRATA))
+    check = (
+        report_content.made_up("earthquake_check")
+        .isel(stratum=[0] * 5)
+        .assign_coords(stratum=list(measured_tables.STRATA))
+    )
     compared = made_up_earthquakes.comparison()
     earthquakes = {
         "comparison": compared,

@@ -40,7 +40,7 @@ EDITS = {
         "",
     ),
     "a caption": ([("src/rockdamp/report/figures.yaml", "The wall at rest", "A wall at rest")], PAGES, ""),
-    "a template": ([("src/rockdamp/report/report.html.j2", "How to cite", "Citation")], PAGES, ""),
+    "a template": ([("src/rockdamp/report/report.html.j2", "The question", "A question")], PAGES, ""),
     "a long_name": (
         [("src/rockdamp/storage/glossary.yaml", 'long_name: "log_error less', 'long_name: "the log_error less')],
         {"comparison", *QUAKE_FIGURES, "report"},  # not the histories that it is computed from

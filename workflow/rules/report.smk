@@ -3,15 +3,13 @@
 # What the pages are made of, besides results.
 TEMPLATES = expand(
     "src/rockdamp/report/{file}",
-    file=["figures.yaml", "report.html.j2", "earthquakes.html.j2", "report.css", "page.js"],
+    file=["figures.yaml", "report.html.j2", "report.css", "page.js"],
 )
 
 
 rule report:
     input:
         TEMPLATES,
-        assumptions="docs/assumptions.md",
-        citation="CITATION.cff",
         claims="<results>/claims.csv",
         errata="data/errata.yaml",
         figures=expand("<results>/figures/{figure}.png", figure=FIGURES),
@@ -41,8 +39,6 @@ rule report:
 rule paper_page:
     input:
         TEMPLATES,
-        assumptions="docs/assumptions.md",
-        citation="CITATION.cff",
         claims="<results>/claims.csv",
         errata="data/errata.yaml",
         figures=expand("<results>/figures/{figure}.png", figure=PAPER_FIGURES),

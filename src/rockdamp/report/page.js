@@ -1,41 +1,45 @@
 "use strict";
-// The first screen by its slider, and links that open what they point to.
+// Two sliders, e and a1: the damping ratios between those that the study has, and the errors at its nearest e.
 
 (function () {
-  const slider = document.getElementById("answer-e");
-  const answer = document.getElementById("answer").dataset;
+  const table = document.getElementById("programs");
+  if (!table || !table.dataset.ratios) return;
+  const stored = JSON.parse(table.dataset.ratios);
+  const studied = JSON.parse(table.dataset.studied);
+  const sliders = { e: document.getElementById("slider-e"), a1: document.getElementById("slider-a1") };
 
-  // The damping ratio of least Err at e, between those of the neighbouring e of the study.
-  function leastError(model, e) {
-    const least = JSON.parse(answer.ratios);
-    const ratio = least.ratio[model];
-    if (!ratio) return "–";
-    const above = Math.max(1, least.e.findIndex((one) => one >= e));
-    const [low, high] = [least.e[above - 1], least.e[above]];
-    return (100 * (ratio[above - 1] + ((ratio[above] - ratio[above - 1]) * (e - low)) / (high - low))).toFixed(2);
+  // The neighbours of a value in a grid, and how far it is from the lower to the upper.
+  function place(grid, value) {
+    let low = 0;
+    while (low < grid.length - 2 && grid[low + 1] <= value) low += 1;
+    const high = Math.min(low + 1, grid.length - 1);
+    return { low, high, part: high > low ? (value - grid[low]) / (grid[high] - grid[low]) : 0 };
   }
 
-  // ξ of the slider's e, and what the study of earthquakes has at its e nearest to that.
-  function tell() {
-    const e = Number(slider.value);
-    document.getElementById("answer-shown").textContent = slider.value;
-    for (const cell of document.querySelectorAll("#answer [data-model]")) cell.textContent = leastError(cell.dataset.model, e);
-    const off = JSON.parse(answer.e).map((studied) => Math.abs(Number(studied) - e));
-    const nearest = off.indexOf(Math.min(...off));
-    document.getElementById("answer-nearest").textContent = off[nearest] > 1e-9 ? `, the nearest studied to ${slider.value}` : "";
-    for (const part of document.querySelectorAll("[data-by-e]")) part.textContent = JSON.parse(part.dataset.byE)[nearest];
+  function between(row, at) {
+    return row[at.low] + at.part * (row[at.high] - row[at.low]);
   }
 
-  if (slider) slider.addEventListener("input", tell);
-
-  // What a link points to may be folded.
-  function reveal() {
-    const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
-    if (!target) return;
-    for (let part = target; part; part = part.parentElement) if (part.tagName === "DETAILS") part.open = true;
-    target.scrollIntoView();
+  // The damping ratio of least error, linear in e and in a1. [%]
+  function dampingRatio(model, e, a1) {
+    const rows = stored.ratio[model];
+    if (!rows) return "–";
+    const atE = place(stored.e, e);
+    const byA1 = rows.map((row) => between(row, atE));
+    return (100 * between(byA1, place(stored.a1, a1))).toFixed(2);
   }
 
-  addEventListener("hashchange", reveal);
-  addEventListener("load", reveal); // the pictures have their sizes now
+  function show() {
+    const [e, a1] = [Number(sliders.e.value), Number(sliders.a1.value)];
+    document.getElementById("shown-e").textContent = sliders.e.value;
+    document.getElementById("shown-a1").textContent = sliders.a1.value;
+    for (const cell of table.querySelectorAll("[data-model]")) {
+      cell.textContent = dampingRatio(cell.dataset.model, e, a1);
+    }
+    const apart = studied.map((value) => Math.abs(value - e));
+    const nearest = apart.indexOf(Math.min(...apart));
+    for (const cell of table.querySelectorAll("[data-by-e]")) cell.textContent = JSON.parse(cell.dataset.byE)[nearest];
+  }
+
+  for (const slider of Object.values(sliders)) slider.addEventListener("input", show);
 })();

@@ -1,4 +1,4 @@
-"""The parts of the report that are read from files: tables of claims and errata, prose, citation and versions."""
+"""The report's tables: their rows as text, from the datasets."""
 
 from __future__ import annotations
 
@@ -10,30 +10,38 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-import yaml
-from markdown_it import MarkdownIt
-from markdown_it.token import Token
+import numpy as np
+import xarray as xr
 from markupsafe import Markup, escape
+from scipy.stats import chi2
 
 from rockdamp.claims import FAILS, HOLDS, IN_PART, UNTESTED
+from rockdamp.constants import PAPER_MODELS, RECOMMENDED_SOURCE, REFERENCE, VISCOUS_MODELS
+from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
+from rockdamp.figures.style import RESTITUTION
+from rockdamp.mechanics.damping import DAMPERS
+from rockdamp.text import DASH, count_noun, join_words, number, percent, plain
 
-# How each verdict is marked, by shape and word as well as colour.
+# How each verdict is marked, by shape and word as well as colour; what fails comes first.
 MARKS = {FAILS: ("no", "✗"), IN_PART: ("partly", "◐"), UNTESTED: ("unknown", "–"), HOLDS: ("yes", "✓")}
+BAND = "BAND0.2"  # the damper to use, by its name in the dataset ``order``
+SHOWN = ("ECD", "ECD16", "ECD64", "BAND0.4", BAND, "BAND0.1", "CQD0.25")  # and CR with another e after them
+ORDER_COLUMNS = {
+    "|ln r|, median": "log_error_median",
+    "|ln r|, 90 %": "log_error_90",
+    "|ln r| > 5 %": "share_above",
+    "collapses missed": "missed_collapse_rate",
+    "collapses added": "added_collapse_rate",
+}
+PROGRAM_COLUMNS = ("log_error_median", "log_error_90", "missed_collapse_rate")
+WALL_COLUMNS = ("thickness", "slenderness", "overburden_ratio", "yield_displacement_ratio", "strength_ratio")
 SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake")
 
 
-def rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
+def read_rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
     """Read a table that the pipeline wrote."""
     with open(path, encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file, strict=True))
-
-
-def judged(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
-    """Return the verdicts, each with its mark and its claims, what fails first."""
-    return [
-        {"verdict": name, "kind": kind, "mark": mark, "claims": [claim for claim in claims if claim["verdict"] == name]}
-        for name, (kind, mark) in MARKS.items()
-    ]
 
 
 def inline(text: str) -> Markup:
@@ -44,69 +52,217 @@ def inline(text: str) -> Markup:
     return Markup(html.replace("u_ins", "u<sub>ins</sub>"))
 
 
-def prose(markdown: str) -> str:
-    """Return a document as HTML for a section: headings a level lower, no title, comments and links into the tree."""
-    without_comments = re.sub(r"<!--.*?-->", "", markdown, flags=re.DOTALL)
-    tokens = MarkdownIt("commonmark", {"html": False}).enable("table").parse(without_comments)
-    kept: list[Token] = []
-    skipping = False
-    for token in tokens:
-        if token.type in ("heading_open", "heading_close"):
-            if token.tag == "h1":
-                skipping = token.type == "heading_open"
-                continue
-            token.tag = f"h{min(int(token.tag[1]) + 1, 6)}"
-        if skipping:
-            continue
-        if token.children:
-            token.children = _without_links_inside(token.children)
-        kept.append(token)
-    html = str(MarkdownIt("commonmark").enable("table").renderer.render(kept, MarkdownIt().options, {}))
-    return html.replace("<table>", '<div class="scroll" tabindex="0"><table>').replace("</table>", "</table></div>")
+def interval(cell: xr.Dataset, name: str, write: Any = number) -> str:
+    """Write a statistic and its interval: "0.149 (0.138 to 0.160)"."""
+    bounds = cell[f"{name}_interval"].values
+    if not np.isfinite(bounds).all():
+        return str(write(cell[name]))
+    return Markup("{} <small>({} to {})</small>").format(write(cell[name]), *(write(bound) for bound in bounds))
 
 
-def _without_links_inside(tokens: Sequence[Token]) -> list[Token]:
-    """Remove images from the tokens of a line, and links to other files, whose text stays."""
-    kept, dropped = [], []
-    for token in tokens:
-        if token.type == "image":
-            continue
-        if token.type == "link_open":
-            dropped.append(not str(token.attrGet("href")).startswith(("https://", "http://")))
-            if dropped[-1]:
-                continue
-        elif token.type == "link_close" and dropped.pop():
-            continue
-        kept.append(token)
-    return kept
+def verdicts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
+    """Return the verdicts, each with its mark and its claims."""
+    return [
+        {"verdict": name, "kind": kind, "mark": mark, "claims": [claim for claim in claims if claim["verdict"] == name]}
+        for name, (kind, mark) in MARKS.items()
+    ]
 
 
-def citation(text: str) -> dict[str, str]:
-    """Return what a citation file says, as one reference and as BibTeX, and the work that it refers to."""
-    cff = yaml.safe_load(text)
-    names = [_name(author) for author in cff["authors"]]
-    where = cff.get("doi") or cff.get("url") or cff.get("repository-code") or ""
-    kind = "Computer software"
-    parts = [f"{', '.join(names)}. {cff['title']} (version {cff['version']}) [{kind}]. {cff['license']}.", where]
-    lines = {
-        "author": " and ".join(f"{{{name}}}" for name in names),
-        "title": f"{{{cff['title']}}}",
-        "version": cff["version"],
-        "note": kind,
-    }
-    body = ",\n".join(f"  {key} = {{{value}}}" for key, value in lines.items())
+# --- dampers ---------------------------------------------------------------------------------------------------------
+
+
+def order(study: xr.Dataset) -> dict[str, Any]:
+    """Return error against force at one e: a row for each damper that is shown, and for CR with another e."""
+    at_e = study.sel(restitution=RESTITUTION, method="nearest")
+    studied = at_e["damper"].values.tolist()
+    changed = [name for name in studied if name.startswith("e ")]
+    rows = [
+        {
+            "damper": f"CR, {name}" if name in changed else name,
+            "force": number(row["crossing_force"].sel(wall="paper"), 2),
+            "errors": [interval(row, variable, percent) for variable in ORDER_COLUMNS.values()],
+            "step": plain(row["largest_step"]) if np.isfinite(row["largest_step"]) else DASH,
+        }
+        for name in (*SHOWN, *changed)
+        if name in studied
+        for row in [at_e.sel(damper=name)]
+    ]
+    band = at_e.sel(damper=BAND)
     return {
-        "message": str(cff["message"]),
-        "reference": " ".join(part for part in parts if part),
-        "bibtex": f"@misc{{rockdamp,\n{body}\n}}",
-        "paper": "; ".join(str(work["title"]) for work in cff.get("references", ())),
+        "rows": rows,
+        "columns": list(ORDER_COLUMNS),
+        "e": plain(at_e["restitution"]),
+        "records": int(study["records"]),
+        **{name: percent(band[name]) for name in ("share_above", "missed_collapse_rate", "added_collapse_rate")},
+        "half_step": percent(at_e["share_above"].sel(damper="half step")),
     }
 
 
-def _name(author: Mapping[str, str]) -> str:
-    return author.get("name") or f"{author.get('family-names', '')}, {author.get('given-names', '')}".strip(", ")
+def programs(compared: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the dampers by what a program takes: what xi refers to, and the errors at each e of the study."""
+    leading = compared.sel(damping_ratio_source=RECOMMENDED_SOURCE).isel(band=0)
+    return [
+        {
+            "offer": offer,
+            "model": model,
+            "title": DAMPERS[model].title,
+            "refers_to": REFERENCE_QUANTITY[model],
+            "errors": [list(map(percent, leading[name].sel(damping_model=model).values)) for name in PROGRAM_COLUMNS],
+        }
+        for model, offer in REQUIREMENT.items()
+    ]
 
 
-def software() -> list[tuple[str, str]]:
+def selection(compared: xr.Dataset) -> str:
+    """Say over which histories the errors are: the same for every damper of the tables."""
+    walls = int(compared["pooled"].sel(damping_ratio_source=RECOMMENDED_SOURCE).sum())
+    peaks = f"{plain(compared['band_start'][0])} to {plain(compared['band_end'][0])}"
+    records = f"{int(compared['records'])} earthquake records"
+    return f"{count_noun(walls, 'wall')} under {records}, peaks of {peaks} u_ins under restitution"
+
+
+def ratios(fits: xr.Dataset) -> dict[str, Any]:
+    """Return xi of least error over a1 and e, for the sliders: rows by a1. [-]"""
+    xi = fits["damping_ratio"].sortby(["yield_displacement_ratio", "restitution"])
+    xi = xi.transpose("damping_model", "yield_displacement_ratio", "restitution")
+    found = {model: xi.sel(damping_model=model).values for model in REQUIREMENT}
+    return {
+        "e": xi["restitution"].values.round(6).tolist(),
+        "a1": xi["yield_displacement_ratio"].values.round(6).tolist(),
+        "ratio": {model: values.round(6).tolist() for model, values in found.items() if np.isfinite(values).all()},
+    }
+
+
+def ratio_at(stored: Mapping[str, Any], model: str, e: float, a1: float) -> str:
+    """Write xi between those that are stored, linear in e and in a1, as the page's script does. [%]"""
+    if model not in stored["ratio"]:
+        return DASH
+    by_a1 = [np.interp(e, stored["e"], row) for row in stored["ratio"][model]]
+    return f"{100 * np.interp(a1, stored['a1'], by_a1):.2f}"
+
+
+# --- earthquakes -----------------------------------------------------------------------------------------------------
+
+
+def earthquakes(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
+    """Return what was run, and three tables: errors and collapses, errors by band of the peak, and the walls."""
+    leading = compared.sel(damping_ratio_source=RECOMMENDED_SOURCE, damping_model=list(VISCOUS_MODELS))
+    models = [leading.sel(damping_model=model) for model in VISCOUS_MODELS]
+    e = compared["restitution"].values
+    middle = e.size // 2
+    each = int(np.isfinite(walls["damping_ratio"]).sum()) + walls.sizes["wall"] * walls.sizes["restitution"]
+    bands = [
+        f"{plain(low)} to {plain(high)}" for low, high in zip(compared["band_start"], compared["band_end"], strict=True)
+    ]
+    return {
+        "few": int(compared["stations"]) < 10,  # intervals over fewer mean nothing
+        "stations": int(compared["stations"]),
+        "records": int(compared["records"]),
+        "intensities": compared.sizes["velocity_ratio"],
+        "e": join_words(map(plain, e)),
+        "histories": f"{int(compared['records']) * compared.sizes['velocity_ratio'] * each:,}".replace(",", "\u202f"),
+        "converged": f"{100 * float(compared['converged_share']):.2f}",
+        "errors": [
+            (plain(at_e), str(row["damping_model"].item()), _errors(row.isel(restitution=index)))
+            for index, at_e in enumerate(e)
+            for row in models
+        ],
+        "bands": bands,
+        "middle": plain(e[middle]),
+        "by_band": [
+            (str(row["damping_model"].item()), [_band(row.isel(band=band)) for band in range(1, len(bands))])
+            for row in (model.isel(restitution=middle) for model in models)
+        ],
+        "walls": [_wall(walls.isel(wall=index)) for index in range(walls.sizes["wall"])],
+    }
+
+
+def _errors(row: xr.Dataset) -> list[str]:
+    whole = row.isel(band=0)
+    return [
+        interval(whole, "median_ratio"),
+        number(whole["log_error_median"]),
+        number(whole["log_error_90"]),
+        interval(row, "missed_collapse_rate", percent),
+        interval(row, "added_collapse_rate", percent),
+        interval(row, "median_intensity_ratio"),
+    ]
+
+
+def _band(cell: xr.Dataset) -> str:
+    return f"{number(cell['median_ratio'])}; {number(cell['log_error_median'], 2)}; {number(cell['log_error_90'], 2)}"
+
+
+def _wall(wall: xr.Dataset) -> list[str]:
+    kind = "parapet" if wall["parapet"] == 1 else "wall"
+    derived = ("instability_displacement", "frequency_parameter", "initial_period")
+    return [
+        str(wall["wall"].item()),
+        kind,
+        *(plain(wall[name]) for name in WALL_COLUMNS),
+        *(number(wall[name]) for name in derived),
+    ]
+
+
+# --- assumptions and measured trials ---------------------------------------------------------------------------------
+
+
+def supports(study: xr.Dataset) -> list[tuple[str, str, str]]:
+    """Return for each assumption the median intensity of collapse over the usual one's, and on which side that is."""
+    rows = []
+    for name in study["assumption"].values:
+        case = study.sel(assumption=name, wall="all")
+        low, high = case["median_intensity_ratio_interval"].values
+        side = "unsafe" if high < 1 else "safe" if low > 1 else "neither"
+        rows.append((str(name), interval(case, "median_intensity_ratio"), side))
+    return rows
+
+
+def loss_law(study: xr.Dataset) -> dict[str, str]:
+    """Return by how much a constant e overstates the median intensity of collapse, by the amplitude of its releases."""
+    whole = study.sel(wall="all")
+    over = 1 / whole["median_intensity_ratio"] - 1
+    at, g = whole["reference_amplitude"].values, whole["loss_exponent"].values
+    small = over.isel(reference_amplitude=0)
+    return {
+        "e": plain(study["restitution"]),
+        "small": plain(at[0]),
+        "good": f"{plain(at[1])} to {plain(at[-1])}",
+        "within": percent(abs(over.isel(reference_amplitude=slice(1, None))).max()),
+        "overstates": f"{percent(small.min())} to {percent(small.max())}",
+        "exponents": f"{plain(g[0])} to {plain(g[-1])}",
+    }
+
+
+def measured_rocking(measured: xr.Dataset) -> dict[str, Any]:
+    """Return the likelihoods of the paper's dampers in measured trials, and four sentences on them."""
+    models = [REFERENCE, *PAPER_MODELS]
+    likelihood = measured["log_likelihood"].sel(damping_model=models)
+    behind = likelihood.max("damping_model") - likelihood
+    of_law = measured["log_likelihood"].sel(damping_model="power law")
+    p = chi2.sf(2 * (of_law - likelihood.sel(damping_model=REFERENCE)).values, 1)
+    cdc, cdr, sdr = (likelihood.sel(damping_model=model, drop=True) for model in PAPER_MODELS)
+    impacts = [str(int(count)) for count in measured["impacts_used"].values]
+    rejected = join_words(count for count, value in zip(impacts, p, strict=True) if value < 0.05)
+
+    def extremes(values: xr.DataArray) -> str:
+        return f"{number(values.min(), 2)} to {number(values.max(), 2)}"
+
+    return {
+        "impacts": impacts,
+        "rows": [(model, [number(value, 2) for value in behind.sel(damping_model=model).values]) for model in models],
+        "p": [number(value, 2) for value in p],
+        "trials": int(measured["trials"] - measured["duplicates"]),
+        "sentences": [
+            f"ln L of CDR less that of SDR is {extremes(cdr - sdr)}, from one number of impacts used to another.",
+            f"ln L of SDR less the larger of the other two is {extremes(sdr - np.maximum(cdc, cdr))}.",
+            f"ln L exceeds that of CDC by {extremes(cdr - cdc)} under CDR and by {extremes(sdr - cdc)} under SDR.",
+            f"The likelihood ratio rejects one e in favour of the power law at 5 % with {rejected or 'no number of'}"
+            f" impacts used; the best exponent is {extremes(measured['amplitude_exponent'])}.",
+        ],
+    }
+
+
+def software() -> str:
     """Return the versions of Python and of what the results stand on."""
-    return [("Python", platform.python_version()), *((name, version(name)) for name in SOFTWARE)]
+    return join_words([f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in SOFTWARE)])
