@@ -179,8 +179,8 @@ def _fit(history: Axes, residual: Axes, fitted: xr.Dataset, time: str) -> None:
     residual.plot(fitted[time], measured - computed, color=GREY, linewidth=0.8)
     history.set_ylabel(DISPLACEMENT_MM)
     residual.set(ylabel="residual [mm]", xlabel=TIME)
-    history.margins(x=0.02)
     for axes in (history, residual):
+        axes.margins(x=0.02)
         axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)
 
 
