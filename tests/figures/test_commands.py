@@ -6,37 +6,10 @@ import xarray as xr
 from scipy.stats import norm
 
 import rockdamp as rd
-from rockdamp.figures.commands import decay_figure, fragility_figure, response_figure, wall_figure
-from rockdamp.figures.mechanism import wall_corners
+from rockdamp.figures.commands import decay_figure, fragility_figure, response_figure
 
 CURVE, WALL = rd.TrilinearCurve(0.04, 0.85), rd.Wall(0.25, 3.0, hinge_ratio=0.6, overburden_ratio=0.5)
 DAMPINGS = [rd.Damping("CR", 0.85), rd.Damping("SDR", 0.0625)]
-
-
-@pytest.mark.parametrize("offset", [-0.2, 0.05])
-def test_the_drawn_bodies_keep_their_shape_and_touch_at_the_hinge(offset):
-    lower, upper = wall_corners(0.3, 4.0, 0.7, offset)
-    for corners, height in ((lower, 2.8), (upper, 1.2)):
-        sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
-        np.testing.assert_allclose(sides, [0.3, height, 0.3, height])
-    side = -1 if offset < 0 else 1
-    np.testing.assert_allclose(lower[3], upper[3], atol=1e-12)  # the hinge
-    np.testing.assert_allclose(lower[3, 0], -0.15 * side + offset)
-    np.testing.assert_allclose(lower[1], [0.15 * side, 0.0], atol=1e-12)  # the base corner that it turns about
-    np.testing.assert_allclose(upper[1, 0], 0.15 * side, atol=1e-12)  # the support holds the top
-    (block,) = wall_corners(0.3, 2.0, float("nan"), offset)
-    np.testing.assert_allclose(block[3, 0], -0.15 * side + offset)
-
-
-def test_a_wall_has_its_bodies_its_sizes_and_its_curve():
-    for wall, bodies in ((WALL, 4), (rd.Parapet(0.25, 3.0), 2)):
-        sketch, forces = wall_figure(wall, CURVE).axes
-        assert len(sketch.patches) == bodies and ("$h_1$ = 1.8 m" in sketch.get_xlabel()) == (wall is WALL)
-        u_ins, strength = 1000 * float(wall.instability_displacement), float(wall.rigid_strength) / 1000
-        rigid, trilinear, corners = forces.get_lines()
-        np.testing.assert_allclose(trilinear.get_ydata(), strength * CURVE.force(trilinear.get_xdata() / u_ins))
-        np.testing.assert_allclose(rigid.get_ydata(), strength * (1 - rigid.get_xdata() / u_ins), atol=1e-9)
-        np.testing.assert_allclose(corners.get_xdata(), u_ins * np.array([0.04, 0.15, 1.0]))
 
 
 @pytest.mark.parametrize("wall", [None, WALL])

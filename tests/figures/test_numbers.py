@@ -9,6 +9,7 @@ from scipy.stats import norm
 from rockdamp.figures import FIGURES
 from rockdamp.figures.commands import calibration_figure
 from rockdamp.figures.earthquakes import envelope
+from rockdamp.figures.mechanism import wall_corners
 from rockdamp.figures.style import LOOK
 from rockdamp.storage import dataset
 
@@ -40,6 +41,18 @@ def assert_bars(axes, index, interval, column=1):
     sets = [container for container in axes.containers if len(container) == 3]
     ends = [segment[:, column] for segment in sets[index][2][0].get_segments() if len(segment)]
     np.testing.assert_allclose(np.reshape(ends, (-1, 2)), interval.values[np.isfinite(interval.values).all(-1)])
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.05, 0.2])
+def test_the_drawn_bodies_keep_their_shape_and_touch_at_the_hinge(offset):
+    lower, upper = wall_corners(0.3, 4.0, 0.7, offset)
+    for corners, height in ((lower, 2.8), (upper, 1.2)):
+        sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+        np.testing.assert_allclose(sides, [0.3, height, 0.3, height])
+    np.testing.assert_allclose(lower[3], upper[3], atol=1e-12)  # the hinge
+    np.testing.assert_allclose(lower[3, 0], offset - 0.15, atol=1e-12)
+    np.testing.assert_allclose(lower[1], [0.15, 0.0], atol=1e-12)  # the base corner that it turns about
+    np.testing.assert_allclose(upper[1, 0], 0.15)  # the support holds the top
 
 
 def test_curves_of_the_mechanism(draw):

@@ -1,4 +1,4 @@
-"""Pictures that the commands draw: a wall, a decay, a response, fragility, and fits to measured tests."""
+"""Pictures that the commands draw: a decay, a response, fragility, and fits to measured tests."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 from scipy.special import ndtr
 
 from rockdamp.constants import PAPER_MODELS
@@ -23,7 +22,6 @@ from rockdamp.figures.measured import (
     record_name,
     record_title,
 )
-from rockdamp.figures.mechanism import wall_corners
 from rockdamp.figures.style import (
     DISPLACEMENT,
     GREY,
@@ -37,39 +35,10 @@ from rockdamp.figures.style import (
     panels,
     series,
 )
-from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.text import number
 
 MEASURES = {"pgv": "PGV [m s$^{-1}$]", "pga": "PGA [m s$^{-2}$]"}
 SYMBOLS = {"yield_displacement_ratio": "$a_1$", "strength_ratio": "$b_1$", "restitution": "$e$"}
-
-
-def wall_figure(wall: Wall | Parapet, curve: TrilinearCurve) -> Figure:
-    """Draw a wall with its sizes, displaced, and its curve beside the rigid law."""
-    figure, ((sketch, forces),) = panels(1, 2, 72.0, width_ratios=[1.0, 1.7])
-    t, h = float(wall.thickness), float(wall.height)
-    hinge = float(wall.hinge_ratio) if isinstance(wall, Wall) else np.nan
-    for corners in wall_corners(t, h, hinge, 0.0):
-        sketch.add_patch(Polygon(corners, facecolor="none", edgecolor="#B5B5B5", linewidth=0.8))
-    for corners in wall_corners(t, h, hinge, 0.6 * t):
-        sketch.add_patch(Polygon(corners, facecolor="#D9C3B0", edgecolor="black", linewidth=0.8))
-    sketch.plot([-2 * t, 2 * t], [0, 0], color="black", linewidth=1.2)
-    sizes = [f"$t$ = {t:g} m", f"$h$ = {h:g} m"]
-    sizes += [f"$h_1$ = {hinge * h:.3g} m"] if np.isfinite(hinge) else []
-    sizes += [f"$O$ = {float(wall.overburden_ratio):.3g} $W$"] if float(wall.overburden_ratio) > 0 else []
-    sketch.set(xlim=(-0.75 * h, 0.75 * h), ylim=(-0.05 * h, 1.1 * h), aspect="equal", xticks=[], yticks=[])
-    sketch.set_xlabel(", ".join(sizes[:2]) + "\n" + ", ".join(sizes[2:]))
-    sketch.spines[:].set_visible(False)
-    u_ins, strength = MILLIMETRES * float(wall.instability_displacement), float(wall.rigid_strength) / 1000
-    ratio = np.linspace(0.0, 1.0, 400)
-    forces.plot(u_ins * ratio, strength * (1.0 - ratio), color=GREY, linestyle="dashed", label="rigid wall")
-    forces.plot(u_ins * ratio, strength * curve.force(ratio), color="black", label="this wall")
-    corners = np.array([curve.yield_displacement_ratio, curve.plateau_end, curve.ultimate_displacement_ratio], float)
-    forces.plot(u_ins * corners, strength * curve.force(corners), "ko", markersize=3.5, clip_on=False)
-    forces.set(xlim=(0, None), ylim=(0, 1.05 * strength), xlabel=DISPLACEMENT_MM, ylabel="force [kN]")
-    legend(figure, handles(forces))
-    return figure
 
 
 def decay_figure(decay: xr.Dataset) -> Figure:

@@ -15,15 +15,15 @@ from rockdamp.arrays import Array
 from rockdamp.constants import PRESETS
 from rockdamp.figures.style import COLUMN, DISPLACEMENT, GREY, handles, legend, panels
 
-# --- bodies, at displacements of any size -----------------------------------------------------------------------------
+# --- Fig. 1 -----------------------------------------------------------------------------------------------------------
 
 
 def rotation(thickness: float, height: float, offset: float) -> float:
     """Return the rotation of a body whose top left corner moves `offset` >= 0 to the right. [rad]
 
-    It follows from t - t cos(theta) + h sin(theta) = offset. Beyond its diagonal the body lies on its side.
+    It follows from t - t cos(theta) + h sin(theta) = offset.
     """
-    across = min((offset - thickness) / math.hypot(thickness, height), 1.0)
+    across = (offset - thickness) / math.hypot(thickness, height)
     return math.atan2(thickness, height) + math.asin(across)
 
 
@@ -37,23 +37,17 @@ def rotate_body(thickness: float, height: float, offset: float) -> Array:
     return upright @ np.array([(math.cos(angle), -math.sin(angle)), (math.sin(angle), math.cos(angle))])
 
 
-def wall_corners(thickness: float, height: float, hinge_ratio: float, offset: float) -> list[Array]:
-    """Return the corners of the lower and the upper body, or of a parapet alone where `hinge_ratio` is NaN. [m]
+def wall_corners(thickness: float, height: float, hinge_ratio: float, offset: float) -> tuple[Array, Array]:
+    """Return the corners of the lower and the upper body at a displacement `offset` >= 0 of the hinge. [m]
 
-    x is from mid-thickness. For offset > 0 the lower body turns about its right base corner. The upper one turns about
-    its right top corner, which the support holds. They touch at the hinge, on the left face; offset < 0 mirrors all.
+    x is from mid-thickness. The lower body turns about its right base corner. The upper one turns about its right top
+    corner, which the support holds. They touch at the hinge, on the left face.
     """
-    side, size = (-1.0 if offset < 0 else 1.0), abs(offset)
-    lower_height = height if math.isnan(hinge_ratio) else hinge_ratio * height
-    bodies = [rotate_body(thickness, lower_height, size)]
-    if not math.isnan(hinge_ratio):
-        upper = rotate_body(thickness, height - lower_height, size) * (1.0, -1.0)  # upside down about its top corner
-        upper[:, 1] += bodies[0][3, 1] - upper[3, 1]
-        bodies.append(upper)
-    return [(corners + (thickness / 2, 0.0)) * (side, 1.0) for corners in bodies]
+    lower = rotate_body(thickness, hinge_ratio * height, offset)
+    upper = rotate_body(thickness, (1 - hinge_ratio) * height, offset) * (1.0, -1.0)  # upside down
+    upper[:, 1] += lower[3, 1] - upper[3, 1]
+    return lower + (thickness / 2, 0.0), upper + (thickness / 2, 0.0)
 
-
-# --- Fig. 1 -----------------------------------------------------------------------------------------------------------
 
 # Drawn stouter than the wall and displaced far, so that angles and gaps can be seen.
 SLENDERNESS, OFFSET, ECCENTRICITY = 5.0, 0.6, 0.25  # h/t, u/t and eccentricity/t as drawn
