@@ -6,7 +6,7 @@ import click
 
 from rockdamp import __version__
 from rockdamp.cli.assess import assess_command, batch
-from rockdamp.cli.calibration import calibrate_command
+from rockdamp.cli.calibrate import calibrate_command
 from rockdamp.cli.common import Main
 from rockdamp.cli.histories import decay, respond_command
 from rockdamp.cli.wall import equivalent_command, wall
