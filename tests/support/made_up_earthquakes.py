@@ -78,7 +78,6 @@ def earthquakes(records=6):
         coords={
             **COORDS,
             "record": [f"far-field/{i}/a" for i in range(records)],
-            "record_set": ("record", ["far-field"] * records),
             "station": ("record", [f"far-field/{i}" for i in range(records)]),
         },
     )

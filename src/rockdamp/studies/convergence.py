@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -28,8 +28,7 @@ def fitted_order(steps: ArrayLike, error: ArrayLike) -> Array:
     return np.asarray(slope.reshape(logs.shape[:-1]))
 
 
-@dataclass(frozen=True)
-class SeededWalls:
+class Ensemble(NamedTuple):
     """Seeded walls and a shared load. A single history's error is erratic: its corners fall anywhere in a step."""
 
     curve: TrilinearCurve
@@ -39,19 +38,14 @@ class SeededWalls:
     ground: Array
 
 
-def draw(seed: int, lanes: int, samples: int, sample: float) -> SeededWalls:
+def draw(seed: int, lanes: int, samples: int, sample: float) -> Ensemble:
     """Draw walls and a band-limited load sampled every `sample` in tau."""
     rng = np.random.default_rng(seed)
     curve = TrilinearCurve(rng.uniform(0.02, 0.12, lanes), rng.uniform(0.5, 0.85, lanes))
-    tau = sample * np.arange(samples)
     frequency, phase = rng.uniform(0.3, 3.0, (2, 12))
-    ground = np.sin(frequency[:, None] * tau + 2 * np.pi * phase[:, None]).sum(axis=0)
-    return SeededWalls(
-        curve,
-        rng.uniform(0.2, 0.8, lanes),
-        rng.uniform(0.75, 0.95, lanes),
-        rng.uniform(0.01, 0.05, lanes),
-        ground,
+    ground = np.sin(frequency[:, None] * sample * np.arange(samples) + 2 * np.pi * phase[:, None]).sum(axis=0)
+    return Ensemble(
+        curve, *(rng.uniform(*range_, lanes) for range_ in ((0.2, 0.8), (0.75, 0.95), (0.01, 0.05))), ground
     )
 
 
@@ -65,10 +59,8 @@ def convergence(config: Config) -> xr.Dataset:
     coarsest, finest = settings.coarsest, 16 * 2**settings.halvings
     steps = coarsest / 2.0 ** np.arange(settings.halvings + 1)
     ensemble = draw(settings.seed, settings.lanes, step_count(settings.length, coarsest) + 1, coarsest)
-    shape = (len(SCHEMES), len(EXCITATIONS), len(MODELS), steps.size)
-    error = np.empty(shape)
-    cells = [(x, m) for x in range(len(EXCITATIONS)) for m in range(len(MODELS))]
-    for x, m in track(cells, "orders"):
+    error = np.empty((len(SCHEMES), len(EXCITATIONS), len(MODELS), steps.size))
+    for x, m in track(list(np.ndindex(error.shape[1:3])), "orders"):
         exact = _histories(ensemble, MODELS[m], EXCITATIONS[x], "newmark", coarsest, finest)
         for s, scheme in enumerate(SCHEMES):
             for k in range(steps.size):
@@ -91,7 +83,7 @@ def convergence(config: Config) -> xr.Dataset:
     )
 
 
-def _histories(ensemble: SeededWalls, model: str, excitation: str, scheme: str, sample: float, substeps: int) -> Array:
+def _histories(ensemble: Ensemble, model: str, excitation: str, scheme: str, sample: float, substeps: int) -> Array:
     """Displacements at the samples of the load; NaN in lanes that collapse."""
     e = ensemble.restitution
     response = simulate(

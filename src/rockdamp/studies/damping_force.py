@@ -109,6 +109,5 @@ def _rocking(rigid: RigidWall, *, length: float, step: float, scheme: str) -> xr
         coords={
             "rocking_model": list(ROCKING_MODELS),
             "tau": tau,
-            "rocking_frequency_parameter": float(wall.frequency_parameter),
         },
     )

@@ -169,7 +169,7 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
         "variation": list(VARIATIONS),
     }
     of_record = {"pga": intensity.pga, "pgv": intensity.pgv}
-    names = {"record": motion.name, "record_set": motion.record_set, "station": motion.group}
+    names = {"record": motion.name, "station": motion.group}
     return (
         xr.Dataset(data, coords=coords)
         .expand_dims("record")

@@ -50,7 +50,7 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         solve_exactly(case, motions[str(case["record"].values)], walls[str(case["wall"].values)], quakes.tail)
         for case in track(cases, "Histories, event by event")
     ]
-    checked = drawn[[*names, "peak_uncertainty"]].reset_coords(list(BY_DAMPER)).drop_vars(["record_set", "station"])
+    checked = drawn[[*names, "peak_uncertainty"]].reset_coords(list(BY_DAMPER)).drop_vars("station")
     checked = checked.assign(
         exact_peak=("history", np.array([peak for peak, _ in ends])),
         exact_collapsed=("history", np.array([collapsed for _, collapsed in ends], dtype=np.int8)),
@@ -96,7 +96,9 @@ def rate(stratum: NDArray[np.int64], checked: xr.Dataset) -> dict[str, tuple[str
     error = abs(checked["peak"] - checked["exact_peak"]).values
     relative, bound = error / checked["exact_peak"].values, checked["peak_uncertainty"].values
 
-    def by_stratum(statistic: Callable[[Array], Any], values: Array, among: NDArray[np.bool_]) -> tuple[str, Array]:
+    def by_stratum(
+        statistic: Callable[[Any], Any], values: NDArray[Any], among: NDArray[np.bool_]
+    ) -> tuple[str, Array]:
         parts = [values[among & (stratum == number)] for number in range(len(STRATA))]
         return "stratum", np.array([statistic(part) if part.size else np.nan for part in parts], dtype=float)
 

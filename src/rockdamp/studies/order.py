@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
 
+from rockdamp.arrays import Quantity
 from rockdamp.config import Config, Order
 from rockdamp.constants import REFERENCE
 from rockdamp.mechanics.damping import Damping
@@ -31,7 +31,7 @@ CROSSING_RELEASE = 0.5  # u/u_ins: the crossing whose force is compared follows 
 class Damper(NamedTuple):
     """A damper of the study: what makes it from e, the steps that it is run at [w1 h], and the scheme of the march."""
 
-    make: Callable[[ArrayLike], Damping]
+    make: Callable[[Quantity], Damping]
     step: float
     longest_step: float = 0.0  # of the ladder; CR is not tried on it
     scheme: str = "newmark"
@@ -40,7 +40,7 @@ class Damper(NamedTuple):
 def dampers(section: Order) -> dict[str, Damper]:
     """Return the dampers that need no fit. A band of fixed time has at least eight steps in it."""
 
-    def exact(model: str, **parameter: float) -> Callable[[ArrayLike], Damping]:
+    def exact(model: str, **parameter: float) -> Callable[[Quantity], Damping]:
         return lambda e: Damping.from_restitution(e, model, **parameter)
 
     step, longest = section.step, section.ladder[-1]
