@@ -42,11 +42,10 @@ def draw(seed: int, lanes: int, samples: int, sample: float) -> Ensemble:
     """Draw walls and a band-limited load sampled every `sample` in tau."""
     rng = np.random.default_rng(seed)
     curve = TrilinearCurve(rng.uniform(0.02, 0.12, lanes), rng.uniform(0.5, 0.85, lanes))
-    frequency, phase = rng.uniform(0.3, 3.0, (2, 12))
-    ground = np.sin(frequency[:, None] * sample * np.arange(samples) + 2 * np.pi * phase[:, None]).sum(axis=0)
-    return Ensemble(
-        curve, *(rng.uniform(*range_, lanes) for range_ in ((0.2, 0.8), (0.75, 0.95), (0.01, 0.05))), ground
-    )
+    frequency, phase = rng.uniform(0.3, 3.0, (2, 12))[..., None]
+    ground = np.sin(frequency * (sample * np.arange(samples)) + 2 * np.pi * phase).sum(axis=0)
+    release, e, factor = (rng.uniform(low, high, lanes) for low, high in ((0.2, 0.8), (0.75, 0.95), (0.01, 0.05)))
+    return Ensemble(curve, release, e, factor, ground)
 
 
 def convergence(config: Config) -> xr.Dataset:
