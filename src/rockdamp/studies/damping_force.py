@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from rockdamp.config import Config, Matching, RigidWall
+from rockdamp.config import Config
 from rockdamp.constants import MODELS, VISCOUS_MODELS
-from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.two_bodies import large_rotation_decay, slender_decay
 from rockdamp.solvers.newmark import simulate
@@ -24,30 +23,21 @@ RIGID_REFINEMENT = 8  # steps of its history in place of each of the solver's
 
 def damping_force(config: Config) -> xr.Dataset:
     """Return the decays of CR and of every viscous model matched to it, and the three rocking decays of Fig. 4a."""
-    e, x0, length = (
-        config.damping_force.restitution,
-        config.release_amplitude,
-        config.damping_force.response_length,
-    )
-    step, scheme, rigid = config.solver.step, config.solver.scheme, config.damping_force.rigid
-    parts = [
-        matched_histories(config.curve.make(), e, x0, config.matching, length=length, step=step, scheme=scheme),
-        _frequency_laws(),
-        _rocking(rigid, length=length, step=step, scheme=scheme),
-    ]
-    return xr.merge(parts, compat="no_conflicts").assign_coords(
-        restitution=e, release_amplitude=x0, rocking_restitution=rigid.restitution
+    return xr.merge([_matched(config), _frequency_laws(), _rocking(config)], compat="no_conflicts").assign_coords(
+        restitution=config.damping_force.restitution,
+        release_amplitude=config.release_amplitude,
+        rocking_restitution=config.damping_force.rigid.restitution,
     )
 
 
-def matched_histories(
-    curve: TrilinearCurve, e: float, x0: float, matching: Matching, *, length: float, step: float, scheme: str
-) -> xr.Dataset:
-    """Return the decay from x0 under e, and that of each viscous model matched to it, over `length` in tau or more."""
-    steps = max(step_count(length, step), step_count(matching.response_length, step))
-    matched = match_decays(
-        curve.map(np.atleast_1d), np.array([x0]), np.array([e]), VISCOUS_MODELS, matching, step=step, scheme=scheme
-    )
+def _matched(config: Config) -> xr.Dataset:
+    """Return the decay under CR, and that of each viscous model matched to it."""
+    curve, e, x0 = config.curve.make(), config.damping_force.restitution, config.release_amplitude
+    step, scheme = config.solver.step, config.solver.scheme
+    length = max(config.damping_force.response_length, config.matching.response_length)
+    steps = step_count(length, step)
+    release = curve.map(np.atleast_1d), np.array([x0]), np.array([e])
+    matched = match_decays(*release, VISCOUS_MODELS, config.matching, step=step, scheme=scheme)
     ratio = {model: float(of.damping_ratio[0]) for model, of in matched.items()}
     dampings = [Damping("CR", e), *(Damping(model, xi) for model, xi in ratio.items())]
     histories = [
@@ -85,10 +75,11 @@ def _frequency_laws() -> xr.Dataset:
     )
 
 
-def _rocking(rigid: RigidWall, *, length: float, step: float, scheme: str) -> xr.Dataset:
-    """Return the decay of the nearly rigid wall of Fig. 4a and those of two rigid bodies, over `length` in tau."""
+def _rocking(config: Config) -> xr.Dataset:
+    """Return the decay of the nearly rigid wall of Fig. 4a and those of two rigid bodies."""
+    rigid, step = config.damping_force.rigid, config.solver.step
     wall, e, x0 = rigid.wall, rigid.restitution, rigid.release_amplitude
-    steps = step_count(length, step)
+    steps = step_count(config.damping_force.response_length, step)
     tau = step * np.arange(steps + 1)
     response = simulate(
         rigid.curve,
@@ -97,17 +88,10 @@ def _rocking(rigid: RigidWall, *, length: float, step: float, scheme: str) -> xr
         step=step / RIGID_REFINEMENT,
         steps=steps * RIGID_REFINEMENT,
         store_every=RIGID_REFINEMENT,
-        scheme=scheme,
+        scheme=config.solver.scheme,
     )
-    histories = [
-        response.displacement,
-        slender_decay(tau, e, x0),
-        large_rotation_decay(tau, wall, e, x0),
-    ]
+    histories = [response.displacement, slender_decay(tau, e, x0), large_rotation_decay(tau, wall, e, x0)]
     return xr.Dataset(
         {"rocking_displacement": (("rocking_model", "tau"), np.stack(histories))},
-        coords={
-            "rocking_model": list(ROCKING_MODELS),
-            "tau": tau,
-        },
+        coords={"rocking_model": list(ROCKING_MODELS), "tau": tau},
     )

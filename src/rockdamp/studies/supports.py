@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeGuard
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -44,38 +44,28 @@ def name_floor(period: float) -> str:
 
 def cases(section: Supports) -> list[Case]:
     """Return the cases that are loads on an odd curve; a parapet has a flexible floor alone."""
-
-    def assumed(wall: Wall | Parapet, curve: TrilinearCurve) -> Setup:
-        return wall, curve, Damping("CR", float(wall.restitution_measured))
-
-    def analytical(wall: Wall | Parapet, curve: TrilinearCurve) -> Setup | None:
-        return None if isinstance(wall, Parapet) else (wall, curve, Damping("CR", float(wall.restitution_rigid)))
-
-    def impulsive(wall: Wall | Parapet, curve: TrilinearCurve) -> Setup | None:
-        return None if isinstance(wall, Parapet) else (wall, curve, Damping("CR", float(wall.restitution_impulsive)))
-
-    def mass(wall: Wall | Parapet, curve: TrilinearCurve) -> Setup | None:
-        return assumed(replace(wall, overburden_mass=1.0), curve) if _is_loaded(wall) else None
-
-    def weaker(wall: Wall | Parapet, curve: TrilinearCurve) -> Setup | None:
-        moved = -section.eccentricity * float(wall.thickness)
-        return assumed(replace(wall, eccentricity=moved), curve) if _is_loaded(wall) else None
-
-    step = section.step
+    step, floors = section.step, [Diaphragm(period, section.diaphragm_damping) for period in section.diaphragm_period]
     return [
-        Case(ASSUMED, assumed, step),
-        *(
-            Case(name_floor(period), assumed, step, ASSUMED, _floor(Diaphragm(period, section.diaphragm_damping)))
-            for period in section.diaphragm_period
+        Case(ASSUMED, change, step),
+        *(Case(name_floor(floor.period), change, step, ASSUMED, _floor(floor)) for floor in floors),
+        Case(MASS, lambda w, c: change(w, c, overburden_mass=1.0) if _is_loaded(w) else None, step, ASSUMED),
+        Case(ANALYTICAL, lambda w, c: None if isinstance(w, Parapet) else change(w, c, "rigid"), step, ASSUMED),
+        Case(IMPULSIVE, lambda w, c: None if isinstance(w, Parapet) else change(w, c, "impulsive"), step, ASSUMED),
+        Case(
+            WEAKER,
+            lambda w, c: change(w, c, eccentricity=-section.eccentricity * w.thickness) if _is_loaded(w) else None,
+            step,
         ),
-        Case(MASS, mass, step, ASSUMED),
-        Case(ANALYTICAL, analytical, step, ASSUMED),
-        Case(IMPULSIVE, impulsive, step, ASSUMED),
-        Case(WEAKER, weaker, step),
     ]
 
 
-def _is_loaded(wall: Wall | Parapet) -> TypeGuard[Wall]:
+def change(wall: Wall | Parapet, curve: TrilinearCurve, rule: str = "measured", **sizes: Any) -> Setup:
+    """Return a wall with other sizes, its curve, and e by a rule."""
+    wall = replace(wall, **sizes)
+    return wall, curve, Damping("CR", float(getattr(wall, f"restitution_{rule}")))
+
+
+def _is_loaded(wall: Wall | Parapet) -> bool:
     return not isinstance(wall, Parapet) and float(wall.overburden_ratio) > 0
 
 
