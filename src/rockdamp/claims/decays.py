@@ -20,14 +20,14 @@ Limits: TypeAlias = Mapping[str, Any]
 Judgement: TypeAlias = tuple[dict[str, bool], str, str]  # parts of the claim that hold or not, numbers, a sentence
 
 
-def by_model(values: xr.DataArray, write: Any = percent) -> str:
+def list_models(values: xr.DataArray, write: Any = percent) -> str:
     """Write a value for each model: ``CDC 48 %, CDR 8.2 %``."""
     return ", ".join(
         f"{name} {write(value)}" for name, value in zip(values["damping_model"].values, values, strict=True)
     )
 
 
-def in_words(values: xr.DataArray, write: Any = percent) -> str:
+def phrase_models(values: xr.DataArray, write: Any = percent) -> str:
     """Write a value for each model in a sentence: ``48 % under CDC and 8.2 % under CDR``."""
     models = values["damping_model"].values
     return join_words(f"{write(value)} under {name}" for name, value in zip(models, values, strict=True))
@@ -236,14 +236,14 @@ def fig8_sdr(data: Datasets, limits: Limits) -> Judgement:
     sdr, others = decrement.sel(damping_model="SDR"), decrement.drop_sel(damping_model="SDR")
     more = float(sdr / others.mean(skipna=False)) - 1
     nearer = misfit.sel(damping_model="SDR") < misfit.drop_sel(damping_model="SDR")
-    millimetres = in_words(1000 * misfit, lambda value: f"{number(value, 2)} mm")
+    millimetres = phrase_models(1000 * misfit, lambda value: f"{number(value, 2)} mm")
     return (
         {
             "SDR damps most": bool((sdr > others).all()),
             "slightly": 0 < more <= limits["slight"],
             "SDR follows the peaks best": bool(nearer.all()),
         },
-        f"logarithmic decrement {by_model(decrement, number)}",
+        f"logarithmic decrement {list_models(decrement, number)}",
         f"The laboratory's record is not public. On the record of the config the decrement of SDR exceeds the mean of"
         f" the others' by {percent(more)}, and the decay's peaks are off by {millimetres}.",
     )

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from rockdamp.claims.decays import Judgement, Limits, by_model, extremes, in_words
+from rockdamp.claims.decays import Judgement, Limits, extremes, list_models, phrase_models
 from rockdamp.constants import PAPER_MODELS
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import number, percent, plain
@@ -61,7 +61,7 @@ def spans(held: xr.DataArray) -> str:
     return ", ".join(first if first == last else f"{first} to {last}" for first, last in ends) or "none"
 
 
-def of_cases(held: xr.DataArray) -> str:
+def count_cases(held: xr.DataArray) -> str:
     """Count the e that hold: ``28 of 29 e``."""
     return f"{int(held.sum())} of {held.size} e"
 
@@ -82,8 +82,8 @@ def amp_cdc(data: Datasets, limits: Limits) -> Judgement:
     over = extremes(xi[RELEASE], plain)
     return (
         {"CDC": bool(largest(values, "CDC"))},
-        by_model(values),
-        f"From {over} u_ins ξ varies, in the mean over e, by {in_words(values)}.",
+        list_models(values),
+        f"From {over} u_ins ξ varies, in the mean over e, by {phrase_models(values)}.",
     )
 
 
@@ -130,7 +130,7 @@ def amp_dispersion(data: Datasets, limits: Limits) -> Judgement:
     )
     return (
         {"dispersion": bool((growth > limits["more"]).all())},
-        by_model(growth, short),
+        list_models(growth, short),
         f"In the axis of Fig. 5, ξ, the dispersion at high e is {extremes(growth, short)} times that at low e; as a"
         f" fraction of the mean ξ, {extremes(relative, short)} times.",
     )
@@ -196,8 +196,8 @@ def a1_most(data: Datasets, limits: Limits) -> Judgement:
     other = xr.concat(others, "parameter").max("parameter")
     return (
         {"a1": bool((a1 > other).all())},
-        f"a1 {by_model(a1)}",
-        f"In the mean over e ξ varies over a1 by {in_words(a1)}; over slenderness and overburden by nothing in"
+        f"a1 {list_models(a1)}",
+        f"In the mean over e ξ varies over a1 by {phrase_models(a1)}; over slenderness and overburden by nothing in"
         f" dimensionless time, and by up to {percent(other.max())} where responses are equally long in seconds.",
     )
 
@@ -210,9 +210,9 @@ def a1_rank(data: Datasets, limits: Limits) -> Judgement:
     ranked = largest(at_each, "CDC") & largest(-at_each, "CDR")
     return (
         {"CDC most": bool(largest(values, "CDC")), "CDR least": bool(largest(-values, "CDR"))},
-        by_model(values),
-        f"Over a1 from {extremes(xi[A1], plain)} ξ varies, in the mean over e, by {in_words(values)}; they rank so at"
-        f" {of_cases(ranked)}.",
+        list_models(values),
+        f"Over a1 from {extremes(xi[A1], plain)} ξ varies, in the mean over e, by {phrase_models(values)}; they rank"
+        f" so at {count_cases(ranked)}.",
     )
 
 
@@ -227,7 +227,7 @@ def a1_sign(data: Datasets, limits: Limits) -> Judgement:
         f"CDC {change['CDC']}, CDR {change['CDR']}",
         f"From the lowest to the highest a1 the mean ξ goes from {change['CDC']} under CDC, {change['CDR']} under CDR"
         f" and {change['SDR']} under SDR. Of SDR the text says both; it needs more at lower a1 at"
-        f" {of_cases(steady(sdr, A1, -1))}.",
+        f" {count_cases(steady(sdr, A1, -1))}.",
     )
 
 
@@ -267,10 +267,10 @@ def err_secant(data: Datasets, limits: Limits) -> Judgement:
     mean = error.mean("restitution")
     return (
         {model: bool(held.all()) for model, held in below.items()},
-        by_model(mean),
-        f"The root mean square error over the release is in the mean over e {in_words(mean)}; both are below CDC's at"
-        f" {of_cases(below['CDR'] & below['SDR'])}, and at every e at {int(lengths.sum())} of {lengths.size} lengths of"
-        " the response.",
+        list_models(mean),
+        f"The root mean square error over the release is in the mean over e {phrase_models(mean)}; both are below CDC's"
+        f" at {count_cases(below['CDR'] & below['SDR'])}, and at every e at {int(lengths.sum())} of {lengths.size}"
+        " lengths of the response.",
     )
 
 
@@ -299,11 +299,11 @@ def err_e(data: Datasets, limits: Limits) -> Judgement:
     error = matched_error(data)
     rising = (error.diff("restitution") < 0).sum("restitution")
     steps = error.sizes["restitution"] - 1
-    counts = in_words(rising, lambda count: f"{int(count)} of {steps} steps")
+    counts = phrase_models(rising, lambda count: f"{int(count)} of {steps} steps")
     together = data["response_lengths"]["error_rises_as_restitution_falls"].sel(damping_model=MODELS)
     return (
         {model: int(rising.sel(damping_model=model)) == steps for model in MODELS},
-        by_model(rising, lambda count: f"{int(count)} of {steps}"),
+        list_models(rising, lambda count: f"{int(count)} of {steps}"),
         f"From one e to the next lower the error rises at {counts}; for all three at every step only where the response"
         f" is τ = {spans(together.all('damping_model'))} long.",
     )
@@ -321,9 +321,9 @@ def best_cdr(data: Datasets, limits: Limits) -> Judgement:
             "least dependence on amplitude": bool(largest(-amplitude, "CDR")),
             "least dependence on a1": bool(largest(-stiffness, "CDR")),
         },
-        f"error {by_model(error)}",
-        f"In the mean over e the error over the release is {in_words(error)}; ξ varies with amplitude by"
-        f" {in_words(amplitude)}, with a1 by {in_words(stiffness)}. CDR errs least where the response is"
+        f"error {list_models(error)}",
+        f"In the mean over e the error over the release is {phrase_models(error)}; ξ varies with amplitude by"
+        f" {phrase_models(amplitude)}, with a1 by {phrase_models(stiffness)}. CDR errs least where the response is"
         f" τ = {spans(largest(-of_lengths, 'CDR'))} long.",
     )
 
@@ -335,5 +335,5 @@ def good_sdr(data: Datasets, limits: Limits) -> Judgement:
     return (
         {"error": bool(sdr <= limits["small"]) and bool(sdr < cdc)},
         f"SDR {percent(sdr)}",
-        f"The root mean square error over the release is in the mean over e {in_words(error)}.",
+        f"The root mean square error over the release is in the mean over e {phrase_models(error)}.",
     )
