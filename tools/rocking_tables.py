@@ -38,6 +38,12 @@ def rocking_restitution(data: Data) -> str:
         ["mean of e over Housner's", f"{float(study['restitution_over_housner_mean']):.3f}"],
         ["deviation of ln e from trial to trial, mean over H/B", f"{float(study['deviation_within']):.3f}"],
         ["deviation of ln e from block to block, mean over H/B", f"{float(study['deviation_between']):.3f}"],
+        [
+            "first ratios over Housner's: deviation from trial to trial",
+            f"{float(study['first_ratio_deviation_within']):.3f}",
+        ],
+        ["noise of one ratio in it: deviation in the median trial", f"{float(study['noise']):.3f}"],
+        ["odd and even impacts that differ: deviation", f"{float(study['alternation']):.3f}"],
     ]
     return table(("", ""), rows)
 

@@ -95,7 +95,7 @@ def test_the_measured_page_counts_the_trials_that_are_used_and_their_impacts():
 def test_the_noise_in_one_impact_s_scatter_is_that_of_the_table_of_the_trials():
     noise = stated("docs/measured.md", r"\| noise of one ratio in it: .*? \| ([\d.]+) \|")
     noise += stated("docs/measured.md", r"\| odd and even impacts that differ: .*? \| ([\d.]+) \|")
-    (scatter,) = stated("docs/measured.md", r"\| their deviation from trial to trial \| ([\d.]+) \|")
+    (scatter,) = stated("docs/measured.md", r"\| first ratios .*? from trial to trial \| ([\d.]+) \|")
     low, high, *told = stated(
         "docs/assumptions.md",
         r"(0\.03) to (0\.04), .{0,40}?(0\.01\d) of noise of the ratio(?: in it)?, and (0\.01\d) of odd and even",

@@ -130,6 +130,9 @@ def test_e_over_housner_is_that_of_all_impacts_and_its_spreads_are_those_within_
     found = restitution_of(ratio, geometry, housner, within=0.012, between=0.03)
     np.testing.assert_allclose(found["restitution_over_housner"][1], np.exp([0.02, -0.02]), atol=0.008)
     assert found["restitution_over_housner_mean"] == pytest.approx(1.0, abs=0.002)
+    assert found["first_ratio_deviation_within"] == pytest.approx(
+        np.log(ratio[:, 0]).reshape(2, 4).std(axis=1).mean(), rel=0.01
+    )
     assert found["deviation_within"] == pytest.approx(0.012, rel=0.05)
     assert found["deviation_between"] == pytest.approx(0.03, rel=0.05)
     np.testing.assert_allclose(found["trial_deviation"][1], np.hypot(0.012, 0.03), rtol=0.05)

@@ -101,6 +101,8 @@ def restitution(trials: Trials, predict: Predict, fitted: TrialsFit) -> dict[str
     below = np.cumsum(of_trial, axis=1) - of_trial / 2  # half of a loss's own part lies below it
     ends = np.array([np.interp(TAILS[::-1], share, LOSSES) for share in below])
     bounds = housner[:, None] - estimate[:, None] - np.outer(scatter, [NORMAL, -NORMAL])
+    first = np.log(trials.ratio[:, 0])
+    means = trials.membership @ first / trials.membership.sum(axis=1)
     return {
         "housner_restitution": ("geometry", np.exp(-housner)),
         "restitution_over_housner": ("geometry", np.exp(housner - estimate)),
@@ -110,4 +112,7 @@ def restitution(trials: Trials, predict: Predict, fitted: TrialsFit) -> dict[str
         "trial_deviation": ("geometry", np.sqrt(within + between)),
         "deviation_within": float(np.sqrt(within.mean())),
         "deviation_between": float(np.sqrt(between.mean())),
+        "first_ratio_deviation_within": float(np.sqrt(np.mean((first - means[trials.geometry]) ** 2))),
+        "noise": values["noise"],
+        "alternation": values["alternation"],
     }
