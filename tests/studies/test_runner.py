@@ -10,7 +10,8 @@ import rockdamp as rd
 from rockdamp.config import Comparison
 from rockdamp.histories.loads import make_load, run_record, sample_load
 from rockdamp.solvers.exact import exact_history
-from rockdamp.studies.runner import NOT_RUN, Case, compare, run, unstack, use
+from rockdamp.statistics.paired import NOT_RUN
+from rockdamp.studies.runner import Case, compare, run, unstack, use
 
 CURVE, LAW = rd.TrilinearCurve(0.04, 0.85), rd.Damping("CR", 0.85, loss_exponent=0.26, reference_amplitude=0.1)
 WALLS = {

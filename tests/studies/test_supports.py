@@ -10,8 +10,9 @@ from configs import configured
 import rockdamp as rd
 from rockdamp.config import GeometricGrid
 from rockdamp.motions import catalogue
+from rockdamp.statistics.paired import NOT_RUN
 from rockdamp.studies import supports
-from rockdamp.studies.runner import NOT_RUN, Case
+from rockdamp.studies.runner import Case
 
 LOADED = {
     "name": "loaded",

@@ -36,6 +36,7 @@ from rockdamp.statistics.fragility import fit_resampled, interval, weighted_quan
 BOUND = ("lower", "upper")
 HISTORIES = ("record", "velocity_ratio", "wall")
 LARGE = 0.05  # of the size of a logarithm
+NOT_RUN = -1  # as an outcome
 
 
 def compare_pairs(

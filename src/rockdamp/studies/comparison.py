@@ -19,13 +19,13 @@ from rockdamp.progress import track
 from rockdamp.statistics.fragility import interval, resample
 from rockdamp.statistics.paired import (
     BOUND,
+    NOT_RUN,
     compare_fragilities,
     compare_pairs,
     quotient,
     root_mean_square,
 )
 
-NOT_RUN = -1  # as an outcome
 VARIED = ("median_ratio", "log_error")  # of CR with small changes
 SHARES = (0.5, 0.9, 0.99, 1.0)
 BY_DAMPER = ("restitution", "damping_model", "damping_ratio_source")

@@ -26,10 +26,9 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import resample
-from rockdamp.statistics.paired import BOUND, HISTORIES, compare_fragilities, compare_pairs
+from rockdamp.statistics.paired import BOUND, HISTORIES, NOT_RUN, compare_fragilities, compare_pairs
 
 EVERY_WALL = "all"
-NOT_RUN = -1  # as an outcome
 
 Setup = tuple[Wall | Parapet, TrilinearCurve, Damping]
 T = TypeVar("T", Wall, Parapet, TrilinearCurve, Damping)

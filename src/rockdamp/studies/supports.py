@@ -28,8 +28,8 @@ from rockdamp.motions.record import Record, append_rest
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import uneven_collapses
 from rockdamp.statistics.fragility import resample
-from rockdamp.statistics.paired import HISTORIES
-from rockdamp.studies.runner import NOT_RUN, Case, Setup, compare_intensities, pair, run, stack
+from rockdamp.statistics.paired import HISTORIES, NOT_RUN
+from rockdamp.studies.runner import Case, Setup, compare_intensities, pair, run, stack
 
 ASSUMED = "as assumed"
 MASS, ANALYTICAL, IMPULSIVE = "overburden has mass, e unchanged", "e of Eq. (7)", "e impulsive"
