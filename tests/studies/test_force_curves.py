@@ -20,7 +20,7 @@ def test_curves_are_tabulated_on_the_bi_linear_law_or_below(config):
 
 @pytest.mark.parametrize("a1, b1, lower", [(0.04, 0.85, 0.85), (0.2, 0.75, 0.63)])
 def test_both_variants_of_fig_2_end_where_it_draws_them_on_a_plateau_that_leaves_them_room(a1, b1, lower):
-    drawn = mechanism.drawn_variants(TrilinearCurve(a1, b1))
+    drawn = mechanism.make_variants(TrilinearCurve(a1, b1))
     assert [float(drawn[name].strength_ratio) for name in ("steeper", "translated")] == pytest.approx([b1, lower])
     for curve in drawn.values():
         assert float(curve.ultimate_displacement_ratio) == mechanism.DRAWN_ULTIMATE_RATIO

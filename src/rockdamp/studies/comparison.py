@@ -45,19 +45,19 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)
     edges = np.array(config.comparison.bands)
     bands = [(edges[0], edges[-1]), *pairwise(edges)]
-    has_ratio = _with_ratio(earthquakes)
+    has_ratio = _mark_pooled(earthquakes)
     some = has_ratio.any("damping_ratio_source").values
     pooled, taken = earthquakes.isel(wall=some), has_ratio.isel(wall=some)
     pooled = pooled.assign(collapsed=pooled["collapsed"].where(taken | (pooled["damping_model"] == REFERENCE), NOT_RUN))
-    varied = compare_pairs(_beside_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
+    varied = compare_pairs(_pair_with_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
     kept = [name for statistic in VARIED for name in (statistic, f"{statistic}_interval")]
     statistics = xr.merge(
         [
-            compare_pairs(_beside_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
+            compare_pairs(_pair_with_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
             varied[kept].rename({name: f"varied_{name}" for name in kept}),
             _excess(pooled, edges, weights, covers_most(has_ratio).values),
             _pooled_fragility(pooled.assign(collapsed=pooled["collapsed"].where(taken, NOT_RUN)), weights),
-            _per_wall(earthquakes, weights),
+            _wall_fragilities(earthquakes, weights),
         ],
         join="exact",
     )
@@ -83,7 +83,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _with_ratio(earthquakes: xr.Dataset) -> xr.DataArray:
+def _mark_pooled(earthquakes: xr.Dataset) -> xr.DataArray:
     """Return, by wall and source, where every damper has a ratio at every e; true everywhere if that is nowhere."""
     defined = earthquakes["damping_ratio"].notnull().sel(damping_model=earthquakes["damping_model"] != REFERENCE)
     everywhere = defined.all(("restitution", "damping_model")).transpose("wall", "damping_ratio_source")
@@ -103,7 +103,7 @@ def _uncertainty(earthquakes: xr.Dataset) -> Array:
     return np.quantile(known, SHARES) if known.size else np.full(len(SHARES), np.nan)
 
 
-def _beside_cr(earthquakes: xr.Dataset, peak: str, collapsed: str) -> xr.Dataset:
+def _pair_with_cr(earthquakes: xr.Dataset, peak: str, collapsed: str) -> xr.Dataset:
     """Select alternatives by the names of their peak and collapse, beside CR."""
     # CR has no damping ratio: what it has for one source it has for all.
     cr = earthquakes.sel(damping_model=REFERENCE).isel(damping_ratio_source=0)
@@ -173,7 +173,7 @@ def _pooled_fragility(pooled: xr.Dataset, weights: Array) -> xr.Dataset:
     return _fragility(pooled["velocity_ratio"].values, *counts, weights, _cr(pooled))
 
 
-def _per_wall(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
+def _wall_fragilities(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
     """Return each wall's fragility, and the share of records that collapse it."""
     order = ("record", "wall", *BY_DAMPER, "velocity_ratio")
     stored = earthquakes["collapsed"].transpose(*order).values

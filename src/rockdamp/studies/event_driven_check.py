@@ -96,17 +96,15 @@ def rate(stratum: NDArray[np.int64], checked: xr.Dataset) -> dict[str, tuple[str
     error = abs(checked["peak"] - checked["exact_peak"]).values
     relative, bound = error / checked["exact_peak"].values, checked["peak_uncertainty"].values
 
-    def by_stratum(
-        statistic: Callable[[Any], Any], values: NDArray[Any], among: NDArray[np.bool_]
-    ) -> tuple[str, Array]:
+    def summarise(statistic: Callable[[Any], Any], values: NDArray[Any], among: NDArray[np.bool_]) -> tuple[str, Array]:
         parts = [values[among & (stratum == number)] for number in range(len(STRATA))]
         return "stratum", np.array([statistic(part) if part.size else np.nan for part in parts], dtype=float)
 
     return {
-        "otherwise_share": by_stratum(np.mean, ~same, np.ones_like(same)),
-        "beyond_bound_share": by_stratum(np.mean, error > bound, stand & np.isfinite(bound)),
-        "median_difference": by_stratum(np.median, relative, stand),
-        "largest_difference": by_stratum(np.max, relative, stand),
+        "otherwise_share": summarise(np.mean, ~same, np.ones_like(same)),
+        "beyond_bound_share": summarise(np.mean, error > bound, stand & np.isfinite(bound)),
+        "median_difference": summarise(np.median, relative, stand),
+        "largest_difference": summarise(np.max, relative, stand),
     }
 
 

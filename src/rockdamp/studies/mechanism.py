@@ -27,7 +27,7 @@ def mechanism(config: Config) -> xr.Dataset:
     wall, tested, curve = config.wall.make(), config.validation.wall.make(), config.curve.make()
     curves = {
         "tri-linear": curve,
-        **drawn_variants(curve),
+        **make_variants(curve),
         **{name: TrilinearCurve.preset(name) for name in PRESETS},
     }
     corners = np.concatenate([np.ravel(each.parameters()[3:]) for each in curves.values()])
@@ -76,7 +76,7 @@ def effective_mass_ratio(hinge_ratio: Quantity, slenderness: Quantity) -> Array:
     return ratio
 
 
-def drawn_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:
+def make_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:
     """Return both variants of the last branch with the a3 that Fig. 2 draws."""
     a1, b1 = float(curve.yield_displacement_ratio), float(curve.strength_ratio)
     # Translated softening needs a3 > a1 + b1: a lower plateau where the curve's leaves no room.

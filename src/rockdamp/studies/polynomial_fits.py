@@ -36,23 +36,23 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     total = ((rows - rows.mean(axis=1, keepdims=True)) ** 2).sum(axis=1)
     lead = ("damping_model", "yield_displacement_ratio")
 
-    def of_fits(values: Array, *dims: str) -> tuple[tuple[str, ...], Array]:
+    def shape_fits(values: Array, *dims: str) -> tuple[tuple[str, ...], Array]:
         return (*lead, *dims), values.reshape(*ratio.shape[:2], *values.shape[1:])
 
     return xr.Dataset(
         {
-            "coefficient": of_fits(coefficient, "degree"),
-            "delta_coefficient": of_fits(in_delta, "degree"),
+            "coefficient": shape_fits(coefficient, "degree"),
+            "delta_coefficient": shape_fits(in_delta, "degree"),
             "damping_ratio": ratio,
             "damping_ratio_uncertainty": matched["damping_ratio_uncertainty"].transpose(*ratio.dims),
-            "damping_ratio_fit": of_fits(fitted, "restitution"),
-            "damping_ratio_delta_fit": of_fits(delta_fitted, "restitution"),
+            "damping_ratio_fit": shape_fits(fitted, "restitution"),
+            "damping_ratio_delta_fit": shape_fits(delta_fitted, "restitution"),
             "damping_ratio_energy": matched["damping_ratio_energy"].transpose(*ratio.dims),
             "giannini_masiani": ("restitution", giannini_masiani(e)),
-            "r_squared": of_fits(1 - (residual**2).sum(axis=1) / total),
-            "largest_residual": of_fits(np.abs(residual).max(axis=1)),
-            "largest_relative_error": of_fits(_largest_relative(e, rows, fitted), "restitution_range"),
-            "delta_largest_relative_error": of_fits(_largest_relative(e, rows, delta_fitted), "restitution_range"),
+            "r_squared": shape_fits(1 - (residual**2).sum(axis=1) / total),
+            "largest_residual": shape_fits(np.abs(residual).max(axis=1)),
+            "largest_relative_error": shape_fits(_largest_relative(e, rows, fitted), "restitution_range"),
+            "delta_largest_relative_error": shape_fits(_largest_relative(e, rows, delta_fitted), "restitution_range"),
         },
         coords={
             **ratio.coords,
