@@ -19,20 +19,24 @@ COLUMNS = (
     *("collapse_probability", "median_intensity", "dispersion", "peak_median", "unconverged", "median_uncertainty"),
     *("dispersion_uncertainty", "reason", "error"),
 )
-BY_INTENSITY = ("collapses", "collapse_probability", "collapse_probability_interval", "effective_records")
-BY_INTENSITY += ("peak_median", "peak_upper")
-BY_MODEL = ("median_intensity", "median_intensity_interval", "dispersion", "dispersion_interval")
-BY_MODEL += ("unconverged", "median_uncertainty", "dispersion_uncertainty")
+BY_INTENSITY = (
+    *("collapses", "collapse_probability", "collapse_probability_interval", "effective_records"),
+    *("peak_median", "peak_upper"),
+)
+BY_MODEL = (
+    *("median_intensity", "median_intensity_interval", "dispersion", "dispersion_interval"),
+    *("unconverged", "median_uncertainty", "dispersion_uncertainty"),
+)
 
 
-def measure_of(answer: xr.Dataset) -> str:
+def measure_name(answer: xr.Dataset) -> str:
     """Return ``pgv`` or ``pga``, the intensity measure of an assessment."""
     return "pgv" if "median_pgv" in answer else "pga"
 
 
 def models(answer: xr.Dataset) -> list[dict[str, Any]]:
     """Return one wall's answer for each damping model; what depends on the intensity as a list over it."""
-    median, rows = f"median_{measure_of(answer)}", []
+    median, rows = f"median_{measure_name(answer)}", []
     renamed = answer.rename({median: "median_intensity", f"{median}_interval": "median_intensity_interval"})
     for model in map(str, answer["damping_model"].values):
         one = renamed.sel(damping_model=model)
@@ -55,7 +59,7 @@ def plain(value: Any) -> Any:
 
 def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
     """Return why intervals, or the fragility, of a damping model are missing; empty where none is."""
-    one, median = answer.sel(damping_model=damping_model), f"median_{measure_of(answer)}"
+    one, median = answer.sel(damping_model=damping_model), f"median_{measure_name(answer)}"
     stations = int(np.unique(answer["station"].values).size)
     few = stations < FEWEST_STATIONS
     found = [f"{count_noun(stations, 'station')}; intervals need at least {FEWEST_STATIONS}"] if few else []
@@ -75,7 +79,7 @@ def lines(answer: xr.Dataset) -> list[dict[str, Any]]:
     runs = np.maximum(answer["records"].values, 1)[:, None, None]
     reason = fit_fragility(STRIPES, np.maximum(counts, 0), runs).reason
     answer = answer.assign(reason=(("wall", "damping_model"), reason))
-    answer = answer.rename({f"median_{measure_of(answer)}": "median_intensity", "wall": "id", "row_error": "error"})
+    answer = answer.rename({f"median_{measure_name(answer)}": "median_intensity", "wall": "id", "row_error": "error"})
     loss = [name for name in ("loss_exponent", "reference_amplitude") if name in answer]
     names = [*COLUMNS[2:], *loss]
     table = answer[names].to_dataframe(dim_order=["id", "damping_model"]).reset_index()[[*COLUMNS, *loss]]

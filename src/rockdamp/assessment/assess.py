@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
-from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, run_outcomes, side_by_side
+from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, damping_pair, run_outcomes
 from rockdamp.assessment.table import DEFAULT_RULE, BadRow, Row, restitution_and_reason
 from rockdamp.constants import BLOCK_RESTITUTION_DEVIATION, WALL_RESTITUTION_DEVIATION
 from rockdamp.errors import InputError, check
@@ -127,7 +127,7 @@ def assess(
     motions = ground_motions(records)
     if isinstance(wall, OneSidedWall):
         motions = add_reversed(motions)
-    runs = collapses(wall, curve, side_by_side(wall, e, **loss), motions, measure, intensity, **how)
+    runs = collapses(wall, curve, damping_pair(wall, e, **loss), motions, measure, intensity, **how)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
     answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
     answer = answer.assign(
@@ -199,7 +199,7 @@ def assess_rows(
     """
     loss, errors = _loss(loss_exponent, reference_amplitude), [getattr(row, "error", "") for row in rows]
     parts: list[xr.Dataset] = []
-    for numbers, supports in _on_supports(rows, motions, building, diaphragm):
+    for numbers, supports in _group_rows(rows, motions, building, diaphragm):
         for start in range(0, len(numbers), chunk):
             few = numbers[start : start + chunk]
             parts += _run(rows, few, errors, supports, measure, intensity, loss, {"step": step, "tail": tail})
@@ -213,7 +213,7 @@ def assess_rows(
     return answer.transpose(*DIMS, missing_dims="ignore")
 
 
-def _on_supports(
+def _group_rows(
     rows: Sequence[Row | BadRow],
     motions: Sequence[GroundMotion],
     building: Building | None,
@@ -250,10 +250,10 @@ def _run(
     how: dict[str, float],
 ) -> list[xr.Dataset]:
     """Return the answers for some rows, by their numbers; where they cannot run together, each alone or its error."""
-    wall, curve = (stacked([getattr(rows[number], name) for number in numbers]) for name in ("wall", "curve"))
+    wall, curve = (stack_rows([getattr(rows[number], name) for number in numbers]) for name in ("wall", "curve"))
     e = np.array([rows[number].restitution for number in numbers])
     try:
-        dampings = side_by_side(wall, e, **loss)
+        dampings = damping_pair(wall, e, **loss)
         runs = collapses(wall, curve, dampings, motions, measure, np.array([intensity]), **how)
     except InputError as error:
         if len(numbers) == 1:
@@ -268,7 +268,7 @@ def _run(
     return [answer.assign_coords(wall=numbers)]
 
 
-def stacked(owners: Sequence[T]) -> T:
+def stack_rows(owners: Sequence[T]) -> T:
     """Return walls or curves of numbers as one of arrays; a wall against a stop as it is."""
     if isinstance(owners[0], OneSidedWall):
         return owners[0]
@@ -285,12 +285,12 @@ def stacked(owners: Sequence[T]) -> T:
 # --- what is asked for ------------------------------------------------------------------------------------------------
 
 
-def _loss(exponent: float, amplitude: float) -> dict[str, float]:
+def _loss(exponent: float, amplitude: float) -> dict[str, Any]:
     """Return the loss as `Damping` takes it; nothing for one e at all amplitudes."""
     if exponent == 0:
         return {}
-    loss = {"loss_exponent": exponent, "reference_amplitude": amplitude}
-    side_by_side(None, 1.0, **loss)  # refuses what either damper does not take
+    loss: dict[str, Any] = {"loss_exponent": exponent, "reference_amplitude": amplitude}
+    damping_pair(None, 1.0, **loss)  # refuses what either damper does not take
     return loss
 
 

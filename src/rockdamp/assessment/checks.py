@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from rockdamp.assessment.assess import assess_rows
@@ -41,12 +42,13 @@ def sensitivity(
     rows: dict[tuple[str, float], Row] = {}
     for label, name, value in changes:
         try:
-            on_wall, on_curve = name in ("hinge_ratio", "overburden_ratio"), name == "yield_displacement_ratio"
-            changed = replace(wall, **{name: value}) if on_wall else wall
-            bent = replace(curve, **{name: value}) if on_curve else curve
+            change: dict[str, Any] = {name: value}
+            changed = replace(wall, **change) if name in ("hinge_ratio", "overburden_ratio") else wall
+            bent = replace(curve, **change) if name == "yield_displacement_ratio" else curve
         except InputError:
             continue
-        rows[label, value] = Row(f"{label} {value}", changed, bent, min(value, 1.0) if name == "restitution" else e)
+        kept = float(np.clip(value, 0.0, 1.0)) if name == "restitution" else e
+        rows[label, value] = Row(f"{label} {value}", changed, bent, kept)
     intensity = float(answer[measure.lower()][-1])
     found = assess_rows(list(rows.values()), motions, measure, intensity, tail=float(answer["tail"]))
     cr = found.sel(damping_model=REFERENCE)

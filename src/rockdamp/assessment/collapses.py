@@ -37,7 +37,7 @@ LEAST_OF_DAMPER = 1.01 * float(np.exp(-np.pi * CAP * critical_damping_ratio(ORDE
 Outcomes = tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]
 
 
-def side_by_side(wall: Any, restitution: ArrayLike, **loss: float) -> list[Damping]:
+def damping_pair(wall: Any, restitution: ArrayLike, **loss: float) -> list[Damping]:
     """Return restitution and the damper that is recommended in its place; against a stop restitution alone.
 
     `loss` holds the exponent and the reference amplitude of `Damping`.

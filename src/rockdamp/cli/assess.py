@@ -159,9 +159,9 @@ def _write(answer: xr.Dataset, wall: Any, curve: TrilinearCurve, motions: Sequen
 
 def values(answer: xr.Dataset) -> dict[str, Any]:
     """Return the JSON: numbers for one intensity, lists for several; in SI."""
-    from rockdamp.assessment.answers import BY_INTENSITY, measure_of, models, plain
+    from rockdamp.assessment.answers import BY_INTENSITY, measure_name, models, plain
 
-    measure = measure_of(answer)
+    measure = measure_name(answer)
     single = answer.sizes["intensity"] == 1
     rows = [
         {name: value[0] if single and name in BY_INTENSITY else value for name, value in row.items()}
@@ -186,10 +186,10 @@ def values(answer: xr.Dataset) -> dict[str, Any]:
 
 def _print(answer: xr.Dataset, wall: Any, damping: dict[str, Any]) -> None:
     """Print what was taken, the shares that collapse the wall, the fragility and the damper to use; the answer last."""
-    from rockdamp.assessment.answers import measure_of, models
+    from rockdamp.assessment.answers import measure_name, models
     from rockdamp.text import count_noun
 
-    measure, rows, e = measure_of(answer), models(answer), float(answer["restitution"])
+    measure, rows, e = measure_name(answer), models(answer), float(answer["restitution"])
     size, unit = STANDARD_GRAVITY if measure == "pga" else 1.0, UNITS[measure]
     stations = count_noun(len(set(answer["station"].values.tolist())), "station")
     runs = f"{int(answer['records'])} {'runs, both ways,' if len(rows) == 1 else 'records'} of {stations}"

@@ -34,8 +34,10 @@ if TYPE_CHECKING:
 RELEASE = ("release_elapsed", "release_displacement", "sensor_zero", "sensor_drift")
 HALF_CYCLE = ("half_cycle_release", "peak_elapsed", "peak_displacement", "half_period", "half_period_fitted")
 IMPACT = ("impact_release", "impact_elapsed", "impact_amplitude", "impact_rocking", "impact_restitution")
-SCALARS = ("restitution_scatter", "loss_exponent", "restitution_rigid", "restitution_impulsive")
-SCALARS += ("residual_rms", "rest_deviation", "log_likelihood_threshold")
+SCALARS = (
+    *("restitution_scatter", "loss_exponent", "restitution_rigid", "restitution_impulsive"),
+    *("residual_rms", "rest_deviation", "log_likelihood_threshold"),
+)
 IMPACTS_PRINTED = 12
 
 

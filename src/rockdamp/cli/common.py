@@ -239,7 +239,7 @@ def make_supports(given: Options) -> dict[str, Any]:
     if any(value is not None for value in building) and None in building:
         raise click.UsageError("--building-period, --storeys and --storey must be given together")
     period = given["diaphragm_period"]
-    supports = {"building": Building(*building)} if None not in building else {}
+    supports: dict[str, Any] = {"building": Building(*building)} if None not in building else {}
     supports |= {} if period is None else {"diaphragm": Diaphragm(period)}
     if supports and given.get("one_sided"):
         raise click.UsageError(
@@ -297,7 +297,7 @@ def write_csv(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
     from rockdamp.storage.files import replace_file
 
     with replace_file(path) as temporary:
-        pd.DataFrame(rows).to_csv(temporary, index=False)
+        pd.DataFrame(list(rows)).to_csv(temporary, index=False)
     click.echo(f"{path} written", err=True)
 
 

@@ -174,10 +174,10 @@ def equivalent_command(
 
     if walls is not None:
         rows = _equivalent_walls(walls, release)
-    elif restitution is not None:
-        rows = equivalent(restitution, make_curve(given), release_amplitude=release)
-    else:
+    elif damping_ratio is not None:
         rows = equivalent_restitution(damping_ratio, make_curve(given), release_amplitude=release)
+    else:
+        rows = equivalent(restitution or [], make_curve(given), release_amplitude=release)
     if output is not None:
         write_csv(rows, output)
     print_json(rows) if as_json else print_table(rows)

@@ -15,7 +15,7 @@ from jinja2 import Environment, StrictUndefined
 from matplotlib.figure import Figure
 
 from rockdamp import __version__
-from rockdamp.assessment.answers import measure_of, reasons
+from rockdamp.assessment.answers import measure_name, reasons
 from rockdamp.assessment.checks import sensitivity
 from rockdamp.assessment.collapses import LEAST_OF_DAMPER
 from rockdamp.constants import RELEASES, SMALL_RELEASE_OVERSTATES, STANDARD_GRAVITY
@@ -36,7 +36,7 @@ def write_wall_page(
     """Write the page, which needs nothing but itself. `answer` is what `assess` returned for the wall."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "percent": percent, "span": _span}
-    measure, e = measure_of(answer), float(answer["restitution"])
+    measure, e = measure_name(answer), float(answer["restitution"])
     typed = {row.damping_model: row for row in program_inputs(wall, curve, max(e, LEAST_OF_DAMPER))}
     models = list(map(str, answer["damping_model"].values))
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
