@@ -21,7 +21,7 @@ class InputError(ValueError):
     ...     rd.Damping("CR", 1.2)
     ... except rd.InputError as error:
     ...     print(error)
-    value is 1.2; it must be at least 0 and at most 1
+    restitution is 1.2; it must be at least 0 and at most 1
     """
 
 
