@@ -73,11 +73,6 @@ class FreeRocking:
         return self.header.get("synthetic") == "yes"
 
     @property
-    def column(self) -> str:
-        """Name of the column that was measured."""
-        return ROCKING_COLUMNS[0] if self.rotation is None else ROCKING_COLUMNS[1]
-
-    @property
     def measured(self) -> Array:
         """What was measured: the displacement [m] or the rotation [rad]."""
         return self.displacement if self.displacement is not None else self.rotation  # type: ignore[return-value]
