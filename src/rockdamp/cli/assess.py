@@ -307,7 +307,7 @@ def batch(
     from rockdamp.assessment.assess import assess_rows
     from rockdamp.assessment.table import read_walls
 
-    rows, motions = read_walls(walls), read_motions(given)
+    rows, motions = read_walls(walls), read_motions({**given, "walls": walls})
     loss = {"loss_exponent": exponent, "reference_amplitude": at, "tail": given["tail"]}
     answer = assess_rows(rows, motions, measure, intensity, **supports, **loss)
     output, found = given["output"], lines(answer)

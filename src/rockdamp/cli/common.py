@@ -219,10 +219,11 @@ def read_motions(given: Options) -> list[GroundMotion]:
     from rockdamp.motions.intensity import intensity_measures
 
     sources = [path for name in given["records"] for path in glob(name) + glob(f"{name}/*")]
+    sources += [given["walls"]] if given.get("walls") else []
     for name in ("output", "plot", "report"):
         output = given.get(name)
         if output is not None and output.exists() and any(output.samefile(source) for source in sources):
-            raise click.UsageError(f"--{name} is {str(output)!r}, which --records reads; it must be another file")
+            raise click.UsageError(f"--{name} is {str(output)!r}, which the command reads; it must be another file")
     motions = load_records(given["records"], step=given["step"], unit=given["unit"])
     for motion in motions:
         measures = intensity_measures(motion.record)
@@ -253,13 +254,15 @@ def make_supports(given: Options) -> dict[str, Any]:
 
 def describe_wall(wall: Any) -> str:
     """Return the sizes that a wall was made of."""
-    mechanism = getattr(wall, "mechanism", wall)
-    hinge = f", hinge at {float(mechanism.hinge_ratio):.3g} h" if hasattr(mechanism, "hinge_ratio") else ""
-    kind = "parapet" if hasattr(mechanism, "hinge_ratio") is False else "wall"
-    load = float(mechanism.overburden_ratio)
-    loaded = f", O/W {load:.3g} ({float(mechanism.overburden / mechanism.width) / 1000:.3g} kN/m)" if load else ""
-    side = "one-sided " if mechanism is not wall else ""
-    return f"{side}{kind} {float(mechanism.thickness):g} x {float(mechanism.height):g} m{hinge}{loaded}"
+    body = getattr(wall, "mechanism", wall)  # of a wall against a stop
+    kind = f"{'' if body is wall else 'one-sided '}{type(body).__name__.lower()}"
+    text = f"{kind} {float(body.thickness):g} x {float(body.height):g} m"
+    if hasattr(body, "hinge_ratio"):
+        text += f", hinge at {float(body.hinge_ratio):.3g} h"
+    if body.overburden_ratio > 0:
+        load = float(body.overburden / body.width) / 1000
+        text += f", O/W {float(body.overburden_ratio):.3g} ({load:.3g} kN/m)"
+    return text
 
 
 def in_g(acceleration: float) -> str:

@@ -77,16 +77,6 @@ def program_inputs(wall: Wall | Parapet, curve: TrilinearCurve, restitution: flo
     return found
 
 
-def advice(restitution: float) -> str:
-    """Say which damper to take for which program, and which share of the collapses under restitution each misses."""
-    e, missed = missed_collapses(restitution)
-    rows = [f"{model} ({100 * missed[model]:.2g} % missed) if it takes {need}" for model, need in REQUIREMENT.items()]
-    return (
-        f"Use the first that your program can take: {'; '.join(rows)}. Missed: collapses under restitution that do not "
-        f"happen with the damper, on the walls of config/default.yaml under the records of FEMA P695 at e = {e:g}."
-    )
-
-
 @cache
 def missed_collapses(restitution: float) -> tuple[float, dict[str, float]]:
     """Return the studied e nearest to `restitution`, and by model the share of collapses that it misses there. [-]
