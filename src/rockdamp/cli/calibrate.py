@@ -11,6 +11,7 @@ import click
 from rockdamp.cli.common import (
     FILE,
     LENGTH,
+    NUMBER,
     SECONDS,
     Quantity,
     examples,
@@ -81,6 +82,8 @@ UNCERTAIN = {
 @option("--unit", help="Unit of the accelerations of a record that states none, as g or cm/s2.")
 @option("--compare", is_flag=True, help="Fit every damper too, and say what each leaves of the records.")
 @option("--free-rocking", is_flag=True, help="Fit FILES, pull-and-release tests, in place of records.")
+@option("--frame-rate", type=NUMBER, help="Frames a second, where FILES have frame numbers in place of times.")
+@option("--pixel", type=LENGTH, help="Size of a pixel, where FILES have pixels in place of metres.")
 @option("--least-peak", type=LENGTH, help="Smallest peak of FILES to use.  [default: ten times the noise]")
 @click.argument("files", nargs=-1, type=FILE)
 @wall_options
@@ -105,8 +108,9 @@ def calibrate_command(
     """
     if free_rocking is not bool(files) or free_rocking is bool(records):
         raise click.UsageError("there must be either --record FILE, or --free-rocking FILE ...")
-    if (free_rocking and compare) or (least_peak is not None and not free_rocking):
-        raise click.UsageError("--compare belongs to --record, and --least-peak to --free-rocking")
+    video = [least_peak, given["frame_rate"], given["pixel"]]
+    if (free_rocking and compare) or (video != [None] * 3 and not free_rocking):
+        raise click.UsageError("--compare belongs to --record; --frame-rate, --pixel, --least-peak to --free-rocking")
     how: dict[str, Any] = {"ultimate_displacement_ratio": given["a3"], "softening": given["softening"]}
     deviations = {name: getattr(given[name], "deviation", 0.0) for name in UNCERTAIN}
     how["uncertain"] = {name: deviation for name, deviation in deviations.items() if deviation}
@@ -202,7 +206,7 @@ def _fit_free_rocking(
     from rockdamp.laboratory.free_rocking import fit_free_rocking
     from rockdamp.laboratory.releases import read_free_rocking
 
-    tests = [read_free_rocking(path) for path in paths]
+    tests = [read_free_rocking(path, frame_rate=given["frame_rate"], pixel=given["pixel"]) for path in paths]
     fitted = fit_free_rocking(tests, wall, **how)
     _write(fitted, "free_rocking", " ".join(test.digest for test in tests), "free_rocking_figure", given)
     found = content(fitted)

@@ -78,12 +78,18 @@ class FreeRocking:
         return self.displacement if self.displacement is not None else self.rotation  # type: ignore[return-value]
 
 
-def read_free_rocking(path: str | os.PathLike[str]) -> FreeRocking:
+def read_free_rocking(
+    path: str | os.PathLike[str], *, frame_rate: float | None = None, pixel: float | None = None
+) -> FreeRocking:
     """Read a free-rocking test: lines ``# key: value``, then ``elapsed_s`` and ``displacement_m`` or ``rotation_rad``.
 
     Parameters
     ----------
     path : path-like
+    frame_rate : float, optional
+        Of a video, whose first column has frame numbers, whatever it is called. [s-1]
+    pixel : float, optional
+        Size of a pixel, where the second column has pixels, whatever it is called. [m]
 
     Raises
     ------
@@ -107,12 +113,15 @@ def read_free_rocking(path: str | os.PathLike[str]) -> FreeRocking:
     try:
         header, first = read_header(lines)
         names = cells(lines[first]) if first < len(lines) else []
-        if len(names) != 2 or names[0] != TIME or names[1] not in ROCKING_COLUMNS:
+        times_named, values_named = names[:1] == [TIME], names[1:] in ([ROCKING_COLUMNS[0]], [ROCKING_COLUMNS[1]])
+        if len(names) != 2 or not (times_named or frame_rate) or not (values_named or pixel):
             raise InputError(
                 f"columns are {', '.join(names)}; they must be {TIME} and one of {', '.join(ROCKING_COLUMNS)}"
             )
         elapsed, values = np.array(read_rows(lines, first + 1, 2)).T
-        measured = dict.fromkeys(("displacement", "rotation")) | {names[1].partition("_")[0]: values}
+        elapsed = elapsed if frame_rate is None else elapsed / frame_rate
+        name = "displacement" if pixel is not None else names[1].partition("_")[0]
+        measured = dict.fromkeys(("displacement", "rotation")) | {name: values if pixel is None else pixel * values}
         return FreeRocking(elapsed, **measured, header=header, digest=sha256(text.encode()).hexdigest())
     except InputError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from None
