@@ -23,7 +23,7 @@ def test_decay_equivalent_and_respond_know_it(tree):
     assert len(re.findall(rf"^ *{NAME} +\d+ +[\d.]+ +0\.\d+$", tree.printed, flags=re.MULTILINE)) > 3
     (row,) = re.findall(rf"^ *0\.85 +{NAME} +(0\.\d+) +0\.\d+ +(0\.\d+) +-$", tree.printed, flags=re.MULTILINE)
     assert 0.5 < float(row[0]) / float(row[1]) < 2  # of least error, and by the closed form
-    assert re.search(rf"^ *{NAME} +0\.\d+ .* completed", tree.printed, flags=re.MULTILINE)
+    assert re.search(rf" {NAME} +0\.\d+ .* completed$", tree.printed, flags=re.MULTILINE)
 
 
 def test_its_matched_decay_stands_beside_the_others(tree):
