@@ -86,7 +86,7 @@ def _inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> list[t
     if isinstance(wall, Wall):
         rows += [
             ("height of the hinge h₁/h", wall.hinge_ratio, ""),
-            ("overburden's mass", wall.overburden_mass, "of it"),
+            ("overburden that is a mass", wall.overburden_mass, ""),
         ]
     rows += [
         ("yield displacement ratio a₁", curve.yield_displacement_ratio, ""),
