@@ -42,7 +42,7 @@ def jax_peaks(batch: Any, normalisation: float) -> Callable[[], np.ndarray]:
         return size * f / (root * (1 - jnp.minimum(size * v * root / both, 0.95)))
 
     def band(z, f, v):
-        size, reach = batch.damping.formula_parameters(batch.curve)
+        _, (size, reach, _) = batch.damping.kernel_arguments(batch.curve)
         r = jnp.minimum(z / jnp.maximum(reach * jnp.abs(v), 1e-90), 1.0)
         return size * (1 - r * r)
 

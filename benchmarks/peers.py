@@ -86,7 +86,7 @@ class CLoop:
         batch, curve = self.batch, self.batch.curve
         k1, b1, ks, a1, a2, a3 = curve.parameters()
         w1, xi, x = curve.initial_frequency, batch.parameter, batch.release
-        size, reach = batch.damping.formula_parameters(curve) if batch.model == "BAND" else (0.0, 1.0)
+        size, reach = batch.damping.kernel_arguments(curve)[1][:2] if batch.model == "BAND" else (0.0, 1.0)
         c = {
             "CR": 0.0,
             "CDC": 2 * w1 * xi,
@@ -242,7 +242,7 @@ def scalar_peaks(batch: Any, lanes: int) -> np.ndarray:
     model = SCALAR_MODELS.index(batch.model)
     curve = batch.curve
     parameters = [np.broadcast_to(row, batch.lanes) for row in curve.parameters()]
-    parameter = batch.damping.formula_parameters(curve)[0] if batch.model == "BAND" else batch.parameter
+    parameter = batch.damping.kernel_arguments(curve)[1][0] if batch.model == "BAND" else batch.parameter
     _march_many(
         model,
         *parameters,
