@@ -322,7 +322,7 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
     """Return counts, shares, peaks, fragilities and the error of the solver's step of what `collapses` returned."""
     name, records = measure.lower(), runs.sizes["record"]
     fine, coarse = (_fragility(runs[name]) for name in ("stripe_collapsed", "stripe_coarser"))
-    unit, by_model = runs["stripe_intensity"].values[:, :1] / STRIPES[0], ("wall", "damping_model")
+    unit, dims = runs["stripe_intensity"].values[:, :1] / STRIPES[0], ("wall", "damping_model")
     count = runs["collapsed"].sum("record")
     onset = np.broadcast_to(wall.rocking_onset(curve.strength_ratio), runs.sizes["wall"])
     return xr.Dataset(
@@ -335,13 +335,13 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
             "collapse_probability": count / records,
             "peak_median": peak_quantile(runs, 0.5),
             "peak_upper": peak_quantile(runs, UPPER),
-            f"median_{name}": (by_model, unit * fine.median),
-            "dispersion": (by_model, fine.dispersion),
+            f"median_{name}": (dims, unit * fine.median),
+            "dispersion": (dims, fine.dispersion),
             "stripe_collapses": runs["stripe_collapsed"].sum("record"),
             # What the last halving of the step changed near collapse; NaN where either step defines no fragility.
             "unconverged": (runs["stripe_coarser"] != runs["stripe_collapsed"]).sum(("record", "stripe")),
-            "median_uncertainty": (by_model, np.abs(np.log(fine.median / coarse.median))),
-            "dispersion_uncertainty": (by_model, np.abs(fine.dispersion - coarse.dispersion)),
+            "median_uncertainty": (dims, np.abs(np.log(fine.median / coarse.median))),
+            "dispersion_uncertainty": (dims, np.abs(fine.dispersion - coarse.dispersion)),
         }
     )
 
@@ -369,12 +369,12 @@ def intervals(runs: xr.Dataset, groups: Sequence[str], measure: str) -> xr.Datas
     _, drawn = fit_resampled(STRIPES, stripes, 1, resample(groups, REPLICATES, SEED))
     effective = effective_count(collapsed, groups, REPLICATES, SEED)
     unit = float(runs["stripe_intensity"][0]) / STRIPES[0]
-    by_model, at = ("damping_model",), ("damping_model", "intensity")
+    dims, at = ("damping_model",), ("damping_model", "intensity")
     return xr.Dataset(
         {
             "collapse_probability_interval": ((*at, "bound"), known * wilson(collapsed.mean(axis=0), effective)),
             "effective_records": (at, effective),
-            f"{name}_interval": ((*by_model, "bound"), known * unit * interval(drawn.median)),
-            "dispersion_interval": ((*by_model, "bound"), known * interval(drawn.dispersion)),
+            f"{name}_interval": ((*dims, "bound"), known * unit * interval(drawn.median)),
+            "dispersion_interval": ((*dims, "bound"), known * interval(drawn.dispersion)),
         }
     )

@@ -21,8 +21,8 @@ from rockdamp.storage.files import read_text
 from rockdamp.units import name_and_unit, quantity
 
 NEEDED = ("id", "thickness", "height")
-OF_TWO_BODIES = ("hinge_ratio", "overburden_mass")  # which a parapet has not
-SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity", *OF_TWO_BODIES)
+HINGED_SIZES = ("hinge_ratio", "overburden_mass")  # which a parapet has not
+SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity", *HINGED_SIZES)
 TEXTS = ("id", "preset", "softening", "parapet", "one_sided")
 COLUMNS = (*SIZES, "overburden", "a1", "b1", "a3", "restitution", "diaphragm_period", *TEXTS)
 UNITS = {**dict.fromkeys(("thickness", "height", "width", "eccentricity"), "m"), "density": "kg m-3"}
@@ -92,13 +92,13 @@ def _row(identifier: str, filled: Mapping[str, str], units: Mapping[str, str]) -
     parapet, one_sided = (filled.get(name, "no").lower() for name in ("parapet", "one_sided"))
     for name, text in (("parapet", parapet), ("one_sided", one_sided)):
         check_choice(name, text, ("yes", "no"))
-    of_two = {name: numbers.pop(name) for name in OF_TWO_BODIES if name in numbers}
-    if parapet == "yes" and of_two:
-        raise InputError(f"{next(iter(of_two))} belongs to a wall; of a parapet the cell must be empty")
+    hinged = {name: numbers.pop(name) for name in HINGED_SIZES if name in numbers}
+    if parapet == "yes" and hinged:
+        raise InputError(f"{next(iter(hinged))} belongs to a wall; of a parapet the cell must be empty")
     sizes = {name: numbers[name] for name in SIZES if name in numbers}
     if missing := [name for name in NEEDED[1:] if name not in sizes]:
         raise InputError(f"{missing[0]} is empty; it must be a number")
-    kind: Callable[..., Wall | Parapet] = Parapet if parapet == "yes" else partial(Wall, **of_two)
+    kind: Callable[..., Wall | Parapet] = Parapet if parapet == "yes" else partial(Wall, **hinged)
     if "overburden" in numbers:
         if "overburden_ratio" in numbers:
             raise InputError("overburden and overburden_ratio state the same; one of the two cells must be empty")

@@ -153,8 +153,8 @@ def fig3_energy(data: Datasets, limits: Limits) -> Judgement:
     loops = [areas(data["damping_force"], model, length) for model in PAPER_MODELS]
     totals = np.array([loop.sum() for loop in loops])
     count = min(loop.size for loop in loops)
-    by_loop = np.stack([loop[:count] for loop in loops])
-    apart = np.abs(by_loop / by_loop.mean(axis=0) - 1)
+    loop_areas = np.stack([loop[:count] for loop in loops])
+    apart = np.abs(loop_areas / loop_areas.mean(axis=0) - 1)
     largest, least = percent(apart.max()), percent(apart.max(axis=0).min())
     return (
         {"each loop": bool((apart <= limits["same"]).all())},

@@ -205,9 +205,9 @@ def a1_most(data: Datasets, limits: Limits) -> Judgement:
 def a1_rank(data: Datasets, limits: Limits) -> Judgement:
     """Rank the models' spreads over a1."""
     xi = ratios(data["match/cracked_stiffness"])
-    at_each = spread(xi, A1)
-    values = at_each.mean("restitution")
-    ranked = largest(at_each, "CDC") & largest(-at_each, "CDR")
+    a1_spreads = spread(xi, A1)
+    values = a1_spreads.mean("restitution")
+    ranked = largest(a1_spreads, "CDC") & largest(-a1_spreads, "CDR")
     return (
         {"CDC most": bool(largest(values, "CDC")), "CDR least": bool(largest(-values, "CDR"))},
         list_models(values),
@@ -256,8 +256,8 @@ def fit_order(data: Datasets, limits: Limits) -> Judgement:
 def matched_error(data: Datasets) -> xr.DataArray:
     """Return rms_error (damping_model, restitution) at the matched length, over the release amplitude of reference."""
     release = float(data["damping_force"][RELEASE])
-    at_release = data["match/amplitude"]["rms_error"].sel({RELEASE: release}, method="nearest")
-    return at_release.sel(damping_model=MODELS).sortby("restitution") / release
+    release_errors = data["match/amplitude"]["rms_error"].sel({RELEASE: release}, method="nearest")
+    return release_errors.sel(damping_model=MODELS).sortby("restitution") / release
 
 
 def err_secant(data: Datasets, limits: Limits) -> Judgement:
@@ -314,7 +314,7 @@ def best_cdr(data: Datasets, limits: Limits) -> Judgement:
     error = matched_error(data).mean("restitution")
     amplitude = mean_spread(paper_amplitudes(data, limits), RELEASE)
     stiffness = mean_spread(ratios(data["match/cracked_stiffness"]), A1)
-    of_lengths = data["response_lengths"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
+    length_errors = data["response_lengths"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
     return (
         {
             "least error": bool(largest(-error, "CDR")),
@@ -324,7 +324,7 @@ def best_cdr(data: Datasets, limits: Limits) -> Judgement:
         f"error {list_models(error)}",
         f"In the mean over e the error over the release is {phrase_models(error)}; ξ varies with amplitude by"
         f" {phrase_models(amplitude)}, with a1 by {phrase_models(stiffness)}. CDR errs least where the response is"
-        f" τ = {spans(largest(-of_lengths, 'CDR'))} long.",
+        f" τ = {spans(largest(-length_errors, 'CDR'))} long.",
     )
 
 

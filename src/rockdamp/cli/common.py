@@ -157,10 +157,10 @@ def make_wall(given: Options) -> Any:
 
     names = ("thickness", "height", "width", "density", "eccentricity", "overburden_ratio")
     sizes = {name: given[name] for name in names if given[name] is not None}
-    of_wall = {name: given[name] for name in ("hinge_ratio", "overburden_mass") if given[name] is not None}
-    if given["parapet"] and of_wall:
-        raise click.UsageError(f"--{next(iter(of_wall)).replace('_', '-')} must be given without --parapet")
-    kind: Callable[..., Wall | Parapet] = Parapet if given["parapet"] else partial(Wall, **of_wall)
+    hinged = {name: given[name] for name in ("hinge_ratio", "overburden_mass") if given[name] is not None}
+    if given["parapet"] and hinged:
+        raise click.UsageError(f"--{next(iter(hinged)).replace('_', '-')} must be given without --parapet")
+    kind: Callable[..., Wall | Parapet] = Parapet if given["parapet"] else partial(Wall, **hinged)
     if given["overburden"] is not None:
         if "overburden_ratio" in sizes:
             raise click.UsageError("--overburden and --overburden-ratio state the same; there must be one of them")

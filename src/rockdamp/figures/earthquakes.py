@@ -78,8 +78,8 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
         low, high = envelope(level, median, dispersion)
         axes.fill_between(level, low, high, color=PALE, linewidth=0, label="CR, at least 90 % band")
         for model in (*VISCOUS_MODELS, "CR"):
-            of_model = curves.sel(damping_model=model)
-            depth = np.log(level / float(of_model["wall_median_velocity_ratio"])) / float(of_model["wall_dispersion"])
+            one_model = curves.sel(damping_model=model)
+            depth = np.log(level / float(one_model["wall_median_velocity_ratio"])) / float(one_model["wall_dispersion"])
             axes.plot(level, ndtr(depth), label=model, **look(model, marker=""))
         points = look("CR", linestyle="none", markersize=2.8, markerfacecolor="white")
         axes.plot(cr["velocity_ratio"], cr["collapse_fraction"], label="CR, share of the records", **points)

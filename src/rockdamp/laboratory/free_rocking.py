@@ -144,8 +144,8 @@ def _summary(decay: FreeDecay, point: Array, covariance: Array) -> xr.Dataset:
     rocking = before > a1
     fewest = f"at least {FEWEST_IMPACTS}: release it from further out"
     check("impacts after a peak beyond u1", np.count_nonzero(rocking), lambda n: n >= FEWEST_IMPACTS, fewest)
-    of_rocking = losses[rocking], covariance[2:, 2:][rocking][:, rocking]
-    mean = regress(*of_rocking, np.ones((np.count_nonzero(rocking), 1)))
+    rocking_losses = losses[rocking], covariance[2:, 2:][rocking][:, rocking]
+    mean = regress(*rocking_losses, np.ones((np.count_nonzero(rocking), 1)))
     decrement, error = float(mean.coefficients[0]), float(np.sqrt(mean.covariance[0, 0]))
     errors = np.sqrt(np.diag(covariance))
     reach = min(_quantile(losses[rocking].size - 1) * error, WIDEST)
@@ -162,8 +162,8 @@ def _summary(decay: FreeDecay, point: Array, covariance: Array) -> xr.Dataset:
             "impact_amplitude": ("impact", before),
             "impact_rocking": ("impact", rocking.astype(int)),
             "restitution_scatter": mean.scatter,
-            **_law(*of_rocking, decay.curve(*point[:2]), before[rocking]),
-            **_dampers(*of_rocking, decay.curve(*point[:2]), before, rocking, e),
+            **_law(*rocking_losses, decay.curve(*point[:2]), before[rocking]),
+            **_dampers(*rocking_losses, decay.curve(*point[:2]), before, rocking, e),
             **_histories(decay, point),
         },
         coords={
@@ -201,10 +201,10 @@ def _law(losses: Array, covariance: Array, curve: TrilinearCurve, before: Array)
     """Return g of the law of loss, and e at `AMPLITUDES` by it."""
     log_energy = np.log(curve.energy(before))
     middle, quantile = log_energy.mean(), _quantile(losses.size - 2)
-    point, of_point = fit_law(losses, covariance, log_energy - middle)
-    at = [loss_at(point, of_point, float(np.log(curve.energy(amplitude)) - middle)) for amplitude in AMPLITUDES]
+    point, point_covariance = fit_law(losses, covariance, log_energy - middle)
+    at = [loss_at(point, point_covariance, float(np.log(curve.energy(amplitude)) - middle)) for amplitude in AMPLITUDES]
     loss, error = np.array(at).T
-    g_reach = quantile * np.sqrt(of_point[1, 1])
+    g_reach = quantile * np.sqrt(point_covariance[1, 1])
     ends = [np.exp(-np.maximum(loss + side * quantile * error, 0.0)) for side in (1, -1)]
     return {
         "loss_exponent": point[1],

@@ -47,19 +47,21 @@ def measured_rocking(config: Config) -> xr.Dataset:
         exponent, error = fits[-1].point[-1], standard_errors(trials, law, fits[-1])[-1]
         exponents.append((exponent, exponent - NORMAL * error, exponent + NORMAL * error))
         references[impacts] = fits[0]
-    shown = settings.shown_impacts
+    impact_count = settings.shown_impacts
     exponent, *interval = np.array(exponents).T
     return xr.Dataset(
         {
             "log_likelihood": (("damping_model", "impacts_used"), log_likelihood),
             "amplitude_exponent": ("impacts_used", exponent),
             "amplitude_exponent_interval": (("impacts_used", "bound"), np.transpose(interval)),
-            **restitution(make_trials(measured, shown), damper(REFERENCE, shown), references[shown]),
+            **restitution(
+                make_trials(measured, impact_count), damper(REFERENCE, impact_count), references[impact_count]
+            ),
             "geometry_trials": ("geometry", np.bincount(measured.geometry)),
             "impacts": measured.impacts,
             "trials": measured.trials,
             "duplicates": measured.duplicates,
-            "shown_impacts": shown,
+            "shown_impacts": impact_count,
         },
         coords={
             "damping_model": [*MODELS, POWER_LAW],
@@ -97,8 +99,8 @@ def restitution(trials: Trials, predict: Predict, fitted: TrialsFit) -> dict[str
     seen = softmax(trials.centre_likelihood(values, by_loss, nodes), axis=1)  # of each centre, after the trials
     estimate = (seen * mean).sum(axis=1)
     scatter = np.sqrt((seen * (mean - estimate[:, None]) ** 2).sum(axis=1))
-    of_trial = np.einsum("gj,gcj->gc", seen, density)
-    below = np.cumsum(of_trial, axis=1) - of_trial / 2  # half of a loss's own part lies below it
+    loss_density = np.einsum("gj,gcj->gc", seen, density)
+    below = np.cumsum(loss_density, axis=1) - loss_density / 2  # half of a loss's own part lies below it
     ends = np.array([np.interp(TAILS[::-1], share, LOSSES) for share in below])
     bounds = housner[:, None] - estimate[:, None] - np.outer(scatter, [NORMAL, -NORMAL])
     first = np.log(trials.ratio[:, 0])

@@ -176,8 +176,8 @@ class Trials:
         """Return the log-likelihood of each geometry at each centre, with its weight, shape (geometries, centres)."""
         largest = by_loss.max(axis=1, keepdims=True)
         prior = np.exp(self.losses_at_centres(values, nodes))
-        of_trials = np.log((np.exp(by_loss - largest)[:, None, :] @ prior)[:, 0] + 1e-300) + largest
-        return np.asarray(self.membership @ of_trials + CENTRES[1])
+        trial_likelihood = np.log((np.exp(by_loss - largest)[:, None, :] @ prior)[:, 0] + 1e-300) + largest
+        return np.asarray(self.membership @ trial_likelihood + CENTRES[1])
 
     def log_likelihood(self, point: Array, predict: Predict, nodes: Nodes) -> float:
         """Return the log-likelihood of all trials."""

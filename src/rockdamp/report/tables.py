@@ -73,8 +73,8 @@ def verdicts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
 
 def order(study: xr.Dataset) -> dict[str, Any]:
     """Return error against force at one e: a row for each damper that is shown, and for CR with another e."""
-    at_e = study.sel(restitution=RESTITUTION, method="nearest")
-    studied = at_e["damper"].values.tolist()
+    one_restitution = study.sel(restitution=RESTITUTION, method="nearest")
+    studied = one_restitution["damper"].values.tolist()
     changed = [name for name in studied if name.startswith("e ")]
     rows = [
         {
@@ -85,16 +85,16 @@ def order(study: xr.Dataset) -> dict[str, Any]:
         }
         for name in (*SHOWN, *changed)
         if name in studied
-        for row in [at_e.sel(damper=name)]
+        for row in [one_restitution.sel(damper=name)]
     ]
-    band = at_e.sel(damper=BAND)
+    band = one_restitution.sel(damper=BAND)
     return {
         "rows": rows,
         "columns": list(ORDER_COLUMNS),
-        "e": plain(at_e["restitution"]),
+        "e": plain(one_restitution["restitution"]),
         "records": int(study["records"]),
         **{name: percent(band[name]) for name in ("share_above", "missed_collapse_rate", "added_collapse_rate")},
-        "half_step": percent(at_e["share_above"].sel(damper="half step")),
+        "half_step": percent(one_restitution["share_above"].sel(damper="half step")),
     }
 
 
@@ -163,8 +163,8 @@ def earthquakes(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
         "histories": f"{int(compared['records']) * compared.sizes['velocity_ratio'] * each:,}".replace(",", "\u202f"),
         "converged": f"{100 * float(compared['converged_share']):.2f}",
         "errors": [
-            (plain(at_e), str(row["damping_model"].item()), _errors(row.isel(restitution=index)))
-            for index, at_e in enumerate(e)
+            (plain(one_restitution), str(row["damping_model"].item()), _errors(row.isel(restitution=index)))
+            for index, one_restitution in enumerate(e)
             for row in models
         ],
         "bands": bands,
@@ -239,8 +239,8 @@ def measured_rocking(measured: xr.Dataset) -> dict[str, Any]:
     models = [REFERENCE, *PAPER_MODELS]
     likelihood = measured["log_likelihood"].sel(damping_model=models)
     behind = likelihood.max("damping_model") - likelihood
-    of_law = measured["log_likelihood"].sel(damping_model="power law")
-    p = chi2.sf(2 * (of_law - likelihood.sel(damping_model=REFERENCE)).values, 1)
+    power_law = measured["log_likelihood"].sel(damping_model="power law")
+    p = chi2.sf(2 * (power_law - likelihood.sel(damping_model=REFERENCE)).values, 1)
     cdc, cdr, sdr = (likelihood.sel(damping_model=model, drop=True) for model in PAPER_MODELS)
     impacts = [str(int(count)) for count in measured["impacts_used"].values]
     rejected = join_words(count for count, value in zip(impacts, p, strict=True) if value < 0.05)

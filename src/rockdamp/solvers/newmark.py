@@ -332,8 +332,8 @@ class _Batch:
         self.step = _checked_step(step, curve, damping)
         self.damper, parameters = damping.kernel_arguments(curve)
         case = np.asarray(reference.case if reference else 0)
-        of_inputs = (self.step.shape, x.shape, v.shape, curve.shape, damping.shape, factors.shape[1:], case.shape)
-        self.shape = np.broadcast_shapes(*of_inputs)
+        shapes = (self.step.shape, x.shape, v.shape, curve.shape, damping.shape, factors.shape[1:], case.shape)
+        self.shape = np.broadcast_shapes(*shapes)
         self.lanes = math.prod(self.shape)
         least = -(-self.lanes // max(-(-self.lanes // kernel.LANES), 1))
         self.width = max(least, 1) if least < 4 else -(-least // kernel.VECTOR) * kernel.VECTOR
@@ -428,9 +428,9 @@ def _checked_step(step: ArrayLike, curve: TrilinearCurve, damping: Damping) -> A
 
 def available_threads() -> int:
     """Return the threads this process may use: NUMBA_NUM_THREADS where set, else its processors."""
-    stated = os.environ.get("NUMBA_NUM_THREADS")
-    if stated and stated.isdigit() and int(stated) > 0:
-        return int(stated)
+    variable = os.environ.get("NUMBA_NUM_THREADS")
+    if variable and variable.isdigit() and int(variable) > 0:
+        return int(variable)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -64,8 +64,8 @@ def convergence(config: Config) -> xr.Dataset:
         for s, scheme in enumerate(SCHEMES):
             for k in range(steps.size):
                 displacement = _histories(ensemble, MODELS[m], EXCITATIONS[x], scheme, coarsest, 2**k)
-                of_lane = np.sqrt(np.mean((displacement - exact) ** 2, axis=-1))
-                error[s, x, m, k] = np.nanmedian(of_lane)
+                lane_error = np.sqrt(np.mean((displacement - exact) ** 2, axis=-1))
+                error[s, x, m, k] = np.nanmedian(lane_error)
     dims = ("scheme", "excitation", "damping_model")
     return xr.Dataset(
         {

@@ -168,12 +168,12 @@ def run(config: Config, restitution: Array, damping_ratio: Array, motion: catalo
         "damping_ratio_source": list(SOURCES),
         "variation": list(VARIATIONS),
     }
-    of_record = {"pga": intensity.pga, "pgv": intensity.pgv}
+    measures = {"pga": intensity.pga, "pgv": intensity.pgv}
     names = {"record": motion.name, "station": motion.group}
     return (
         xr.Dataset(data, coords=coords)
         .expand_dims("record")
-        .assign({name: ("record", [value]) for name, value in of_record.items()})
+        .assign({name: ("record", [value]) for name, value in measures.items()})
         .assign_coords({name: ("record", [value]) for name, value in names.items()})
     )
 

@@ -178,10 +178,10 @@ def _crossing(config: Config) -> xr.Dataset:
     """Return histories of a decay on the paper's curve, under CR and the dampers that `fig_order` shows."""
     e, step, curve = float(config.damping_force.restitution), config.solver.step, config.curve.make()
     steps = round(config.matching.response_length / step)
-    shown = {REFERENCE: Damping("CR", e)}
-    shown |= {name: dampers(config.order)[name].make(e) for name in ("ECD16", "BAND0.4", "BAND0.2")}
+    drawn_dampers = {REFERENCE: Damping("CR", e)}
+    drawn_dampers |= {name: dampers(config.order)[name].make(e) for name in ("ECD16", "BAND0.4", "BAND0.2")}
     decays = []
-    for name, damping in shown.items():
+    for name, damping in drawn_dampers.items():
         run = simulate(curve, damping, release_amplitude=CROSSING_RELEASE, step=step, steps=steps)
         force = damping.coefficient(curve, run.displacement, run.velocity) * run.velocity
         force = np.full(steps + 1, np.nan) if name == REFERENCE else force
@@ -189,5 +189,5 @@ def _crossing(config: Config) -> xr.Dataset:
     names = ("shown_displacement", "shown_velocity", "shown_damping_force")
     return xr.Dataset(
         {name: (("shown_damper", "tau"), values) for name, values in zip(names, np.stack(decays, axis=1), strict=True)},
-        coords={"shown_damper": list(shown), "tau": step * np.arange(steps + 1), "shown_restitution": e},
+        coords={"shown_damper": list(drawn_dampers), "tau": step * np.arange(steps + 1), "shown_restitution": e},
     )

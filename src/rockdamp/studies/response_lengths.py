@@ -38,14 +38,14 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     cases = flatten_decays(study, restitution, np.asarray(stored, dtype=float), step, config.solver.scheme)
 
     def decays_of(row: int, length: float) -> Cases:
-        of_row = cases.take(slice(row * restitution.size, (row + 1) * restitution.size))
+        row_cases = cases.take(slice(row * restitution.size, (row + 1) * restitution.size))
         steps = step_count(length, step)
-        return replace(of_row, displacement=np.ascontiguousarray(of_row.displacement[:, : steps + 1]))
+        return replace(row_cases, displacement=np.ascontiguousarray(row_cases.displacement[:, : steps + 1]))
 
     def errors(row: int, lengths: Array, models: Sequence[str]) -> xr.Dataset:
         steps = np.array([step_count(length, step) for length in lengths])
-        of_row = decays_of(row, lengths[-1])
-        matches = [global_minima(of_row, model, steps) for model in models]
+        row_cases = decays_of(row, lengths[-1])
+        matches = [global_minima(row_cases, model, steps) for model in models]
         error = np.stack([match.error for match in matches], axis=-1)
         dims = ("response_length", "restitution", "damping_model")
         return xr.Dataset(
@@ -64,20 +64,20 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     )
     inferred = infer(dataset)
     near = errors(reference, between_neighbours(lengths, inferred), PAPER_MODELS)
-    of_release = np.full((2, study.values.size), np.nan)
+    findings = np.full((2, study.values.size), np.nan)
     for row, release in enumerate(track(study.values, "response_lengths")):
         # A length that holds no whole cycle defines no damping ratio at low e.
         cycle = float(config.curve.make().period(release))
         wide = lengths[(lengths >= cycle) & (lengths <= LONGEST * inferred)]
         if wide.size:
             own = dataset.sel(response_length=wide) if row == reference else errors(row, wide, PAPER_MODELS)
-            of_release[:, row] = infer(own), misclassified(own).min()
+            findings[:, row] = infer(own), misclassified(own).min()
     return (
         dataset.merge(flags(dataset))
         .assign(
             near_misclassified=misclassified(near).rename(response_length="near_response_length"),
-            inferred_response_length_of_release=("release_amplitude", of_release[0]),
-            misclassified_of_release=("release_amplitude", of_release[1]),
+            inferred_response_length_of_release=("release_amplitude", findings[0]),
+            misclassified_of_release=("release_amplitude", findings[1]),
         )
         .assign_coords(inferred_response_length=inferred, release_amplitude=study.values)
     )
