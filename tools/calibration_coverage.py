@@ -11,8 +11,8 @@ import re
 from pathlib import Path
 
 import numpy as np
+from doc_tables import table
 from experimental_style import RESTITUTION, STRENGTH_RATIO, WALL, YIELD_DISPLACEMENT_RATIO, synthetic_record
-from table_text import table
 
 from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError

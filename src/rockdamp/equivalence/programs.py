@@ -81,7 +81,7 @@ def program_inputs(wall: Wall | Parapet, curve: TrilinearCurve, restitution: flo
 def missed_collapses(restitution: float) -> tuple[float, dict[str, float]]:
     """Return the studied e nearest to `restitution`, and by model the share of collapses that it misses there. [-]
 
-    `tools/measured_tables.py` writes the shares that the package ships.
+    `tools/shipped_tables.py` writes the shares that the package ships.
     """
     with Path(__file__).with_name("missed_collapses.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
