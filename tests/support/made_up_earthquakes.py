@@ -84,34 +84,6 @@ def earthquakes(records=6):
     return complete(data, "earthquakes")
 
 
-def histories(peak, varied, station, velocity_ratio, collapsed=None, **coords):
-    """A study of the peaks of two walls at two e with every damper; unless `collapsed` says so, they fall beyond 1."""
-    dims = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
-    collapsed = (peak > 1).astype(np.int8) if collapsed is None else collapsed
-    ratio = np.full(peak.shape[2:], 0.05)
-    ratio[:, :, 0] = np.nan
-    return xr.Dataset(
-        {
-            "peak": (dims, peak),
-            "peak_uncertainty": (dims, 1e-3 * peak),
-            "collapsed": (dims, collapsed),
-            "converged": (dims, np.ones_like(collapsed)),
-            "varied_peak": ((*dims[:4], "variation"), varied),
-            "varied_collapsed": ((*dims[:4], "variation"), (varied > 1).astype(np.int8)),
-            "damping_ratio": (dims[2:], ratio),
-        },
-        coords={
-            **COORDS,
-            "wall": ["a", "b"],
-            "restitution": [0.8, 0.9],
-            "record": [f"r{i}" for i in range(len(station))],
-            "station": ("record", station),
-            "velocity_ratio": velocity_ratio,
-            **coords,
-        },
-    )
-
-
 def comparison():
     """Statistics that are functions of model, e and band, with intervals of a tenth about them."""
     lead, bands = (E.size, len(MODELS), len(SOURCES)), EDGES.size

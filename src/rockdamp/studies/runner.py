@@ -21,16 +21,16 @@ from rockdamp.histories.loads import run_record
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
-from rockdamp.motions.catalogue import GroundMotion, load_records
+from rockdamp.motions.catalogue import GroundMotion, load_records, record_names
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
 from rockdamp.progress import track
 from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import BOUND, HISTORIES, NOT_RUN, compare_fragilities, compare_pairs
 
-EVERY_WALL = "all"
-
+WallAndCurve = tuple[Wall | Parapet, TrilinearCurve]
 Setup = tuple[Wall | Parapet, TrilinearCurve, Damping]
+Stacks = list[tuple[tuple[list[int], ...], Setup]]
 T = TypeVar("T", Wall, Parapet, TrilinearCurve, Damping)
 
 
@@ -61,6 +61,8 @@ class Case:
         Returns the record of the supports for a ground motion, and whether a parapet stands on them.
     scheme : str
         That of `peaks`.
+    halvings : int
+        Of the step, after it is made a whole part of that of the record.
     """
 
     name: str
@@ -69,12 +71,24 @@ class Case:
     reference: str = ""
     motion: Callable[[GroundMotion, bool], Record] = shake_ground
     scheme: str = "newmark"
+    halvings: int = 0
+
+
+def study_walls(config: Config) -> dict[str, WallAndCurve]:
+    """Return the walls of the study of earthquakes and their curves, by name."""
+    return {named.name: (named.wall, named.curve) for named in config.earthquakes.walls}
+
+
+def chunk_names(number: str, config: Config) -> list[str]:
+    """Return the names of the records that one job runs; jobs are numbered from 0."""
+    size = config.earthquakes.chunk
+    return record_names(config.records)[int(number) * size : (int(number) + 1) * size]
 
 
 def run(
     cases: Sequence[Case],
     motions: Iterable[GroundMotion],
-    walls: Mapping[str, tuple[Wall | Parapet, TrilinearCurve]],
+    walls: Mapping[str, WallAndCurve],
     velocity_ratio: Array,
     *,
     tail: float,
@@ -99,16 +113,22 @@ def run(
         ``wall`` and ``case``, with the ``reference`` of each case and the ``station`` of each record.
     """
     scale = np.array([float(wall.velocity_scale) for wall, _ in walls.values()])
-    batches, shape = _batches(cases, walls), (velocity_ratio.size, len(walls), len(cases))
-    record_names, stations, peaks, outcomes = [], [], [], []
+    alike: dict[Any, dict[Any, Setup]] = defaultdict(dict)
+    for number, case in enumerate(cases):
+        for column, (wall, curve) in enumerate(walls.values()):
+            if (setup := case.setup(wall, curve)) is not None:
+                alike[case.motion, case.step, case.scheme, case.halvings][column, number] = setup
+    batches = [(how, *stacked) for how, setups in alike.items() for stacked in stack_setups(setups)]
+    shape = (velocity_ratio.size, len(walls), len(cases))
+    names, stations, peaks, outcomes = [], [], [], []
     for motion in motions:
-        record_names.append(motion.name)
+        names.append(motion.name)
         stations.append(motion.group)
         peak, collapsed = np.full(shape, np.nan), np.full(shape, NOT_RUN, dtype=np.int8)
         factor = velocity_ratio[:, None] * scale / intensity_measures(motion.intensity_record).pgv
-        for case, columns, numbers, (wall, curve, damping) in batches:
-            record, factors = case.motion(motion, isinstance(wall, Parapet)), factor[:, columns]
-            found = run_record(record, wall, curve, damping, factors, step=case.step, tail=tail, scheme=case.scheme)
+        for (move, step, scheme, halvings), (columns, numbers), setup in batches:
+            record, factors = move(motion, isinstance(setup[0], Parapet)), factor[:, columns]
+            found = run_record(record, *setup, factors, step=step, tail=tail, halvings=halvings, scheme=scheme)
             peak[:, columns, numbers], collapsed[:, columns, numbers] = found.peak, found.collapsed
         peaks.append(peak)
         outcomes.append(collapsed)
@@ -116,7 +136,7 @@ def run(
     return xr.Dataset(
         {"peak": (dims, np.stack(peaks)), "collapsed": (dims, np.stack(outcomes))},
         coords={
-            "record": record_names,
+            "record": names,
             "station": ("record", stations),
             "velocity_ratio": velocity_ratio,
             "wall": list(walls),
@@ -126,23 +146,20 @@ def run(
     )
 
 
-def _batches(
-    cases: Sequence[Case], walls: Mapping[str, tuple[Wall | Parapet, TrilinearCurve]]
-) -> list[tuple[Case, list[int], list[int], Setup]]:
-    """Return cases that run together, with the places of their walls and cases: one kind of damper, wall and motion."""
-    together = defaultdict(list)
-    for number, case in enumerate(cases):
-        for column, (wall, curve) in enumerate(walls.values()):
-            if (setup := case.setup(wall, curve)) is not None:
-                damping = setup[2]
-                kind = damping.model, float(damping.order), float(damping.width), setup[1].softening, type(setup[0])
-                together[case.motion, case.step, case.scheme, *kind].append((case, column, number, setup))
-    batches = []
-    for members in together.values():
-        alike, columns, numbers, setups = zip(*members, strict=True)
-        wall, curve, damping = (stack(owners) for owners in zip(*setups, strict=True))
-        batches.append((alike[0], list(columns), list(numbers), (wall, curve, damping)))
-    return batches
+def stack_setups(setups: Mapping[Any, Setup]) -> Stacks:
+    """Stack the setups that can run together: those of one kind of damper, last branch and wall.
+
+    `setups` are by their place in the results. A stack comes with its places: a list for each dimension of a place.
+    """
+    alike: dict[Any, dict[Any, Setup]] = defaultdict(dict)
+    for place, (wall, curve, damping) in setups.items():
+        kind = damping.model, float(damping.order), float(damping.width), curve.softening, type(wall)
+        alike[kind][place] = wall, curve, damping
+    stacks = []
+    for members in alike.values():
+        wall, curve, damping = (stack(owners) for owners in zip(*members.values(), strict=True))
+        stacks.append((tuple(map(list, zip(*members, strict=True))), (wall, curve, damping)))
+    return stacks
 
 
 def stack(owners: Sequence[T]) -> T:
@@ -164,8 +181,8 @@ def run_and_compare(cases: Sequence[Case], config: Config) -> xr.Dataset:
     Returns what `compare` does, with the counts of ``records`` and ``stations``.
     """
     quakes, motions = config.earthquakes, load_records(config.records)
-    walls = {named.name: (named.wall, named.curve) for named in quakes.walls}
-    histories = run(cases, track(motions, cases[0].name), walls, quakes.velocity_ratio.values(), tail=quakes.tail)
+    ratio, shown = quakes.velocity_ratio.values(), track(motions, cases[0].name)
+    histories = run(cases, shown, study_walls(config), ratio, tail=quakes.tail)
     stations = {motion.group for motion in motions}
     return compare(histories, config.comparison).assign(records=len(motions), stations=len(stations))
 
@@ -199,9 +216,9 @@ def compare(histories: xr.Dataset, comparison: Comparison) -> xr.Dataset:
 def pair(histories: xr.Dataset) -> xr.Dataset:
     """Put the histories of each case's reference beside its own, as ``reference_peak`` and ``reference_collapsed``."""
     compared = histories.isel(case=np.flatnonzero(histories["reference"].values != ""))
-    beside = histories.sel(case=compared["reference"].values)
+    references = histories.sel(case=compared["reference"].values)
     return compared.drop_vars("reference").assign(
-        {f"reference_{name}": (values.dims, values.values) for name, values in beside.data_vars.items()}
+        {f"reference_{name}": (values.dims, values.values) for name, values in references.data_vars.items()}
     )
 
 
@@ -230,11 +247,11 @@ def compare_intensities(pairs: xr.Dataset, weights: Array) -> xr.Dataset:
             "median_intensity_ratio": (dims, np.array(ratio)),
             "median_intensity_ratio_interval": ((*dims, "bound"), np.array(bounds)),
         },
-        coords={"case": pairs["case"].values, "wall": [EVERY_WALL, *walls], "bound": list(BOUND)},
+        coords={"case": pairs["case"].values, "wall": ["all", *walls], "bound": list(BOUND)},
     )
 
 
-def unstack(cases: xr.Dataset, **values: Sequence[Any]) -> xr.Dataset:
+def unstack(cases: xr.Dataset, **values: Iterable[Any]) -> xr.Dataset:
     """Lay cases out as a grid: their names give way to a dimension for each parameter, the last varies fastest."""
     index = pd.MultiIndex.from_product([*values.values()], names=list(values))
     grid = cases.drop_vars("case", errors="ignore").assign_coords(xr.Coordinates.from_pandas_multiindex(index, "case"))
