@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from rockdamp.claims.decays import Judgement, Limits, extremes, list_models, phrase_models
+from rockdamp.claims.decays import Judgement, Limits, extremes, list_models
 from rockdamp.constants import PAPER_MODELS
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import number, percent, plain
@@ -79,26 +79,23 @@ def amp_cdc(data: Datasets, limits: Limits) -> Judgement:
     """Compare CDC's spread over amplitude with the others'."""
     xi = paper_amplitudes(data, limits)
     values = mean_spread(xi, RELEASE)
-    over = extremes(xi[RELEASE], plain)
     return (
         {"CDC": bool(largest(values, "CDC"))},
         list_models(values),
-        f"From {over} u_ins ξ varies, in the mean over e, by {phrase_models(values)}.",
+        f"Spread of ξ over releases from {extremes(xi[RELEASE], plain)} u_ins, mean over e.",
     )
 
 
 def amp_cdr(data: Datasets, limits: Limits) -> Judgement:
     """Compare CDR's spread over amplitude with a limit."""
+    studied = ratios(data["match/amplitude"])
     paper, wide = (
-        percent(mean_spread(xi, RELEASE).sel(damping_model="CDR"))
-        for xi in (paper_amplitudes(data, limits), ratios(data["match/amplitude"]))
+        mean_spread(xi, RELEASE).sel(damping_model="CDR") for xi in (paper_amplitudes(data, limits), studied)
     )
-    value = mean_spread(paper_amplitudes(data, limits), RELEASE).sel(damping_model="CDR")
     return (
-        {"CDR": bool(value <= limits["slight"])},
-        f"CDR {paper}",
-        f"In the mean over e ξ of CDR varies by {paper} over the amplitudes of Fig. 5, and by {wide} over all that were"
-        f" studied, from {extremes(data['match/amplitude'][RELEASE], plain)} u_ins.",
+        {"CDR": bool(paper <= limits["slight"])},
+        f"CDR {percent(paper)}",
+        f"Over all releases that were studied, from {extremes(studied[RELEASE], plain)} u_ins, it is {percent(wide)}.",
     )
 
 
@@ -110,12 +107,10 @@ def amp_sign(data: Datasets, limits: Limits) -> Judgement:
         part: bool(steady(xi.sel(damping_model=model), RELEASE, sign).all()) for part, (model, sign) in signs.items()
     }
     sdr = mean_spread(xi, RELEASE).sel(damping_model="SDR")
-    change = ends(xi, RELEASE)
     return (
         parts | {"SDR slightly": bool(sdr <= limits["slight"])},
-        ", ".join(f"{model} {of}" for model, of in change.items()),
-        f"From the smallest to the largest amplitude of Fig. 5 the mean ξ goes from {change['CDC']} under CDC, from"
-        f" {change['CDR']} under CDR and from {change['SDR']} under SDR, which is {percent(sdr)} of its mean.",
+        ", ".join(f"{model} {values}" for model, values in ends(xi, RELEASE).items()),
+        f"Mean ξ at the smallest and at the largest amplitude of Fig. 5; SDR's spread is {percent(sdr)}.",
     )
 
 
@@ -131,8 +126,8 @@ def amp_dispersion(data: Datasets, limits: Limits) -> Judgement:
     return (
         {"dispersion": bool((growth > limits["more"]).all())},
         list_models(growth, short),
-        f"In the axis of Fig. 5, ξ, the dispersion at high e is {extremes(growth, short)} times that at low e; as a"
-        f" fraction of the mean ξ, {extremes(relative, short)} times.",
+        "Dispersion of ξ at high e over that at low e, in the axis of Fig. 5; as a fraction of the mean ξ it is"
+        f" {extremes(relative, short)}.",
     )
 
 
@@ -147,7 +142,6 @@ def low_amp(data: Datasets, limits: Limits) -> Judgement:
     )
     excess = (reference / low).sel(damping_model="SDR") - 1
     mean = float(excess.mean())
-    at_low, at_reference = (f"{plain(ratio[RELEASE])} u_ins" for ratio in (low, reference))
     return (
         {
             "CDR and SDR come together": gap <= limits["closer"] * gap_reference,
@@ -155,9 +149,8 @@ def low_amp(data: Datasets, limits: Limits) -> Judgement:
             "slightly": mean <= limits["slight"],
         },
         f"SDR {percent(mean)} more",
-        f"In the mean over e ξ of SDR differs from that of CDR by {percent(gap)} at {at_low} and by"
-        f" {percent(gap_reference)} at {at_reference}; under SDR it is {percent(mean)} more at {at_reference} than at"
-        f" {at_low}.",
+        f"ξ of SDR differs from that of CDR by {percent(gap)} at {plain(low[RELEASE])} u_ins and by"
+        f" {percent(gap_reference)} at {plain(reference[RELEASE])} u_ins, mean over e.",
     )
 
 
@@ -171,8 +164,8 @@ def _independence(matched: xr.Dataset, dim: str, limits: Limits) -> Judgement:
     return (
         {"damping ratios": bool(tau <= limits["same"])},
         percent(tau),
-        f"In dimensionless time the equations do not contain the parameter: ξ differs by {percent(tau)}. Where"
-        f" responses are equally long in seconds it differs by up to {percent(seconds)}.",
+        "The dimensionless equations do not contain the parameter; of responses that are equally long in seconds ξ"
+        f" differs by up to {percent(seconds)}.",
     )
 
 
@@ -197,36 +190,32 @@ def a1_most(data: Datasets, limits: Limits) -> Judgement:
     return (
         {"a1": bool((a1 > other).all())},
         f"a1 {list_models(a1)}",
-        f"In the mean over e ξ varies over a1 by {phrase_models(a1)}; over slenderness and overburden by nothing in"
-        f" dimensionless time, and by up to {percent(other.max())} where responses are equally long in seconds.",
+        f"Over slenderness and overburden it is at most {percent(other.max())}, and only of responses that are equally"
+        " long in seconds.",
     )
 
 
 def a1_rank(data: Datasets, limits: Limits) -> Judgement:
     """Rank the models' spreads over a1."""
     xi = ratios(data["match/cracked_stiffness"])
-    a1_spreads = spread(xi, A1)
-    values = a1_spreads.mean("restitution")
-    ranked = largest(a1_spreads, "CDC") & largest(-a1_spreads, "CDR")
+    spreads = spread(xi, A1)
+    values = spreads.mean("restitution")
+    ranked = largest(spreads, "CDC") & largest(-spreads, "CDR")
     return (
         {"CDC most": bool(largest(values, "CDC")), "CDR least": bool(largest(-values, "CDR"))},
         list_models(values),
-        f"Over a1 from {extremes(xi[A1], plain)} ξ varies, in the mean over e, by {phrase_models(values)}; they rank"
-        f" so at {count_cases(ranked)}.",
+        f"Spread of ξ over a1 from {extremes(xi[A1], plain)}, mean over e; the rank is this at {count_cases(ranked)}.",
     )
 
 
 def a1_sign(data: Datasets, limits: Limits) -> Judgement:
     """Follow the direction of the change with a1 at each e."""
     xi = ratios(data["match/cracked_stiffness"])
-    change = ends(xi, A1)
-    parts = {f"{model} less": bool(steady(xi.sel(damping_model=model), A1, 1).all()) for model in ("CDC", "CDR")}
-    sdr = xi.sel(damping_model="SDR")
+    change, sdr = ends(xi, A1), xi.sel(damping_model="SDR")
     return (
-        parts,
+        {f"{model} less": bool(steady(xi.sel(damping_model=model), A1, 1).all()) for model in ("CDC", "CDR")},
         f"CDC {change['CDC']}, CDR {change['CDR']}",
-        f"From the lowest to the highest a1 the mean ξ goes from {change['CDC']} under CDC, {change['CDR']} under CDR"
-        f" and {change['SDR']} under SDR. Of SDR the text says both; it needs more at lower a1 at"
+        "Mean ξ at the lowest and at the highest a1. SDR, of which the text says both, needs more at lower a1 at"
         f" {count_cases(steady(sdr, A1, -1))}.",
     )
 
@@ -245,8 +234,8 @@ def fit_order(data: Datasets, limits: Limits) -> Judgement:
             "CDR least dependent on a1": bool(largest(-mean_spread(xi, A1), "CDR")),
         },
         f"CDC {extremes(cdc)}, CDR {extremes(cdr)}, SDR {extremes(sdr)}",
-        f"Against Eq. (15) the polynomials lie {extremes(cdc)} under CDC, {extremes(sdr)} under SDR and {extremes(cdr)}"
-        f" under CDR, which is off by {percent(apart)} in the mean and below at {percent((cdr < 0).mean())} of all.",
+        f"CDR differs from Eq. (15) by {percent(apart)} in the mean; it lies below at {percent((cdr < 0).mean())} of"
+        " all e and a1.",
     )
 
 
@@ -256,21 +245,19 @@ def fit_order(data: Datasets, limits: Limits) -> Judgement:
 def matched_error(data: Datasets) -> xr.DataArray:
     """Return rms_error (damping_model, restitution) at the matched length, over the release amplitude of reference."""
     release = float(data["damping_force"][RELEASE])
-    release_errors = data["match/amplitude"]["rms_error"].sel({RELEASE: release}, method="nearest")
-    return release_errors.sel(damping_model=MODELS).sortby("restitution") / release
+    errors = data["match/amplitude"]["rms_error"].sel({RELEASE: release}, method="nearest")
+    return errors.sel(damping_model=MODELS).sortby("restitution") / release
 
 
 def err_secant(data: Datasets, limits: Limits) -> Judgement:
     """Compare the errors of CDR and SDR with those of CDC."""
     error, lengths = matched_error(data), data["response_lengths"]["secant_below_constant"].astype(bool)
     below = {model: error.sel(damping_model=model) < error.sel(damping_model="CDC") for model in ("CDR", "SDR")}
-    mean = error.mean("restitution")
     return (
-        {model: bool(held.all()) for model, held in below.items()},
-        list_models(mean),
-        f"The root mean square error over the release is in the mean over e {phrase_models(mean)}; both are below CDC's"
-        f" at {count_cases(below['CDR'] & below['SDR'])}, and at every e at {int(lengths.sum())} of {lengths.size}"
-        " lengths of the response.",
+        {model: bool(lower.all()) for model, lower in below.items()},
+        list_models(error.mean("restitution")),
+        f"Root mean square over the release, mean over e; both are lower at {count_cases(below['CDR'] & below['SDR'])},"
+        f" and at every e at {int(lengths.sum())} of {lengths.size} lengths of the response.",
     )
 
 
@@ -284,13 +271,11 @@ def err_range(data: Datasets, limits: Limits) -> Judgement:
     inside = ((error["restitution"] > low - 1e-9) & (error["restitution"] < high + 1e-9)).values
     cdr, sdr = lowest[inside] == "CDR", lowest[~inside] == "SDR"
     others = lengths["misclassified"].drop_sel(response_length=inferred["response_length"])
-    elsewhere = f" At every other whole τ studied at least {int(others.min())} e differ." if others.size else ""
     return (
         {"CDR within": bool(cdr.all()), "SDR outside": bool(sdr.all())},
         f"CDR {cdr.sum()} of {cdr.size} e, SDR {sdr.sum()} of {sdr.size}",
-        "The paper does not state the length of the response, and this claim was used to infer it. At that length,"
-        f" τ = {plain(inferred['response_length'])}, CDR errs least at {cdr.sum()} of {cdr.size} e within the range and"
-        f" SDR at {sdr.sum()} of {sdr.size} outside.{elsewhere}",
+        f"The length of the response, τ = {plain(inferred['response_length'])}, was inferred from this claim, as the"
+        f" paper does not state it; at every other length studied at least {int(others.min())} e differ.",
     )
 
 
@@ -299,13 +284,12 @@ def err_e(data: Datasets, limits: Limits) -> Judgement:
     error = matched_error(data)
     rising = (error.diff("restitution") < 0).sum("restitution")
     steps = error.sizes["restitution"] - 1
-    counts = phrase_models(rising, lambda count: f"{int(count)} of {steps} steps")
     together = data["response_lengths"]["error_rises_as_restitution_falls"].sel(damping_model=MODELS)
     return (
         {model: int(rising.sel(damping_model=model)) == steps for model in MODELS},
         list_models(rising, lambda count: f"{int(count)} of {steps}"),
-        f"From one e to the next lower the error rises at {counts}; for all three at every step only where the response"
-        f" is τ = {spans(together.all('damping_model'))} long.",
+        "Steps from one e to the next lower at which the error rises; all do for all three only where the response is"
+        f" τ = {spans(together.all('damping_model'))} long.",
     )
 
 
@@ -322,9 +306,8 @@ def best_cdr(data: Datasets, limits: Limits) -> Judgement:
             "least dependence on a1": bool(largest(-stiffness, "CDR")),
         },
         f"error {list_models(error)}",
-        f"In the mean over e the error over the release is {phrase_models(error)}; ξ varies with amplitude by"
-        f" {phrase_models(amplitude)}, with a1 by {phrase_models(stiffness)}. CDR errs least where the response is"
-        f" τ = {spans(largest(-length_errors, 'CDR'))} long.",
+        f"The spread over amplitude is {list_models(amplitude)}, over a1 {list_models(stiffness)}; CDR errs least where"
+        f" the response is τ = {spans(largest(-length_errors, 'CDR'))} long.",
     )
 
 
@@ -335,5 +318,5 @@ def good_sdr(data: Datasets, limits: Limits) -> Judgement:
     return (
         {"error": bool(sdr <= limits["small"]) and bool(sdr < cdc)},
         f"SDR {percent(sdr)}",
-        f"The root mean square error over the release is in the mean over e {phrase_models(error)}.",
+        f"Root mean square error over the release, mean over e; CDC's is {percent(cdc)}.",
     )
