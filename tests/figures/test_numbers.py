@@ -161,11 +161,11 @@ def test_error_against_force(draw):
         for family in ("ECD", "BAND", "CQD"):
             rows = study.isel(damper=np.char.startswith(data["damper"].values.astype(str), family))
             assert shows(axes, rows["crossing_force"].sel(wall="paper"), rows[name])
-    decay = data.sel(shown_damper="BAND0.2")
+    decay = data.sel(crossing_damper="BAND0.2")
     (line,) = (line for line in velocity.get_lines() if line.get_label() == "BAND0.2")
-    assert np.isin(line.get_ydata(), decay["shown_velocity"]).all()
+    assert np.isin(line.get_ydata(), decay["velocity"]).all()
     lowest = min(line.get_ydata().min() for line in force.get_lines() if len(line.get_xdata()) > 2)
-    assert lowest == float(data["shown_damping_force"].min())
+    assert lowest == float(data["damping_force"].min())
 
 
 def test_assumptions_have_their_ratios_with_intervals(draw):

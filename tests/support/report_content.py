@@ -35,7 +35,7 @@ COORDINATES = {
     "share": [0.5, 0.9, 1.0],
     "wall": ["veneer", "church", "parapet"],
     "damper": ["ECD", "ECD16", "BAND0.4", "BAND0.2", "CQD0.25", "e - 0.01", "e + 0.01", "half step"],
-    "shown_damper": ["CR", "ECD16", "BAND0.4", "BAND0.2"],
+    "crossing_damper": ["CR", "ECD16", "BAND0.4", "BAND0.2"],
     "tau": [0.05 * i for i in range(61)],
 }
 SCALARS = {

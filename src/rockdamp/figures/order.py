@@ -33,7 +33,7 @@ def fig_order(order: xr.Dataset) -> Figure:
         _errors(axes, study, name)
         axes.set(title=f"{words}, {title}", ylabel=f"{words[4:]} of $|\\ln r|$ [-]")
     _crossing(force, velocity, order)
-    force.set_title(f"(c) damping force at the first crossing, $e = {float(order['shown_restitution']):g}$")
+    force.set_title(f"(c) damping force at the first crossing, $e = {float(order['crossing_restitution']):g}$")
     velocity.set_title("(d) velocity at the first crossing")
     legend(figure, [*handles(median), *handles(velocity)], columns=4)
     return figure
@@ -65,20 +65,20 @@ def _errors(axes: Axes, study: xr.Dataset, name: str) -> None:
 def _crossing(force: Axes, velocity: Axes, order: xr.Dataset) -> None:
     """Draw the force up to the first turn, as time goes from left to right, and the velocity about the crossing."""
     tau = order["tau"].values
-    impact = tau[int(np.argmax(order["shown_displacement"].sel(shown_damper="CR").values <= 0)) - 1]
+    impact = tau[int(np.argmax(order["displacement"].sel(crossing_damper="CR").values <= 0)) - 1]
     near = np.abs(tau - impact) <= NEAR
     for damper, line in CROSSING.items():
-        decay = order.sel(shown_damper=damper)
+        decay = order.sel(crossing_damper=damper)
         velocity.plot(
             tau[near] - impact,
-            decay["shown_velocity"].values[near],
+            decay["velocity"].values[near],
             label="impact (CR)" if damper == "CR" else damper,
             **line,
         )
         if damper != "CR":
-            half_cycle = slice(0, int(np.argmax(decay["shown_velocity"].values[1:] >= 0)) + 1)
-            force.plot(decay["shown_displacement"][half_cycle], decay["shown_damping_force"][half_cycle], **line)
-    lowest = 1.2 * float(order["shown_damping_force"].min())
+            half_cycle = slice(0, int(np.argmax(decay["velocity"].values[1:] >= 0)) + 1)
+            force.plot(decay["displacement"][half_cycle], decay["damping_force"][half_cycle], **line)
+    lowest = 1.2 * float(order["damping_force"].min())
     force.plot([0, 0], [0, lowest], **CROSSING["CR"])
     force.set(xlim=(WITHIN, -WITHIN), ylim=(lowest, -0.03 * lowest), xlabel=DISPLACEMENT)
     force.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")

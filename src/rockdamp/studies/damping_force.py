@@ -6,11 +6,11 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.config import Config
-from rockdamp.constants import MODELS, VISCOUS_MODELS
+from rockdamp.constants import REFERENCE, VISCOUS_MODELS
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.two_bodies import large_rotation_decay, slender_decay
 from rockdamp.solvers.newmark import simulate
-from rockdamp.studies.decays import step_count
+from rockdamp.studies.decays import damped_decays, step_count
 from rockdamp.studies.matches import match_decays
 
 FREQUENCIES = np.linspace(0.0, 1.0, 101)
@@ -39,24 +39,9 @@ def _matched(config: Config) -> xr.Dataset:
     release = curve.map(np.atleast_1d), np.array([x0]), np.array([e])
     matched = match_decays(*release, VISCOUS_MODELS, config.matching, step=step, scheme=scheme)
     ratio = {model: float(of.damping_ratio[0]) for model, of in matched.items()}
-    dampings = [Damping("CR", e), *(Damping(model, xi) for model, xi in ratio.items())]
-    histories = [
-        simulate(curve, damping, release_amplitude=x0, step=step, steps=steps, scheme=scheme) for damping in dampings
-    ]
-    force = [
-        damping.coefficient(curve, history.displacement, history.velocity) * history.velocity
-        for damping, history in zip(dampings, histories, strict=True)
-    ]
-    dims = ("damping_model", "tau")
-    return xr.Dataset(
-        {
-            "displacement": (dims, np.stack([history.displacement for history in histories])),
-            "velocity": (dims, np.stack([history.velocity for history in histories])),
-            "damping_force": (dims, np.stack(force)),
-            "damping_ratio": ("damping_model", [np.nan, *ratio.values()]),
-        },
-        coords={"damping_model": list(MODELS), "tau": step * np.arange(steps + 1)},
-    )
+    dampings = {REFERENCE: Damping(REFERENCE, e), **{model: Damping(model, xi) for model, xi in ratio.items()}}
+    decays = damped_decays(curve, dampings, x0, step=step, steps=steps, scheme=scheme)
+    return decays.assign(damping_ratio=("damping_model", [np.nan, *ratio.values()]))
 
 
 def _frequency_laws() -> xr.Dataset:

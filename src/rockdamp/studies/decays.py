@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import xarray as xr
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config, Study
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.newmark import simulate
@@ -31,6 +33,28 @@ def matched_lengths(study: Study, wall: Wall, response_length: float) -> Array:
         return np.array([response_length])
     seconds = response_length / float(wall.frequency_parameter)
     return np.concatenate([[response_length], seconds * study.frequency_parameter])
+
+
+def damped_decays(
+    curve: TrilinearCurve,
+    dampings: Mapping[str, Damping],
+    release_amplitude: float,
+    *,
+    step: float,
+    steps: int,
+    scheme: str = "newmark",
+) -> xr.Dataset:
+    """Return ``displacement``, ``velocity`` and ``damping_force`` of a wall, over ``damping_model`` and ``tau``."""
+    runs = []
+    for damping in dampings.values():
+        run = simulate(curve, damping, release_amplitude=release_amplitude, step=step, steps=steps, scheme=scheme)
+        force = damping.coefficient(curve, run.displacement, run.velocity) * run.velocity
+        runs.append((run.displacement, run.velocity, force))
+    names = ("displacement", "velocity", "damping_force")
+    return xr.Dataset(
+        {name: (("damping_model", "tau"), values) for name, values in zip(names, np.stack(runs, axis=1), strict=True)},
+        coords={"damping_model": list(dampings), "tau": step * np.arange(steps + 1)},
+    )
 
 
 def study(name: str, config: Config) -> xr.Dataset:

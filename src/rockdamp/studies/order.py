@@ -7,8 +7,7 @@ with e or the loss a little off, at half the step, and with e applied at the end
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -17,75 +16,64 @@ from rockdamp.arrays import Quantity
 from rockdamp.config import Config, Order
 from rockdamp.constants import REFERENCE
 from rockdamp.mechanics.damping import Damping
-from rockdamp.motions.catalogue import load_record, record_names
+from rockdamp.motions.catalogue import load_record
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import simulate
 from rockdamp.statistics.fragility import resample
-from rockdamp.statistics.paired import BOUND, compare_pairs
-from rockdamp.studies.runner import Case, pair, run, unstack, use
+from rockdamp.statistics.paired import BOUND, HISTORIES, compare_pairs
+from rockdamp.studies.decays import damped_decays, step_count
+from rockdamp.studies.runner import Case, chunk_names, pair, run, study_walls, unstack, use
 
-CONVERGED = 0.005  # the 90 % quantile of |ln r| to the finest step, at most, for `largest_step`
-CROSSING_RELEASE = 0.5  # u/u_ins: the crossing whose force is compared follows a release from here
-
-
-class Damper(NamedTuple):
-    """A damper of the study: what makes it from e, the steps that it is run at [w1 h], and the scheme of the march."""
-
-    make: Callable[[Quantity], Damping]
-    step: float
-    longest_step: float = 0.0  # of the ladder; CR is not tried on it
-    scheme: str = "newmark"
+RELEASE = 0.5  # u/u_ins, from which the wall comes to the crossing whose force is compared
 
 
-def dampers(section: Order) -> dict[str, Damper]:
-    """Return the dampers that need no fit. A band of fixed time has at least eight steps in it."""
-
-    def exact(model: str, **parameter: float) -> Callable[[Quantity], Damping]:
-        return lambda e: Damping.from_restitution(e, model, **parameter)
-
-    step, longest = section.step, section.ladder[-1]
+def dampers(section: Order, e: Quantity) -> dict[str, Damping]:
+    """Return the dampers that stand for e without a fit, by name."""
+    make = Damping.from_restitution
     return {
-        **{f"ECD{m:g}" if m else "ECD": Damper(exact("ECD", order=m), step, longest) for m in section.order},
-        **{f"BAND{w:g}": Damper(exact("BAND", width=w), min(step, w / 4), w) for w in section.band_width[::-1]},
-        **{f"CQD{w:g}": Damper(exact("CQD", width=w), step, longest) for w in section.length_width[::-1]},
+        **{f"ECD{m:g}" if m else "ECD": make(e, "ECD", order=m) for m in section.order},
+        **{f"BAND{w:g}": make(e, "BAND", width=w) for w in section.band_width[::-1]},
+        **{f"CQD{w:g}": make(e, "CQD", width=w) for w in section.length_width[::-1]},
     }
 
 
-def variations(section: Order) -> dict[str, Damper]:
-    """Return CR with small changes of e and of the loss, and CR by other steps."""
+def variations(section: Order, e: float) -> dict[str, tuple[float, float, str]]:
+    """Return CR with small changes of e and of the loss, and CR by other steps: its e, step and scheme, by name."""
     step, change, loss = section.step, section.restitution_change, section.loss_change
     return {
-        f"e - {change:g}": Damper(lambda e: Damping("CR", e - change), step),
-        f"e + {change:g}": Damper(lambda e: Damping("CR", e + change), step),
-        f"loss - {100 * loss:g} %": Damper(lambda e: Damping("CR", e ** (1 - loss)), step),
-        f"loss + {100 * loss:g} %": Damper(lambda e: Damping("CR", e ** (1 + loss)), step),
-        "half step": Damper(lambda e: Damping("CR", e), step / 2),
-        "end of step": Damper(lambda e: Damping("CR", e), step, scheme="paper"),
+        f"e - {change:g}": (e - change, step, "newmark"),
+        f"e + {change:g}": (e + change, step, "newmark"),
+        f"loss - {100 * loss:g} %": (e ** (1 - loss), step, "newmark"),
+        f"loss + {100 * loss:g} %": (e ** (1 + loss), step, "newmark"),
+        "half step": (e, step / 2, "newmark"),
+        "end of step": (e, step, "paper"),
     }
 
 
 def cases(section: Order) -> list[Case]:
-    """Return CR at each e, and beside it every damper and variation."""
-    cr = Damper(lambda e: Damping("CR", e), section.step)
+    """Return CR at each e, and beside it every damper and variation. A band has at least eight steps in it."""
+    listed = []
+    for e in section.restitution:
+        at, cr, usual = f"e = {e:g}", f"{REFERENCE}, e = {e:g}", section.step
+        listed.append(Case(cr, use(Damping(REFERENCE, e)), usual))
+        for name, damping in dampers(section, e).items():
+            step = min(usual, float(damping.width) / 4) if damping.model == "BAND" else usual
+            listed.append(Case(f"{name}, {at}", use(damping), step, cr))
+        for name, (changed, step, scheme) in variations(section, e).items():
+            listed.append(Case(f"{name}, {at}", use(Damping(REFERENCE, changed)), step, cr, scheme=scheme))
+    return listed
+
+
+def ladder_cases(section: Order) -> list[Case]:
+    """Return every damper at each e and step of the ladder, the finest first. A band has at least two steps in it."""
     return [
         Case(
-            f"{name}, e = {e:g}",
-            use(damper.make(e)),
-            damper.step,
-            "" if damper is cr else f"{REFERENCE}, e = {e:g}",
-            scheme=damper.scheme,
+            f"{name}, e = {e:g}, step = {step:g}",
+            (lambda *_: None) if damping.model == "BAND" and step > damping.width else use(damping),
+            step,
         )
+        for step in (section.finest_step, *section.ladder)
         for e in section.restitution
-        for name, damper in {REFERENCE: cr, **dampers(section), **variations(section)}.items()
-    ]
-
-
-def ladder_cases(section: Order, step: float) -> list[Case]:
-    """Return every damper at each e at a step of the ladder; one that has a shorter longest step is not run."""
-    return [
-        Case(f"{name}, e = {e:g}", use(damper.make(e)) if step <= damper.longest_step else lambda *_: None, step)
-        for e in section.restitution
-        for name, damper in dampers(section).items()
+        for name, damping in dampers(section, e).items()
     ]
 
 
@@ -93,25 +81,21 @@ def chunk(number: str, config: Config) -> xr.Dataset:
     """Run every wall under one job's part of the records.
 
     Returns what `runner.run` does of `cases`, and for some records ``departure``, the size of ln(peak) of each damper
-    at each ``step`` of the ladder less that at the finest step, by ``ladder_case``; NaN where a wall collapses or the
-    step is not run.
+    at each ``step`` of the ladder less that at the finest step; NaN where a wall collapses or the step is not run.
     """
-    quakes, section = config.earthquakes, config.order
-    names = record_names(config.records)[int(number) * quakes.chunk : (int(number) + 1) * quakes.chunk]
-    motions, label = [load_record(name) for name in names], f"Dampers, records {int(number) * quakes.chunk + 1} on"
-    walls, ratio = {named.name: (named.wall, named.curve) for named in quakes.walls}, quakes.velocity_ratio.values()
-    histories = run(cases(section), track(motions, label), walls, ratio, tail=quakes.tail)
-    finest, *ladder = (
-        run(ladder_cases(section, step), motions[:: section.ladder_every], walls, ratio, tail=quakes.tail)
-        for step in track([section.finest_step, *section.ladder], f"{label}, steps")
-    )
-    departures = []
-    for one in ladder:
-        stand = (one["collapsed"] == 0) & (finest["collapsed"] == 0)
-        departures.append(abs(xr.apply_ufunc(np.log, one["peak"] / finest["peak"])).where(stand))
-    departure = xr.concat(departures, xr.Variable("step", section.ladder), join="exact")
-    departure = departure.drop_vars(["station", "reference"]).rename(record="ladder_record", case="ladder_case")
-    return histories.assign(departure=departure)
+    quakes, section, walls = config.earthquakes, config.order, study_walls(config)
+    motions, ratio = [load_record(name) for name in chunk_names(number, config)], quakes.velocity_ratio.values()
+    histories = run(cases(section), track(motions, f"Dampers, part {number}"), walls, ratio, tail=quakes.tail)
+    few = track(motions[:: section.ladder_every], f"Steps, part {number}")
+    ladder = unstack(
+        run(ladder_cases(section), few, walls, ratio, tail=quakes.tail).drop_vars(["station", "reference"]),
+        step=[section.finest_step, *section.ladder],
+        restitution=section.restitution,
+        damper=dampers(section, 1.0),
+    ).rename(record="ladder_record")
+    finest, ladder = ladder.isel(step=0, drop=True), ladder.isel(step=slice(1, None))
+    survived = (ladder["collapsed"] == 0) & (finest["collapsed"] == 0)
+    return histories.assign(departure=abs(xr.apply_ufunc(np.log, ladder["peak"] / finest["peak"])).where(survived))
 
 
 # --- comparison -------------------------------------------------------------------------------------------------------
@@ -124,70 +108,49 @@ def compare(config: Config, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
     bands of the comparison. Intervals come from the paired bootstrap over stations.
     """
     bootstrap, bands, section = config.comparison.bootstrap, config.comparison.bands, config.order
-    pairs = pair(xr.concat([part.drop_dims("ladder_record") for part in chunks], "record", join="exact"))
-    departure = xr.concat([part[["departure"]] for part in chunks], "ladder_record", join="exact")
+    pairs = pair(xr.concat([part[["peak", "collapsed"]] for part in chunks], "record", join="exact"))
+    departure = xr.concat([part["departure"] for part in chunks], "ladder_record", join="exact")
     weights = resample(pairs["station"].values, bootstrap.replicates, bootstrap.seed)
     statistics = compare_pairs(pairs, weights, [(bands[0], bands[-1])], "Dampers beside restitution").isel(band=0)
     statistics = statistics.drop_vars(["median_ratio", "median_ratio_interval", "pairs"])
-    e, studied = section.restitution, list(dampers(section))
-    ladder = unstack(departure.rename(ladder_case="case"), restitution=e, damper=studied)
-    forces = {"largest_step": _largest_step(ladder["departure"]), "crossing_force": _crossing_force(config)}
+    names = [*dampers(section, 1.0), *variations(section, 1.0)]
     return (
-        unstack(statistics, restitution=e, damper=[*studied, *variations(section)])
+        unstack(statistics, restitution=section.restitution, damper=names)
         .transpose("damper", "restitution", ...)
-        .merge(forces, join="left")
-        .merge(_crossing(config), join="exact")
+        .merge({"largest_step": find_largest_step(departure), "crossing_force": crossing_force(config)}, join="left")
+        .merge(crossing_decays(config), join="exact")
         .assign(records=pairs.sizes["record"], stations=np.unique(pairs["station"]).size)
         .assign_coords(bound=list(BOUND))
     )
 
 
-def _largest_step(departure: xr.DataArray) -> xr.DataArray:
-    """Return the largest step of the ladder that is converged, by damper and e; NaN of none."""
-    dims = ["ladder_record", "velocity_ratio", "wall"]
-    ran = departure.notnull().any(dims)
-    quantile = departure.where(ran, 2 * CONVERGED).quantile(0.9, dims).drop_vars("quantile")
-    steps = quantile["step"].where(quantile <= CONVERGED)
-    return steps.max("step")
+def find_largest_step(departure: xr.DataArray, converged: float = 0.005) -> xr.DataArray:
+    """Return the largest step at which nine in ten peaks depart by no more than `converged`; NaN of none."""
+    histories = ["ladder_record", *HISTORIES[1:]]
+    ran = departure.notnull().any(histories)
+    quantile = departure.where(ran, 1.0).quantile(0.9, histories).drop_vars("quantile")
+    return quantile["step"].where(quantile <= converged).max("step")
 
 
-# --- at the crossing --------------------------------------------------------------------------------------------------
-
-
-def _crossing_force(config: Config) -> xr.DataArray:
-    """Return C v/F0 at u = 0 after a release from `CROSSING_RELEASE`, of the paper's curve and of each wall.
+def crossing_force(config: Config) -> xr.DataArray:
+    """Return C v/F0 at u = 0 after a release from `RELEASE`, of the paper's curve and of each wall.
 
     The speed is that between those before and after an impact, sqrt(2 e V). CR itself has no force.
     """
-    e = np.array(config.order.restitution)
-    curves = {"paper": config.curve.make(), **{named.name: named.curve for named in config.earthquakes.walls}}
-    studied = dampers(config.order)
-    force = np.full((len(studied), e.size, len(curves)), np.nan)
-    for column, curve in enumerate(curves.values()):
-        speed = np.sqrt(2 * e * curve.energy(CROSSING_RELEASE))
-        for row, damper in enumerate(studied.values()):
-            force[row, :, column] = damper.make(e).coefficient(curve, 0.0, speed) * speed
-    return xr.DataArray(
-        force,
-        dims=("damper", "restitution", "wall"),
-        coords={"damper": list(studied), "restitution": e, "wall": list(curves)},
-    )
+    e, curves = np.array(config.order.restitution), {"paper": config.curve.make()}
+    curves |= {name: curve for name, (_, curve) in study_walls(config).items()}
+    speed = {name: np.sqrt(2 * e * curve.energy(RELEASE)) for name, curve in curves.items()}
+    studied = dampers(config.order, e)
+    force = [[damping.coefficient(curves[w], 0.0, v) * v for w, v in speed.items()] for damping in studied.values()]
+    coords = {"damper": list(studied), "wall": list(curves), "restitution": e}
+    return xr.DataArray(force, coords, ["damper", "wall", "restitution"]).transpose("damper", "restitution", "wall")
 
 
-def _crossing(config: Config) -> xr.Dataset:
-    """Return histories of a decay on the paper's curve, under CR and the dampers that `fig_order` shows."""
-    e, step, curve = float(config.damping_force.restitution), config.solver.step, config.curve.make()
-    steps = round(config.matching.response_length / step)
-    drawn_dampers = {REFERENCE: Damping("CR", e)}
-    drawn_dampers |= {name: dampers(config.order)[name].make(e) for name in ("ECD16", "BAND0.4", "BAND0.2")}
-    decays = []
-    for name, damping in drawn_dampers.items():
-        run = simulate(curve, damping, release_amplitude=CROSSING_RELEASE, step=step, steps=steps)
-        force = damping.coefficient(curve, run.displacement, run.velocity) * run.velocity
-        force = np.full(steps + 1, np.nan) if name == REFERENCE else force
-        decays.append((run.displacement, run.velocity, force))
-    names = ("shown_displacement", "shown_velocity", "shown_damping_force")
-    return xr.Dataset(
-        {name: (("shown_damper", "tau"), values) for name, values in zip(names, np.stack(decays, axis=1), strict=True)},
-        coords={"shown_damper": list(drawn_dampers), "tau": step * np.arange(steps + 1), "shown_restitution": e},
-    )
+def crossing_decays(config: Config) -> xr.Dataset:
+    """Return decays on the paper's curve, under CR and the dampers that `fig_order` shows."""
+    e, step = float(config.damping_force.restitution), config.solver.step
+    every = {REFERENCE: Damping(REFERENCE, e), **dampers(config.order, e)}
+    some = {name: every[name] for name in (REFERENCE, "ECD16", "BAND0.4", "BAND0.2")}
+    steps = step_count(config.matching.response_length, step)
+    decays = damped_decays(config.curve.make(), some, RELEASE, step=step, steps=steps)
+    return decays.rename(damping_model="crossing_damper").assign_coords(crossing_restitution=e)
