@@ -107,7 +107,7 @@ def sources() -> str:
         [model, *(percent(value) for name in (ERRORS[0], ERRORS[2]) for value in study[name].sel(damping_model=model))]
         for model in VISCOUS_MODELS
     ]
-    head = [f"{name}: {source}" for name in (ERROR_HEAD[0], ERROR_HEAD[2]) for source in sources]
+    head = [f"{name}: {source}" for name in ("median", "missed") for source in sources]
     return table(["damper", *head], rows)
 
 

@@ -113,7 +113,7 @@ def test_errors_of_the_polynomials():
     study = read_full("equivalence")
     paper = 100 * study["largest_relative_error"].max("yield_displacement_ratio")
     cdc = paper.sel(damping_model="CDC", restitution_range=[0.96, 1.0])
-    assert_stated(ACCURACY, r"up to ([\d.]+) % for CDC up to e = 0.96 and by up to (\d+) % above", *cdc.values)
+    assert_stated(ACCURACY, r"up to ([\d.]+) % for CDC up to e = 0.96, and by up to (\d+) % above", *cdc.values)
     assert (paper.sel(restitution_range=[0.96, 1.0]) <= cdc).all()
     in_delta = 100 * float(study["delta_largest_relative_error"].max())
     assert_stated(ACCURACY, r"errs by up to ([\d.]+) % everywhere", in_delta)
