@@ -11,8 +11,8 @@ from .histories.respond import respond as respond
 from .histories.supports import floor_motions as floor_motions
 from .laboratory.calibration import calibrate as calibrate
 from .laboratory.free_rocking import fit_free_rocking as fit_free_rocking
-from .laboratory.releases import FreeRocking as FreeRocking
-from .laboratory.releases import read_free_rocking as read_free_rocking
+from .laboratory.free_rocking_file import FreeRocking as FreeRocking
+from .laboratory.free_rocking_file import read_free_rocking as read_free_rocking
 from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
 from .mechanics.floors import Building as Building

@@ -102,14 +102,14 @@ def test_a_video_has_frames_and_pixels(tmp_path):
     test = rd.read_free_rocking(FIRST)
     rows = np.column_stack([np.arange(test.elapsed.size), test.displacement / 0.00035])
     np.savetxt(tmp_path / "video.csv", rows, delimiter=",", header="frame,x_pixel", comments="")
-    rate = 1 / test.step
+    rate = 1 / test.elapsed[1]
     given = ("calibrate", "--free-rocking", tmp_path / "video.csv", "--frame-rate", rate, "--pixel", "0.35mm", *BLOCK)
     estimates = [
         [row["estimate"] for row in printed(*each)["parameters"]]
         for each in (given, ("calibrate", "--free-rocking", FIRST, *BLOCK))
     ]
     assert estimates[0] == pytest.approx(estimates[1], rel=1e-6)
-    assert "frame" in refused("calibrate", "--free-rocking", tmp_path / "video.csv", "--pixel", "0.35mm", *BLOCK)
+    assert "half periods" in refused("calibrate", "--free-rocking", tmp_path / "video.csv", "--pixel", "0.35mm", *BLOCK)
 
 
 def test_the_table_says_what_the_test_says():

@@ -15,6 +15,7 @@ from rockdamp.cli.common import (
     SECONDS,
     Quantity,
     curve_options,
+    describe_records,
     describe_wall,
     digests,
     examples,
@@ -112,6 +113,7 @@ def assess_command(
     if given["report"] is not None and (given["one_sided"] or exponent):
         raise click.UsageError("--report has no page of a wall against a stop, or of a loss with an exponent")
     motions = read_motions(given)
+    records = describe_records(motions)
     if supports:
         motions = list(floor_motions(motions, parapet=given["parapet"], **supports))
     answer = assess(
@@ -131,6 +133,7 @@ def assess_command(
     if as_json:
         print_json(values(answer) | damping)
     else:
+        click.echo(records)
         _print(answer, wall, damping)
 
 
@@ -319,7 +322,8 @@ def batch(
         print_json(found)
         return
     bad = [row for row in found if row["error"]]
-    click.echo(f"{len(rows) - len(bad)} of {len(rows)} walls under {len(motions)} records at {measure} {intensity:g}")
+    click.echo(describe_records(motions))
+    click.echo(f"{len(rows) - len(bad)} of {len(rows)} walls at {measure} {intensity:g}")
     for row in bad:
         click.echo(f"{row['id']}: {row['error']}")
     names = ("id", "damping_model", "collapses", "records", "median_intensity", "dispersion", "peak_median")

@@ -12,8 +12,8 @@ from rockdamp.cli.common import (
     FILE,
     LENGTH,
     NUMBER,
-    SECONDS,
     Quantity,
+    describe_records,
     examples,
     json_option,
     known,
@@ -28,9 +28,12 @@ from rockdamp.cli.common import (
     write_dataset,
     write_figure,
 )
+from rockdamp.text import count_noun
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rockdamp.arrays import Array
 
 RELEASE = ("release_elapsed", "release_displacement", "sensor_zero", "sensor_drift")
 HALF_CYCLE = ("half_cycle_release", "peak_elapsed", "peak_displacement", "half_period", "half_period_fitted")
@@ -78,8 +81,6 @@ UNCERTAIN = {
     ),
 )
 @option("--records", "--record", "records", multiple=True, type=FILE, metavar="FILE", help="Record; repeatable.")
-@option("--step", type=SECONDS, help="Time between two numbers of a record that states none.")
-@option("--unit", help="Unit of the accelerations of a record that states none, as g or cm/s2.")
 @option("--compare", is_flag=True, help="Fit every damper too, and say what each leaves of the records.")
 @option("--free-rocking", is_flag=True, help="Fit FILES, pull-and-release tests, in place of records.")
 @option("--frame-rate", type=NUMBER, help="Frames a second, where FILES have frame numbers in place of times.")
@@ -170,9 +171,10 @@ def _fit_records(
 ) -> None:
     from rockdamp.laboratory.calibration import calibrate
     from rockdamp.laboratory.comparison import compare_dampers
-    from rockdamp.motions.record import read_record
+    from rockdamp.motions.catalogue import load_record
 
-    records = [read_record(path, step=given["step"], unit=given["unit"]) for path in paths]
+    motions = [load_record(str(path)) for path in paths]
+    records = [motion.record for motion in motions]
     fitted = calibrate(records, wall, **how)
     _write(fitted, "calibration", " ".join(record.digest for record in records), "calibration_figure", given)
     left = {name: known(fitted[name]) for name in ("residual_rms", "residual_over_peak", "residual_over_noise")}
@@ -191,6 +193,7 @@ def _fit_records(
     if as_json:
         print_json(found)
         return
+    click.echo(describe_records(motions))
     _print_parameters(found["parameters"])
     _print_misfit(found, "residual_over_noise")
     if compare:
@@ -204,13 +207,29 @@ def _fit_free_rocking(
     paths: Sequence[Path], wall: Any, how: dict[str, Any], as_json: bool, given: dict[str, Any]
 ) -> None:
     from rockdamp.laboratory.free_rocking import fit_free_rocking
-    from rockdamp.laboratory.releases import read_free_rocking
+    from rockdamp.laboratory.free_rocking_file import read_free_rocking
 
     tests = [read_free_rocking(path, frame_rate=given["frame_rate"], pixel=given["pixel"]) for path in paths]
     fitted = fit_free_rocking(tests, wall, **how)
     _write(fitted, "free_rocking", " ".join(test.digest for test in tests), "free_rocking_figure", given)
     found = content(fitted)
-    print_json(found) if as_json else _print_free_rocking(found)
+    if as_json:
+        print_json(found)
+        return
+    for path, test in zip(paths, tests, strict=True):
+        click.echo(f"{path.name}: {_describe(test.elapsed)}")
+    _print_free_rocking(found)
+
+
+def _describe(elapsed: Array) -> str:
+    """Return what was read of a test, and its gaps: intervals of half a step more than the usual one."""
+    intervals = elapsed[1:] - elapsed[:-1]
+    gaps = intervals > 1.5 * sorted(intervals)[intervals.size // 2]
+    size = f"{elapsed.size:,}".replace(",", " ")
+    text = f"{size} samples in {elapsed[-1] - elapsed[0]:.4g} s"
+    at = int(intervals.argmax())
+    named = f"; {count_noun(int(gaps.sum()), 'gap')}, the longest {intervals[at]:.3g} s after {elapsed[at]:.4g} s"
+    return text + named * bool(gaps.any())
 
 
 def content(fitted: xr.Dataset) -> dict[str, Any]:

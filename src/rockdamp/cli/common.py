@@ -232,6 +232,21 @@ def read_motions(given: Options) -> list[GroundMotion]:
     return motions
 
 
+def describe_records(motions: Sequence[GroundMotion]) -> str:
+    """Return what was read of records: ``record: 5 366 samples, 0.005 s, PGA 0.28 g``."""
+    from rockdamp.motions.intensity import intensity_measures
+
+    records = [motion.intensity_record for motion in motions]
+    samples, steps = (sorted(values) for values in ([r.elapsed.size for r in records], [r.step for r in records]))
+    pga = sorted(intensity_measures(record).pga / STANDARD_GRAVITY for record in records)
+    spans = [
+        " to ".join(dict.fromkeys(format(end, style).replace(",", " ") for end in (values[0], values[-1])))
+        for values, style in ((samples, ",d"), (steps, ".4g"), (pga, ".2g"))
+    ]
+    name = "record" if len(records) == 1 else f"{len(records)} records"
+    return f"{name}: {spans[0]} samples, {spans[1]} s, PGA {spans[2]} g"
+
+
 def make_supports(given: Options) -> dict[str, Any]:
     """Return the building and the flexible floor that the options describe, as `floor_motions` takes them."""
     from rockdamp.mechanics.floors import Building, Diaphragm

@@ -13,6 +13,7 @@ from rockdamp.cli.common import (
     Quantity,
     curve_options,
     damping_options,
+    describe_records,
     describe_wall,
     digests,
     examples,
@@ -162,6 +163,7 @@ def respond_command(restitution: Any, scale: Any, to_pga: Any, to_pgv: Any, as_j
         e, reason = find_restitution(wall, restitution or "measured")
     dampings = make_dampings(given, curve, e)
     motions = read_motions(given)
+    records = describe_records(motions)
     if supports:
         motions = list(floor_motions(motions, parapet=given["parapet"], **supports))
     single = len(motions) == len(next(iter(target.values()))) == 1 and not one_sided
@@ -185,6 +187,7 @@ def respond_command(restitution: Any, scale: Any, to_pga: Any, to_pgv: Any, as_j
         print_json(rows[0] if single and len(dampings) == 1 else rows)
         return
     taken = "" if e is None else f"; e = {e:.4g}, {reason}"
+    click.echo(records)
     click.echo(f"{describe_wall(wall)}; rocking starts at {in_g(wall.rocking_onset(curve.strength_ratio))}{taken}\n")
     print_table([{head: row[name] for name, head in HEADS.items()} for row in rows])
 

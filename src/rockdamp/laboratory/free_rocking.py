@@ -17,9 +17,10 @@ from rockdamp.errors import check, check_choice
 from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.calibration import NORMAL, true_values
 from rockdamp.laboratory.free_decay import FreeDecay
+from rockdamp.laboratory.free_rocking_file import FreeRocking
 from rockdamp.laboratory.losses import fit_law, loss_at, regress
 from rockdamp.laboratory.record_fit import PARAMETERS
-from rockdamp.laboratory.releases import FreeRocking, find_releases, rest_deviation
+from rockdamp.laboratory.releases import find_releases, rest_deviation
 from rockdamp.laboratory.uncertainty import check_deviations
 from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.damping import DAMPERS, Damping

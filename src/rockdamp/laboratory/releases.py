@@ -1,133 +1,16 @@
-"""Free-rocking tests: their files, and the releases in them with zero, peaks and crossings of zero."""
+"""Releases in a free-rocking test, with their zero, peaks and crossings of zero."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from hashlib import sha256
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.signal import detrend, find_peaks
 from scipy.stats import theilslopes
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, check
+from rockdamp.errors import check
 from rockdamp.histories.half_cycles import CLEAR, half_cycles
-from rockdamp.motions.record import cells, check_series, mean_step, read_header, read_rows
-from rockdamp.storage.files import read_text
-
-TIME = "elapsed_s"
-ROCKING_COLUMNS = ("displacement_m", "rotation_rad")  # one of them
-
-
-@dataclass(frozen=True, eq=False)
-class FreeRocking:
-    """A free-rocking test, sampled uniformly in time: one or more releases, without a motion of the ground.
-
-    Parameters
-    ----------
-    elapsed : ndarray, shape (samples,)
-        Time, uniform as that of a `Record`. [s]
-    displacement : ndarray, shape (samples,), optional
-        Horizontal displacement at the hinge, or at the top of a parapet; the sensor's zero need not be the wall's. [m]
-    rotation : ndarray, shape (samples,), optional
-        Rotation of the lower body, or of a parapet, in place of the displacement. [rad]
-    header : mapping of str
-        What the file says of itself: specimen, source, licence, units, synthetic (yes or no), and more.
-    digest : str, optional
-        SHA-256 of the file that it was read from.
-
-    Raises
-    ------
-    InputError
-        Unless there is either a displacement or a rotation, of finite numbers at uniform times.
-
-    Examples
-    --------
-    >>> import rockdamp as rd
-    >>> test = rd.FreeRocking([0.0, 0.002, 0.004], [0.05, 0.05, 0.0499], header={"synthetic": "yes"})
-    >>> test.step, test.synthetic
-    (0.002, True)
-    """
-
-    elapsed: Array
-    displacement: Array | None = None
-    rotation: Array | None = None
-    header: Mapping[str, str] = field(default_factory=dict)
-    digest: str = ""
-
-    def __post_init__(self) -> None:
-        if (self.displacement is None) == (self.rotation is None):
-            raise InputError(f"a free-rocking test must have one of {' and '.join(ROCKING_COLUMNS)}")
-        check_series(self, ("elapsed", "displacement", "rotation"))
-
-    @property
-    def step(self) -> float:
-        """Time between samples. [s]"""
-        return mean_step(self.elapsed)
-
-    @property
-    def synthetic(self) -> bool:
-        """True if the header says that it was computed; without such a statement it was measured."""
-        return self.header.get("synthetic") == "yes"
-
-    @property
-    def measured(self) -> Array:
-        """What was measured: the displacement [m] or the rotation [rad]."""
-        return self.displacement if self.displacement is not None else self.rotation  # type: ignore[return-value]
-
-
-def read_free_rocking(
-    path: str | os.PathLike[str], *, frame_rate: float | None = None, pixel: float | None = None
-) -> FreeRocking:
-    """Read a free-rocking test: lines ``# key: value``, then ``elapsed_s`` and ``displacement_m`` or ``rotation_rad``.
-
-    Parameters
-    ----------
-    path : path-like
-    frame_rate : float, optional
-        Of a video, whose first column has frame numbers, whatever it is called. [s-1]
-    pixel : float, optional
-        Size of a pixel, where the second column has pixels, whatever it is called. [m]
-
-    Raises
-    ------
-    InputError
-        For whatever cannot be read or used, with the line and the file.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> import rockdamp as rd
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder, "release.csv")
-    ...     _ = path.write_text("# synthetic: yes\\nelapsed_s,rotation_rad\\n0,0.05\\n0.01,0.05\\n")
-    ...     rd.read_free_rocking(path).rotation
-    array([0.05, 0.05])
-    """
-
-    text = read_text(path)
-    lines = text.splitlines()
-    try:
-        header, first = read_header(lines)
-        names = cells(lines[first]) if first < len(lines) else []
-        times_named, values_named = names[:1] == [TIME], names[1:] in ([ROCKING_COLUMNS[0]], [ROCKING_COLUMNS[1]])
-        if len(names) != 2 or not (times_named or frame_rate) or not (values_named or pixel):
-            raise InputError(
-                f"columns are {', '.join(names)}; they must be {TIME} and one of {', '.join(ROCKING_COLUMNS)}"
-            )
-        elapsed, values = np.array(read_rows(lines, first + 1, 2)).T
-        elapsed = elapsed if frame_rate is None else elapsed / frame_rate
-        name = "displacement" if pixel is not None else names[1].partition("_")[0]
-        measured = dict.fromkeys(("displacement", "rotation")) | {name: values if pixel is None else pixel * values}
-        return FreeRocking(elapsed, **measured, header=header, digest=sha256(text.encode()).hexdigest())
-    except InputError as error:
-        raise InputError(f"{os.fspath(path)}: {error}") from None
-
-
-# --- releases ---------------------------------------------------------------------------------------------------------
 
 # ASSUME: what a test must be for these to be found in it.
 FEWEST_PEAKS = 4  # of a release, itself included: three impacts, of which two leave something to compare
@@ -136,6 +19,7 @@ RELEASE = 0.2  # of the largest peak: a release is at least as large
 FALLING = 0.8  # of the release: below it the specimen moves freely, whatever held it
 RISEN = 0.5  # of the next peak: where the record begins below it, the first impact has no energy before it
 ONE_SIDED = 0.5  # of the amplitude: how far the middle between peaks may move with it
+LOST_FRAMES, LOST_SHARE = 5, 0.25  # in a gap, and of the half period around it: more may hide two crossings
 LAST = 0.4  # of the half period before: how far beyond the last peak the record is used
 # Of the white noise, or of the range: where the first or the last part of a test varies less, the specimen is at rest.
 QUIET_SPREAD, QUIET = 1.5, 0.005
@@ -233,8 +117,19 @@ def find_releases(elapsed: Array, displacement: Array, least: float | None = Non
         if np.abs(displacement[first] - zero) < RISEN * np.abs(peaks[1]):
             first, inside, peaks = int(np.argmax(elapsed >= inside[0])), inside[1:], peaks[1:]
         used = slice(first, int(np.searchsorted(elapsed, last)) + 1)
+        _check_gaps(elapsed[used], inside)
         found.append(Release(elapsed[used], displacement[used], zero, inside, peaks))
     return found
+
+
+def _check_gaps(elapsed: Array, crossings: Array) -> None:
+    """Refuse a release of which more frames are lost than leave its half periods to be seen."""
+    intervals, half_periods = np.diff(elapsed), np.diff(crossings)
+    around = np.interp(elapsed[:-1], crossings[:-1] + half_periods / 2, half_periods)
+    allowed = np.maximum((LOST_FRAMES + 1.5) * np.median(intervals), LOST_SHARE * around)
+    at = int(np.argmax(intervals - allowed))
+    what = f"at most {allowed[at]:.3g}: {LOST_FRAMES} frames, or {LOST_SHARE:g} of the half period there"
+    check(f"gap after {elapsed[at]:.6g} s", intervals[at], lambda gap: gap <= allowed[at], what)
 
 
 def _check_peaks(count: int, clear: float) -> None:

@@ -65,6 +65,7 @@ class Record:
 
     def __post_init__(self) -> None:
         check_series(self, ("elapsed", "ground_acceleration", "displacement"))
+        check_times(self.elapsed)
 
     def __eq__(self, other: object) -> bool:
         """Say whether another record has the same samples, header and file."""
@@ -83,15 +84,14 @@ class Record:
 
 
 def check_series(instance: Any, names: Sequence[str]) -> None:
-    """Check the fields that are there as series of one length, ``elapsed`` as times; store them as arrays."""
+    """Check the fields that are there as series of one length; store them as arrays."""
     for name in names:
         if getattr(instance, name) is not None:
             values = check(name, getattr(instance, name), np.isfinite, "finite")
             object.__setattr__(instance, name, values)
             if values.ndim != 1 or values.shape != instance.elapsed.shape:
-                raise InputError(f"{name} has shape {values.shape}; it must be (samples,), as elapsed has", name)
+                raise InputError(f"{name} has shape {values.shape}; it must be (samples,), as elapsed has")
     check_choice("synthetic", instance.header.get("synthetic", "no"), ("yes", "no"))
-    check_times(instance.elapsed)
 
 
 def mean_step(elapsed: Array) -> float:
@@ -102,7 +102,7 @@ def mean_step(elapsed: Array) -> float:
 def check_times(elapsed: Array, printed: Iterable[str] = ()) -> None:
     """Raise `InputError` unless times are uniform, as `Record` says; `printed` are the times as a file has them."""
     if elapsed.size < 2:
-        raise InputError(f"elapsed has {elapsed.size} samples; it must have at least 2", "elapsed")
+        raise InputError(f"elapsed has {elapsed.size} samples; it must have at least 2")
     step, intervals = mean_step(elapsed), np.diff(elapsed)
     departure = np.abs(elapsed - elapsed[0] - step * np.arange(elapsed.size))
     if step > 0 and departure.max() <= UNIFORM * step:
@@ -120,7 +120,7 @@ def check_times(elapsed: Array, printed: Iterable[str] = ()) -> None:
     text = f"elapsed goes from {elapsed[at]} to {elapsed[at + 1]}; it must rise by equal steps, here {step:.6g}"
     if missing > 0 and abs(intervals[at] - (missing + 1) * step) <= tolerance:
         text += f": {missing} sample{'s are' if missing > 1 else ' is'} missing after {elapsed[at]}"
-    raise InputError(text, "elapsed")
+    raise InputError(text)
 
 
 def append_rest(ground_acceleration: Array, step: float, tail: float) -> Array:
@@ -169,7 +169,7 @@ def read_record(path: str | os.PathLike[str], *, step: float | None = None, unit
     try:
         factor = None if unit is None else _acceleration(unit)
         if unit is not None and factor is None:
-            raise InputError(f"unit is {unit!r}; it must be one of acceleration, as g, m/s2, cm/s2", "unit")
+            raise InputError(f"unit is {unit!r}; it must be one of acceleration, as g, m/s2, cm/s2")
         header, first = read_header(lines)
         names = cells(lines[first]) if first < len(lines) else []
         at2 = next(((k, *found) for k, line in enumerate(lines[:HEAD]) if (found := _samples_and_step(line))), None)
@@ -208,7 +208,7 @@ def _at2(lines: Sequence[str], k: int, samples: float, step: float, given: float
     texts += [text.split()[0] for text in texts]  # of "G FILTERED"
     stated = {factor for text in texts if (factor := _acceleration(text))}
     if len(stated) > 1 or not (stated or given):
-        raise InputError("states no unit of the accelerations; unit must be given, as g or cm/s2", "unit")
+        raise InputError("states no unit of the accelerations; unit must be given, as g or cm/s2")
     factor = stated.pop() if stated else given
     _agree("unit [m s-2]", given, factor)
     values = np.fromiter(chain.from_iterable(read_rows(lines, k + 1)), float)
