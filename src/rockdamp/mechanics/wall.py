@@ -252,10 +252,10 @@ class Wall(_Mechanism):
     def inertia_ratio(self) -> Array:
         r"""How many times larger the inertia is with the mass of the overburden than without it. [-]
 
-        .. math:: 1 + \frac{\psi c^2}{H + V}, \qquad
+        .. math:: 1 + \frac{\psi c^2}{H + U}, \qquad
                   c = \frac{t}{h} \left(\frac{1}{r} + \frac{1/2 + d/t}{1 - r}\right)
 
-        The mass psi m rises by c for each unit of u, with the overburden's eccentricity d; H + V is what the bodies'
+        The mass psi m rises by c for each unit of u, with the overburden's eccentricity d; H + U is what the bodies'
         own motions, sideways and up, have of their mass m (docs/theory.md, section 1). All are taken at u = 0.
         """
         r, q = self.hinge_ratio, 1 / self.slenderness**2
@@ -265,7 +265,7 @@ class Wall(_Mechanism):
 
     @property
     def _bodies_inertia(self) -> Array:
-        """H + V times 3 r^2 (1 - r). [-]"""
+        """H + U times 3 r^2 (1 - r). [-]"""
         r, q = self.hinge_ratio, 1 / self.slenderness**2
         return np.asarray(r**2 * (1 - r) + (3 - 2 * r) * q)
 
