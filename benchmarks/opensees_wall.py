@@ -1,0 +1,97 @@
+"""One CDC wall under a record by OpenSeesPy and by rockdamp: time of a step, and time for the same error."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+
+import numpy as np
+import openseespy.opensees as ops
+from walls import record
+
+from rockdamp import Damping, Load, TrilinearCurve, exact_history, simulate
+
+CURVE, XI = TrilinearCurve(0.06, 0.75, 0.95), 0.03
+SAMPLES, SAMPLING = 400, 0.05  # of the record, in tau
+GROUND = 0.8 * record(SAMPLES + 1, SAMPLING)
+ERROR = 1e-4  # wanted of the displacements at the samples [u/u_ins]
+
+
+def set_up() -> None:
+    """Set up the wall in OpenSees: unit mass, average acceleration, Newton's iterations."""
+    corners = [CURVE.yield_displacement_ratio, CURVE.plateau_end, CURVE.ultimate_displacement_ratio]
+    strains, b1 = [0.0, *map(float, corners), 100.0], float(CURVE.strength_ratio)
+    stresses = [0.0, b1, b1, 0.0, 0.0]
+    ops.wipe()
+    ops.model("basic", "-ndm", 1, "-ndf", 1)
+    ops.node(1, 0.0)
+    ops.node(2, 0.0)
+    ops.fix(1, 1)
+    ops.mass(2, 1.0)
+    mirrored = [[-value for value in values[:0:-1]] + values for values in (strains, stresses)]
+    ops.uniaxialMaterial("ElasticMultiLinear", 1, 0.0, "-strain", *mirrored[0], "-stress", *mirrored[1])
+    ops.uniaxialMaterial("Viscous", 2, 2 * XI * float(CURVE.initial_frequency), 1.0)
+    ops.uniaxialMaterial("Parallel", 3, 1, 2)
+    ops.element("zeroLength", 1, 1, 2, "-mat", 3, "-dir", 1)
+    ops.timeSeries("Path", 1, "-dt", SAMPLING, "-values", *GROUND.tolist(), "-factor", -1.0)
+    ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
+    ops.setNodeAccel(2, 1, float(GROUND[0]), "-commit")
+    ops.constraints("Plain")
+    ops.numberer("Plain")
+    ops.system("BandGeneral")
+    ops.test("NormDispIncr", 1e-10, 50)
+    ops.algorithm("Newton")
+    ops.integrator("Newmark", 0.5, 0.25)
+    ops.analysis("Transient")
+
+
+def opensees_history(substeps: int) -> np.ndarray:
+    """Return the displacements at the samples, shape (SAMPLES + 1,)."""
+    set_up()
+    displacement = [0.0]
+    for _ in range(SAMPLES):
+        assert ops.analyze(substeps, SAMPLING / substeps) == 0
+        displacement.append(ops.nodeDisp(2, 1))
+    return np.array(displacement)
+
+
+def rockdamp_history(substeps: int) -> np.ndarray:
+    """Return the same by rockdamp."""
+    load = Load(GROUND, 1.0, SAMPLING, substeps)
+    return simulate(CURVE, Damping("CDC", XI), load=load, store_every=substeps).displacement
+
+
+def steps_for_error(history, truth: np.ndarray) -> int:
+    """Return the steps from which on, in powers of two, the error stays below ERROR."""
+    counts = [2**k for k in range(10)]
+    good = [np.abs(history(count) - truth).max() < ERROR for count in counts]
+    return SAMPLES * counts[max(i for i, fine in enumerate(good) if not fine) + 1]
+
+
+def opensees_step() -> float:
+    """Return the best seconds of one step, all steps in one call and without output."""
+    best, substeps = np.inf, 8
+    for _ in range(5):
+        set_up()
+        start = time.process_time()
+        assert ops.analyze(SAMPLES * substeps, SAMPLING / substeps) == 0
+        best = min(best, (time.process_time() - start) / (SAMPLES * substeps))
+    return best
+
+
+def rows(rockdamp_step: float) -> list[list[str]]:
+    """Return the rows of the table; `rockdamp_step` is the seconds of a step of one wall among many."""
+    times = SAMPLING * np.arange(SAMPLES + 1)
+    truth = exact_history(CURVE, Damping("CDC", XI), times, load=GROUND, sampling=SAMPLING).displacement
+    ours, theirs = (partial(steps_for_error, history)(truth) for history in (rockdamp_history, opensees_history))
+    step = opensees_step()
+    return [
+        ["a step of one CDC wall [ns]", f"{rockdamp_step * 1e9:.2f}", "", "", f"{step * 1e9:,.0f}"],
+        [
+            f"the same, {ERROR:g} u_ins of error [µs]",
+            f"{rockdamp_step * ours * 1e6:.1f}",
+            "",
+            "",
+            f"{step * theirs * 1e6:,.0f}",
+        ],
+    ]

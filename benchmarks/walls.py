@@ -1,0 +1,46 @@
+"""Random walls under one random record: what every loop of the benchmark runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rockdamp import Damping, Load, Peaks, TrilinearCurve, peaks
+
+MODELS = ("CR", "CDC", "CDR", "SDR", "ECD", "BAND")
+STEPS, STEP, SUBSTEPS = 4000, 0.005, 4  # the step in tau
+SEED = 2017
+
+
+def record(samples: int, sampling: float) -> np.ndarray:
+    """Return sines of 0.5 p to 4 p with seeded phases that grow and die away, shape (samples,)."""
+    tau = sampling * np.arange(samples)
+    frequencies = np.geomspace(0.5, 4.0, 24)
+    phases = np.random.default_rng(SEED).uniform(0, 2 * np.pi, frequencies.size)
+    return 0.25 * np.sin(np.pi * tau / tau[-1]) ** 2 * np.sin(np.outer(tau, frequencies) + phases).sum(axis=1)
+
+
+@dataclass(frozen=True)
+class Walls:
+    """Walls of one damper, at rest, under the same record scaled for each."""
+
+    curve: TrilinearCurve
+    damping: Damping
+    factor: np.ndarray
+    ground: np.ndarray
+
+    @classmethod
+    def draw(cls, model: str, count: int) -> Walls:
+        """Draw walls with e of 0.75 to 0.95 or damping ratios of 0.02 to 0.08."""
+        rng = np.random.default_rng(SEED)
+        curve = TrilinearCurve(rng.uniform(0.03, 0.12, count), rng.uniform(0.65, 0.85, count))
+        low, high = (0.75, 0.95) if model == "CR" else (0.02, 0.08)
+        damping = Damping(model, rng.uniform(low, high, count))
+        return cls(curve, damping, rng.uniform(0.1, 0.9, count), record(STEPS // SUBSTEPS + 1, STEP * SUBSTEPS))
+
+    def peaks(self, threads: int = 1) -> Peaks:
+        """Run them by rockdamp."""
+        return peaks(
+            self.curve, self.damping, load=Load(self.ground, self.factor, STEP * SUBSTEPS, SUBSTEPS), threads=threads
+        )
