@@ -1,12 +1,18 @@
 """A build of the minimal config: every result, each by its name, the same bytes on one core as on two."""
 
 import json
+import os
 import re
 import shutil
+import signal
+import subprocess
+import sys
 
 import pytest
 import xarray as xr
-from minimal_build import DATASETS, LOGS, OUTPUTS, RESULTS
+import yaml
+from minimal_build import DATASETS, OUTPUTS, RESULTS
+from repository import ROOT
 
 from rockdamp.figures import FIGURES
 
@@ -72,20 +78,6 @@ def test_a_failed_job_leaves_its_error_in_its_log_and_on_the_terminal(tree):
     assert not (tree.place / "results/motion/calibration.nc").exists()
 
 
-@pytest.mark.long
-def test_snakemakes_own_report_shows_every_figure(tree):
-    run = tree.snakemake("--report", "own-report.html")
-    assert run.returncode == 0, run.stdout + run.stderr
-    html = (tree.place / "own-report.html").read_text(encoding="utf-8")
-    assert all(f"{RESULTS}/figures/{name}.png" in html for name in FIGURES)
-
-
-def test_each_job_leaves_a_log(tree):
-    logs = {str(path.relative_to(tree.place / LOGS)) for path in (tree.place / LOGS).rglob("*.log")}
-    assert {"decay/amplitude.log", "match/amplitude.log", "response_lengths.log", "figures/fig1.log"} <= logs
-
-
-@pytest.mark.long
 def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
     before, overlay = tree.digests(RESULTS), "response_lengths: {step: 5}"
     run = tree.snakemake(overlay=overlay)
@@ -107,3 +99,43 @@ def test_a_job_may_not_read_a_value_that_its_rule_does_not_list(tree, edited):
     log = (tree.place / "logs" / RESULTS / "mechanism.log").read_text(encoding="utf-8")
     assert "AttributeError" in log and "validation" in log
     shutil.rmtree(tree.place / ".snakemake/incomplete", ignore_errors=True)
+
+
+@pytest.mark.long
+def test_a_truncated_dataset_is_refused_by_its_reader(tree):
+    path = tree.place / RESULTS / "mechanism.nc"
+    whole = path.read_bytes()
+    os.truncate(path, len(whole) // 2)
+    run = tree.snakemake("fig1")
+    assert run.returncode != 0
+    assert f"{RESULTS}/mechanism.nc" in run.stdout + run.stderr
+    path.unlink()
+    assert tree.snakemake().returncode == 0
+    assert path.read_bytes() == whole
+
+
+@pytest.mark.long
+def test_a_build_that_was_killed_goes_on_after_unlock(tree):
+    (tree.place / "killed.yaml").write_text("results: results/killed\n", encoding="utf-8")
+    files = ["config/minimal.yaml", "killed.yaml"]
+    command = [sys.executable, "-m", "snakemake", "--cores", "2", "mechanism", "--configfile", *files]
+    surroundings = {"cwd": tree.place, "env": tree.environment, "stderr": subprocess.PIPE, "text": True}
+    process = subprocess.Popen(command, start_new_session=True, **surroundings)
+    assert any("Select jobs to execute" in line for line in process.stderr)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    for more in ("--unlock", "--rerun-incomplete"):
+        run = subprocess.run([*command, more], **surroundings)
+        assert run.returncode == 0, run.stderr
+    killed = tree.place / "results/killed"
+    assert (killed / "mechanism.nc").read_bytes() == (tree.place / RESULTS / "mechanism.nc").read_bytes()
+    shutil.rmtree(killed)
+
+
+def test_the_profile_for_slurm_repeats_the_default_one():
+    """Snakemake reads one of them: other triggers would rerun every job after a checkout."""
+    default, slurm = (
+        yaml.safe_load((ROOT / f"profiles/{name}/config.yaml").read_text(encoding="utf-8"))
+        for name in ("default", "slurm")
+    )
+    assert {key: slurm[key] for key in default} == default
