@@ -58,7 +58,7 @@ lock: setup ## Bring the lock in line with pyproject.toml (LOCK_FLAGS=--upgrade:
 
 clean: ## Remove what was built, and the caches
 	find results -mindepth 1 ! -path results/README.md -delete
-	rm -rf .snakemake .cache logs build dist .coverage
+	rm -rf .snakemake .cache logs build dist
 	rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 
 # An environment with the packages of the lock, and the project on top. The solvers are compiled here, and Numba keeps

@@ -9,7 +9,7 @@ import sys
 
 from repository import ROOT
 
-NOT_COPIED = (".*", "results", "logs", "build", "dist", "htmlcov")
+NOT_COPIED = (".*", "results", "logs", "build", "dist")
 
 
 class Tree:
