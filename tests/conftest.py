@@ -27,7 +27,7 @@ if "PYTEST_XDIST_WORKER" in os.environ:
         os.environ.setdefault(threads, "1")
 
 # These take minutes, so they go first: no process is left alone with one of them at the end.
-LONG = ("tests/workflow/", "tests/documents/test_howto", "tests/whole_package/")
+LONG = ("tests/workflow/", "tests/documents/test_pages", "tests/whole_package/")
 # The files of each of these folders go to one process: they share what takes long to make.
 TOGETHER = ("tests/workflow/", "tests/figures/")
 

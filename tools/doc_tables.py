@@ -12,11 +12,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 from scipy.stats import chi2
 
-from rockdamp.claims import VERDICTS
 from rockdamp.constants import RECOMMENDED_SOURCE, REFERENCE, VISCOUS_MODELS
 from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
 from rockdamp.storage import dataset
@@ -54,20 +52,7 @@ def signed(change: xr.DataArray) -> str:
     return f"{100 * float(change):+.1f}".replace("-0.0", "0.0").replace("+0.0", "0.0")
 
 
-# --- docs/earthquakes.md and README.md -------------------------------------------------------------------------------
-
-
-def force() -> str:
-    """Force and error of the dampers at the crossing, in short."""
-    study = read("order").sel(restitution=E)
-    names = {"ECD16": "ECD16", **{f"BAND{t_c}": f"BAND, t_c = {t_c}" for t_c in (0.4, 0.2, 0.1)}}
-    names |= {f"e {sign} 0.01": f"restitution with e {sign} 0.01" for sign in "-+"}
-    rows = [
-        [text, number(row["crossing_force"].sel(wall="paper"), 2), *(percent(row[name]) for name in ERRORS[:3])]
-        for damper, text in names.items()
-        for row in [study.sel(damper=damper)]
-    ]
-    return table(["damper", "force over F0", *ERROR_HEAD[:3]], rows)
+# --- docs/earthquakes.md ---------------------------------------------------------------------------------------------
 
 
 def order() -> str:
@@ -142,12 +127,6 @@ def by_program() -> str:
         for row in [study.sel(damping_model=model)]
     ]
     return table(["your program takes", "use", "ξ refers to", *ERROR_HEAD[:3]], rows)
-
-
-def verdicts() -> str:
-    """Return how many claims of the paper got each verdict."""
-    counts = pd.read_csv(RESULTS / "claims.csv")["verdict"].value_counts()
-    return table(["verdict", "claims"], [[verdict, f"{counts.get(verdict, 0)}"] for verdict in VERDICTS])
 
 
 def closed_form() -> str:
@@ -259,7 +238,7 @@ def solver() -> str:
 
 TABLES = {
     function.__name__: function
-    for function in (force, order, earthquakes, sources, loss_law, by_program, verdicts)
+    for function in (order, earthquakes, sources, loss_law, by_program)
     + (closed_form, rocking, rocking_blocks, assumed, choices, solver)
 }
 

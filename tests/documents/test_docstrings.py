@@ -1,13 +1,19 @@
-"""The public docstrings: every argument and field is described, every number has its unit."""
+"""Docstrings: their examples run; the public ones describe every argument and field, with its unit."""
 
+import doctest
 import inspect
 import re
 from functools import cached_property
+from importlib import import_module
+from pkgutil import walk_packages
 
 import pytest
+from page_blocks import Checker
 
 import rockdamp as rd
 
+MODULES = ["rockdamp", *sorted(module.name for module in walk_packages(rd.__path__, "rockdamp."))]
+MODULES = [name for name in MODULES if not name.endswith(".__main__")]  # which would run
 PUBLIC = {name: getattr(rd, name) for name in rd.__all__}
 CLASSES = {name: thing for name, thing in PUBLIC.items() if inspect.isclass(thing)}
 
@@ -73,3 +79,16 @@ def test_a_property_that_is_a_number_states_its_unit(name):
         assert re.search(r"\[(?:-|[\w -]+)\]", inspect.getdoc(PROPERTIES[name]).split("\n\n")[0])
     else:
         assert kind in ("bool", "str", "tuple[int, ...]", "dict[str, Quantity]", "Record", "Modes")
+
+
+@pytest.mark.no_cover
+@pytest.mark.parametrize("name", MODULES)
+def test_the_examples_of_a_module_print_what_they_say(name):
+    runner = doctest.DocTestRunner(Checker(), optionflags=doctest.NORMALIZE_WHITESPACE)
+    for example in doctest.DocTestFinder().find(import_module(name)):
+        assert runner.run(example).failed == 0
+
+
+@pytest.mark.parametrize("name", [name for name, thing in PUBLIC.items() if inspect.isfunction(thing)])
+def test_every_public_function_has_an_example(name):
+    assert doctest.DocTestFinder(recurse=False).find(PUBLIC[name], name)[0].examples

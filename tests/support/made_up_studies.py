@@ -6,6 +6,7 @@ from made_up_earthquakes import by_model, complete, statistic
 
 from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.studies.amplitude import DAMPERS
+from rockdamp.studies.supports import ANALYTICAL, FIXED, IMPULSIVE, MASS, VERTICAL, name_floor
 
 ALL, VISCOUS = list(MODELS), list(VISCOUS_MODELS)
 E = np.linspace(0.7, 0.98, 15)
@@ -94,12 +95,12 @@ def supports():
     """A floor that costs more the softer it is, and other assumptions on either side of one; a wall has no value."""
     period = np.array([0.1, 0.3, 0.6])
     cases = [
-        *(f"floor of {each:g} s" for each in period.tolist()),
-        "overburden has mass, e unchanged",
-        "e of Eq. (7)",
-        "e impulsive",
-        "vertical shaking",
-        "eccentric overburden, fixed side",
+        *(name_floor(each) for each in period.tolist()),
+        MASS,
+        ANALYTICAL,
+        IMPULSIVE,
+        VERTICAL,
+        FIXED,
     ]
     others = [1.12, 1.3, 0.85, 0.98, 1.03]
     whole = np.concatenate([1 - 0.5 * period, others])

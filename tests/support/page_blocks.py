@@ -1,0 +1,142 @@
+"""The pages of the documents and their blocks of code, which run as a reader would run them, in a copy of the tree.
+
+- ``sh``: commands.
+- ``console``: commands after ``$``, and what they print; a line ``...`` stands for lines that are left out.
+- ``python``: a program, or a session with ``>>>``, of which the values are compared.
+- A block whose first line names a file, ``# my-wall.yaml``, is that file. In ``# config/default.yaml, after: studies:``
+  the line says where an edit goes.
+
+Snakemake runs on the minimal config, beneath a page's own.
+"""
+
+import contextlib
+import doctest
+import re
+import shlex
+import subprocess
+import sys
+from itertools import groupby
+
+from click.testing import CliRunner
+from repository import ROOT
+from rounded_texts import alike, holds
+from workflow_tree import Tree
+
+from rockdamp.cli import main
+
+BLOCK = re.compile(r"^```(sh|console|python|yaml)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PLACE = re.compile(r"# (?P<file>[\w./-]+\.\w+)(?:, (?P<where>before|after): (?P<line>.+))?")
+FULL = (ROOT / "results/report.html").exists()
+PAGES = ["README.md", "CONTRIBUTING.md", *(str(path.relative_to(ROOT)) for path in sorted(ROOT.glob("docs/**/*.md")))]
+
+
+class Checker(doctest.OutputChecker):
+    """Numbers count as values."""
+
+    def check_output(self, want, got, optionflags):
+        return alike(want, got) or super().check_output(want, got, optionflags)
+
+
+class Anything(doctest.OutputChecker):
+    """Only that the code runs counts."""
+
+    def check_output(self, want, got, optionflags):
+        return True
+
+
+def read(page):
+    return (ROOT / page).read_text(encoding="utf-8")
+
+
+def make_tree(place, results):
+    """A copy of the tree with the commands of this environment in `.venv/bin`, and these results."""
+    tree = Tree(place)
+    folders = [tree.place / name for name in (".venv/bin", "results")]
+    for folder in folders:
+        folder.mkdir(parents=True, exist_ok=True)
+    for name, options in {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp"}.items():
+        (folders[0] / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {options} "$@"\n', encoding="utf-8")
+        (folders[0] / name).chmod(0o755)
+    for result in results.iterdir():
+        if result.name not in ("README.md", "minimal"):
+            (folders[1] / result.name).symlink_to(result)
+    path = f"{folders[0]}:{tree.environment['PATH']}"  # as `source .venv/bin/activate` leaves it
+    tree.environment |= {"PATH": path, "MPLBACKEND": "agg"}
+    return tree
+
+
+def edit(tree, place, code):
+    """Write a block as a file, or into a file at the line that the block names."""
+    path = tree.place / place["file"]
+    if place["where"]:
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        same = [line for line in lines if line.rstrip() == place["line"]] or lines
+        (at,) = [number for number, line in enumerate(lines) if line in same and line.strip() == place["line"]]
+        code = "".join([*lines[: at + (place["where"] == "after")], code, *lines[at + (place["where"] == "after") :]])
+    path.write_text(code, encoding="utf-8")
+
+
+def run_shell(tree, command, edited):
+    """Return what a command prints; a command of rockdamp runs in this process unless the copy was edited."""
+    if command.startswith("rockdamp ") and not edited and not re.search("[|>;]", command):
+        with contextlib.chdir(tree.place):
+            result = CliRunner().invoke(main, shlex.split(command)[1:])
+        assert result.exit_code == 0, command + result.output
+        return result.output
+    command = command.replace("--configfile ", "--configfile config/minimal.yaml ")
+    if command.startswith("snakemake ") and "--configfile" not in command:
+        command += " --configfile config/minimal.yaml"
+    run = subprocess.run(["sh", "-ec", command], cwd=tree.place, env=tree.environment, capture_output=True, text=True)
+    assert run.returncode == 0, command + run.stdout + run.stderr
+    return run.stdout
+
+
+def run_console(tree, block, edited):
+    """Run the commands of a block and compare what they print."""
+    for shown in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+        command, _, expected = shown.partition("\n")
+        printed = run_shell(tree, command.removeprefix(".venv/bin/"), edited)
+        for left_out, lines in groupby(expected.splitlines(), "...".__eq__):
+            part = "\n".join(lines).strip("\n")
+            assert left_out or not part or holds(printed, part), f"{command}\n{printed}"
+
+
+def run_program(tree, block):
+    """Run a program in an interpreter of its own."""
+    command = [sys.executable, "-W", "error", "-c", block]
+    run = subprocess.run(command, cwd=tree.place, env=tree.environment, capture_output=True, text=True)
+    assert run.returncode == 0, block + run.stderr
+
+
+def run_session(tree, block, names, checker):
+    """Run a session with the names of those before it."""
+    session = doctest.DocTestParser().get_doctest(block, names, "session", None, 0)
+    with contextlib.chdir(tree.place):
+        runner = doctest.DocTestRunner(checker, optionflags=doctest.NORMALIZE_WHITESPACE)
+        assert runner.run(session, clear_globs=False).failed == 0
+    names |= session.globs
+
+
+def run_page(tree, page):
+    """Run all blocks of a page in their order; numbers of the full results are compared where these are built."""
+    text, names, edited = read(page), {}, False
+    checker = Checker() if FULL or not needs_results(page) else Anything()
+    for language, block in BLOCK.findall(text):
+        first, _, code = block.partition("\n")
+        if place := PLACE.fullmatch(first):
+            edit(tree, place, code)
+            edited = edited or not place["file"].startswith("my-")
+        elif language == "python" and ">>> " in block:
+            run_session(tree, block, names, checker)
+        elif language == "python":
+            run_program(tree, block)
+        elif language == "console":
+            run_console(tree, block.replace("\\\n", " "), edited)
+        elif language == "sh":
+            for command in block.replace("\\\n", " ").splitlines():
+                run_shell(tree, command.replace(".venv/bin/", ""), edited)
+
+
+def needs_results(page):
+    """Whether the page shows numbers of a full build, in a session."""
+    return re.search(r">>> .*results/(?!my-)", read(page)) is not None
