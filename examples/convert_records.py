@@ -49,7 +49,7 @@ def convert(path):
     try:
         step, values, number = read(lines)
     except (KeyError, StopIteration):
-        raise ValueError("this is no record of ESM, K-NET or CSMIP that is read here") from None
+        raise ValueError("no record of ESM, K-NET or CSMIP; write elapsed_s,ground_acceleration_m_s2") from None
     if values.size != number:
         raise ValueError(f"it has {values.size} accelerations and states {number}")
     written = path.with_name(f"{path.name}.csv" if path.suffix.lower() != ".asc" else f"{path.stem}.csv")

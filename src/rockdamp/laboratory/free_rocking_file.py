@@ -14,7 +14,7 @@ import numpy as np
 from rockdamp import units
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check
-from rockdamp.motions.record import check_series, read_header
+from rockdamp.motions.record import cells, check_series, read_header
 from rockdamp.storage.files import read_text
 
 
@@ -135,13 +135,13 @@ def _first_two_columns(lines: Sequence[str], first: int) -> tuple[list[str], Arr
     """
     heads, rows, width = ["", ""], [], 0
     for number, line in enumerate(lines[first:], first + 1):
-        cells = _divide(line)
-        values = _values(cells[:2])
-        if not width and (values is None or len(cells) < 2):
-            heads = cells or heads
+        row = cells(line)
+        values = _values(row[:2])
+        if not width and (values is None or len(row) < 2):
+            heads = cells(re.sub(r"\s+(?=[\[(])", "", line)) or heads  # a unit stays with its name
             continue
-        width = width or len(cells)
-        if values is None or len(cells) not in (0, 1, width):
+        width = width or len(row)
+        if values is None or len(row) > width:
             raise InputError(f"line {number} is {line.strip()[:30]!r}; it must be {width} cells, the first two numbers")
         if len(values) == 2 and not any(map(math.isnan, values)):
             rows.append(values)
@@ -150,16 +150,10 @@ def _first_two_columns(lines: Sequence[str], first: int) -> tuple[list[str], Arr
     return heads if len(heads) == width else ["", ""], np.array(rows).T
 
 
-def _divide(line: str) -> list[str]:
-    """Return the cells of a line, divided by what it has first of semicolons, tabs, commas and blanks."""
-    text = re.sub(r"\s+(?=[\[(])", "", line.partition("#")[0]).strip(" ")  # a unit stays with its name
-    return [cell.strip(' "') for cell in text.split(next((mark for mark in ";\t," if mark in text), None))]
-
-
-def _values(cells: Sequence[str]) -> list[float] | None:
+def _values(texts: Sequence[str]) -> list[float] | None:
     """Return the numbers of cells, NaN of an empty one; None where anything else stands there."""
     try:
-        return [float(cell or "nan") for cell in cells]
+        return [float(text or "nan") for text in texts]
     except ValueError:
         return None
 

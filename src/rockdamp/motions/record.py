@@ -21,10 +21,9 @@ from rockdamp.storage.files import read_text, replace_file
 COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")
 ACCELERATION = "ground_acceleration_"  # begins a column's name; its unit ends it: m_s2, cm_s2 or g
 UNIFORM = 0.01  # of a step: how far a time may lie from its place, however it is printed
-HEAD = 5  # lines of an AT2 file, of which one has NPTS and DT
+HEAD = 10  # lines of an AT2 file, of which one has NPTS and DT
 
 _Series: TypeAlias = tuple[Array, Array, Array | None, dict[str, str]]  # times, accelerations, displacements, header
-_SEPARATORS = str.maketrans(',;"', "   ")
 _AT2 = re.compile(r"\bNPTS\b|\bDT\b|(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")  # in capital letters
 _UNIT = re.compile(
     r"(?:\bUNITS?(?:\s+(?:OF|IN|ARE|IS))?\s*[:=]?|\bIN(?!\s+UNIT)|\()\s*([A-Z][\w/*^ -]*)", re.IGNORECASE
@@ -141,7 +140,7 @@ def read_record(path: str | os.PathLike[str], *, step: float | None = None, unit
     path : path-like
         A CSV with lines ``# key: value``, then the columns ``elapsed_s``, ``ground_acceleration_m_s2`` (or ``_g``,
         ``_cm_s2``) and, where measured, ``displacement_m``. Or an AT2 file of PEER, known by NPTS and DT in one of its
-        first five lines. Or plain numbers below any title: times and accelerations in two columns, or accelerations in
+        first ten lines. Or plain numbers below any title: times and accelerations in two columns, or accelerations in
         reading order, which may begin with their number and the step.
     step : float, optional
         Of plain numbers without times. [s]
@@ -192,7 +191,8 @@ def _csv(
     found = {name: _acceleration(name.removeprefix(ACCELERATION).replace("_", "/")) for name in names}
     factors = [(name, factor) for name, factor in found.items() if name.startswith(ACCELERATION) and factor]
     if len(factors) != 1:
-        raise InputError(f"columns are {', '.join(names)}; they must be {', '.join(COLUMNS)}, the last where measured")
+        shown, allowed = ", ".join(names)[:50], ", ".join(COLUMNS)
+        raise InputError(f"columns are {shown}; they must be {allowed}, the last where measured")
     ((name, factor),) = factors
     _agree("unit [m s-2]", given, factor)
     columns = dict(zip(names, np.array(read_rows(lines, first + 1, len(names))).T, strict=True))
@@ -204,9 +204,13 @@ def _csv(
 
 
 def _at2(lines: Sequence[str], k: int, samples: float, step: float, given: float | None) -> _Series:
-    texts = _UNIT.findall("\n".join(lines[: k + 1]))
+    head = "\n".join(lines[: k + 1])
+    texts = _UNIT.findall(head)
     texts += [text.split()[0] for text in texts]  # of "G FILTERED"
     stated = {factor for text in texts if (factor := _acceleration(text))}
+    other = re.search("velocity|displacement", head, re.IGNORECASE)
+    if other and not stated:
+        raise InputError(f"has {other[0]!r} above its numbers; they must be accelerations")
     if len(stated) > 1 or not (stated or given):
         raise InputError("states no unit of the accelerations; unit must be given, as g or cm/s2")
     factor = stated.pop() if stated else given
@@ -220,12 +224,16 @@ def _at2(lines: Sequence[str], k: int, samples: float, step: float, given: float
 def _plain(lines: Sequence[str], step: float | None, factor: float | None) -> _Series:
     first = next((k for k, line in enumerate(lines) if _numbers(line)), len(lines))
     rows = read_rows(lines, first)
+    if any("," in line for line in lines[first:]) and not any("." in line for line in lines[first:]):
+        raise InputError("has commas and no points in its numbers; the decimal sign must be a point")
     numbers, head, elapsed = np.fromiter(chain.from_iterable(rows), float), rows[0], None
-    values = numbers
+    values, widths = numbers, {len(row) for row in rows}
     if len(head) <= 2 and head[0] == numbers.size - len(head):
         values, step = numbers[len(head) :], head[1] if len(head) == 2 else step
     # A column that rises at nine of ten rows is time, uniform or refused.
-    elif {len(row) for row in rows} == {2} and (np.diff(numbers[::2]) > 0).sum() > 0.9 * (len(rows) - 1):
+    elif len(widths) == 1 < len(head) and (np.diff(numbers[:: len(head)]) > 0).sum() > 0.9 * (len(rows) - 1):
+        if len(head) > 2:
+            raise InputError(f"has {len(head)} columns, the first of times; it must have {', '.join(COLUMNS[:2])}")
         elapsed, values = numbers[::2], numbers[1::2]
         check_times(elapsed, (row[0] for line in lines[first:] if (row := cells(line))))
     if elapsed is None and step is not None:
@@ -268,8 +276,15 @@ def read_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
 
 
 def cells(line: str) -> list[str]:
-    """Return the cells of a line that commas, semicolons or blanks divide; a remark behind # is none."""
-    return line.partition("#")[0].translate(_SEPARATORS).split()
+    """Return the cells of a line, divided by what it has first of semicolons, tabs, commas and blanks.
+
+    A remark behind # is no cell, nor is what follows the last separator if it is empty.
+    """
+    text = line.partition("#")[0].strip().rstrip(",; ")
+    for mark in ";\t,":
+        if mark in text:
+            return [cell.strip(' "') for cell in text.split(mark)]
+    return text.replace('"', "").split()
 
 
 def _decimals(numbers: Iterable[str]) -> int:
