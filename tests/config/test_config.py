@@ -25,11 +25,9 @@ def test_the_examples_are_valid_over_the_default(file):
     parse_config(stated(yaml.safe_load(file.read_text())))
 
 
-def test_the_schema_is_that_of_the_model_and_lets_a_file_state_a_few_keys():
+def test_the_schema_is_that_of_the_model():
     """`python -m rockdamp.config > config/schema.json` writes it."""
-    schema = json.loads((ROOT / "config/schema.json").read_text())
-    assert schema == Config.model_json_schema()
-    assert not any("required" in part for part in [schema, *schema["$defs"].values()])
+    assert json.loads((ROOT / "config/schema.json").read_text()) == Config.model_json_schema()
 
 
 def test_the_matched_length_is_that_of_the_package():
@@ -95,27 +93,15 @@ WALL |= {"yield_displacement_ratio": 0.04, "strength_ratio": 0.85}
 NO_HINGE = {key: value for key, value in WALL.items() if key != "hinge_ratio"}
 
 BAD = [  # a key, a wrong value, and the key that the error begins with, if it is another one
-    # of the wrong size or kind, or unknown
-    ("wall.thickness", 0),
+    # of the wrong size, or unknown
     ("wall.thickness", float("nan")),
-    ("wall.thickness", "300mm"),
-    ("wall.thickness", None),
-    ("wall.hinge_ratio", 70),
-    ("wall.overburden_ratio", -0.1),
     ("wall.height", 4.5),
-    ("wall", 3),
-    ("solver.step", 0),
-    ("solver.scheme", "euler"),
-    ("figures.resolution", 99.5),
     ("matching.refinement", 3),
-    ("restitution", [0.7, 0.8]),
     ("restitution.step", 0.03, "restitution"),
     ("earthquakes.velocity_ratio.stop", 0.1, "earthquakes.velocity_ratio"),
     ("studies.overburden", [0, -1], "studies.overburden.1"),
     ("studies.slenderness", []),
     ("studies.slenderness", [10, 10]),
-    ("studies.amplitud", {}),
-    ("earthquakes", None),
     ("results", "results/{study}"),
     # a wall or a curve that cannot be
     ("wall.slenderness", 0.1, "wall"),
@@ -156,9 +142,8 @@ BAD = [  # a key, a wrong value, and the key that the error begins with, if it i
 @pytest.mark.parametrize("case", BAD, ids=lambda case: f"{case[0]}={case[1]!r:.30}")
 def test_an_error_is_one_line_that_begins_with_the_key(case):
     key, value, *named = case
-    raw = stated()
+    raw = inner = stated()
     *sections, last = key.split(".")
-    inner = raw
     for section in sections:
         inner = inner[section]
     inner[last] = value
@@ -166,11 +151,3 @@ def test_an_error_is_one_line_that_begins_with_the_key(case):
         parse_config(raw)
     (line,) = str(caught.value).splitlines()
     assert line.startswith((named or [key])[0])
-
-
-def test_every_key_that_is_wrong_has_its_line():
-    wrong = {"wall": {"thickness": -1, "hinge": 3}, "solver": {"step": "0,5"}}
-    with pytest.raises(InputError) as caught:
-        parse_config(stated(wrong))
-    keys = [line.partition(":")[0] for line in str(caught.value).splitlines()]
-    assert keys == ["solver.step", "wall.thickness", "wall.hinge"]

@@ -21,17 +21,7 @@ CURVES = [
 
 def factor_by_mpmath(curve, model, x0):
     """g by adaptive quadrature of the integral as it stands, split at the corners."""
-    a1, a2, a3, k1, b1, ks = (
-        mpmath.mpf(float(getattr(curve, name)))
-        for name in (
-            "yield_displacement_ratio",
-            "plateau_end",
-            "ultimate_displacement_ratio",
-            "initial_stiffness",
-            "strength_ratio",
-            "softening_stiffness",
-        )
-    )
+    k1, b1, ks, a1, a2, a3 = (mpmath.mpf(float(value)) for value in curve.parameters())
 
     def f(x):
         return max(min(k1 * x, b1, ks * (a3 - x)), 0)
@@ -95,7 +85,7 @@ def test_giannini_and_masiani_is_eq_15_and_tends_to_the_exact_ratio():
 @pytest.mark.parametrize(
     ("compute", "named"),
     [
-        *((lambda e=e: giannini_masiani(e), "restitution") for e in (0.0, -0.1, 1.01, np.nan)),
+        *((lambda e=e: giannini_masiani(e), "restitution") for e in (0.0, 1.01)),
         (lambda: damping_ratio_energy(CURVES[0], "CDR", 1.01, 0.5), "restitution"),
         (lambda: equivalence_factor(CURVES[0], Damping("CR", 0.9), 0.5), "damping_model"),
         *((lambda x0=x0: equivalence_factor(CURVES[0], Damping("CDR", 1.0), x0), "release_amplitude") for x0 in (0, 1)),

@@ -33,7 +33,9 @@ def test_each_viscous_model_has_a_row_whose_fit_is_within_the_largest_residual()
         assert 0 < row["rms_error"] < 0.05
 
 
-def test_without_loss_every_damping_ratio_is_zero_and_beyond_the_fits_there_is_none():
+def test_without_loss_every_ratio_is_zero_beyond_the_fits_there_is_none_and_a_stiff_curve_s_step_resolves_the_band():
+    band = rd.equivalent(0.9, rd.TrilinearCurve(1e-4, 0.8))[-1]
+    assert band["damping_model"] == "BAND" and band["damping_ratio"] == pytest.approx(-np.log(0.9) / np.pi, rel=0.02)
     for row in rd.equivalent(1.0, CURVE):
         assert row["damping_ratio"] == row["rms_error"] == row["damping_ratio_energy"] == 0.0
         assert row["damping_ratio_fit"] is None
@@ -49,40 +51,22 @@ def test_the_decay_that_is_matched_starts_where_it_is_asked_to():
         assert cdc["damping_ratio"] == pytest.approx(energy, rel=0.2)
 
 
-def test_of_a_stiff_curve_the_step_resolves_the_band():
-    band = rd.equivalent(0.9, rd.TrilinearCurve(1e-4, 0.8))[-1]
-    assert band["damping_model"] == "BAND"
-    assert band["damping_ratio"] == pytest.approx(-np.log(0.9) / np.pi, rel=0.02)
+BAD = [("restitution", 1.2), ("release_amplitude", 1.0), ("response_length", 0.1), ("response_length", -1.0)]
 
 
-@pytest.mark.parametrize(
-    ("changed", "named"),
-    [
-        ({"restitution": 1.2}, "restitution"),
-        ({"release_amplitude": 1.0}, "release_amplitude"),
-        ({"response_length": 0.1}, "response_length"),
-        ({"response_length": -1.0}, "response_length"),
-    ],
-)
-def test_what_is_outside_its_range_is_named(changed, named):
-    with pytest.raises(rd.InputError, match=named):
-        rd.equivalent(**{"restitution": 0.85, "curve": CURVE} | changed)
+@pytest.mark.parametrize(("name", "value"), BAD)
+def test_what_is_outside_its_range_is_named(name, value):
+    with pytest.raises(rd.InputError, match=name):
+        rd.equivalent(**{"restitution": 0.85, "curve": CURVE, name: value})
 
 
 # --- polynomials ------------------------------------------------------------------------------------------------------
 
 
 def test_polynomials_of_a_dataset_are_linear_in_a1_and_nan_beyond_their_range():
-    dims = ("damping_model", "yield_displacement_ratio", "degree")
-    built = xr.Dataset(
-        {"coefficient": (dims, np.arange(18.0).reshape(2, 3, 3))},
-        coords={
-            "damping_model": ["SDR", "CDR"],
-            "yield_displacement_ratio": [0.06, 0.02, 0.04],
-            "degree": [0, 1, 2],
-            "restitution": [0.7, 0.8, 0.9],
-        },
-    )
+    coords = {"damping_model": ["SDR", "CDR"], "yield_displacement_ratio": [0.06, 0.02, 0.04], "degree": [0, 1, 2]}
+    numbers = xr.DataArray(np.arange(18.0).reshape(2, 3, 3), coords)
+    built = xr.Dataset({"coefficient": numbers}, {"restitution": [0.7, 0.8, 0.9]})
     e, fits = np.array([[0.7, 0.75], [0.8, 0.9]]), Polynomials.from_dataset(built)
     np.testing.assert_allclose(fits("SDR", e, 0.06), 0.0 + 1.0 * e + 2.0 * e**2, rtol=1e-15)
     ends = [fits("CDR", e, a1) for a1 in (0.02, 0.04)]

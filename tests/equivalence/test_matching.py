@@ -178,19 +178,6 @@ def test_the_exact_minimum_of_cdc_from_a_large_amplitude_is_within_the_uncertain
     assert abs(ratio - exact_minimum("CDC", restitution, 0.9, ratio)) <= bound < 2e-3 * ratio
 
 
-def test_the_error_falls_with_the_square_of_the_step():
-    """Over many e, since that of a single one is erratic; the least sample falls with the step itself."""
-    cases = release(np.linspace(0.70, 0.98, 57))
-    ratio = global_minima(cases, "CDC", [1600]).damping_ratio[0]
-    by_step = []
-    for refinement in (1, 2, 4, 16):
-        finer = cases.refine(1600, refinement)
-        ratio = integral_minima(finer, "CDC", finer.steps, ratio)[0]
-        by_step.append(ratio)
-    error = [np.median(np.abs(coarse / by_step[-1] - 1)) for coarse in by_step[:-1]]
-    assert np.log2(error[0] / error[2]) / 2 > 1.6
-
-
 class KnownIntegral:
     """Cases whose integral is a known function of xi: the mean of the sums up to the last step but one and the last."""
 
@@ -268,18 +255,6 @@ def test_any_of_the_minima_that_differs_widens_the_uncertainty(monkeypatch, off)
     monkeypatch.setattr(matching, "integral_minima", minima)
     matched = match_dampers(release([0.75, 0.9], step=0.01), ["CDR"], 800, refinement=2)["CDR"]
     np.testing.assert_allclose(matched.uncertainty, RESOLUTION * 0.05 if off is None else 2 * 0.01 * 0.05)
-
-
-def test_equal_cases_are_searched_once(monkeypatch):
-    searched = []
-
-    def search(cases, *arguments):
-        searched.append(cases.restitution.tolist())
-        return global_minima(cases, *arguments)
-
-    monkeypatch.setattr(matching, "global_minima", search)
-    match_dampers(release([0.75, 0.9, 0.75], step=0.01), ["CDR"], 800, refinement=2)
-    assert searched == [[0.75, 0.9]]
 
 
 def test_the_scheme_is_that_of_the_cases_and_the_scan_changes_nothing(monkeypatch):

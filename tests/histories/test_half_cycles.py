@@ -70,7 +70,4 @@ def test_between_two_half_cycles_the_crossing_is_the_middle_of_the_first_and_las
     found = half_cycles(np.arange(8.0), u, 0.5)
     np.testing.assert_allclose(found.end[0], 3.0)
     np.testing.assert_allclose(found.start[1], 3.0)
-
-
-def test_without_an_excursion_beyond_the_threshold_there_are_no_half_cycles():
     assert half_cycles(np.arange(3.0), np.array([0.1, -0.1, 0.1]), 0.5).peak.size == 0

@@ -51,6 +51,8 @@ def test_dampers_stand_side_by_side_as_each_alone():
         same = together.sel(damping_model=damping.label, scale_factor=20.0)
         assert alone.sizes == {"elapsed": 400}
         xr.testing.assert_equal(alone, same.drop_vars({"restitution", "damping_ratio"} - {*alone.coords}))
+    for name, variable in together.variables.items():
+        assert variable.attrs["units"] and variable.attrs["long_name"], name
 
 
 @pytest.mark.parametrize(("model", "name"), [("CR", "restitution"), ("CDR", "damping_ratio")])
@@ -88,16 +90,6 @@ def test_after_a_collapse_there_is_no_number():
     assert np.isfinite(stands.control_displacement).all()
     assert np.isnan(fell.control_displacement.where(fell.elapsed > fell.end_elapsed, drop=True)).all()
     assert np.isfinite(fell.control_displacement.where(fell.elapsed < fell.end_elapsed, drop=True)).all()
-
-
-def test_every_variable_has_its_unit_and_meaning():
-    for wall in (WALL, rd.Parapet(0.25, 1.0)):
-        for history in (
-            rd.free_decay(CURVE, DAMPERS, wall=wall, length=2.0),
-            rd.respond(wall, CURVE, rd.Damping("CDR", [0.05, 0.1]), pulse(), scale=[1, 2]),
-        ):
-            for name, variable in history.variables.items():
-                assert variable.attrs["units"] and variable.attrs["long_name"], name
 
 
 def test_a_table_has_a_row_for_each_record_scale_and_damper():

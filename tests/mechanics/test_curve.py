@@ -115,12 +115,12 @@ def test_a_bad_curve_is_refused_by_the_name_of_its_ratio(name, change):
 
 
 def test_bad_arguments_of_its_methods_are_refused():
-    curve = TrilinearCurve(0.04, 0.85)
-    for energy in (-1e-9, 0.6, np.inf):  # it stores less than b1 (1 - b1/2 - a1/2) = 0.47
-        with pytest.raises(InputError, match="energy"):
-            curve.amplitude(energy)
-    for x0 in (0.0, -0.2, 1.0, np.nan):
-        with pytest.raises(InputError, match="release_amplitude"):
-            curve.period(x0)
-    with pytest.raises(InputError, match="preset"):
-        TrilinearCurve.preset("old")
+    curve = TrilinearCurve(0.04, 0.85)  # it stores less than b1 (1 - b1/2 - a1/2) = 0.47
+    for name, method, values in (
+        ("energy", curve.amplitude, (-1e-9, 0.6, np.inf)),
+        ("release_amplitude", curve.period, (0.0, -0.2, 1.0, np.nan)),
+        ("preset", TrilinearCurve.preset, ("old",)),
+    ):
+        for value in values:
+            with pytest.raises(InputError, match=name):
+                method(value)

@@ -49,9 +49,7 @@ def test_a_wall_at_rest_lifts_when_the_load_turns():
 def test_a_step_load_from_rest_goes_to_where_its_work_is_stored(load):
     peak = brentq(lambda x: float(CURVE.energy(x)) - load * x, 1e-6, 0.3)
     found = run(0.5, [1.5], load=[load, load], sampling=9.0)
-    assert (
-        found.turning_displacement[0] == pytest.approx(peak, rel=1e-12) and found.peak == found.turning_displacement[0]
-    )
+    assert found.peak == found.turning_displacement[0] == pytest.approx(peak, rel=1e-12)
 
 
 @pytest.mark.parametrize("e", [0.5, 0.8])
@@ -59,13 +57,6 @@ def test_in_free_decay_it_is_the_mirrored_two_sided_motion(e):
     times = np.linspace(0, 15, 500)
     two = exact_history(CURVE, rd.Damping("CR", e), times, release_amplitude=0.6)
     assert run(e, times, release_amplitude=0.6).displacement == pytest.approx(np.abs(two.displacement), abs=1e-8)
-
-
-@pytest.mark.nojit
-def test_collapse_ends_a_history():
-    history = run(0.5, np.linspace(0, 10, 50), load=[2.0, 2.0], sampling=20.0)
-    assert history.collapsed and np.isnan(history.displacement[-1])
-    assert np.nanmax(history.displacement) <= 1.0 == history.peak
 
 
 def integrate(e, load, dt, times):
@@ -112,12 +103,11 @@ def test_random_loads_move_a_wall_as_by_brute_force(e):
         times = dt * np.arange(60)
         found, expected = run(e, times, load=load, sampling=dt).displacement, np.array(integrate(e, load, dt, times))
         largest = max(largest, np.nanmax(found))
-        differences.append(
-            1.0 if np.any(np.isnan(found) != np.isnan(expected)) else np.nanmax(np.abs(found - expected))
-        )
+        same = np.array_equal(np.isnan(found), np.isnan(expected))
+        differences.append(np.nanmax(np.abs(found - expected)) if same else 1.0)
     assert np.median(differences) < 1e-6
     assert np.sum(np.array(differences) > 1e-3) <= 1  # a history of many impacts forks
-    assert largest > 0.1
+    assert 0.1 < largest <= 1.0
 
 
 def test_restitution_of_a_facade_is_sorrentinos():
@@ -127,9 +117,9 @@ def test_restitution_of_a_facade_is_sorrentinos():
     assert facade.restitution_measured == pytest.approx(0.478, abs=5e-4)
 
 
-@pytest.mark.parametrize("start", [{"release_amplitude": 1.5}, {"release_amplitude": -0.1}])
-def test_a_release_outside_the_curve_and_a_viscous_damper_are_refused(start):
-    with pytest.raises(rd.InputError, match="release_amplitude"):
-        run(0.5, [1.0], **start)
+def test_a_release_outside_the_curve_and_a_viscous_damper_are_refused():
+    for release in (1.5, -0.1):
+        with pytest.raises(rd.InputError, match="release_amplitude"):
+            run(0.5, [1.0], release_amplitude=release)
     with pytest.raises(rd.InputError, match="damping_model"):
         exact_history(CURVE, rd.Damping("CDC", 0.05), [1.0], one_sided=True)

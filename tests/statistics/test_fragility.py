@@ -8,14 +8,8 @@ from scipy.optimize import brentq, minimize
 from scipy.stats import norm
 
 from rockdamp.errors import InputError
-from rockdamp.statistics.fragility import (
-    effective_count,
-    fit_fragility,
-    interval,
-    resample,
-    weighted_quantile,
-    wilson,
-)
+from rockdamp.statistics import fragility
+from rockdamp.statistics.fragility import effective_count, fit_fragility, resample, weighted_quantile, wilson
 
 INTENSITY = np.geomspace(0.2, 5.0, 12)
 
@@ -61,16 +55,12 @@ def test_outcomes_that_define_no_curve_say_why(counts, reason):
     assert reason in found.reason[0] and found.reason[1] == ""
 
 
-@pytest.mark.parametrize(
-    ("intensity", "collapses", "named"),
-    [
-        ([1, 2], [1, 3], "collapses"),
-        ([1, 2], [1, -1], "collapses"),
-        ([2, 1], [1, 1], "intensity"),
-        ([0, 1], [1, 1], "intensity"),
-    ],
-)
-def test_impossible_counts_and_intensities_are_refused(intensity, collapses, named):
+BAD = [("collapses", [1, 2], [1, 3]), ("collapses", [1, 2], [1, -1])]
+BAD += [("intensity", [2, 1], [1, 1]), ("intensity", [0, 1], [1, 1])]
+
+
+@pytest.mark.parametrize(("named", "intensity", "collapses"), BAD)
+def test_impossible_counts_and_intensities_are_refused(named, intensity, collapses):
     with pytest.raises(InputError, match=named):
         fit_fragility(intensity, collapses, 2)
 
@@ -102,12 +92,12 @@ def test_the_weighted_median_is_that_of_the_repeated_values(values, seed):
 
 def test_an_interval_leaves_a_fortieth_of_the_replicates_out_on_either_side_and_needs_nine_in_ten():
     drawn = np.random.default_rng(2).permutation(1001.0 * np.arange(1, 1002)).reshape(-1, 1)
-    low, high = interval(drawn)[0]
+    low, high = fragility.interval(drawn)[0]
     assert (drawn < low).mean() == pytest.approx(1 / 40, abs=1e-3)
     assert (drawn > high).mean() == pytest.approx(1 / 40, abs=1e-3)
     drawn = np.arange(100.0)[:, None] * np.ones(2)
     drawn[:10, 0] = drawn[:11, 1] = np.nan
-    assert np.isfinite(interval(drawn)[0]).all() and np.isnan(interval(drawn)[1]).all()
+    assert np.isfinite(fragility.interval(drawn)[0]).all() and np.isnan(fragility.interval(drawn)[1]).all()
 
 
 def test_the_bootstrap_interval_of_a_median_covers_it_as_often_as_it_says():

@@ -1,6 +1,5 @@
 """The glossary, and the files that are written from it."""
 
-import hashlib
 import json
 
 import numpy as np
@@ -16,19 +15,10 @@ from rockdamp.storage import dataset
 @pytest.fixture
 def orders():
     dims = ("scheme", "excitation", "damping_model")
-    return xr.Dataset(
-        {
-            "solver_error": ((*dims, "step"), np.arange(8.0).reshape(1, 2, 2, 2)),
-            "convergence_order": (dims, np.full((1, 2, 2), 2.0)),
-            "finest_convergence_order": (dims, np.full((1, 2, 2), 2.0)),
-        },
-        coords={
-            "scheme": ["newmark"],
-            "excitation": ["free", "forced"],
-            "damping_model": ["CR", "ECD"],
-            "step": [1, 2.0],
-        },
-    )
+    coords = {"scheme": ["newmark"], "excitation": ["free", "forced"], "damping_model": ["CR", "ECD"]}
+    orders = {name: (dims, np.full((1, 2, 2), 2.0)) for name in ("convergence_order", "finest_convergence_order")}
+    errors = {"solver_error": ((*dims, "step"), np.arange(8.0).reshape(1, 2, 2, 2))}
+    return xr.Dataset(errors | orders, coords | {"step": [1, 2.0]})
 
 
 def write(data, path):
@@ -40,51 +30,25 @@ def test_an_interval_without_an_entry_is_described_by_its_variable():
     assert variables["log_error_interval"] == {"units": "1", "long_name": "95 % bootstrap interval of log_error"}
 
 
-def test_a_name_has_one_unit_in_every_dataset_and_none_of_them_says_the_same_of_two_names():
+def test_a_name_has_one_unit_in_every_dataset():
     units = {name: entry["units"] for name, entry in dataset.glossary()["names"].items()}
     for kind in dataset.glossary()["datasets"]:
         variables = dataset.variables(kind)
-        assert not [name for name, entry in variables.items() if entry["units"] != units.get(name, entry["units"])], (
-            kind
-        )
-        texts = [entry["long_name"] for entry in variables.values()]
-        assert sorted(texts) == sorted(set(texts)), kind
+        assert [name for name, entry in variables.items() if entry["units"] != units.get(name, entry["units"])] == []
 
 
-def test_the_glossary_has_whole_texts_and_no_name_that_no_dataset_has():
-    """An unquoted text of a YAML flow map ends at its first comma, and what follows it becomes a key."""
-    said = [entry for one in dataset.glossary()["datasets"].values() for entry in one.get("says", {}).values()]
-    for entry in [*dataset.glossary()["names"].values(), *said]:
-        assert set(entry) <= {"units", "long_name", "symbol", "dtype"} and None not in entry.values(), entry
-    used = {name for kind in dataset.glossary()["datasets"] for name in dataset.variables(kind)}
-    assert set(dataset.glossary()["names"]) - used == set()
-
-
-def test_a_dataset_comes_back_as_it_was_written(orders, tmp_path):
-    write(orders, tmp_path / "convergence.nc")
-    with xr.open_dataset(tmp_path / "convergence.nc") as back:
+def test_a_dataset_comes_back_with_units_names_and_its_origin_and_two_writes_are_the_same_bytes(orders, tmp_path):
+    for name in ("a.nc", "b.nc"):
+        write(orders, tmp_path / name)
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+    with xr.open_dataset(tmp_path / "a.nc") as back:
         xr.testing.assert_equal(back.load(), orders)
-        assert float(back["convergence_order"].sel(damping_model="ECD", excitation="free").item()) == 2.0
-
-
-def test_every_variable_has_units_and_a_name_and_every_file_its_origin(orders, tmp_path):
-    write(orders, tmp_path / "convergence.nc")
-    back = dataset.read(tmp_path / "convergence.nc")
     for name, variable in back.variables.items():
         assert variable.attrs["units"] and variable.attrs["long_name"], name
         assert "_FillValue" not in variable.attrs
-    for name in back.coords:
-        assert "_FillValue" not in back[name].encoding or back[name].dtype.kind in "US"
+        assert name in back.data_vars or "_FillValue" not in variable.encoding or variable.dtype.kind in "US"
     assert {"title", "source", "references", "Conventions", "config", "code_version"} <= set(back.attrs)
     assert json.loads(back.attrs["config"]) == {"seed": 1}
-
-
-def test_two_writes_are_the_same_bytes(orders, tmp_path):
-    digests = set()
-    for name in ("a.nc", "b.nc"):
-        write(orders, tmp_path / name)
-        digests.add(hashlib.sha256((tmp_path / name).read_bytes()).hexdigest())
-    assert len(digests) == 1
 
 
 def test_what_the_glossary_does_not_know_is_not_written(orders, tmp_path):
@@ -110,13 +74,6 @@ def test_sel_finds_the_values_that_are_printed_and_geometric_grids_keep_their_bi
     back = dataset.read(tmp_path / "convergence.nc")
     np.testing.assert_array_equal(back["step"], stored)
     assert back.sel(step=stored[2]).sizes == orders.isel(step=0).sizes
-
-
-def test_what_is_left_of_the_file_it_was_read_from_is_not_written(orders, tmp_path):
-    orders["convergence_order"].encoding["coordinates"] = "of_another_file"
-    write(orders, tmp_path / "convergence.nc")
-    with xr.open_dataset(tmp_path / "convergence.nc", decode_coords=False) as raw:
-        assert "coordinates" not in raw["convergence_order"].attrs
 
 
 @pytest.mark.parametrize("name", ["solver_error", "convergence_order", "step"])
@@ -154,8 +111,4 @@ def test_large_variables_are_compressed_but_the_long_histories_of_the_decays(ord
     write(orders.isel(step=[0]).sel(step=np.ones(many.size)), tmp_path / "convergence.nc")
     for name, compressed in (("displacement", False), ("solver_error", True)):
         stored = dataset.read(tmp_path / ("convergence.nc" if compressed else "decay.nc"))[name].encoding
-        assert (bool(stored["zlib"]), bool(stored["shuffle"]), bool(stored["fletcher32"])) == (
-            compressed,
-            compressed,
-            True,
-        )
+        assert [stored[kind] for kind in ("zlib", "shuffle", "fletcher32")] == [compressed, compressed, True]
