@@ -7,6 +7,7 @@ from exact_cases import CURVES, DAMPERS, smooth_load
 from scipy.integrate import solve_ivp
 
 from rockdamp.constants import MODELS
+from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -172,6 +173,13 @@ def test_substeps_interpolate_the_record_and_one_of_zeros_is_a_free_decay_to_the
     decay = simulate(CURVE, damping, step=0.01, steps=400, **start)
     still = simulate(CURVE, damping, load=Load(np.zeros(41), 0.5, 0.1, 10), **start)
     np.testing.assert_array_equal([still.displacement, still.velocity], [decay.displacement, decay.velocity])
+
+
+@pytest.mark.parametrize("solver", ["newmark", "exact"])
+def test_a_reference_amplitude_that_the_wall_does_not_reach_is_refused(solver):
+    damping = Damping("CR", 0.8, loss_exponent=0.2, reference_amplitude=1.0)
+    with pytest.raises(InputError, match="reference_amplitude"):
+        solve(solver, CURVE, damping, 0.01, 2)
 
 
 # --- stability --------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from scipy.integrate import quad, solve_ivp
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping, band_strength, half_cycle_loss, normalisation
 from rockdamp.solvers.exact import exact_history
-from rockdamp.solvers.newmark import Load, simulate
+from rockdamp.solvers.newmark import simulate
 
 PAPER = TrilinearCurve(0.04, 0.85)
 W1 = float(PAPER.initial_frequency)
@@ -323,22 +323,3 @@ def test_band_is_stable_at_two_steps_in_it(width, e):
             curve, Damping.from_restitution(e, "BAND", width=width), step=c, steps=600, release_amplitude=amplitude
         )
         assert (run.peak <= amplitude * (1 + 1e-9)).all()
-
-
-@pytest.mark.parametrize("model", ["BAND", "CQD"])
-def test_both_solvers_agree_under_load(model):
-    """At a quarter of the step the kernel errs by less than an eighth."""
-    damping, load = Damping.from_restitution(0.8, model), 0.6 * np.sin(np.arange(61) * 0.4)
-    amplitude = np.linspace(0.1, 0.6, 8)
-    times = 0.1 * np.arange(61)
-    exact = np.array(
-        [
-            exact_history(PAPER, damping, times, release_amplitude=x0, load=load, sampling=0.1).displacement
-            for x0 in amplitude
-        ]
-    )
-    away = []
-    for substeps in (20, 80):
-        run = {"load": Load(load, 1.0, 0.1, substeps), "release_amplitude": amplitude, "store_every": substeps}
-        away.append(np.sqrt(np.nanmean((simulate(PAPER, damping, **run).displacement - exact) ** 2)))
-    assert away[1] < 1e-4 and away[0] / away[1] > 8
