@@ -6,7 +6,7 @@ import xarray as xr
 
 import rockdamp as rd
 from rockdamp.assessment import assess
-from rockdamp.assessment.answers import COLUMNS, lines
+from rockdamp.assessment.answers import COLUMNS, tabulate_walls
 from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.table import BadRow, read_walls
 from rockdamp.storage import dataset
@@ -170,11 +170,11 @@ def test_a_building_a_floor_and_a_law_are_those_of_all_rows(rows, motions):
         supports = rd.floor_motions(few, building, isinstance(row.wall, rd.Parapet), floor)
         alone = rd.assess(row.wall, row.curve, supports, pga=3.0, restitution=row.restitution, **law)
         np.testing.assert_array_equal(found["stripe_collapses"].sel(wall=row.id), alone["stripe_collapses"])
-    assert {row["loss_exponent"] for row in lines(found) if not row["error"]} == {0.26}
+    assert {row["loss_exponent"] for row in tabulate_walls(found) if not row["error"]} == {0.26}
 
 
 def test_the_table_has_a_row_for_each_damper_and_one_for_a_bad_row(found):
-    table = lines(found)
+    table = tabulate_walls(found)
     assert all(list(row) == list(COLUMNS) for row in table)
     names = [(row["id"], row["damping_model"]) for row in table]
     assert names[:4] == [("a", "CR"), ("a", "BAND"), ("bad", None), ("b", "CR")]
@@ -190,7 +190,7 @@ def test_a_row_without_a_fragility_says_why_by_its_own_counts(found):
     first = np.arange(made.sizes["stripe"]) < 1
     made["stripe_collapses"][:] = np.where(first, 0, 14)
     made["stripe_collapses"].loc[{"wall": "a", "damping_model": "BAND"}] = np.where(first, 14, 0)
-    reasons = {(row["id"], row["damping_model"]): row["reason"] for row in lines(made)}
+    reasons = {(row["id"], row["damping_model"]): row["reason"] for row in tabulate_walls(made)}
     assert [pair for pair, reason in reasons.items() if "fewer" in reason] == [("a", "BAND")]
     assert all("none below it" in reason for pair, reason in reasons.items() if pair != ("a", "BAND"))
 

@@ -94,13 +94,15 @@ def test_the_shipped_coefficients_are_what_the_pipeline_builds():
 def test_a_dashpot_damps_the_first_branch_by_its_ratio_and_none_stands_for_a_coefficient_that_changes():
     """C is twice the ratio times the root of stiffness and mass, both in physical units."""
     wall = rd.Wall(thickness=0.3, height=4.5, overburden_ratio=2.0)
-    rows = {row.damping_model: row for row in programs.program_inputs(wall, CURVE, 0.85)}
+    found = programs.describe_damping(wall, CURVE, 0.85)
+    rows = {row["damping_model"]: row for row in found["damping"]}
     assert list(rows) == list(VISCOUS_MODELS)
     stiffness = CURVE.strength_ratio * wall.rigid_strength / (0.04 * wall.instability_displacement)
-    expected = 2 * rows["CDC"].damping_ratio * np.sqrt(stiffness * wall.effective_mass)
-    assert rows["CDC"].damping_coefficient == pytest.approx(float(expected))
-    assert all(row.damping_coefficient is None for model, row in rows.items() if model != "CDC")
-    assert {row.missed_collapse_rate for row in rows.values()} == set(programs.missed_collapses(0.85)[1].values())
+    expected = 2 * rows["CDC"]["damping_ratio"] * np.sqrt(stiffness * wall.effective_mass)
+    assert rows["CDC"]["damping_coefficient"] == pytest.approx(float(expected))
+    assert found["rayleigh_alpha_m"] == pytest.approx(float(expected / wall.effective_mass))
+    assert all(row["damping_coefficient"] is None for model, row in rows.items() if model != "CDC")
+    assert {row["missed_collapse_rate"] for row in rows.values()} == set(programs.missed_collapses(0.85)[1].values())
 
 
 def test_a_curve_that_no_damping_ratio_matches_has_the_closed_form_s(monkeypatch):
@@ -108,6 +110,6 @@ def test_a_curve_that_no_damping_ratio_matches_has_the_closed_form_s(monkeypatch
         raise rd.InputError("no minimum within reach")
 
     monkeypatch.setattr(programs, "equivalent", refuse)
-    for row in programs.program_inputs(rd.Wall(thickness=0.3, height=4.5), CURVE, 0.85):
-        energy = rd.damping_ratio_energy(CURVE, row.damping_model, 0.85, 0.5).item()
-        assert (row.damping_ratio, row.rms_error, row.damping_ratio_energy) == (energy, None, energy)
+    for row in programs.describe_damping(rd.Wall(thickness=0.3, height=4.5), CURVE, 0.85)["damping"]:
+        energy = rd.damping_ratio_energy(CURVE, row["damping_model"], 0.85, 0.5).item()
+        assert (row["damping_ratio"], row["rms_error"], row["damping_ratio_energy"]) == (energy, None, energy)

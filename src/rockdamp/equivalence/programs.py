@@ -6,9 +6,9 @@ Commands, report and documents take from here which damper is for which program.
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.one_sided import OneSidedWall
 from rockdamp.mechanics.wall import Parapet, Wall
 
 REFERENCE_QUANTITY = {  # to which xi refers
@@ -31,50 +30,42 @@ REFERENCE_QUANTITY = {  # to which xi refers
 REQUIREMENT = {"BAND": "a formula in u and v", "CDR": "a coefficient at the secant", "CDC": "a constant"}
 
 
-@dataclass(frozen=True)
-class ProgramInput:
-    """One viscous damper as a program takes it."""
+def describe_damping(wall: Wall | Parapet, curve: TrilinearCurve, restitution: float) -> dict[str, Any]:
+    """Return what a program with viscous damping needs for a coefficient of restitution; the release is half of a3.
 
-    damping_model: str
-    damping_ratio: float  # of least Err, Eq. (17), or by the closed form where no ratio has it [-]
-    rms_error: float | None  # sqrt(Err/k), in u/u_ins [-]
-    damping_ratio_energy: float  # by the closed form [-]
-    refers_to: str
-    damping_coefficient: float | None  # C of the whole wall; None where it varies with u or v [N s m-1]
-    missed_collapse_rate: float  # share of the collapses under restitution that it misses, at the nearest studied e [-]
-
-
-def frequencies(wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve) -> tuple[float, float]:
-    """Return the angular frequency w1 of the curve's first branch [rad s-1], and its period T1 [s]."""
-    w1 = float(wall.frequency_parameter * curve.initial_frequency)
-    return w1, 2 * np.pi / w1
-
-
-def dashpot(wall: Wall | Parapet, curve: TrilinearCurve, damping_model: str, damping_ratio: float) -> float | None:
-    """Return C = 2 xi m_eff w1 of CDC, whose coefficient is constant, else None. [N s m-1]"""
-    w1, _ = frequencies(wall, curve)
-    return float(2 * damping_ratio * wall.effective_mass * w1) if damping_model == "CDC" else None
-
-
-def program_inputs(wall: Wall | Parapet, curve: TrilinearCurve, restitution: float) -> list[ProgramInput]:
-    """Return each viscous damper that stands for a coefficient of restitution, as a program takes it.
-
-    The wall is released from half of a3.
+    ``initial_frequency`` w1 [rad s-1] and ``initial_period`` T1 [s] of the first branch, ``damping_restitution``,
+    ``damping_coefficient`` C = 2 xi m_eff w1 of CDC [N s m-1], ``rayleigh_alpha_m`` = 2 xi w1 of CDC [s-1], and in
+    ``damping`` a row for each viscous damper: its ratio of least Err, Eq. (17), with the ``rms_error`` sqrt(Err/k) in
+    u/u_ins, or by the closed form where no ratio has the least; C, None where it varies with u or v; and the share of
+    the collapses under restitution that it misses, at the nearest studied e.
     """
-    x0 = 0.5 * float(curve.ultimate_displacement_ratio)
+    x0, w1 = 0.5 * float(curve.ultimate_displacement_ratio), float(wall.frequency_parameter * curve.initial_frequency)
     try:
-        rows = equivalent(restitution, curve, release_amplitude=x0)
+        matched = equivalent(restitution, curve, release_amplitude=x0)
     except InputError:  # for some curves no damping ratio within reach errs least
         energy = {model: float(damping_ratio_energy(curve, model, restitution, x0)) for model in VISCOUS_MODELS}
-        names = "damping_model", "damping_ratio", "rms_error", "damping_ratio_energy"
-        rows = [dict(zip(names, (model, xi, None, xi), strict=True)) for model, xi in energy.items()]
-    missed, found = missed_collapses(restitution)[1], []
-    for row in rows:
-        model, xi = row["damping_model"], row["damping_ratio"]
-        energy, coefficient = row["damping_ratio_energy"], dashpot(wall, curve, model, xi)
-        quantity = REFERENCE_QUANTITY[model]
-        found.append(ProgramInput(model, xi, row["rms_error"], energy, quantity, coefficient, missed[model]))
-    return found
+        names = ("damping_model", "damping_ratio", "rms_error", "damping_ratio_energy")
+        matched = [dict(zip(names, (model, xi, None, xi), strict=True)) for model, xi in energy.items()]
+    missed = missed_collapses(restitution)[1]
+    alpha = {row["damping_model"]: 2 * row["damping_ratio"] * w1 for row in matched}["CDC"]
+    coefficient = float(alpha * wall.effective_mass)
+    rows = [
+        {
+            **{name: row[name] for name in ("damping_model", "damping_ratio", "rms_error", "damping_ratio_energy")},
+            "refers_to": REFERENCE_QUANTITY[row["damping_model"]],
+            "damping_coefficient": coefficient if row["damping_model"] == "CDC" else None,
+            "missed_collapse_rate": missed[row["damping_model"]],
+        }
+        for row in matched
+    ]
+    return {
+        "initial_frequency": w1,
+        "initial_period": 2 * np.pi / w1,
+        "damping_restitution": restitution,
+        "damping_coefficient": coefficient,
+        "rayleigh_alpha_m": alpha,
+        "damping": rows,
+    }
 
 
 @cache

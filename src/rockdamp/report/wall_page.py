@@ -19,7 +19,7 @@ from rockdamp.assessment.answers import measure_name, reasons
 from rockdamp.assessment.checks import sensitivity
 from rockdamp.assessment.collapses import LEAST_OF_DAMPER
 from rockdamp.constants import RELEASES, SMALL_RELEASE_OVERSTATES, STANDARD_GRAVITY
-from rockdamp.equivalence.programs import REQUIREMENT, frequencies, program_inputs
+from rockdamp.equivalence.programs import REQUIREMENT, describe_damping
 from rockdamp.figures.commands import fragility_figure
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -37,7 +37,8 @@ def write_wall_page(
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "percent": percent, "span": _span}
     measure, e = measure_name(answer), float(answer["restitution"])
-    typed = {row.damping_model: row for row in program_inputs(wall, curve, max(e, LEAST_OF_DAMPER))}
+    damping = describe_damping(wall, curve, max(e, LEAST_OF_DAMPER))
+    dampers = {row["damping_model"]: row for row in damping["damping"]}
     models = list(map(str, answer["damping_model"].values))
     text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
     html = environment.from_string(text).render(
@@ -56,8 +57,8 @@ def write_wall_page(
             for model in models
         ],
         missing=list(dict.fromkeys(reason for model in models for reason in reasons(answer, model))),
-        dampers=[(typed[model], need) for model, need in REQUIREMENT.items()],
-        w1=frequencies(wall, curve)[0],
+        dampers=[(dampers[model], need) for model, need in REQUIREMENT.items()],
+        w1=damping["initial_frequency"],
         moved=[row | {"median": _level(measure, row["median"])} for row in sensitivity(wall, curve, answer, motions)],
         u_ins=1000 * float(wall.instability_displacement),
         measure=measure.upper(),
