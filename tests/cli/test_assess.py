@@ -53,7 +53,7 @@ def test_the_answer_fits_in_twenty_lines_and_ends_with_what_was_asked():
     cr = values["models"][0]
     assert cr["collapses"] == sorted(cr["collapses"]) and len(cr["collapse_probability_interval"]) == 2
     assert f"PGA 0.8 g: {cr['collapses'][1]} of 6" in lines[-1] and "100 %" in lines[-1]
-    assert "0.171 g" in lines[0] and lines[1].startswith("e = 0.85: given")
+    assert "PGA 0.24 to 0.73 g" in lines[0] and "0.171 g; e = 0.85, given" in lines[1]
 
 
 def test_one_station_has_no_interval_and_a_reason():

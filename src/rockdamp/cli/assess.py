@@ -83,17 +83,17 @@ def _print(answer: xr.Dataset, wall: Any, damping: dict[str, Any]) -> None:
     from rockdamp.text import count_noun
 
     measure, cr, models = measure_name(answer), answer.sel(damping_model="CR"), answer["damping_model"].values.tolist()
+    e = float(answer["restitution"])
     size, unit = (STANDARD_GRAVITY, "g") if measure == "pga" else (1.0, "m/s")
     head, median, records = f"{measure.upper()} [{unit}]", f"median_{measure}", int(answer["records"])
     stations = count_noun(len(set(answer["station"].values.tolist())), "station")
     click.echo(
-        f"{common.describe_wall(wall, answer['rocking_onset'])}\n"
-        f"e = {float(answer['restitution']):.4g}: {answer.attrs['restitution_reason']}\n"
+        f"{common.describe_wall(wall, answer['rocking_onset'], e, answer.attrs['restitution_reason'])}\n"
         f"share of {records} {'records' if len(models) > 1 else 'runs, both ways,'} of {stations} that collapse the"
         " wall, by e:\n"
     )
     levels = [answer.isel(intensity=index) for index in range(answer.sizes["intensity"])]
-    common.print_table([{head: level[measure].item() / size, **_shares(level, wall)} for level in levels])
+    common.print_table([{head: level[measure].item() / size, **_shares(level, e, wall)} for level in levels])
     click.echo()
     common.print_table(
         [
@@ -122,17 +122,17 @@ def _print(answer: xr.Dataset, wall: Any, damping: dict[str, Any]) -> None:
     click.echo(f"{level}: {count}; {' to '.join(ends)} over the range of e")
 
 
-def _shares(answer: xr.Dataset, wall: Any) -> dict[str, str]:
+def _shares(answer: xr.Dataset, e: float, wall: Any) -> dict[str, str]:
     """Return the row of one intensity: the share of collapses with each e, and peaks with that asked for."""
     cr = answer.sel(damping_model="CR")
     less, *more = (
-        {f"{'impulsive ' if name == 'impulsive' else ''}e = {e:.3g}": percent(share)}
-        for name, e, share in zip(
+        {f"{'impulsive ' if name == 'impulsive' else ''}e = {case:.3g}": percent(share)}
+        for name, case, share in zip(
             *(answer[name].values for name in ("restitution_case", "case_restitution", "case_collapse_probability")),
             strict=True,
         )
     )
-    row = less | {f"e = {float(answer['restitution']):.3g}": percent(cr["collapse_probability"].item())}
+    row = less | {f"e = {e:.3g}": percent(cr["collapse_probability"].item())}
     row["95 %"] = common.span(100 * cr["collapse_probability_interval"], 3, " %")
     for case in more:
         row |= case

@@ -128,8 +128,8 @@ def read_support_motions(inputs: Inputs) -> Sequence[GroundMotion]:
 # --- output -----------------------------------------------------------------------------------------------------------
 
 
-def describe_wall(wall: Any, onset: SupportsFloat) -> str:
-    """Return the first line of an answer: the sizes that were taken, and where rocking starts [m s-2]."""
+def describe_wall(wall: Any, onset: SupportsFloat, e: float | None = None, reason: str = "") -> str:
+    """Return what was taken: the wall's sizes, where rocking starts [m s-2], and e with its reason."""
     body = getattr(wall, "mechanism", wall)  # of a wall against a stop
     kind = f"{'' if body is wall else 'one-sided '}{type(body).__name__.lower()}"
     text = f"{kind} {float(body.thickness):g} x {float(body.height):g} m"
@@ -138,7 +138,8 @@ def describe_wall(wall: Any, onset: SupportsFloat) -> str:
     if body.overburden_ratio > 0:
         load = float(body.overburden / body.width) / 1000
         text += f", O/W {float(body.overburden_ratio):.3g} ({load:.3g} kN/m)"
-    return f"{text}; rocking starts at {float(onset) / STANDARD_GRAVITY:.3g} g"
+    text += f"; rocking starts at {float(onset) / STANDARD_GRAVITY:.3g} g"
+    return text if e is None else f"{text}; e = {e:.4g}, {reason}"
 
 
 def describe_records(motions: Iterable[GroundMotion]) -> str:

@@ -149,8 +149,7 @@ def respond(**inputs: Any) -> None:
         common.print_json(rows[0] if single and len(dampings) == 1 else rows)
         return
     click.echo(common.describe_records(motions))
-    taken = "" if e is None else f"; e = {e:.4g}, {reason}"
-    click.echo(f"{common.describe_wall(wall, wall.rocking_onset(curve.strength_ratio))}{taken}\n")
+    click.echo(f"{common.describe_wall(wall, wall.rocking_onset(curve.strength_ratio), e, reason)}\n")
     common.print_table([{head: row[name] for name, head in HEADS.items()} for row in rows])
 
 
