@@ -28,7 +28,7 @@ def test_ecd_from_peaks_is_the_exact_ratio_at_any_amplitude():
     ecd = Damping.from_restitution(e, "ECD").value
     for curve in (PAPER, TrilinearCurve(0.02, 0.85), TrilinearCurve(0.2, 0.5, 0.9, "translated")):
         ratio = damping_ratio_peaks(curve, "ECD", e, x0 * float(curve.ultimate_displacement_ratio))
-        # 4e-4: what is said of HALF_CYCLE_STEPS.
+        # 4e-4: what is said of the half cycle's steps.
         np.testing.assert_allclose(ratio, np.broadcast_to(ecd, ratio.shape), rtol=4e-4)
 
 

@@ -23,41 +23,29 @@ from rockdamp.solvers.newmark import simulate
 from rockdamp.studies.matches import match_decays
 
 DAMPERS = (*PAPER_MODELS, "ECD")
-HALF_CYCLE_STEPS = 5000  # the damping ratio of ECD from peaks, whose exact value is known, is then within 0.04 %
-LONGER = 1.7  # bounds what a half cycle lasts under damping, over its undamped duration
-BRACKET = (0.25, 4.0)  # of the damping ratio from peaks, over the closed form's
-TOLERANCES = {"xrtol": 1e-9, "fatol": 1e-12}
 
 
 def amplitude(config: Config) -> xr.Dataset:
     """Return the damping ratio of each damper by the closed form, the first peak and the least Err."""
-    release = np.array(config.amplitude.release_share) * config.curve.ultimate_displacement_ratio
-    restitution = np.array(config.amplitude.restitution)
-    x0, e = (grid.ravel() for grid in np.meshgrid(release, restitution, indexing="ij"))
+    settings = config.amplitude
+    release = np.array(settings.release_share) * config.curve.ultimate_displacement_ratio
+    x0, e = (grid.ravel() for grid in np.meshgrid(release, settings.restitution, indexing="ij"))
     curve = config.curve.make().map(lambda parameter: np.full(x0.size, parameter))
-    matched = match_decays(
-        curve,
-        x0,
-        e,
-        DAMPERS,
-        config.matching.model_copy(update={"refinement": config.amplitude.refinement}),
-        step=config.solver.step,
-        scheme=config.solver.scheme,
-        description="amplitude",
-    ).values()
+    matching = config.matching.model_copy(update={"refinement": settings.refinement})
+    matched = match_decays(curve, x0, e, DAMPERS, matching, config.solver, "amplitude")
     measures = {
-        "damping_ratio": [match.damping_ratio for match in matched],
-        "damping_ratio_uncertainty": [match.uncertainty for match in matched],
+        "damping_ratio": [match.damping_ratio for match in matched.values()],
+        "damping_ratio_uncertainty": [match.uncertainty for match in matched.values()],
         "damping_ratio_peaks": [damping_ratio_peaks(curve, model, e, x0) for model in DAMPERS],
         "damping_ratio_energy": [damping_ratio_energy(curve, model, e, x0) for model in DAMPERS],
     }
-    dims, shape = ("damping_model", "release_amplitude", "restitution"), (len(DAMPERS), release.size, restitution.size)
+    dims, shape = ("damping_model", "release_amplitude", "restitution"), (len(DAMPERS), release.size, -1)
     return xr.Dataset(
         {name: (dims, np.reshape(values, shape)) for name, values in measures.items()},
         coords={
             "damping_model": list(DAMPERS),
             "release_amplitude": release,
-            "restitution": restitution,
+            "restitution": settings.restitution,
             "response_length": config.matching.response_length,
         },
     )
@@ -68,38 +56,38 @@ def damping_ratio_peaks(
 ) -> Array:
     """Return the damping ratio with which the half cycle after a release ends at CR's peak, V(x1) = e^2 V(x0). [-]
 
-    All arguments broadcast. It raises `InputError` where a ratio lies outside `BRACKET` times the closed form's.
+    All arguments broadcast. It raises `InputError` where a ratio is not within 0.25 to 4 times the closed form's.
     """
     guess = damping_ratio_energy(curve, damping_model, restitution, release_amplitude)
-    shape = guess.shape
 
     def flat(value: ArrayLike) -> Array:
-        return np.broadcast_to(np.asarray(value, dtype=float), shape).ravel()
+        return np.broadcast_to(np.asarray(value, dtype=float), guess.shape).ravel()
 
-    curves = curve.map(flat)
-    delta, x0 = -np.log(flat(restitution)), flat(release_amplitude)
+    curves, e, x0 = curve.map(flat), flat(restitution), flat(release_amplitude)
 
-    def excess(xi: Array, at: Array) -> Array:
-        case = at.astype(np.int64)
+    def excess(xi: Array, lane: Array) -> Array:
+        case = lane.astype(np.int64)
         some = curves.map(lambda parameter: parameter[case])
-        return decrement(some, Damping(damping_model, xi), x0[case]) - delta[case]
+        return decrement(some, Damping(damping_model, xi), x0[case]) + np.log(e[case])
 
-    low, high = (factor * guess.ravel() for factor in BRACKET)
-    root = elementwise.find_root(excess, (low, high), args=(np.arange(x0.size, dtype=float),), tolerances=TOLERANCES)
+    bracket, lanes = (0.25 * guess.ravel(), 4.0 * guess.ravel()), np.arange(x0.size, dtype=float)
+    root = elementwise.find_root(excess, bracket, args=(lanes,), tolerances={"xrtol": 1e-9, "fatol": 1e-12})
     if not root.success.all():
-        bad = int(np.flatnonzero(~root.success)[0])
+        bad = int(np.argmin(root.success))
         raise InputError(
-            f"the damping ratio of {damping_model} from the first peak at u0/u_ins = {x0[bad]:.6g} and"
-            f" e = {np.exp(-delta[bad]):.6g} is not within {BRACKET} times the closed form's, {guess.ravel()[bad]:.6g}"
+            f"the damping ratio of {damping_model} from the first peak at u0/u_ins = {x0[bad]:.6g} and e = {e[bad]:.6g}"
+            f" was not found; it must be within 0.25 and 4 times the closed form's, {guess.flat[bad]:.6g}"
         )
-    return root.x.reshape(shape)
+    return root.x.reshape(guess.shape)
 
 
 def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array) -> Array:
     """Return ln sqrt(V(x0)/V(x1)) over the half cycle that begins at rest at x0, shape (lanes,). [-]"""
-    step = LONGER * curve.period(release_amplitude) / 2 / HALF_CYCLE_STEPS
-    response = simulate(curve, damping, release_amplitude=release_amplitude, step=step, steps=HALF_CYCLE_STEPS)
+    steps = 5000  # the damping ratio of ECD from peaks, whose exact value is known, is then within 0.04 %
+    longest = 1.7  # half cycles, over an undamped one
+    step = longest * curve.period(release_amplitude) / 2 / steps
+    response = simulate(curve, damping, release_amplitude=release_amplitude, step=step, steps=steps)
     turned, _ = turning_points(response.displacement, response.velocity, step)
     if not turned.shape[1] or np.isnan(turned[:, 0]).any():
-        raise InputError(f"a half cycle under {damping.model} lasts more than {LONGER} times an undamped one")
+        raise InputError(f"a half cycle under {damping.model} lasts more than {longest} times an undamped one")
     return 0.5 * np.log(curve.energy(release_amplitude) / curve.energy(turned[:, 0]))

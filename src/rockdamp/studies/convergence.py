@@ -17,9 +17,6 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import Load, simulate
 from rockdamp.studies.decays import step_count
 
-SCHEMES = ("newmark", "paper")
-EXCITATIONS = ("free", "forced")
-
 
 def fitted_order(steps: ArrayLike, error: ArrayLike) -> Array:
     """Return the slope of log(error) against log(step), fitted over the last axis. [-]"""
@@ -54,16 +51,16 @@ def convergence(config: Config) -> xr.Dataset:
     The error of a history is the root mean square over the times of the coarsest step, against the default scheme at a
     sixteenth of the finest step. That of the ensemble is the median, which a wall near collapse does not govern.
     """
-    settings = config.convergence
+    settings, schemes, excitations = config.convergence, ("newmark", "paper"), ("free", "forced")
     coarsest, finest = settings.coarsest, 16 * 2**settings.halvings
     steps = coarsest / 2.0 ** np.arange(settings.halvings + 1)
     ensemble = draw(settings.seed, settings.lanes, step_count(settings.length, coarsest) + 1, coarsest)
-    error = np.empty((len(SCHEMES), len(EXCITATIONS), len(MODELS), steps.size))
+    error = np.empty((len(schemes), len(excitations), len(MODELS), steps.size))
     for x, m in track(list(np.ndindex(error.shape[1:3])), "orders"):
-        exact = _histories(ensemble, MODELS[m], EXCITATIONS[x], "newmark", coarsest, finest)
-        for s, scheme in enumerate(SCHEMES):
+        exact = _histories(ensemble, MODELS[m], excitations[x], "newmark", coarsest, finest)
+        for s, scheme in enumerate(schemes):
             for k in range(steps.size):
-                displacement = _histories(ensemble, MODELS[m], EXCITATIONS[x], scheme, coarsest, 2**k)
+                displacement = _histories(ensemble, MODELS[m], excitations[x], scheme, coarsest, 2**k)
                 lane_error = np.sqrt(np.mean((displacement - exact) ** 2, axis=-1))
                 error[s, x, m, k] = np.nanmedian(lane_error)
     dims = ("scheme", "excitation", "damping_model")
@@ -74,8 +71,8 @@ def convergence(config: Config) -> xr.Dataset:
             "finest_convergence_order": (dims, np.log2(error[..., -2] / error[..., -1])),
         },
         coords={
-            "scheme": list(SCHEMES),
-            "excitation": list(EXCITATIONS),
+            "scheme": list(schemes),
+            "excitation": list(excitations),
             "damping_model": list(MODELS),
             "step": steps,
         },

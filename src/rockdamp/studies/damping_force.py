@@ -13,13 +13,6 @@ from rockdamp.solvers.newmark import simulate
 from rockdamp.studies.decays import damped_decays, step_count
 from rockdamp.studies.matches import match_decays
 
-FREQUENCIES = np.linspace(0.0, 1.0, 101)
-# ASSUME: Fig. 4a names neither its curve nor its hinge height; the config states them (nearly rigid, mid-height).
-ROCKING_MODELS = ("tri-linear", "slender", "large rotation")
-# At the step of the other histories, the first branch of a nearly rigid curve would be off by six times as much as they
-# are: it is three times as fast as that of the paper's curve.
-RIGID_REFINEMENT = 8  # steps of its history in place of each of the solver's
-
 
 def damping_force(config: Config) -> xr.Dataset:
     """Return the decays of CR and of every viscous model matched to it, and the three rocking decays of Fig. 4a."""
@@ -33,14 +26,14 @@ def damping_force(config: Config) -> xr.Dataset:
 def _matched(config: Config) -> xr.Dataset:
     """Return the decay under CR, and that of each viscous model matched to it."""
     curve, e, x0 = config.curve.make(), config.damping_force.restitution, config.release_amplitude
-    step, scheme = config.solver.step, config.solver.scheme
+    step = config.solver.step
     length = max(config.damping_force.response_length, config.matching.response_length)
     steps = step_count(length, step)
     release = curve.map(np.atleast_1d), np.array([x0]), np.array([e])
-    matched = match_decays(*release, VISCOUS_MODELS, config.matching, step=step, scheme=scheme)
+    matched = match_decays(*release, VISCOUS_MODELS, config.matching, config.solver)
     ratio = {model: float(of.damping_ratio[0]) for model, of in matched.items()}
     dampings = {REFERENCE: Damping(REFERENCE, e), **{model: Damping(model, xi) for model, xi in ratio.items()}}
-    decays = damped_decays(curve, dampings, x0, step=step, steps=steps, scheme=scheme)
+    decays = damped_decays(curve, dampings, x0, step=step, steps=steps, scheme=config.solver.scheme)
     return decays.assign(damping_ratio=("damping_model", [np.nan, *ratio.values()]))
 
 
@@ -49,34 +42,43 @@ def _frequency_laws() -> xr.Dataset:
 
     ECD depends on the energy frequency, which is no function of the secant frequency alone: it has no such law.
     """
-    laws = {model: np.full(FREQUENCIES.size, np.nan) for model in VISCOUS_MODELS}
+    w = np.linspace(0.0, 1.0, 101)
+    laws = {model: np.full(w.size, np.nan) for model in VISCOUS_MODELS}
     for model, exponent in (("CDC", 0.0), ("CDR", 1.0), ("SDR", 2.0)):  # of C, in the secant frequency
         # CDC keeps C of the first branch; at w = 0 its ratio to a vanishing critical damping has no bound.
         with np.errstate(divide="ignore"):
-            laws[model] = np.where(FREQUENCIES > 0, FREQUENCIES ** (exponent - 1), 0.0 if exponent > 1 else np.nan)
+            laws[model] = np.where(w > 0, w ** (exponent - 1), 0.0 if exponent > 1 else np.nan)
     return xr.Dataset(
         {"damping_ratio_law": (("viscous_model", "frequency_ratio"), np.stack(list(laws.values())))},
-        coords={"viscous_model": list(laws), "frequency_ratio": FREQUENCIES},
+        coords={"viscous_model": list(laws), "frequency_ratio": w},
     )
 
 
 def _rocking(config: Config) -> xr.Dataset:
     """Return the decay of the nearly rigid wall of Fig. 4a and those of two rigid bodies."""
+    # ASSUME: Fig. 4a names neither its curve nor its hinge height; the config states them (nearly rigid, mid-height).
     rigid, step = config.damping_force.rigid, config.solver.step
     wall, e, x0 = rigid.wall, rigid.restitution, rigid.release_amplitude
     steps = step_count(config.damping_force.response_length, step)
     tau = step * np.arange(steps + 1)
+    # At the step of the other histories the first branch of a nearly rigid curve, which is three times as fast as that
+    # of the paper's curve, would be off by six times as much as they are.
+    finer = 8
     response = simulate(
         rigid.curve,
-        Damping("CR", e),
+        Damping(REFERENCE, e),
         release_amplitude=x0,
-        step=step / RIGID_REFINEMENT,
-        steps=steps * RIGID_REFINEMENT,
-        store_every=RIGID_REFINEMENT,
+        step=step / finer,
+        steps=steps * finer,
+        store_every=finer,
         scheme=config.solver.scheme,
     )
-    histories = [response.displacement, slender_decay(tau, e, x0), large_rotation_decay(tau, wall, e, x0)]
+    histories = {
+        "tri-linear": response.displacement,
+        "slender": slender_decay(tau, e, x0),
+        "large rotation": large_rotation_decay(tau, wall, e, x0),
+    }
     return xr.Dataset(
-        {"rocking_displacement": (("rocking_model", "tau"), np.stack(histories))},
-        coords={"rocking_model": list(ROCKING_MODELS), "tau": tau},
+        {"rocking_displacement": (("rocking_model", "tau"), np.stack([*histories.values()]))},
+        coords={"rocking_model": list(histories), "tau": tau},
     )

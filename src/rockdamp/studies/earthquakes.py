@@ -36,8 +36,7 @@ from rockdamp.studies.matches import match_decays
 from rockdamp.studies.runner import Case, Setup, chunk_names, run, stack, stack_setups, study_walls, unstack, use
 
 SOURCES = ("polynomial", "least error", "closed form")  # of the ratio: polynomials, Eq. (17) at that wall, energy
-HISTORY = ("record", "velocity_ratio", "wall", "restitution")
-BY_DAMPER = (*HISTORY, "damping_model", "damping_ratio_source")
+BY_DAMPER = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
 VARIATIONS = ("step", "impact", "lower e", "higher e")  # of CR
 
 # Near collapse the outcome can flip with a tiny change of the step: the wall comes almost to rest where it hardly
@@ -84,19 +83,10 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
 
 def _damping_ratios(config: Config, curves: TrilinearCurve, e: Array, polynomials: Polynomials) -> Array:
     """Return damping ratios, shape (walls, e, viscous models, sources)."""
-    a1, solver = curves.yield_displacement_ratio, config.solver
-    lanes = curves.map(lambda parameter: np.repeat(parameter, e.size))
+    a1, lanes = curves.yield_displacement_ratio, curves.map(lambda parameter: np.repeat(parameter, e.size))
     each_e, amplitude = np.tile(e, a1.size), np.full(e.size * a1.size, config.release_amplitude)
-    matched = match_decays(
-        lanes,
-        amplitude,
-        each_e,
-        VISCOUS_MODELS,
-        config.matching,
-        step=solver.step,
-        scheme=solver.scheme,
-        description="Damping ratios of the walls",
-    )
+    description = "Damping ratios of the walls"
+    matched = match_decays(lanes, amplitude, each_e, VISCOUS_MODELS, config.matching, config.solver, description)
     ratios = [
         [
             np.stack([polynomials(model, e, own) for own in a1]),
@@ -137,7 +127,7 @@ def shake(config: Config, walls: xr.Dataset, motions: Sequence[GroundMotion]) ->
     return (
         varied.rename(peak="varied_peak", collapsed="varied_collapsed")
         .assign({name: (BY_DAMPER, values) for name, values in run_dampers(config, walls, motions, factor).items()})
-        .assign(scale_factor=(HISTORY[:3], factor), pga=("record", pga), pgv=("record", pgv))
+        .assign(scale_factor=(BY_DAMPER[:3], factor), pga=("record", pga), pgv=("record", pgv))
         .assign_coords(damping_model=list(MODELS), damping_ratio_source=list(SOURCES))
     )
 

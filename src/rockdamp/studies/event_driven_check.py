@@ -24,7 +24,6 @@ from rockdamp.progress import track
 from rockdamp.solvers.exact import exact_history
 from rockdamp.studies.earthquakes import BY_DAMPER, NEAR
 
-EDGE = 0.8  # u/u_ins: of the peaks of walls that survive
 STRATA = ("far", "near", "edge", "just collapsed", "unconverged")
 
 
@@ -64,13 +63,14 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
 
 def find_strata(peak: Array, collapsed: Array, converged: Array, intensity: int) -> list[NDArray[np.bool_]]:
     """Return which histories each of `STRATA` has; `intensity` is the axis of the arrays along which it grows."""
+    edge = 0.8  # u/u_ins
     stands, fell = (converged == 1) & (collapsed == 0), (converged == 1) & (collapsed == 1)
     fell, lower = np.moveaxis(fell, intensity, 0), np.moveaxis(collapsed, intensity, 0)
     just = np.moveaxis(np.concatenate([fell[:1], fell[1:] & (lower[:-1] != 1)]), 0, intensity)
     return [
         stands & (peak < NEAR),
-        stands & (peak >= NEAR) & (peak < EDGE),
-        stands & (peak >= EDGE),
+        stands & (peak >= NEAR) & (peak < edge),
+        stands & (peak >= edge),
         just,
         (converged == 0) & (collapsed >= 0),
     ]

@@ -11,20 +11,18 @@ from rockdamp.config import Config, LossLaw
 from rockdamp.mechanics.damping import Damping
 from rockdamp.studies.runner import Case, run_and_compare, unstack, use
 
-CONSTANT = "constant e"
-
 
 def cases(section: LossLaw) -> list[Case]:
     """Return the constant e, and the law with each pair of exponent and amplitude beside it."""
-    e, step = section.restitution, section.step
+    e, step, constant = section.restitution, section.step, "constant e"
     laws = {
         f"g = {g:g}, e at {at:g}": Damping("CR", e, loss_exponent=g, reference_amplitude=at)
         for g in section.exponent
         for at in section.amplitude
     }
     return [
-        Case(CONSTANT, use(Damping("CR", e)), step),
-        *(Case(name, use(law), step, CONSTANT) for name, law in laws.items()),
+        Case(constant, use(Damping("CR", e)), step),
+        *(Case(name, use(law), step, constant) for name, law in laws.items()),
     ]
 
 

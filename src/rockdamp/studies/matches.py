@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config, Matching, Study
+from rockdamp.config import Config, Matching, Solver, Study
 from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import (
@@ -39,14 +39,10 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
         cases, VISCOUS_MODELS, steps, refinement=config.matching.refinement, description=f"match {name}"
     )
     energy = [damping_ratio_energy(cases.curve, model, cases.restitution, cases.release_amplitude) for model in matched]
-    measures: dict[str, list[Any]] = {
-        "damping_ratio": [of.damping_ratio for of in matched.values()],
-        "damping_ratio_uncertainty": [of.uncertainty for of in matched.values()],
-        "damping_ratio_energy": energy,
-        "error": [of.error for of in matched.values()],
-        "rms_error": [of.rms_error for of in matched.values()],
-        "local_minima": [of.local_minima for of in matched.values()],
-    }
+    names = ("damping_ratio", "error", "rms_error", "local_minima")
+    measures: dict[str, list[Any]] = {name: [getattr(own, name) for own in matched.values()] for name in names}
+    measures["damping_ratio_uncertainty"] = [own.uncertainty for own in matched.values()]
+    measures["damping_ratio_energy"] = energy
     if others:
 
         def match_fixed_seconds(model: str) -> Array:
@@ -92,17 +88,15 @@ def match_decays(
     restitution: Array,
     damping_models: Sequence[str],
     matching: Matching,
-    *,
-    step: float,
-    scheme: str,
+    solver: Solver,
     description: str = "",
 ) -> dict[str, Matched]:
     """Release walls under restitution and match models to their decays, by the protocol of `equivalence.matching`.
 
     Curve, release amplitude and e have the shape (cases,).
     """
-    steps = step_count(matching.response_length, step)
-    cases = Cases.release(curve, release_amplitude, restitution, step=step, steps=steps, scheme=scheme)
+    step, steps = solver.step, step_count(matching.response_length, solver.step)
+    cases = Cases.release(curve, release_amplitude, restitution, step=step, steps=steps, scheme=solver.scheme)
     return match_dampers(cases, damping_models, steps, refinement=matching.refinement, description=description)
 
 

@@ -11,19 +11,14 @@ from rockdamp.constants import PRESETS
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Wall
 
-POINTS = 1001
-# ASSUME: the paper draws a3 < 1 without stating its value; this one leaves room for the translated variant.
-DRAWN_ULTIMATE_RATIO = 0.93
-# Section 2 gives 0.5 to 0.7 for the height of the hinge. ASSUME: the range of slenderness, that of the studies.
-HINGE_RATIOS = np.array([0.5, 0.6, 0.7])
-SLENDERNESSES = np.arange(10.0, 31.0)
-
 
 def mechanism(config: Config) -> xr.Dataset:
     """Tabulate f/F0 against u/u_ins for the curves that Fig. 2 and the presets draw, and the wall of Fig. 1.
 
     Also e against slenderness and height of the hinge (section 4.1), by Eq. (7) and with every support's impulse.
     """
+    # Section 2 gives 0.5 to 0.7 for the height of the hinge. ASSUME: the range of slenderness, that of the studies.
+    hinge_ratio, slenderness = np.array([0.5, 0.6, 0.7]), np.arange(10.0, 31.0)
     wall, tested, curve = config.wall.make(), config.validation.wall.make(), config.curve.make()
     curves = {
         "tri-linear": curve,
@@ -31,35 +26,37 @@ def mechanism(config: Config) -> xr.Dataset:
         **{name: TrilinearCurve.preset(name) for name in PRESETS},
     }
     corners = np.concatenate([np.ravel(each.parameters()[3:]) for each in curves.values()])
-    x = np.unique(np.concatenate([np.linspace(0, 1, POINTS), corners]))
+    x = np.unique(np.concatenate([np.linspace(0, 1, 1001), corners]))
     force = np.stack([1 - x, *(each.force(x) for each in curves.values())])
-    parameters = np.array([[np.nan] * 3, *([*map(float, each.parameters()[3:])] for each in curves.values())])
-    plateau = np.array([np.nan, *(float(each.strength_ratio) for each in curves.values())])
-    walls = Wall(1.0, SLENDERNESSES, hinge_ratio=HINGE_RATIOS[:, None])
-    mass = effective_mass_ratio(HINGE_RATIOS[:, None], SLENDERNESSES)
+    names = ("yield_displacement_ratio", "plateau_end", "ultimate_displacement_ratio", "strength_ratio")
+    walls = Wall(1.0, slenderness, hinge_ratio=hinge_ratio[:, None])
+    mass, dims = effective_mass_ratio(hinge_ratio[:, None], slenderness), ("hinge_height_ratio", "slenderness")
     return xr.Dataset(
         {
             "force": (("curve_name", "displacement"), force),
-            "yield_displacement_ratio": ("curve_name", parameters[:, 0]),
-            "plateau_end_ratio": ("curve_name", parameters[:, 1]),
-            "ultimate_displacement_ratio": ("curve_name", parameters[:, 2]),
-            "strength_ratio": ("curve_name", plateau),
-            "thickness": float(wall.thickness),
-            "height": float(wall.height),
-            "hinge_ratio": float(wall.hinge_ratio),
-            "instability_displacement": float(wall.instability_displacement),
-            "restitution_rigid": (("hinge_height_ratio", "slenderness"), walls.restitution_rigid),
-            "restitution_impulsive": (("hinge_height_ratio", "slenderness"), walls.restitution_impulsive),
-            "effective_mass_ratio": (("hinge_height_ratio", "slenderness"), mass),
-            "excitation_factor": (("hinge_height_ratio", "slenderness"), 1 / mass),
+            **{
+                name.replace("plateau_end", "plateau_end_ratio"): (
+                    "curve_name",
+                    [np.nan, *(float(getattr(each, name)) for each in curves.values())],
+                )
+                for name in names
+            },
+            **{
+                name: float(getattr(wall, name))
+                for name in ("thickness", "height", "hinge_ratio", "instability_displacement")
+            },
+            "restitution_rigid": (dims, walls.restitution_rigid),
+            "restitution_impulsive": (dims, walls.restitution_impulsive),
+            "effective_mass_ratio": (dims, mass),
+            "excitation_factor": (dims, 1 / mass),
             "tested_restitution_rigid": float(tested.restitution_rigid),
             "tested_restitution_impulsive": float(tested.restitution_impulsive),
         },
         coords={
             "curve_name": ["bi-linear", *curves],
             "displacement": x,
-            "hinge_height_ratio": HINGE_RATIOS,
-            "slenderness": SLENDERNESSES,
+            "hinge_height_ratio": hinge_ratio,
+            "slenderness": slenderness,
         },
     )
 
@@ -78,10 +75,8 @@ def effective_mass_ratio(hinge_ratio: Quantity, slenderness: Quantity) -> Array:
 
 def make_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:
     """Return both variants of the last branch with the a3 that Fig. 2 draws."""
-    a1, b1 = float(curve.yield_displacement_ratio), float(curve.strength_ratio)
+    # ASSUME: the paper draws a3 < 1 without stating its value; this one leaves room for the translated variant.
+    a1, b1, a3 = float(curve.yield_displacement_ratio), float(curve.strength_ratio), 0.93
     # Translated softening needs a3 > a1 + b1: a lower plateau where the curve's leaves no room.
-    lower = min(b1, DRAWN_ULTIMATE_RATIO - 1.5 * a1)
-    return {
-        "steeper": TrilinearCurve(a1, b1, DRAWN_ULTIMATE_RATIO, "steeper"),
-        "translated": TrilinearCurve(a1, lower, DRAWN_ULTIMATE_RATIO, "translated"),
-    }
+    lower = min(b1, a3 - 1.5 * a1)
+    return {"steeper": TrilinearCurve(a1, b1, a3, "steeper"), "translated": TrilinearCurve(a1, lower, a3, "translated")}

@@ -19,16 +19,13 @@ from rockdamp.studies.matches import flatten_decays
 
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.
 PAPER_RANGE = (0.80, 0.91)
-ROUNDING = 1e-9
-COARSER = (1.6, 2.0)  # steps over the solver's, at which damping ratios are found again
-LONGEST = 4  # times the inferred length, up to which other walls are asked for theirs
 
 
 def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     """Compute Err and damping ratio of the reference wall for every length of the response.
 
     Damping ratios are the minima of Err at the solver's step. Their uncertainty is twice the largest change at the
-    `COARSER` ones, and at least the resolution of the search. ``near_misclassified`` shows how sharp the inferred
+    coarser ones, and at least the resolution of the search. ``near_misclassified`` shows how sharp the inferred
     length is, at lengths between those next to it.
     ``inferred_response_length_of_release`` is what another wall would imply.
     """
@@ -66,9 +63,9 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     near = errors(reference, between_neighbours(lengths, inferred), PAPER_MODELS)
     findings = np.full((2, study.values.size), np.nan)
     for row, release in enumerate(track(study.values, "response_lengths")):
-        # A length that holds no whole cycle defines no damping ratio at low e.
+        # A length that holds no whole cycle defines no damping ratio at low e; far longer ones are not asked for.
         cycle = float(config.curve.make().period(release))
-        wide = lengths[(lengths >= cycle) & (lengths <= LONGEST * inferred)]
+        wide = lengths[(lengths >= cycle) & (lengths <= 4 * inferred)]
         if wide.size:
             own = dataset.sel(response_length=wide) if row == reference else errors(row, wide, PAPER_MODELS)
             findings[:, row] = infer(own), misclassified(own).min()
@@ -86,7 +83,7 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
 def uncertainty(decays: Cases, lengths: Array, damping_ratio: xr.DataArray) -> xr.DataArray:
     """Return twice the largest change of the damping ratios at coarser steps, and at least the search's resolution."""
     changes = []
-    for factor in COARSER:
+    for factor in (1.6, 2.0):
         coarser = decays.refine(decays.steps, 1 / factor)
         steps = np.round(lengths / coarser.step).astype(int)
         models = damping_ratio["damping_model"].values
@@ -110,7 +107,7 @@ def misclassified(dataset: xr.Dataset) -> xr.DataArray:
     """
     lowest = dataset["error"].sel(damping_model=list(PAPER_MODELS)).argmin("damping_model")
     e = dataset["restitution"]
-    inside = (e >= PAPER_RANGE[0] - ROUNDING) & (e <= PAPER_RANGE[1] + ROUNDING)
+    inside = (e > PAPER_RANGE[0] - 1e-9) & (e < PAPER_RANGE[1] + 1e-9)
     return ((lowest == PAPER_MODELS.index("CDR")) != inside).sum("restitution")
 
 
