@@ -10,7 +10,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from rockdamp.figures import FIGURES
-from rockdamp.figures.style import COLUMN, WIDTH, save
+from rockdamp.figures.style import COLUMN, LOOK, WIDTH, look, save, series
 from rockdamp.storage import dataset
 
 SMALLEST_TEXT = 7  # [pt], the limit for print
@@ -87,8 +87,17 @@ def test_a_figure_has_the_width_of_one_or_two_columns_and_fits_on_a_page(figure)
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_the_build_has_the_same_bytes(name, minimal, tmp_path):
+def test_a_figure_has_the_resolution_asked_for_and_the_same_bytes_again(name, minimal, tmp_path):
+    figure = draw(name, minimal)
     files = [tmp_path / f"{name}.{suffix}" for suffix in ("png", "pdf")]
-    save(draw(name, minimal), files, 80)  # as config/minimal.yaml says
+    save(figure, files, 80)  # as config/minimal.yaml says
     for file in files:
         assert file.read_bytes() == (minimal / "figures" / file.name).read_bytes()
+    assert int.from_bytes(files[0].read_bytes()[16:20], "big") == int(80 * figure.get_size_inches()[0])
+
+
+def test_models_and_walls_differ_without_colour():
+    for one, other in combinations(LOOK, 2):
+        assert look(one)["linestyle"] != look(other)["linestyle"] and look(one)["marker"] != look(other)["marker"]
+    assert len({(line["color"], line["marker"]) for line in map(series, range(24))}) == 24
+    assert look("ECD16") == look("ECD") and look("BAND0.4", marker="")["color"] == look("BAND")["color"]

@@ -16,7 +16,6 @@ from rockdamp.figures.measured import (
     ACCELERATION,
     DISPLACEMENT_MM,
     MEASURED,
-    MILLIMETRES,
     TIME,
     over_u_ins,
     record_name,
@@ -37,7 +36,6 @@ from rockdamp.figures.style import (
 )
 from rockdamp.text import number
 
-MEASURES = {"pgv": "PGV [m s$^{-1}$]", "pga": "PGA [m s$^{-2}$]"}
 SYMBOLS = {"yield_displacement_ratio": "$a_1$", "strength_ratio": "$b_1$", "restitution": "$e$"}
 
 
@@ -60,7 +58,7 @@ def response_figure(response: xr.Dataset) -> Figure:
     ground.plot(response["elapsed"], response["ground_acceleration"], color="black", linewidth=0.8)
     for model in map(str, response["damping_model"].values):
         run, label = response.sel(damping_model=model), model_label(response, model)
-        displacement = MILLIMETRES * run["control_displacement"].values
+        displacement = 1000 * run["control_displacement"].values
         if run["collapsed"]:
             label += f", collapses at {float(run['end_elapsed']):.2f} s"
             last = int(np.flatnonzero(np.isfinite(displacement))[-1])
@@ -81,6 +79,7 @@ def response_figure(response: xr.Dataset) -> Figure:
 def fragility_figure(answer: xr.Dataset) -> Figure:
     """Draw the fragility under each damping model, with its stripes and the share at the intensities asked for."""
     measure = str(answer.attrs["intensity_measure"]).lower()  # pgv or pga
+    unit = "m s$^{-1}$" if measure == "pgv" else "m s$^{-2}$"
     figure, ((axes,),) = panels(1, 1, 72.0)
     stripes, records = answer[f"stripe_{measure}"].values, int(answer["records"])
     levels = np.geomspace(stripes[0], stripes[-1], 200)
@@ -103,7 +102,7 @@ def fragility_figure(answer: xr.Dataset) -> Figure:
     }
     error_bars(axes, cr[measure], cr["collapse_probability"].values, cr["collapse_probability_interval"], **point)
     log_ticks(axes.xaxis)
-    axes.set(xlim=stripes[[0, -1]], ylim=(-0.03, 1.03), xlabel=MEASURES[measure])
+    axes.set(xlim=stripes[[0, -1]], ylim=(-0.03, 1.03), xlabel=f"{measure.upper()} [{unit}]")
     runs = "histories" if answer.sizes["damping_model"] == 1 else "records"  # against a stop each acts both ways
     axes.set_ylabel(f"share of {records} {runs} that collapse")
     legend(figure, handles(axes), columns=3)
@@ -126,7 +125,7 @@ def free_rocking_figure(fitted: xr.Dataset) -> Figure:
     figure, ((history, periods), (residual, impacts)) = panels(2, 2, 150.0)
     _fit(history, residual, fitted.isel(sample=(fitted["sample_release"] == 1).values), "sample_elapsed")
     peaks = fitted.isel(half_cycle=(fitted["half_cycle_release"] == 1).values)
-    height = MILLIMETRES * peaks["peak_displacement"]
+    height = 1000 * peaks["peak_displacement"]
     history.plot(peaks["peak_elapsed"], height, **series(0, linestyle="none", label="peaks"))
     releases = fitted.sizes["release"]
     history.set_title("(a) free rocking" + (f", the first of {releases} releases" if releases > 1 else ""))
@@ -140,7 +139,7 @@ def free_rocking_figure(fitted: xr.Dataset) -> Figure:
 
 def _fit(history: Axes, residual: Axes, fitted: xr.Dataset, time: str) -> None:
     """Draw a measured and a fitted history, and below it their difference."""
-    measured, computed = (MILLIMETRES * fitted[name] for name in ("measured", "control_displacement"))
+    measured, computed = (1000 * fitted[name] for name in ("measured", "control_displacement"))
     history.plot(fitted[time], measured, label=record_name(fitted), **MEASURED)
     history.plot(
         fitted[time], computed, **look("CR", marker="", label=f"fitted, {fitted.attrs.get('damping_model', 'CR')}")

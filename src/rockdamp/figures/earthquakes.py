@@ -21,7 +21,7 @@ def middle_restitution(study: xr.Dataset) -> xr.Dataset:
 def fig_earthquakes(comparison: xr.Dataset) -> Figure:
     """Draw the median ratio of the peaks to CR's and the error of its logarithm, by band of the peak."""
     study = middle_restitution(comparison)
-    figure, ((ratio, error),) = panels(1, 2, 88.0)
+    figure, ((ratio, error),) = panels(1, 2, 80.0)
     for axes, name in ((ratio, "median_ratio"), (error, "log_error")):
         _bands(axes, study, name)
     ratio.axhline(1.0, color="black", linewidth=0.6)
@@ -30,8 +30,8 @@ def fig_earthquakes(comparison: xr.Dataset) -> Figure:
     ratio.set(ylim=(max(0.98 * float(limits.min()), 0.5), min(1.02 * float(limits.max()), 2.0)))
     error.set_ylim(0, None)
     e = float(study["restitution"])
-    ratio.set(title=f"(a) median ratio, $e = {e:g}$", ylabel="median of peak over that of CR [-]")
-    error.set(title=f"(b) error, $e = {e:g}$", ylabel="rms of the logarithm of that ratio [-]")
+    ratio.set(title=f"(a) median ratio, $e = {e:g}$", ylabel="median of $r$, peak over that of CR [-]")
+    error.set(title=f"(b) error, $e = {e:g}$", ylabel=r"root mean square of $\ln\,r$ [-]")
     legend(figure, handles(ratio))
     return figure
 
@@ -69,7 +69,7 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
     study = middle_restitution(comparison)
     columns = min(4, study.sizes["wall"])
     rows = -(-study.sizes["wall"] // columns)
-    figure, grid = panels(rows, columns, 22.0 + 52.0 * rows, sharex=True, sharey=True)
+    figure, grid = panels(rows, columns, 22.0 + 46.0 * rows, sharex=True, sharey=True)
     level = np.geomspace(float(study["velocity_ratio"][0]), float(study["velocity_ratio"][-1]), 201)
     for axes, wall in zip(grid.flat, study["wall"].values, strict=False):
         curves = study.sel(wall=wall)

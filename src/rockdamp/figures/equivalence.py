@@ -17,9 +17,7 @@ from rockdamp.figures.style import (
     LOOK,
     MARKERS,
     PALE,
-    RELEASE_AMPLITUDE,
     RESTITUTION,
-    YIELD_DISPLACEMENT_RATIO,
     handles,
     legend,
     look,
@@ -28,10 +26,6 @@ from rockdamp.figures.style import (
 )
 
 DAMPING_RATIO = r"damping ratio $\xi$ [-]"
-PAPER_AMPLITUDES = (0.3, 0.5, 0.9)  # u0/u_ins, Fig. 5
-PAPER_RANGE = (0.80, 0.91)  # of e where CDR's error is the lowest, Section 6
-CLOSED_FORM: dict[str, Any] = {"linewidth": 0.6, "linestyle": (0, (4.0, 2.0))}
-EQUATION_15: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (8.0, 1.4, 2.6, 1.4))}
 
 
 def restitution_axis(axes: Axes, e: xr.DataArray) -> None:
@@ -76,14 +70,15 @@ def parameter_keys(values: xr.DataArray, *, marks: bool = False) -> list[Line2D]
 def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
     release = amplitude["release_amplitude"].values
-    nearest = np.unique([int(abs(release - value).argmin()) for value in PAPER_AMPLITUDES])
+    nearest = np.unique([int(abs(release - value).argmin()) for value in (0.3, 0.5, 0.9)])  # of the paper's Fig. 5
     study = amplitude.isel(release_amplitude=nearest)
-    figure, grid = model_panels(1, 80.0, study["restitution"])
+    figure, grid = model_panels(1, 76.0, study["restitution"])
+    dashes: dict[str, Any] = {"linewidth": 0.6, "linestyle": (0, (4.0, 2.0))}
     for axes, model in zip(grid[0], PAPER_MODELS, strict=True):
         parameter_lines(axes, study["damping_ratio"], model, "release_amplitude", marks=True)
-        parameter_lines(axes, study["damping_ratio_energy"], model, "release_amplitude", **CLOSED_FORM)
+        parameter_lines(axes, study["damping_ratio_energy"], model, "release_amplitude", **dashes)
     grid[0, 0].set_ylim(0)
-    closed_form = Line2D([], [], color=GREY, label="closed form", **CLOSED_FORM)
+    closed_form = Line2D([], [], color=GREY, label="closed form", **dashes)
     keys = [*parameter_keys(study["release_amplitude"], marks=True), closed_form]
     legend(figure, keys, title=r"release amplitude $u_0/u_\mathrm{ins}$ [-]")
     return figure
@@ -98,7 +93,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
         (overburden, "overburden_ratio", "$O/W$ [-]"),
         (stiffness, "yield_displacement_ratio", f"$a_1$ [-]\nat $b_1 = {float(b1[0]):g}$"),
     )
-    figure, grid = model_panels(3, 150.0, slenderness["restitution"])
+    figure, grid = model_panels(3, 132.0, slenderness["restitution"])
     for row, (study, parameter, title) in zip(grid, rows, strict=True):
         for axes, model in zip(row, PAPER_MODELS, strict=True):
             parameter_lines(axes, study["damping_ratio"], model, parameter, linewidth=0.9)
@@ -109,12 +104,12 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
 
 def fig6_error(amplitude: xr.Dataset) -> Figure:
     """Draw the root of Err at the best match against e, with the range in which the paper finds CDR's the lowest."""
-    study = amplitude.sel(release_amplitude=RELEASE_AMPLITUDE, method="nearest")
+    study = amplitude.sel(release_amplitude=0.5, method="nearest")
     figure, ((axes,),) = panels(1, 1, 80.0, COLUMN)
     for model in PAPER_MODELS:
         root = study["error"].sel(damping_model=model) ** 0.5
         axes.plot(study["restitution"], root, label=model, **look(model, markevery=4))
-    axes.axvspan(*PAPER_RANGE, color=PALE, alpha=0.6, linewidth=0, zorder=0, label="CDR lowest in the paper")
+    axes.axvspan(0.80, 0.91, color=PALE, alpha=0.6, linewidth=0, zorder=0, label="CDR lowest in the paper")
     restitution_axis(axes, study["restitution"])
     release, length = float(study["release_amplitude"]), float(study["response_length"])
     axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {release:g}$, $\\tau = {length:g}$")
@@ -127,9 +122,9 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
     parameter = "yield_displacement_ratio"
     e, a1 = equivalence["restitution"], equivalence[parameter]
-    figure, ((together, *columns),) = panels(1, 4, 100.0, sharex=True, sharey=True, width_ratios=[1.5, 1, 1, 1])
+    figure, ((together, *columns),) = panels(1, 4, 92.0, sharex=True, sharey=True, width_ratios=[1.5, 1, 1, 1])
     fits = equivalence["damping_ratio_fit"]
-    paper = fits.sel({parameter: YIELD_DISPLACEMENT_RATIO}, method="nearest")
+    paper = fits.sel({parameter: 0.04}, method="nearest")
     for axes, model in zip(columns, PAPER_MODELS, strict=True):
         low, high = (end.sel(damping_model=model) for end in (fits.min(parameter), fits.max(parameter)))
         together.fill_between(e, low, high, color=LOOK[model]["color"], alpha=0.18, linewidth=0)
@@ -138,8 +133,9 @@ def fig7(equivalence: xr.Dataset) -> Figure:
         points: dict[str, Any] = {"linestyle": "none", "markersize": 2.6}
         parameter_lines(axes, equivalence["damping_ratio"], model, parameter, marks=True, **points)
         axes.set_title(model, color=LOOK[model]["color"], fontweight="bold")
+    line: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (8.0, 1.4, 2.6, 1.4))}
     for axes in (together, *columns):
-        axes.plot(e, equivalence["giannini_masiani"], label="Eq. (15)" if axes is together else "", **EQUATION_15)
+        axes.plot(e, equivalence["giannini_masiani"], label="Eq. (15)" if axes is together else "", **line)
         restitution_axis(axes, e)
     together.set_title(f"at $a_1 = {float(paper[parameter]):g}$; bands: all $a_1$")
     together.set(ylim=(0, None), ylabel=DAMPING_RATIO)

@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from rockdamp.constants import PAPER_MODELS
 from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, POINTS, error_bars, handles, legend, look, panels
 
 TIME, DISPLACEMENT_MM, ACCELERATION = "time $t$ [s]", "$u$ [mm]", r"$\ddot u_g$ [m s$^{-2}$]"
-MILLIMETRES = 1000.0
 MEASURED: dict[str, Any] = {"color": "#B0B0B0", "linewidth": 2.8}
-EXPONENTS = {"SDR": -0.5, "CR": 0.0, "CDC": 0.5}  # of the energy left, of a rigid block to first order in the loss
 
 
 def record_title(dataset: xr.Dataset) -> str:
@@ -34,12 +33,12 @@ def record_name(dataset: xr.Dataset) -> str:
 
 def fig8(validation: xr.Dataset) -> Figure:
     """Draw the table's motion, and below it the displacement of the record and under each of the paper's models."""
-    elapsed, measured = validation["elapsed"].values, MILLIMETRES * validation["measured"]
-    figure, ((motion,), (response,)) = panels(2, 1, 120.0, sharex=True, height_ratios=[1.0, 2.6])
+    elapsed, measured = validation["elapsed"].values, 1000 * validation["measured"]
+    figure, ((motion,), (response,)) = panels(2, 1, 108.0, sharex=True, height_ratios=[1.0, 2.6])
     motion.plot(elapsed, validation["ground_acceleration"], color="black", linewidth=0.8)
     response.plot(elapsed, measured, label=record_name(validation), **MEASURED)
     for model in ("CR", *PAPER_MODELS):
-        computed = MILLIMETRES * validation["control_displacement"].sel(damping_model=model)
+        computed = 1000 * validation["control_displacement"].sel(damping_model=model)
         response.plot(elapsed, computed, label=model, **look(model, marker=""))
     for axes in (motion, response):
         axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)
@@ -60,16 +59,17 @@ def fig8(validation: xr.Dataset) -> Figure:
 
 def over_u_ins(axes: Any, dataset: xr.Dataset) -> None:
     """Give a panel in millimetres a second axis in u/u_ins."""
-    u_ins = MILLIMETRES * float(dataset["instability_displacement"])
+    u_ins = 1000 * float(dataset["instability_displacement"])
     axes.secondary_yaxis("right", functions=(lambda u: u / u_ins, lambda u: u * u_ins)).set_ylabel(DISPLACEMENT)
 
 
 def fig_measured_rocking(measured: xr.Dataset) -> Figure:
     """Draw what free rocking says: exponent of the amplitude, likelihood of each damper, and e over Housner's."""
-    figure, ((exponent, likelihood, restitution),) = panels(1, 3, 82.0, width_ratios=[1.0, 1.1, 1.1])
+    figure, ((exponent, likelihood, restitution),) = panels(1, 3, 76.0, width_ratios=[1.0, 1.1, 1.1])
     impacts = measured["impacts_used"]
     place = np.arange(impacts.size)
-    for model, power in EXPONENTS.items():
+    # What each damper would show: of the energy left, of a rigid block, to first order in the loss.
+    for model, power in {"SDR": -0.5, "CR": 0.0, "CDC": 0.5}.items():
         exponent.axvline(power, **look(model, marker=""))
     gamma, interval = measured["amplitude_exponent"], measured["amplitude_exponent_interval"]
     error_bars(exponent, gamma.values, place, interval, upright=False, label="measured, 90 %", **POINTS)
@@ -93,6 +93,7 @@ def fig_measured_rocking(measured: xr.Dataset) -> Figure:
     restitution.axhline(1.0, color=GREY, linewidth=0.8)
     error_bars(restitution, slenderness.values, ratio.values, measured["restitution_over_housner_interval"], **POINTS)
     restitution.margins(x=0.05)
+    restitution.xaxis.set_major_locator(MaxNLocator(integer=True))
     restitution.set(xlabel="$H/B$ of the block [-]", ylabel="$e$ over Housner's [-]")
     titles = {exponent: "(a) exponent of the amplitude", likelihood: "(b) dampers", restitution: "(c) restitution"}
     for axes, title in titles.items():

@@ -49,18 +49,17 @@ def wall_corners(thickness: float, height: float, hinge_ratio: float, offset: fl
     return lower + (thickness / 2, 0.0), upper + (thickness / 2, 0.0)
 
 
-# Drawn stouter than the wall and displaced far, so that angles and gaps can be seen.
-SLENDERNESS, OFFSET, ECCENTRICITY = 5.0, 0.6, 0.25  # h/t, u/t and eccentricity/t as drawn
 THIN: dict[str, Any] = {"color": GREY, "linewidth": 0.5}
 
 
 def fig1(mechanism: xr.Dataset) -> Figure:
     """Draw the wall at rest and displaced, with the symbols of Section 2."""
     h, ratio = float(mechanism["height"]), float(mechanism["hinge_ratio"])
-    t = h / SLENDERNESS
+    t = h / 5.0  # stouter than the wall and displaced far, so that angles and gaps can be seen
+    offset = 0.6 * t
     figure, grid = panels(1, 2, 112.0, COLUMN, sharey=True)
-    top = wall_corners(t, h, ratio, OFFSET * t)[1][:, 1].max()  # the wall grows as it turns on its corners
-    for axes, u, title in zip(grid[0], (0.0, OFFSET * t), ("(a) at rest", "(b) displaced"), strict=True):
+    top = wall_corners(t, h, ratio, offset)[1][:, 1].max()  # the wall grows as it turns on its corners
+    for axes, u, title in zip(grid[0], (0.0, offset), ("(a) at rest", "(b) displaced"), strict=True):
         lower, upper = wall_corners(t, h, ratio, u)
         _bodies(axes, lower, upper, t)
         _rest(axes, t, h, ratio) if u == 0 else _displaced(axes, lower, upper, t, u)
@@ -81,7 +80,7 @@ def _bodies(axes: Axes, lower: Array, upper: Array, t: float) -> None:
     for y, depth in ((0.0, -0.22 * t), (top, 0.16 * t)):
         axes.add_patch(Rectangle((-0.7 * t, y), 1.4 * t, depth, facecolor="none", edgecolor=GREY, hatch="/////", lw=0))
         axes.plot([-0.7 * t, 0.7 * t], [y, y], color="black", linewidth=0.9)
-    plate, x = top + 0.16 * t, ECCENTRICITY * t
+    plate, x = top + 0.16 * t, 0.25 * t
     _arrow(axes, (x, plate + 0.8 * t), (x, plate))
     axes.text(x + 0.1 * t, plate + 0.6 * t, "$O$", va="center")
     axes.plot([0, 0], [plate, plate + 1.2 * t], linestyle="dashdot", **THIN)
@@ -154,16 +153,14 @@ def _dimension(axes: Axes, start: Any, end: Any) -> None:
 
 # --- Fig. 2 -----------------------------------------------------------------------------------------------------------
 
-RED = "#C1121F"  # the secant, as in the paper
-SECANT_END = 0.45  # u/u_ins
-
 
 def fig2(mechanism: xr.Dataset) -> Figure:
     """Draw the tri-linear law on the bi-linear one, the softening variants and Doherty's stages of degradation."""
     figure, grid = panels(1, 3, 72.0, sharey=True)
     titles = ("(a) definitions", "(b) last branch that ends before $u_\\mathrm{ins}$", "(c) stages of degradation")
     for axes, title in zip(grid[0], titles, strict=True):
-        axes.set(title=title, xlabel=DISPLACEMENT, xlim=(0, 1.04), ylim=(0, 1.04))
+        axes.set_title(title, y=1.1)
+        axes.set(xlabel=DISPLACEMENT, xlim=(0, 1.04), ylim=(0, 1.04))
     grid[0, 0].set_ylabel("$F/F_0$ [-]")
     _definitions(grid[0, 0], mechanism)
     black = {"color": "black"}
@@ -201,11 +198,10 @@ def _definitions(axes: Axes, mechanism: xr.Dataset) -> None:
     faint: dict[str, Any] = {"color": GREY, "linewidth": 0.5, "linestyle": "dotted"}
     axes.vlines([a1, a2], [b1, b1], 1.04, **faint)
     axes.hlines([b1, 1.0], [a2, 0], 1.04, **faint)
-    force = float(np.interp(SECANT_END, curve["displacement"], curve["force"]))
-    axes.plot(
-        [0, SECANT_END], [0, force], color=RED, marker="o", markevery=[1], label=r"secant, slope $K_\mathrm{sec}$"
-    )
-    axes.text(0.32, 0.25, r"$K_\mathrm{sec}$", color=RED)
+    end, red = 0.45, "#C1121F"  # of the secant, as in the paper
+    force = float(np.interp(end, curve["displacement"], curve["force"]))
+    axes.plot([0, end], [0, force], color=red, marker="o", markevery=[1], label=r"secant, slope $K_\mathrm{sec}$")
+    axes.text(0.32, 0.25, r"$K_\mathrm{sec}$", color=red)
     axes.plot([0.66, 0.66, 0.84], [0.34, 0.16, 0.16], color="black", linewidth=0.5)
     axes.text(0.645, 0.22, "$K_0$", ha="right", va="center")
     axes.text(0.75, 0.14, "1", ha="center", va="top")

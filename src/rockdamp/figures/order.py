@@ -11,19 +11,10 @@ from matplotlib.figure import Figure
 
 from rockdamp.figures.style import DISPLACEMENT, LOOK, PALE, RESTITUTION, handles, legend, log_ticks, look, panels
 
-FAMILIES = {"ECD": "ECD of order $m$", "BAND": "BAND of width $t_c$", "CQD": "CQD of width $w/a_1$"}
-CROSSING: dict[str, dict[str, Any]] = {  # of the decay; impact last
-    "ECD16": look("ECD", marker=""),
-    "BAND0.4": look("BAND", marker="", linestyle=(0, (5.0, 1.6))),
-    "BAND0.2": look("BAND", marker="", linestyle="solid"),
-    "CR": look("CR", marker=""),
-}
-NEAR, WITHIN = 0.35, 0.15  # shown about the crossing, in tau and in u/u_ins
-
 
 def fig_order(order: xr.Dataset) -> Figure:
     """Draw the error over the force at the crossing, and force and velocity about the first crossing of a decay."""
-    figure, ((median, quantile), (force, velocity)) = panels(2, 2, 145.0)
+    figure, ((median, quantile), (force, velocity)) = panels(2, 2, 136.0)
     study = order.sel(restitution=RESTITUTION, method="nearest")
     title = f"{int(order['records'])} records, $e = {float(study['restitution']):g}$"
     for axes, name, words in (
@@ -44,7 +35,8 @@ def _errors(axes: Axes, study: xr.Dataset, name: str) -> None:
     dampers = study["damper"].values.astype(str)
     changed = study[name].isel(damper=np.char.startswith(dampers, "e "))
     axes.axhspan(float(changed.min()), float(changed.max()), color=PALE, linewidth=1.2, label=r"CR, $e \mp 0.01$")
-    for family, label in FAMILIES.items():
+    families = {"ECD": "ECD of order $m$", "BAND": "BAND of width $t_c$", "CQD": "CQD of width $w/a_1$"}
+    for family, label in families.items():
         rows = study.isel(damper=np.char.startswith(dampers, family))
         force = rows["crossing_force"].sel(wall="paper").values
         axes.plot(force, rows[name], label=label, **look(family, linestyle="solid", markersize=4))
@@ -66,8 +58,14 @@ def _crossing(force: Axes, velocity: Axes, order: xr.Dataset) -> None:
     """Draw the force up to the first turn, as time goes from left to right, and the velocity about the crossing."""
     tau = order["tau"].values
     impact = tau[int(np.argmax(order["displacement"].sel(crossing_damper="CR").values <= 0)) - 1]
-    near = np.abs(tau - impact) <= NEAR
-    for damper, line in CROSSING.items():
+    near = np.abs(tau - impact) <= 0.35
+    lines: dict[str, dict[str, Any]] = {  # impact last, on top
+        "ECD16": look("ECD", marker=""),
+        "BAND0.4": look("BAND", marker="", linestyle=(0, (5.0, 1.6))),
+        "BAND0.2": look("BAND", marker="", linestyle="solid"),
+        "CR": look("CR", marker=""),
+    }
+    for damper, line in lines.items():
         decay = order.sel(crossing_damper=damper)
         velocity.plot(
             tau[near] - impact,
@@ -79,7 +77,7 @@ def _crossing(force: Axes, velocity: Axes, order: xr.Dataset) -> None:
             half_cycle = slice(0, int(np.argmax(decay["velocity"].values[1:] >= 0)) + 1)
             force.plot(decay["displacement"][half_cycle], decay["damping_force"][half_cycle], **line)
     lowest = 1.2 * float(order["damping_force"].min())
-    force.plot([0, 0], [0, lowest], **CROSSING["CR"])
-    force.set(xlim=(WITHIN, -WITHIN), ylim=(lowest, -0.03 * lowest), xlabel=DISPLACEMENT)
+    force.plot([0, 0], [0, lowest], **lines["CR"])
+    force.set(xlim=(0.15, -0.15), ylim=(lowest, -0.03 * lowest), xlabel=DISPLACEMENT)
     force.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
     velocity.set(xlabel=r"dimensionless time from the impact $p\,t$ [-]", ylabel=r"$\dot u/(p\,u_\mathrm{ins})$ [-]")

@@ -19,7 +19,6 @@ from matplotlib.ticker import FixedLocator, LogLocator, NullLocator, StrMethodFo
 
 from rockdamp.storage.files import replace_file
 
-STYLE = Path(__file__).with_name("paper.mplstyle")
 WIDTH, COLUMN = 190.0, 90.0  # of a page's text and of one of its two columns [mm]
 
 # Colours that the colour-blind tell apart (Okabe and Ito); in grey the lines and the markers still differ.
@@ -37,8 +36,7 @@ COLOURS = ("#0072B2", "#D0267F", "#E69F00", "#009E73", "#56B4E9", "#8C6D1F", "#9
 MARKERS = ("o", "s", "D", "^", "v", "X", "P", "<", ">")
 POINTS: dict[str, Any] = {"color": "#1A1A1A", "linestyle": "none", "marker": "o", "markersize": 3.5}
 
-# The case of the paper that a figure shows where it shows one.
-RESTITUTION, RELEASE_AMPLITUDE, YIELD_DISPLACEMENT_RATIO = 0.85, 0.5, 0.04
+RESTITUTION = 0.85  # of the paper's case, where a figure shows one e
 
 DISPLACEMENT = r"$u/u_\mathrm{ins}$ [-]"
 TAU = r"dimensionless time $\tau = p\,t$ [-]"
@@ -64,8 +62,11 @@ def tints(colour: str, count: int) -> list[Any]:
 
 
 def panels(rows: int, columns: int, height: float, width: float = WIDTH, **options: Any) -> tuple[Figure, Any]:
-    """Return a figure in the style of the paper, and its panels, shape (rows, columns). Sizes are in millimetres."""
-    matplotlib.style.use(["default", STYLE])
+    """Return a figure in the style of the paper, and its panels, shape (rows, columns).
+
+    Sizes are in millimetres. `width` is that at which the figure is to be printed: its text then has 7 pt or more.
+    """
+    matplotlib.style.use(["default", Path(__file__).with_name("paper.mplstyle")])
     figure = Figure(figsize=(width / 25.4, height / 25.4), layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
 
@@ -108,7 +109,7 @@ def save(figure: Figure, files: Iterable[str | Path], resolution: float) -> None
         date = {".pdf": "CreationDate", ".svg": "Date"}.get(file.suffix)
         drawn = io.BytesIO()
         with matplotlib.rc_context({"svg.hashsalt": file.stem}):
-            figure.savefig(drawn, format=file.suffix[1:], metadata={date: None} if date else None)
+            figure.savefig(drawn, format=file.suffix[1:], dpi=resolution, metadata={date: None} if date else None)
         file.parent.mkdir(parents=True, exist_ok=True)
         with replace_file(file) as temporary:
             temporary.write_bytes(drawn.getvalue())
