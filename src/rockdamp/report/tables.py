@@ -254,11 +254,11 @@ def measured_rocking(measured: xr.Dataset) -> dict[str, Any]:
         "p": [number(value, 2) for value in p],
         "trials": int(measured["trials"] - measured["duplicates"]),
         "sentences": [
-            f"ln L of CDR less that of SDR is {extremes(cdr - sdr)}, from one number of impacts used to another.",
-            f"ln L of SDR less the larger of the other two is {extremes(sdr - np.maximum(cdc, cdr))}.",
+            f"ln L of CDR is {extremes(cdr - sdr)} relative to SDR, over the numbers of impacts used.",
+            f"ln L of SDR exceeds the larger of the other two by {extremes(sdr - np.maximum(cdc, cdr))}.",
             f"ln L exceeds that of CDC by {extremes(cdr - cdc)} under CDR and by {extremes(sdr - cdc)} under SDR.",
-            f"The likelihood ratio rejects one e in favour of the power law at 5 % with {rejected or 'no number of'}"
-            f" impacts used; the best exponent is {extremes(measured['amplitude_exponent'])}.",
+            f"The likelihood ratio test rejects a constant e at 5 % with {rejected or 'no number of'} impacts used, in"
+            f" favour of the power law; the best exponent is {extremes(measured['amplitude_exponent'])}.",
         ],
     }
 
