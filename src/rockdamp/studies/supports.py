@@ -15,7 +15,7 @@ import xarray as xr
 
 from rockdamp.config import Config, Supports
 from rockdamp.constants import STANDARD_GRAVITY
-from rockdamp.errors import InputError
+from rockdamp.errors import check
 from rockdamp.histories.loads import count_steps
 from rockdamp.histories.supports import floor_motions
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -29,33 +29,25 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import uneven_collapses
 from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import HISTORIES, NOT_RUN
-from rockdamp.studies.runner import Case, Setup, compare_intensities, pair, run, stack
+from rockdamp.studies.runner import Case, Setup, WallAndCurve, compare_intensities, pair, run, stack, study_walls
 
-ASSUMED = "as assumed"
-MASS, ANALYTICAL, IMPULSIVE = "overburden has mass, e unchanged", "e of Eq. (7)", "e impulsive"
-WEAKER, FIXED = "eccentric overburden, weaker side", "eccentric overburden, fixed side"
-VERTICAL = "vertical shaking"
-
-
-def name_floor(period: float) -> str:
-    """Return the name of the case of a flexible floor."""
-    return f"floor of {period:g} s"
+ASSUMED, WEAKER = "as assumed", "eccentric overburden, weaker side"  # what the others are compared with
 
 
 def cases(section: Supports) -> list[Case]:
     """Return the cases that are loads on an odd curve; a parapet has a flexible floor alone."""
-    step, floors = section.step, [Diaphragm(period, section.diaphragm_damping) for period in section.diaphragm_period]
+    step, shift = section.step, -section.eccentricity
+    floors = [Diaphragm(period, section.diaphragm_damping) for period in section.diaphragm_period]
+    changes: dict[str, Callable[[Any, TrilinearCurve], Setup | None]] = {
+        "overburden has mass, e unchanged": lambda w, c: change(w, c, overburden_mass=1.0) if is_loaded(w) else None,
+        "e of Eq. (7)": lambda w, c: None if isinstance(w, Parapet) else change(w, c, "rigid"),
+        "e impulsive": lambda w, c: None if isinstance(w, Parapet) else change(w, c, "impulsive"),
+    }
     return [
         Case(ASSUMED, change, step),
-        *(Case(name_floor(floor.period), change, step, ASSUMED, _floor(floor)) for floor in floors),
-        Case(MASS, lambda w, c: change(w, c, overburden_mass=1.0) if _is_loaded(w) else None, step, ASSUMED),
-        Case(ANALYTICAL, lambda w, c: None if isinstance(w, Parapet) else change(w, c, "rigid"), step, ASSUMED),
-        Case(IMPULSIVE, lambda w, c: None if isinstance(w, Parapet) else change(w, c, "impulsive"), step, ASSUMED),
-        Case(
-            WEAKER,
-            lambda w, c: change(w, c, eccentricity=-section.eccentricity * w.thickness) if _is_loaded(w) else None,
-            step,
-        ),
+        *(Case(f"floor of {floor.period:g} s", change, step, ASSUMED, move_floor(floor)) for floor in floors),
+        *(Case(name, setup, step, ASSUMED) for name, setup in changes.items()),
+        Case(WEAKER, lambda w, c: change(w, c, eccentricity=shift * w.thickness) if is_loaded(w) else None, step),
     ]
 
 
@@ -65,66 +57,50 @@ def change(wall: Wall | Parapet, curve: TrilinearCurve, rule: str = "measured", 
     return wall, curve, Damping("CR", float(getattr(wall, f"restitution_{rule}")))
 
 
-def _is_loaded(wall: Wall | Parapet) -> bool:
+def is_loaded(wall: Wall | Parapet) -> bool:
     return not isinstance(wall, Parapet) and float(wall.overburden_ratio) > 0
 
 
-def _floor(floor: Diaphragm) -> Callable[[GroundMotion, bool], Record]:
+def move_floor(floor: Diaphragm) -> Callable[[GroundMotion, bool], Record]:
     """Return what makes the motion of the supports under a flexible floor; a parapet stands on it."""
-
-    def move(motion: GroundMotion, parapet: bool) -> Record:
-        (moved,) = floor_motions(motion, None, parapet, floor)
-        return moved.record
-
-    return move
-
-
-# --- cases on a curve that is not odd ---------------------------------------------------------------------------------
+    return lambda motion, parapet: floor_motions(motion, None, parapet, floor)[0].record
 
 
 def run_asymmetric(
-    section: Supports,
-    motions: Sequence[GroundMotion],
-    walls: Mapping[str, tuple[Wall | Parapet, TrilinearCurve]],
-    *,
-    tail: float,
+    section: Supports, motions: Sequence[GroundMotion], walls: Mapping[str, WallAndCurve], *, tail: float
 ) -> xr.Dataset:
     """Run vertical shaking, and an overburden that keeps its side in place of one that changes sides with u.
 
     Vertical shaking is the other horizontal component of the station times a factor; without one it is not run.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``collapsed``, as `runner.run` returns it.
+    Returns ``collapsed``, as `runner.run` does.
     """
-    owners, ratio = [wall for wall, _ in walls.values()], section.velocity_ratio.values()
+    owners, curves = zip(*walls.values(), strict=True)
     p, e, scale, load = (
         np.array([[float(getattr(wall, name))] for wall in owners])
         for name in ("frequency_parameter", "restitution_measured", "velocity_scale", "load_factor")
     )
-    curve = stack([curve for _, curve in walls.values()]).map(lambda value: value[:, None])
+    curve, ratio = stack(curves).map(lambda value: value[:, None]), section.velocity_ratio.values()
     stronger, weaker = (
-        np.array([[change_strength(wall, sign * section.eccentricity)] for wall in owners]) for sign in (1, -1)
+        np.array([[strength_change(wall, sign * section.eccentricity)] for wall in owners]) for sign in (1, -1)
     )
-    loaded = np.array([[_is_loaded(wall)] for wall in owners])
+    loaded = np.array([[is_loaded(wall)] for wall in owners])
     collapsed = np.full((len(motions), ratio.size, len(owners), 2), NOT_RUN, dtype=np.int8)
     for row, motion in enumerate(track(motions, "Asymmetric walls")):
-        record = motion.record
+        record, lift = motion.record, section.vertical / STANDARD_GRAVITY
         factor = ratio * scale / intensity_measures(record).pgv  # (walls, levels)
         substeps = count_steps(record.step * p * curve.initial_frequency, section.step)
         ground = append_rest(record.ground_acceleration, record.step, tail)
-        march = {"step": p * record.step / substeps, "substeps": substeps, "load": load * factor}
+        march = {"ground": ground, "step": p * record.step / substeps, "substeps": substeps, "load": load * factor}
         if (other := other_component(motion, motions)) is not None:
             vertical = np.zeros_like(ground)
             vertical[: other.ground_acceleration.size] = other.ground_acceleration[: ground.size]
-            lift = section.vertical / STANDARD_GRAVITY * factor
-            collapsed[row, :, :, 0] = uneven_collapses(curve, e, ground=ground, lift=lift, vertical=vertical, **march).T
-        fixed = uneven_collapses(curve, e, ground=ground, side=(stronger, weaker), **march)
+            collapsed[row, :, :, 0] = uneven_collapses(curve, e, lift=lift * factor, vertical=vertical, **march).T
+        fixed = uneven_collapses(curve, e, side=(stronger, weaker), **march)
         collapsed[row, :, :, 1] = np.where(loaded, fixed, NOT_RUN).T
+    names = ["vertical shaking", "eccentric overburden, fixed side"]
     return xr.Dataset(
         {"collapsed": ((*HISTORIES, "case"), collapsed)},
-        coords={"case": [VERTICAL, FIXED], "reference": ("case", [ASSUMED, WEAKER])},
+        coords={"case": names, "reference": ("case", [ASSUMED, WEAKER])},
     )
 
 
@@ -133,19 +109,16 @@ def other_component(motion: GroundMotion, motions: Sequence[GroundMotion]) -> Re
     other = next((other for other in motions if other.group == motion.group and other is not motion), None)
     if other is None:
         return None
-    step, wanted = other.record.step, motion.record.step
-    if not np.isclose(step, wanted, rtol=1e-6, atol=0.0):
-        raise InputError(f"{other.name!r} has steps of {step:g} s; they must be {wanted:g} s, as of {motion.name!r}")
+    step = motion.record.step
+    wanted = f"{step:g} s, as of {motion.name!r}"
+    check(f"step of {other.name!r}", other.record.step, lambda own: np.isclose(own, step, rtol=1e-6, atol=0), wanted)
     return other.record
 
 
-def change_strength(wall: Wall | Parapet, eccentricity: float) -> float:
+def strength_change(wall: Wall | Parapet, eccentricity: float) -> float:
     """Return the strength with an overburden so far from mid-thickness, over the thickness, over that without. [-]"""
     moved = replace(wall, eccentricity=eccentricity * float(wall.thickness))
     return float(moved.rigid_strength / wall.rigid_strength)
-
-
-# --- the study --------------------------------------------------------------------------------------------------------
 
 
 def supports(config: Config) -> xr.Dataset:
@@ -155,13 +128,10 @@ def supports(config: Config) -> xr.Dataset:
 
 def histories(config: Config) -> xr.Dataset:
     """Return ``collapsed`` of all cases, as `runner.run` does."""
-    section, tail = config.supports, config.earthquakes.tail
-    walls = {named.name: (named.wall, named.curve) for named in config.earthquakes.walls}
+    section, tail, walls = config.supports, config.earthquakes.tail, study_walls(config)
     motions, ratio = load_records(config.records), section.velocity_ratio.values()
-    odd = run(cases(section), track(motions, "What holds a wall"), walls, ratio, tail=tail)
-    return xr.concat(
-        [odd.drop_vars("peak"), run_asymmetric(section, motions, walls, tail=tail)], "case", join="override"
-    )
+    odd = run(cases(section), track(motions, "Supports"), walls, ratio, tail=tail).drop_vars("peak")
+    return xr.concat([odd, run_asymmetric(section, motions, walls, tail=tail)], "case", join="override")
 
 
 def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
@@ -174,7 +144,7 @@ def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
     compared = compare_intensities(pairs, resample(pairs["station"].values, bootstrap.replicates, bootstrap.seed))
     ran = (pairs["collapsed"] != NOT_RUN) & (pairs["reference_collapsed"] != NOT_RUN)
     by_record = ran.any(("velocity_ratio", "wall")).transpose("case", "record").values
-    periods = {name_floor(period): period for period in section.diaphragm_period}
+    periods = {f"floor of {period:g} s": period for period in section.diaphragm_period}
     return compared.assign(
         stations=("case", [np.unique(pairs["station"].values[some]).size for some in by_record]),
         diaphragm_period=("case", [periods.get(case, np.nan) for case in compared["case"].values.tolist()]),
