@@ -95,7 +95,7 @@ def read_motions(inputs: Inputs) -> list[GroundMotion]:
     motions = load_records(inputs["records"], step=inputs["step"], unit=inputs["unit"])
     for motion in motions:
         measures, name = intensity_measures(motion.record), motion.name
-        warn(f"{name}: PGA in g", measures.pga / STANDARD_GRAVITY, 0.005, 3.0, "records of earthquakes lie within")
+        warn(f"{name}: PGA in g", measures.pga / STANDARD_GRAVITY, 0.001, 5.0, "records of earthquakes lie within")
         left = abs(measures.end_velocity) / measures.pgv
         warn(f"{name}: velocity at the end over PGV", left, 0.0, 0.1, "the ground still moves when the record ends")
     return motions
