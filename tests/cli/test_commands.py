@@ -167,7 +167,7 @@ def test_an_unusual_value_is_warned_of_once(command, name, record, monkeypatch):
     pulse = rd.read_record("pulse.csv")
     elapsed, motion = pulse.elapsed, pulse.ground_acceleration
     rd.write_record("cut.csv", rd.Record(elapsed[:20], motion[:20], header={"synthetic": "yes"}))
-    rd.write_record("strong.csv", rd.Record(elapsed, 12 * motion, header={"synthetic": "yes"}))
+    rd.write_record("strong.csv", rd.Record(elapsed, 40 * motion, header={"synthetic": "yes"}))
     result = run(*command)
     warnings = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
     assert result.exit_code == 0 and [name in line for line in warnings] == [True]
