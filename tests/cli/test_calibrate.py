@@ -74,7 +74,7 @@ def test_a_video_has_frames_and_pixels(tmp_path):
         printed(*video, "--frame-rate", 1 / test.elapsed[1]),
         run("calibrate", "--free-rocking", FIRST, *BLOCK).stdout,
     )
-    assert all(f"{row['estimate']:.4g}" in text for row in values["parameters"])
+    assert all(f"{row['estimate']:.5g}" in text for row in values["parameters"])
     assert f"--restitution {values['restitution_at'][1]['restitution']:.3f}" in text
     assert "half periods" in refused(*video)
 

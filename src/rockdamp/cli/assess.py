@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import rockdamp as rd
 from rockdamp.cli import common, options
 from rockdamp.cli.common import percent
 from rockdamp.constants import STANDARD_GRAVITY
@@ -44,7 +45,6 @@ def assess(**inputs: Any) -> None:
     fragility are a bootstrap's over stations, of records alone.
     """
     from rockdamp.assessment.answers import assessed_values
-    from rockdamp.assessment.assess import assess
     from rockdamp.assessment.collapses import LEAST_OF_DAMPER
     from rockdamp.equivalence.programs import describe_damping
 
@@ -53,7 +53,7 @@ def assess(**inputs: Any) -> None:
     if inputs["report"] is not None and (inputs["one_sided"] or inputs["exponent"]):
         raise click.UsageError("--report has no page of a wall against a stop, or of a loss with an exponent")
     motions = common.read_support_motions(inputs)
-    answer = assess(
+    answer = rd.assess(
         *(wall, curve, motions),
         **{name: inputs[name] for name in ("pgv", "pga", "restitution", "tail")},
         loss_exponent=inputs["exponent"],

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import rockdamp as rd
 from rockdamp.cli import common, options
 from rockdamp.cli.options import LENGTH, NUMBER, MeasuredQuantity, option
 from rockdamp.text import count_noun
@@ -93,13 +94,11 @@ def _print_parameters(found: dict[str, Any], over_rest: str) -> None:
 
 def _fit_records(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str, dict[str, Any]]:
     """Return what was read, and what was found."""
-    from rockdamp.laboratory.calibration import calibrate
     from rockdamp.laboratory.comparison import compare_dampers
-    from rockdamp.motions.catalogue import load_records
 
-    motions = load_records(inputs["records"])
+    motions = rd.load_records(inputs["records"])
     records = [motion.record for motion in motions]
-    fitted = calibrate(records, wall, **how)
+    fitted = rd.calibrate(records, wall, **how)
     digests = {"records": common.digests(motions)}
     common.write_outputs(fitted, "calibration", inputs, "calibration_figure", **digests)
     found = _values(fitted)
@@ -121,13 +120,10 @@ def _print_records(found: dict[str, Any]) -> None:
 
 def _fit_free_rocking(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str, dict[str, Any]]:
     """Return what was read, and what was found."""
-    from rockdamp.laboratory.free_rocking import fit_free_rocking
-    from rockdamp.laboratory.free_rocking_file import read_free_rocking
-
     video = {name: inputs[name] for name in ("frame_rate", "pixel")}
-    tests = [read_free_rocking(path, **video) for path in inputs["files"]]
+    tests = [rd.read_free_rocking(path, **video) for path in inputs["files"]]
     files = [f"{path.name}: {_describe(test.elapsed)}" for path, test in zip(inputs["files"], tests, strict=True)]
-    fitted = fit_free_rocking(tests, wall, **how, least_peak=inputs["least_peak"])
+    fitted = rd.fit_free_rocking(tests, wall, **how, least_peak=inputs["least_peak"])
     digests = {"files": " ".join(test.digest for test in tests)}
     common.write_outputs(fitted, "free_rocking", inputs, "free_rocking_figure", **digests)
     found = _values(fitted)

@@ -11,14 +11,11 @@ from typing import TYPE_CHECKING, Any, NoReturn, SupportsFloat
 
 import click
 
+import rockdamp as rd
 from rockdamp.constants import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
-
-    from rockdamp.mechanics.curve import TrilinearCurve
-    from rockdamp.mechanics.damping import Damping
-    from rockdamp.motions.catalogue import GroundMotion
 
 Inputs = Mapping[str, Any]  # of a command, by the name of the option
 
@@ -30,7 +27,7 @@ def warn(name: str, value: SupportsFloat, least: float, most: float, remark: str
         click.echo(f"warning: {name} is {float(value):.3g}, {limit}: {remark}", err=True)
 
 
-def warn_of_rest(peak: SupportsFloat, curve: TrilinearCurve) -> None:
+def warn_of_rest(peak: SupportsFloat, curve: rd.TrilinearCurve) -> None:
     warn("peak over a1", float(peak) / float(curve.yield_displacement_ratio), 1.0, inf, "the wall does not rock")
 
 
@@ -47,7 +44,7 @@ def build_wall(inputs: Inputs) -> Any:
     return wall
 
 
-def build_curve(inputs: Inputs) -> TrilinearCurve:
+def build_curve(inputs: Inputs) -> rd.TrilinearCurve:
     from rockdamp.assessment.table import make_curve
 
     return make_curve(inputs)
@@ -64,37 +61,32 @@ def choose_restitution(wall: Any, restitution: float | str) -> tuple[float, str]
     return e, reason
 
 
-def build_dampings(inputs: Inputs, curve: TrilinearCurve, e: float | None, **release: float) -> list[Damping]:
+def build_dampings(inputs: Inputs, curve: rd.TrilinearCurve, e: float | None, **release: float) -> list[rd.Damping]:
     """Return the damper that the options describe; with --compare that of every model."""
-    from rockdamp.mechanics.damping import Damping
-
     (model, parameter), xi = inputs["damping_model"] or ("CR", {}), inputs["damping_ratio"]
     if inputs["compare"]:
-        from rockdamp.equivalence.equivalent import equivalent
-
         if e is None or xi is not None or inputs["damping_model"]:
             raise click.UsageError("--compare must be given with --restitution alone")
-        rows = equivalent(e, curve, **release)
-        return [Damping("CR", e), *(Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]
+        rows = rd.equivalent(e, curve, **release)
+        return [rd.Damping("CR", e), *(rd.Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]
     if (e is None) is (xi is None) or (model == "CR" and xi is not None):
         allowed = "--restitution" if model == "CR" else "either --damping-ratio or --restitution"
         raise click.UsageError(f"--damping-model {model} must have {allowed}")
     if xi is not None:
         warn("damping_ratio", xi, 0.0, 0.5, "the damper is near critical")
-    return [Damping(model, xi, **parameter) if e is None else Damping.from_restitution(e, model, **parameter)]
+    return [rd.Damping(model, xi, **parameter) if e is None else rd.Damping.from_restitution(e, model, **parameter)]
 
 
-def read_motions(inputs: Inputs) -> list[GroundMotion]:
+def read_motions(inputs: Inputs) -> list[rd.GroundMotion]:
     """Return the ground motions of --records; refuse an output that would overwrite one of them."""
-    from rockdamp.motions.catalogue import load_records, record_files
-    from rockdamp.motions.intensity import intensity_measures
+    from rockdamp.motions.catalogue import record_files
 
     output, sources = inputs["output"], [*record_files(inputs["records"]), *filter(None, [inputs.get("walls")])]
     if output is not None and output.exists() and any(output.samefile(source) for source in sources):
         raise click.UsageError(f"--output is {str(output)!r}, which the command reads; it must be another file")
-    motions = load_records(inputs["records"], step=inputs["step"], unit=inputs["unit"])
+    motions = rd.load_records(inputs["records"], step=inputs["step"], unit=inputs["unit"])
     for motion in motions:
-        measures, name = intensity_measures(motion.record), motion.name
+        measures, name = rd.intensity_measures(motion.record), motion.name
         warn(f"{name}: PGA in g", measures.pga / STANDARD_GRAVITY, 0.001, 5.0, "records of earthquakes lie within")
         left = abs(measures.end_velocity) / measures.pgv
         warn(f"{name}: velocity at the end over PGV", left, 0.0, 0.1, "the ground still moves when the record ends")
@@ -103,26 +95,22 @@ def read_motions(inputs: Inputs) -> list[GroundMotion]:
 
 def build_supports(inputs: Inputs) -> dict[str, Any]:
     """Return the building and the flexible floor that the options describe, as `floor_motions` takes them."""
-    from rockdamp.mechanics.floors import Building, Diaphragm
-
     building = [inputs[name] for name in ("building_period", "storeys", "storey")]
     if None in building and any(value is not None for value in building):
         raise click.UsageError("--building-period, --storeys and --storey must be given together")
     period = inputs["diaphragm_period"]
-    supports: dict[str, Any] = {} if None in building else {"building": Building(*building)}
-    supports |= {} if period is None else {"diaphragm": Diaphragm(period)}
+    supports: dict[str, Any] = {} if None in building else {"building": rd.Building(*building)}
+    supports |= {} if period is None else {"diaphragm": rd.Diaphragm(period)}
     return supports
 
 
-def read_support_motions(inputs: Inputs) -> Sequence[GroundMotion]:
+def read_support_motions(inputs: Inputs) -> Sequence[rd.GroundMotion]:
     """Return the motions of a wall's supports: those of --records, or what a building and a floor make of them."""
-    from rockdamp.histories.supports import floor_motions
-
     supports = build_supports(inputs)
     if supports and inputs["one_sided"]:
         raise click.UsageError("--one-sided must be without a building or a flexible floor")
     motions = read_motions(inputs)
-    return floor_motions(motions, parapet=inputs["parapet"], **supports) if supports else motions
+    return rd.floor_motions(motions, parapet=inputs["parapet"], **supports) if supports else motions
 
 
 # --- output -----------------------------------------------------------------------------------------------------------
@@ -142,15 +130,13 @@ def describe_wall(wall: Any, onset: SupportsFloat, e: float | None = None, reaso
     return text if e is None else f"{text}; e = {e:.4g}, {reason}"
 
 
-def describe_records(motions: Iterable[GroundMotion]) -> str:
+def describe_records(motions: Iterable[rd.GroundMotion]) -> str:
     """Return what was read of records: ``record: 5366 samples, 0.005 s, PGA 0.28 g``."""
-    from rockdamp.motions.intensity import intensity_measures
-
     records = [motion.intensity_record for motion in motions]
-    samples = _range([record.elapsed.size for record in records], 9)
-    step, pga = _range([record.step for record in records], 4), [intensity_measures(record).pga for record in records]
+    samples, step = (_range(values, 9) for values in ([r.elapsed.size for r in records], [r.step for r in records]))
+    pga = _range([rd.intensity_measures(record).pga / STANDARD_GRAVITY for record in records], 2)
     name = "record" if len(records) == 1 else f"{len(records)} records"
-    return f"{name}: {samples} samples, {step} s, PGA {_range([value / STANDARD_GRAVITY for value in pga], 2)} g"
+    return f"{name}: {samples} samples, {step} s, PGA {pga} g"
 
 
 def _range(values: Sequence[float], digits: int) -> str:
@@ -236,12 +222,11 @@ def write_outputs(dataset: xr.Dataset, kind: str, inputs: Inputs, figure: str = 
     """
     output, plot = inputs["output"], inputs.get("plot")
     if output is not None and output.suffix == ".nc":
-        from rockdamp import __version__
         from rockdamp.storage.dataset import write
 
         files = ("output", "plot", "report", "walls", "files", "as_json", "step", "unit")
         config = {name: value for name, value in inputs.items() if name not in files} | read
-        write(dataset, output, kind, config=config, code_version=__version__)
+        write(dataset, output, kind, config=config, code_version=rd.__version__)
         click.echo(f"{output} written", err=True)
     if plot is not None:
         from rockdamp.figures import commands
@@ -251,7 +236,7 @@ def write_outputs(dataset: xr.Dataset, kind: str, inputs: Inputs, figure: str = 
         click.echo(f"{plot} written", err=True)
 
 
-def digests(motions: Iterable[GroundMotion]) -> str:
+def digests(motions: Iterable[rd.GroundMotion]) -> str:
     """Return the names of records with the digests of their files."""
     return " ".join(f"{motion.name} {motion.record.digest}".strip() for motion in motions)
 
@@ -264,17 +249,15 @@ class Main(click.Group):
 
     def main(self, *arguments: Any, **how: Any) -> NoReturn:
         try:
-            sys.exit(super().main(*arguments, **{**how, "standalone_mode": False}))
+            status = super().main(*arguments, **{**how, "standalone_mode": False})
         except click.ClickException as error:
             message = error.format_message()
         except click.Abort:
             sys.exit(1)
-        except (OSError, ValueError) as error:
-            from rockdamp.errors import InputError
-
-            if not isinstance(error, OSError | InputError):
-                raise
+        except (OSError, rd.InputError) as error:
             message = str(error)
+        else:
+            sys.exit(status)
         click.echo(f"Error: {' '.join(message.split())}", err=True)
         sys.exit(2)
 

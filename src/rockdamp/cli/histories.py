@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import rockdamp as rd
 from rockdamp.cli import common, options
 from rockdamp.cli.options import NUMBER, SECONDS, Quantity, option
 from rockdamp.constants import RELEASES
@@ -46,11 +47,9 @@ def decay(**inputs: Any) -> None:
     tau = p t, with p, frequency_parameter, of rockdamp wall. In Python rockdamp.free_decay takes a wall, for metres and
     seconds.
     """
-    from rockdamp.histories.respond import free_decay
-
     curve, release = common.build_curve(inputs), inputs["release"]
     dampings = common.build_dampings(inputs, curve, inputs["restitution"], release_amplitude=release)
-    histories = free_decay(curve, dampings, release_amplitude=release, length=inputs["length"])
+    histories = rd.free_decay(curve, dampings, release_amplitude=release, length=inputs["length"])
     common.write_outputs(histories, "free_decay", inputs, "decay_figure")
     rows = _half_cycle_rows(histories)
     if inputs["as_json"]:
@@ -115,7 +114,7 @@ def respond(**inputs: Any) -> None:
     are those of the scaled motion, in a building of the ground. With --one-sided each record acts both ways.
     """
     from rockdamp.histories.one_sided import respond_one_sided
-    from rockdamp.histories.respond import respond, tabulate
+    from rockdamp.histories.respond import tabulate
 
     wall, curve = common.build_wall(inputs), common.build_curve(inputs)
     one_sided, tail, output, target = inputs["one_sided"], inputs["tail"], inputs["output"], _target(inputs)
@@ -140,7 +139,7 @@ def respond(**inputs: Any) -> None:
         if row["outcome"] == "collapsed":
             row |= dict.fromkeys(("peak_displacement", "peak", "peak_elapsed"))
     if drawn:
-        histories = respond(wall, curve, dampings, motions[0], scale=rows[0]["scale"], tail=tail)
+        histories = rd.respond(wall, curve, dampings, motions[0], scale=rows[0]["scale"], tail=tail)
         read = {"records": common.digests(motions), "scale": rows[0]["scale"]}
         common.write_outputs(histories, "response", inputs, "response_figure", **read)
     if to_csv:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+import rockdamp as rd
 from rockdamp.cli import common, options
 from rockdamp.cli.options import NUMBER, Quantity, option
 from rockdamp.constants import RELEASES
-
-if TYPE_CHECKING:
-    from rockdamp.mechanics.curve import TrilinearCurve
 
 UNITS = {
     "weight": "N",
@@ -81,7 +79,7 @@ def wall(**inputs: Any) -> None:
         )
 
 
-def _periods(wall: Any, curve: TrilinearCurve | None) -> list[dict[str, Any]]:
+def _periods(wall: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, Any]]:
     """Return the periods of decays from some amplitudes, up to the end of the curve."""
     import numpy as np
 
@@ -115,7 +113,7 @@ def equivalent(**inputs: Any) -> None:
     One row for each e and viscous model. damping_ratio has the least error (Eq. 17): use it. damping_ratio_energy is
     the closed form, damping_ratio_fit the paper's polynomials at b1 = 0.85, empty outside their range of a1 and e.
     """
-    from rockdamp.equivalence import equivalent
+    from rockdamp.equivalence.equivalent import equivalent_restitution
 
     e, xi, walls = (inputs[name] for name in ("restitution", "damping_ratio", "walls"))
     if [e, xi, walls].count(None) != 2:
@@ -123,9 +121,9 @@ def equivalent(**inputs: Any) -> None:
     if walls is not None:
         rows = _equivalent_walls(walls, inputs["release"])
     elif xi is not None:
-        rows = equivalent.equivalent_restitution(xi, common.build_curve(inputs), release_amplitude=inputs["release"])
+        rows = equivalent_restitution(xi, common.build_curve(inputs), release_amplitude=inputs["release"])
     else:
-        rows = equivalent.equivalent(e, common.build_curve(inputs), release_amplitude=inputs["release"])
+        rows = rd.equivalent(e, common.build_curve(inputs), release_amplitude=inputs["release"])
     if inputs["output"] is not None:
         common.write_csv(rows, inputs["output"])
     common.print_json(rows) if inputs["as_json"] else common.print_table(rows)
@@ -134,13 +132,11 @@ def equivalent(**inputs: Any) -> None:
 def _equivalent_walls(path: Path, release: float) -> list[dict[str, Any]]:
     """Return the damping ratios of each wall of a table, by its id."""
     from rockdamp.assessment.table import BadRow, read_walls
-    from rockdamp.equivalence.equivalent import equivalent
-    from rockdamp.errors import InputError
 
     rows = []
     for wall in read_walls(path):
         if isinstance(wall, BadRow):
-            raise InputError(f"{path}: {wall.id}: {wall.error}")
-        answers = equivalent(wall.restitution, wall.curve, release_amplitude=release)
+            raise rd.InputError(f"{path}: {wall.id}: {wall.error}")
+        answers = rd.equivalent(wall.restitution, wall.curve, release_amplitude=release)
         rows += [{"id": wall.id, **answer} for answer in answers]
     return rows
