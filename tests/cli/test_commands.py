@@ -18,7 +18,6 @@ from repository import ROOT
 
 import rockdamp as rd
 from rockdamp.cli import main
-from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.equivalence.programs import missed_collapses
 from rockdamp.storage import dataset
 
