@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
@@ -22,11 +21,9 @@ from rockdamp.statistics.paired import (
     NOT_RUN,
     compare_fragilities,
     compare_pairs,
-    quotient,
     root_mean_square,
 )
 
-SHARES = (0.5, 0.9, 0.99, 1.0)
 BY_DAMPER = ("restitution", "damping_model", "damping_ratio_source")
 
 
@@ -40,41 +37,37 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     them. Those of CR with small changes begin with ``varied_``. ``excess`` is how much more a damper errs
     than the one of least error at that e, over the histories that survive with both.
     """
-    bootstrap = config.comparison.bootstrap
+    bootstrap, edges = config.comparison.bootstrap, np.array(config.comparison.bands)
     weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)
-    edges = np.array(config.comparison.bands)
     bands = [(edges[0], edges[-1]), *pairwise(edges)]
-    has_ratio = _mark_pooled(earthquakes)
+    has_ratio, is_cr = find_pooled(earthquakes), earthquakes["damping_model"] == REFERENCE
     some = has_ratio.any("damping_ratio_source").values
     pooled, taken = earthquakes.isel(wall=some), has_ratio.isel(wall=some)
-    pooled = pooled.assign(collapsed=pooled["collapsed"].where(taken | (pooled["damping_model"] == REFERENCE), NOT_RUN))
+    pooled = pooled.assign(collapsed=pooled["collapsed"].where(taken | is_cr, NOT_RUN))
     varied = compare_pairs(_pair_with_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
     kept = [name for statistic in ("median_ratio", "log_error") for name in (statistic, f"{statistic}_interval")]
     statistics = xr.merge(
         [
             compare_pairs(_pair_with_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
             varied[kept].rename({name: f"varied_{name}" for name in kept}),
-            _excess(pooled, edges, weights, covers_most(has_ratio).values),
-            _pooled_fragility(pooled.assign(collapsed=pooled["collapsed"].where(taken, NOT_RUN)), weights),
-            _wall_fragilities(earthquakes, weights),
+            _excess(pooled, edges, weights, has_ratio.sum("wall")),
+            _fragility(pooled["collapsed"].where(taken, NOT_RUN), weights),
+            _wall_fragilities(earthquakes["collapsed"], weights),
         ],
         join="exact",
     )
     # Each history once: what CR has for one source it has for all.
     source = earthquakes["damping_ratio_source"]
-    each = (source == source[0]) | (earthquakes["damping_model"] != REFERENCE)
-    converged = earthquakes["converged"].where(each & (earthquakes["converged"] >= 0))
+    converged = earthquakes["converged"].where(((source == source[0]) | ~is_cr) & (earthquakes["converged"] >= 0))
     return statistics.assign(
         converged_share=converged.mean(),
         records=earthquakes.sizes["record"],
         stations=np.unique(earthquakes["station"]).size,
         pooled=has_ratio.astype(np.int8),
-        relative_uncertainty=("share", _uncertainty(earthquakes[["peak", "peak_uncertainty"]].where(each))),
     ).assign_coords(
         {name: earthquakes[name].values for name in (*BY_DAMPER, "variation", "wall", "velocity_ratio")}
         | {
             "bound": list(BOUND),
-            "share": list(SHARES),
             "band": np.arange(edges.size),
             "band_start": ("band", [low for low, _ in bands]),
             "band_end": ("band", [high for _, high in bands]),
@@ -82,24 +75,11 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _mark_pooled(earthquakes: xr.Dataset) -> xr.DataArray:
+def find_pooled(earthquakes: xr.Dataset) -> xr.DataArray:
     """Return, by wall and source, where every damper has a ratio at every e; true everywhere if that is nowhere."""
     defined = earthquakes["damping_ratio"].notnull().sel(damping_model=earthquakes["damping_model"] != REFERENCE)
     everywhere = defined.all(("restitution", "damping_model")).transpose("wall", "damping_ratio_source")
     return (everywhere if everywhere.any() else xr.ones_like(everywhere)).reset_coords(drop=True)
-
-
-def covers_most(pooled: xr.DataArray) -> xr.DataArray:
-    """Return the sources that have as many walls as any: among these errors are of the same walls, and are ranked."""
-    walls = (pooled == 1).sum("wall")
-    return walls == walls.max()
-
-
-def _uncertainty(earthquakes: xr.Dataset) -> Array:
-    """Return fractiles of the bound of the peaks' error, as a fraction of the peak."""
-    bound = (earthquakes["peak_uncertainty"] / earthquakes["peak"]).values
-    known = bound[np.isfinite(bound)]
-    return np.quantile(known, SHARES) if known.size else np.full(len(SHARES), np.nan)
 
 
 def _pair_with_cr(earthquakes: xr.Dataset, peak: str, collapsed: str) -> xr.Dataset:
@@ -116,17 +96,18 @@ def _pair_with_cr(earthquakes: xr.Dataset, peak: str, collapsed: str) -> xr.Data
     )
 
 
-def _cr(earthquakes: xr.Dataset) -> int:
+def _cr(histories: xr.Dataset | xr.DataArray) -> int:
     """Return the index of CR among the damping models."""
-    return int(earthquakes["damping_model"].values.tolist().index(REFERENCE))
+    return int(histories["damping_model"].values.tolist().index(REFERENCE))
 
 
-def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, ranked: NDArray[np.bool_]) -> xr.Dataset:
+def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, walls: xr.DataArray) -> xr.Dataset:
     """Return how much more each damper errs than the one of least error at its e, where the wall survives with both.
 
     Both errors are of the same histories in the same replicate, so that what is common to all dampers cancels. The
-    least is that of the sources `ranked`.
+    least is that of the sources that have a ratio of the most `walls`: their errors are of the same walls.
     """
+    ranked = (walls == walls.max()).values
     stored = earthquakes.transpose("record", "velocity_ratio", "wall", *BY_DAMPER, ...)
     cr = _cr(earthquakes)
     excess, bounds = [], []
@@ -157,31 +138,22 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, ranked: NDArr
 # --- collapse ---------------------------------------------------------------------------------------------------------
 
 
-def _fragility(scale: Array, collapses: NDArray[Any], runs: NDArray[Any], weights: Array, cr: int) -> xr.Dataset:
-    """Fit counts (record, restitution, damping model, source, scale), and divide the medians by CR's."""
-    fitted = compare_fragilities(scale, collapses, runs, weights, (..., slice(cr, cr + 1), slice(None)))
+def _fragility(collapsed: xr.DataArray, weights: Array) -> xr.Dataset:
+    """Fit the fragility under each damper, of all walls together, and divide the medians by CR's."""
+    ended = collapsed.transpose("record", *BY_DAMPER, "velocity_ratio", "wall").values
+    scale, cr = collapsed["velocity_ratio"].values, _cr(collapsed)
+    reference = (..., slice(cr, cr + 1), slice(None))
+    fitted = compare_fragilities(scale, (ended == 1).sum(axis=-1), (ended >= 0).sum(axis=-1), weights, reference)
     dims = {name: (*BY_DAMPER, "bound") if name.endswith("_interval") else BY_DAMPER for name in fitted}
     statistics = xr.Dataset({name: (dims[name], values) for name, values in fitted.items()})
     return statistics.rename(median="median_velocity_ratio", median_interval="median_velocity_ratio_interval")
 
 
-def _pooled_fragility(pooled: xr.Dataset, weights: Array) -> xr.Dataset:
-    """Fit the fragilities of all walls together."""
-    stored = pooled["collapsed"].transpose("record", *BY_DAMPER, "velocity_ratio", "wall").values
-    counts = (stored == 1).sum(axis=-1), (stored >= 0).sum(axis=-1)
-    return _fragility(pooled["velocity_ratio"].values, *counts, weights, _cr(pooled))
-
-
-def _wall_fragilities(earthquakes: xr.Dataset, weights: Array) -> xr.Dataset:
+def _wall_fragilities(collapsed: xr.DataArray, weights: Array) -> xr.Dataset:
     """Return each wall's fragility, and the share of records that collapse it."""
-    order = ("record", "wall", *BY_DAMPER, "velocity_ratio")
-    stored = earthquakes["collapsed"].transpose(*order).values
-    run, collapsed = (stored >= 0).astype(float), (stored == 1).astype(float)
-    scale, cr = earthquakes["velocity_ratio"].values, _cr(earthquakes)
-    by_wall = [
-        _fragility(scale, collapsed[:, wall], run[:, wall], weights, cr)
-        for wall in track(range(earthquakes.sizes["wall"]), "Fragilities of the walls")
-    ]
-    fragility = xr.concat(by_wall, "wall").drop_vars(["median_intensity_ratio", "median_intensity_ratio_interval"])
-    share = quotient(collapsed.sum(axis=0), run.sum(axis=0))
-    return fragility.rename({name: f"wall_{name}" for name in fragility}).assign(collapse_fraction=(order[1:], share))
+    columns = track(range(collapsed.sizes["wall"]), "Fragilities of the walls")
+    fragility = xr.concat([_fragility(collapsed.isel(wall=[column]), weights) for column in columns], "wall")
+    fragility = fragility.drop_vars(["median_intensity_ratio", "median_intensity_ratio_interval"])
+    run = (collapsed >= 0).sum("record")
+    share = ((collapsed == 1).sum("record") / run.where(run > 0)).transpose("wall", *BY_DAMPER, "velocity_ratio")
+    return fragility.rename({name: f"wall_{name}" for name in fragility}).assign(collapse_fraction=share.variable)

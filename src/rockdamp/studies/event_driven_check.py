@@ -33,15 +33,9 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     The dataset has ``exact_peak`` and ``exact_collapsed`` beside the peaks of the study and their bounds, and for each
     stratum the share of histories that end otherwise or lie beyond their bound.
     """
-    quakes, names = config.earthquakes, ["peak", "collapsed", "converged"]
-    study = earthquakes[names].transpose(*BY_DAMPER)
-    # CR's histories are the same for every source of a ratio: one of them counts.
-    again = (study["damping_model"] == REFERENCE) & (study["damping_ratio_source"] != study["damping_ratio_source"][0])
-    collapsed = study["collapsed"].where(~again, -1)
-    members = find_strata(study["peak"].values, collapsed.values, study["converged"].values, 1)
-    place, stratum = draw(members, quakes.check.histories, quakes.check.seed)
+    quakes, walls = config.earthquakes, {named.name: named for named in config.earthquakes.walls}
+    place, stratum = draw(find_strata(earthquakes), quakes.check.histories, quakes.check.seed)
     drawn = earthquakes.isel({dim: xr.DataArray(place[:, i], dims="history") for i, dim in enumerate(BY_DAMPER)})
-    walls = {named.name: named for named in quakes.walls}
     sources = {catalogue.motion_name(name): name for name in catalogue.record_names(config.records)}
     motions = {name: catalogue.load_record(sources[name]) for name in np.unique(drawn["record"].values).tolist()}
     cases = [drawn[["damping_ratio", "scale_factor"]].isel(history=index) for index in range(len(place))]
@@ -49,52 +43,51 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
         solve_exactly(case, motions[str(case["record"].values)], walls[str(case["wall"].values)], quakes.tail)
         for case in track(cases, "Histories, event by event")
     ]
-    checked = drawn[[*names, "peak_uncertainty"]].reset_coords(list(BY_DAMPER)).drop_vars("station")
-    checked = checked.assign(
+    checked = drawn[["peak", "collapsed", "converged", "peak_uncertainty"]].reset_coords(list(BY_DAMPER))
+    checked = checked.drop_vars("station").assign(
         exact_peak=("history", np.array([peak for peak, _ in ends])),
         exact_collapsed=("history", np.array([collapsed for _, collapsed in ends], dtype=np.int8)),
         history_stratum=("history", np.array(STRATA)[stratum]),
-        study_count=("stratum", [int(member.sum()) for member in members]),
         checked_count=("stratum", np.bincount(stratum, minlength=len(STRATA))),
     )
     coords: dict[str, Any] = {"history": np.arange(len(place)), "stratum": list(STRATA)}
     return checked.assign(rate(stratum, checked)).assign_coords(coords)
 
 
-def find_strata(peak: Array, collapsed: Array, converged: Array, intensity: int) -> list[NDArray[np.bool_]]:
-    """Return which histories each of `STRATA` has; `intensity` is the axis of the arrays along which it grows."""
-    edge = 0.8  # u/u_ins
-    stands, fell = (converged == 1) & (collapsed == 0), (converged == 1) & (collapsed == 1)
-    fell, lower = np.moveaxis(fell, intensity, 0), np.moveaxis(collapsed, intensity, 0)
-    just = np.moveaxis(np.concatenate([fell[:1], fell[1:] & (lower[:-1] != 1)]), 0, intensity)
-    return [
-        stands & (peak < NEAR),
-        stands & (peak >= NEAR) & (peak < edge),
-        stands & (peak >= edge),
-        just,
-        (converged == 0) & (collapsed >= 0),
+def find_strata(earthquakes: xr.Dataset, edge: float = 0.8) -> list[NDArray[np.bool_]]:
+    """Return which histories each of `STRATA` has, over `BY_DAMPER`; `edge` is where survivors are at the edge."""
+    peak, collapsed, converged = (earthquakes[name] for name in ("peak", "collapsed", "converged"))
+    # CR's histories are the same for every source of a ratio: one of them counts.
+    source = earthquakes["damping_ratio_source"]
+    run = (collapsed >= 0) & ((earthquakes["damping_model"] != REFERENCE) | (source == source[0]))
+    survived, fell = (run & (converged == 1) & (collapsed == end) for end in (0, 1))
+    lower = collapsed.shift(velocity_ratio=1, fill_value=0)
+    strata = [
+        survived & (peak < NEAR),
+        survived & (peak >= NEAR) & (peak < edge),
+        survived & (peak >= edge),
+        fell & (lower != 1),
+        run & (converged == 0),
     ]
+    return [stratum.transpose(*BY_DAMPER).values for stratum in strata]
 
 
 def draw(members: Sequence[NDArray[np.bool_]], count: int, seed: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Draw `count` histories, as many of each stratum as it has up to its share; their indices and strata."""
-    rng = np.random.default_rng(seed)
-    places = [np.argwhere(member) for member in members]
-    shares = np.diff(np.linspace(0, count, len(members) + 1).astype(int))
-    ranks = [
-        np.sort(rng.choice(len(place), min(share, len(place)), replace=False))
-        for place, share in zip(places, shares, strict=True)
-    ]
-    stratum = np.repeat(np.arange(len(members)), [len(rank) for rank in ranks])
-    return np.concatenate([place[rank] for place, rank in zip(places, ranks, strict=True)]), stratum
+    rng, shares = np.random.default_rng(seed), np.diff(np.linspace(0, count, len(members) + 1).astype(int))
+    places = []
+    for member, share in zip(members, shares, strict=True):
+        place = np.argwhere(member)
+        places.append(place[np.sort(rng.choice(len(place), min(share, len(place)), replace=False))])
+    return np.concatenate(places), np.repeat(np.arange(len(members)), [len(place) for place in places])
 
 
 def rate(stratum: NDArray[np.int64], checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
     """Return for each stratum which share ends otherwise, and the error of peaks where both survive."""
     same = (checked["collapsed"] == checked["exact_collapsed"]).values
-    stand = same & (checked["collapsed"] == 0).values
-    error = abs(checked["peak"] - checked["exact_peak"]).values
-    relative, bound = error / checked["exact_peak"].values, checked["peak_uncertainty"].values
+    survived = same & (checked["collapsed"] == 0).values
+    error, bound = abs(checked["peak"] - checked["exact_peak"]).values, checked["peak_uncertainty"].values
+    relative = error / checked["exact_peak"].values
 
     def summarise(statistic: Callable[[Any], Any], values: NDArray[Any], among: NDArray[np.bool_]) -> tuple[str, Array]:
         parts = [values[among & (stratum == number)] for number in range(len(STRATA))]
@@ -102,9 +95,9 @@ def rate(stratum: NDArray[np.int64], checked: xr.Dataset) -> dict[str, tuple[str
 
     return {
         "otherwise_share": summarise(np.mean, ~same, np.ones_like(same)),
-        "beyond_bound_share": summarise(np.mean, error > bound, stand & np.isfinite(bound)),
-        "median_difference": summarise(np.median, relative, stand),
-        "largest_difference": summarise(np.max, relative, stand),
+        "beyond_bound_share": summarise(np.mean, error > bound, survived & np.isfinite(bound)),
+        "median_difference": summarise(np.median, relative, survived),
+        "largest_difference": summarise(np.max, relative, survived),
     }
 
 

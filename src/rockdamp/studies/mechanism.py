@@ -50,7 +50,6 @@ def mechanism(config: Config) -> xr.Dataset:
             "effective_mass_ratio": (dims, mass),
             "excitation_factor": (dims, 1 / mass),
             "tested_restitution_rigid": float(tested.restitution_rigid),
-            "tested_restitution_impulsive": float(tested.restitution_impulsive),
         },
         coords={
             "curve_name": ["bi-linear", *curves],

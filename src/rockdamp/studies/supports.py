@@ -150,5 +150,4 @@ def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
         diaphragm_period=("case", [periods.get(case, np.nan) for case in compared["case"].values.tolist()]),
         diaphragm_damping=section.diaphragm_damping,
         vertical_factor=section.vertical,
-        eccentricity_ratio=section.eccentricity,
     ).rename(case="assumption")
