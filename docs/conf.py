@@ -4,6 +4,8 @@ import importlib.metadata
 import sys
 from pathlib import Path
 
+from sphinx.util.docstrings import prepare_docstring
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 sys.path.insert(0, str(HERE / "_extensions"))
@@ -18,7 +20,6 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_click",
     "config_keys",
-    "docstrings",
     "mathml",
 ]
 templates_path: list[str] = []
@@ -60,10 +61,32 @@ linkcheck_timeout = 20
 linkcheck_retries = 2
 
 
-def setup(app):  # a pattern of records, far-field/*, is no emphasis
-    for part in ("options", "epilog"):
-        app.connect(f"sphinx-click-process-{part}", _without_emphasis)
+def escape_bars(app, what, name, obj, options, lines):
+    """|u| in a docstring is no substitution of reStructuredText."""
+    lines[:] = [line if "`" in line or ">>>" in line else line.replace("|", r"\|") for line in lines]
 
 
-def _without_emphasis(app, context, lines):
+def restore_property(app, what, name, obj, options, lines):
+    """What stands before a colon in the docstring of a property is not its type, as napoleon has it."""
+    if what == "property":
+        lines[:] = prepare_docstring(obj.__doc__)
+        escape_bars(app, what, name, obj, options, lines)
+
+
+def escape_stars(app, context, lines):
+    """A pattern of records, far-field/*, is no emphasis."""
     lines[:] = [line.replace("*", r"\*") for line in lines]
+
+
+def skip_foreign(app, what, name, obj, skip, options):
+    """Skip what Python's own classes bring, as exceptions and named tuples do."""
+    function = getattr(obj, "fget", None) or getattr(obj, "func", None) or obj  # of a property
+    return None if str(getattr(function, "__module__", "")).startswith("rockdamp") else True
+
+
+def setup(app):
+    app.connect("autodoc-process-docstring", escape_bars, priority=400)  # before napoleon
+    app.connect("autodoc-process-docstring", restore_property, priority=600)  # after it
+    app.connect("autodoc-skip-member", skip_foreign)
+    for part in ("options", "epilog"):
+        app.connect(f"sphinx-click-process-{part}", escape_stars)

@@ -5,29 +5,19 @@ import re
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 
-TAG = re.compile(r"\\tag\{(?P<number>.*?)\}")
-BARE = re.compile(r"\\frac\s*[^{\s]")
-
-
-def convert(tex, as_block):
-    """Convert a formula; of a fraction without braces docutils would make another one."""
-    if BARE.search(tex):
-        raise ValueError(f"the parts of \\frac must stand in braces: {tex}")
-    return tex2mathml(tex, as_block=as_block)
+TAG = re.compile(r"\\tag\{(.*?)\}")
 
 
 def visit_inline(self, node):
-    self.body.append(convert(node.astext(), as_block=False))
+    self.body.append(tex2mathml(node.astext(), as_block=False))
     raise nodes.SkipNode
 
 
 def visit_block(self, node):
     tex = node.astext()
-    number = TAG.search(tex)
-    self.body.append(self.starttag(node, "div", CLASS="math"))
-    if number:
-        self.body.append(f'<span class="eqno">({self.encode(number["number"])})</span>')
-    self.body.append(convert(TAG.sub("", tex), as_block=True) + "</div>\n")
+    number = "".join(f'<span class="eqno">({self.encode(tag)})</span>' for tag in TAG.findall(tex))
+    block = tex2mathml(TAG.sub("", tex), as_block=True)
+    self.body.append(f"{self.starttag(node, 'div', CLASS='math')}{number}{block}</div>\n")
     raise nodes.SkipNode
 
 
