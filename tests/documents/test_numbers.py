@@ -8,12 +8,12 @@ from math import copysign
 import numpy as np
 import pytest
 from page_blocks import read
-from pages import assert_stated
+from pages import assert_stated, read_full
 from repository import ROOT
 from scipy.interpolate import CubicSpline
 
 import rockdamp as rd
-from rockdamp.constants import PRESETS
+from rockdamp.constants import PRESETS, SMALL_RELEASE_OVERSTATES
 from rockdamp.mechanics.damping import half_cycle_loss
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.solvers.exact import exact_history
@@ -143,3 +143,21 @@ def test_a_gable_beside_a_rectangle():
     velocity = [0.5 / centre * np.sqrt(inertia / centre) for centre, inertia in (rectangle, gable)]
     words = r"rock at ([\d.]+) times the acceleration of a rectangle and topples at ([\d.]+) times the velocity"
     assert_stated(WALL, words, onset[1] / onset[0], velocity[1] / velocity[0])
+
+
+def test_small_releases_overstate_the_intensity():
+    """A test keeps the constant to its table in docs/earthquakes.md."""
+    overstated = re.findall(r"\d+", SMALL_RELEASE_OVERSTATES)[:2]
+    assert_stated(WALL, r"overstates the median intensity by (\d+) to (\d+) %", *map(float, overstated))
+
+
+def test_force_at_the_crossing():
+    force = read_full("order")["crossing_force"].sel(wall="paper", restitution=E)
+    words = r"([\d.]+) F0 at the crossing with 0.2, ([\d.]+) F0 with 0.4"
+    assert_stated(DAMPER, words, *(float(force.sel(damper=damper)) for damper in ("BAND0.2", "BAND0.4")))
+
+
+def test_floors_lower_every_wall():
+    supports = read_full("supports").drop_sel(wall="all")
+    floors = supports.isel(assumption=supports["diaphragm_period"].isin([0.2, 0.3, 0.4, 0.6]).values)
+    assert floors.sizes["assumption"] == 4 and (floors["median_intensity_ratio"] < 1).all()
