@@ -11,9 +11,9 @@ from math import pi
 from rockdamp.constants import STANDARD_GRAVITY
 
 POUND, FOOT = 0.45359237, 0.3048  # [kg], [m]
-# By the SI unit: the spellings that a number may have, folded, and their sizes.
+# By the SI unit: the spellings that a number may have, in capital or small letters, and their sizes.
 UNITS: dict[str, dict[str, float]] = {
-    "": {"-": 1.0, "%": 0.01},
+    "": {"%": 0.01, "-": 1.0},
     "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": FOOT / 12, "ft": FOOT},
     "s": {"s": 1.0, "ms": 0.001, "min": 60.0},
     "rad": {"rad": 1.0, "mrad": 0.001, "deg": pi / 180},
@@ -28,17 +28,17 @@ UNITS: dict[str, dict[str, float]] = {
         "g": STANDARD_GRAVITY,
         "%g": STANDARD_GRAVITY / 100,
         "mg": STANDARD_GRAVITY / 1000,
-        "gal": 0.01,
+        "Gal": 0.01,
         "in/s2": FOOT / 12,
     },
     "kg m-3": {
         "kg/m3": 1.0,
         "t/m3": 1000.0,
         "g/cm3": 1000.0,
-        "kn/m3": 1000 / STANDARD_GRAVITY,
+        "kN/m3": 1000 / STANDARD_GRAVITY,
         "lb/ft3": POUND / FOOT**3,
     },
-    "N m-1": {"n/m": 1.0, "kn/m": 1000.0, "lb/ft": POUND * STANDARD_GRAVITY / FOOT},
+    "N m-1": {"N/m": 1.0, "kN/m": 1000.0, "lb/ft": POUND * STANDARD_GRAVITY / FOOT},
 }
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(.*?)\s*", re.IGNORECASE | re.ASCII)
 _FEET = re.compile(r"\s*(\d+)\s*(?:ft|')\s*(\d+(?:\.\d+)?)\s*(?:in|\")\s*", re.IGNORECASE | re.ASCII)
@@ -49,7 +49,7 @@ def size(text: str, unit: str) -> float | None:
     """Return the size of a unit in the SI unit, as 0.01 for "CM/SEC**2" in "m s-2"; None for another unit."""
     folded = re.sub(r"\*\*|\^|[()]", "", text.strip().lower()).replace("sec", "s").replace("²", "2").replace("³", "3")
     folded = re.sub(r"[\s·]+([a-z]+)-(\d)", r"/\1\2", folded).replace(" ", "")  # of "m s-2"
-    return UNITS[unit].get(folded.removesuffix("1"))
+    return {spelling.lower(): value for spelling, value in UNITS[unit].items()}.get(folded.removesuffix("1"))
 
 
 def quantity(text: str, unit: str = "") -> float:
@@ -63,7 +63,7 @@ def quantity(text: str, unit: str = "") -> float:
     factor = None if match is None else size(match[2], unit) if match[2] else 1.0
     if match is None or factor is None:
         raise ValueError(
-            f"{text!r} must be a number{f' in {unit}' if unit else ''}, or with one of {', '.join(UNITS[unit])}"
+            f"{text!r} must be a number{f' in {unit}' if unit else ''}, or one with {', '.join(UNITS[unit])}"
         )
     value = float(match[1])
     return value if factor == 1 else float(f"{value * factor:.15g}")

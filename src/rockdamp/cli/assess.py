@@ -73,10 +73,10 @@ def assess(**inputs: Any) -> None:
         common.print_json(assessed_values(answer) | damping)
     else:
         click.echo(common.describe_records(motions))
-        _print(answer, wall, damping)
+        _print(answer, wall, curve, damping)
 
 
-def _print(answer: xr.Dataset, wall: Any, damping: dict[str, Any]) -> None:
+def _print(answer: xr.Dataset, wall: Any, curve: rd.TrilinearCurve, damping: dict[str, Any]) -> None:
     """Print what was taken, the shares that collapse the wall, the fragility and the damper to use; the answer last."""
     from rockdamp.assessment.answers import measure_name, reasons
     from rockdamp.equivalence.programs import REQUIREMENT
@@ -88,7 +88,7 @@ def _print(answer: xr.Dataset, wall: Any, damping: dict[str, Any]) -> None:
     head, median, records = f"{measure.upper()} [{unit}]", f"median_{measure}", int(answer["records"])
     stations = count_noun(len(set(answer["station"].values.tolist())), "station")
     click.echo(
-        f"{common.describe_wall(wall, answer['rocking_onset'], e, answer.attrs['restitution_reason'])}\n"
+        f"{common.describe_wall(wall, curve, e, answer.attrs['restitution_reason'])}\n"
         f"share of {records} {'records' if len(models) > 1 else 'runs, both ways,'} of {stations} that collapse the"
         " wall, by e:\n"
     )

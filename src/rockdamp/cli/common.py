@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, SupportsFloat
 import click
 
 import rockdamp as rd
-from rockdamp.constants import STANDARD_GRAVITY
+from rockdamp.constants import STANDARD_GRAVITY, VISCOUS_MODELS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,8 +70,8 @@ def build_dampings(inputs: Inputs, curve: rd.TrilinearCurve, e: float | None, **
         rows = rd.equivalent(e, curve, **release)
         return [rd.Damping("CR", e), *(rd.Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]
     if (e is None) is (xi is None) or (model == "CR" and xi is not None):
-        allowed = "--restitution" if model == "CR" else "either --damping-ratio or --restitution"
-        raise click.UsageError(f"--damping-model {model} must have {allowed}")
+        viscous = f"--damping-ratio with --damping-model {'|'.join(VISCOUS_MODELS)}"
+        raise click.UsageError(f"there must be either --restitution, or {viscous}")
     if xi is not None:
         warn("damping_ratio", xi, 0.0, 0.5, "the damper is near critical")
     return [rd.Damping(model, xi, **parameter) if e is None else rd.Damping.from_restitution(e, model, **parameter)]
@@ -116,17 +116,19 @@ def read_support_motions(inputs: Inputs) -> Sequence[rd.GroundMotion]:
 # --- output -----------------------------------------------------------------------------------------------------------
 
 
-def describe_wall(wall: Any, onset: SupportsFloat, e: float | None = None, reason: str = "") -> str:
-    """Return what was taken: the wall's sizes, where rocking starts [m s-2], and e with its reason."""
+def describe_wall(wall: Any, curve: rd.TrilinearCurve | None, e: float | None = None, reason: str = "") -> str:
+    """Return what was taken: the wall's sizes, its curve, where rocking starts, and e with its reason."""
     body = getattr(wall, "mechanism", wall)  # of a wall against a stop
     kind = f"{'' if body is wall else 'one-sided '}{type(body).__name__.lower()}"
-    text = f"{kind} {float(body.thickness):g} x {float(body.height):g} m"
+    text = f"{kind} {float(body.thickness):g} x {float(body.height):g} m, {float(body.density):g} kg/m3"
     if hasattr(body, "hinge_ratio"):
         text += f", hinge at {float(body.hinge_ratio):.3g} h"
     if body.overburden_ratio > 0:
         load = float(body.overburden / body.width) / 1000
         text += f", O/W {float(body.overburden_ratio):.3g} ({load:.3g} kN/m)"
-    text += f"; rocking starts at {float(onset) / STANDARD_GRAVITY:.3g} g"
+    b1 = 1.0 if curve is None else float(curve.strength_ratio)
+    text += "" if curve is None else f", a1 {float(curve.yield_displacement_ratio):g}, b1 {b1:g}"
+    text += f"; rocking starts at {float(wall.rocking_onset(b1)) / STANDARD_GRAVITY:.3g} g"
     return text if e is None else f"{text}; e = {e:.4g}, {reason}"
 
 

@@ -148,7 +148,7 @@ def respond(**inputs: Any) -> None:
         common.print_json(rows[0] if single and len(dampings) == 1 else rows)
         return
     click.echo(common.describe_records(motions))
-    click.echo(f"{common.describe_wall(wall, wall.rocking_onset(curve.strength_ratio), e, reason)}\n")
+    click.echo(f"{common.describe_wall(wall, curve, e, reason)}\n")
     common.print_table([{head: row[name] for name, head in HEADS.items()} for row in rows])
 
 

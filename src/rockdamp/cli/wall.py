@@ -60,7 +60,7 @@ def wall(**inputs: Any) -> None:
     if inputs["as_json"]:
         common.print_json(values | {"periods": periods} | damping)
         return
-    click.echo(f"{common.describe_wall(built, onset)}\n")
+    click.echo(f"{common.describe_wall(built, curve)}\n")
     for name, unit in UNITS.items():
         click.echo(f"{name:25s}{values[name]:>10.5g} {unit}")
     for rule in options.RULES:
@@ -122,6 +122,8 @@ def equivalent(**inputs: Any) -> None:
         rows = _equivalent_walls(walls, inputs["release"])
     elif xi is not None:
         rows = equivalent_restitution(xi, common.build_curve(inputs), release_amplitude=inputs["release"])
+        if not any(row["restitution"] for row in rows):
+            raise click.UsageError(f"--damping-ratio is {xi:g}; it must be that of an e from 0.60 to 0.99")
     else:
         rows = rd.equivalent(e, common.build_curve(inputs), release_amplitude=inputs["release"])
     if inputs["output"] is not None:
