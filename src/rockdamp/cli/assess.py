@@ -93,7 +93,8 @@ def _print(answer: xr.Dataset, wall: Any, curve: rd.TrilinearCurve, damping: dic
         " wall, by e:\n"
     )
     levels = [answer.isel(intensity=index) for index in range(answer.sizes["intensity"])]
-    common.print_table([{head: level[measure].item() / size, **_shares(level, e, wall)} for level in levels])
+    rows = [{head: level[measure].item() / size, **_shares(level, e, wall)} for level in levels]
+    common.print_table(rows)
     click.echo()
     common.print_table(
         [
@@ -114,15 +115,12 @@ def _print(answer: xr.Dataset, wall: Any, curve: rd.TrilinearCurve, damping: dic
     if damping:
         common.print_dampers(damping, [row for row in damping["damping"] if row["damping_model"] in REQUIREMENT])
         click.echo()
-    asked = cr.isel(intensity=-1)
-    share, others = asked["collapse_probability"].item(), asked["case_collapse_probability"].values.tolist()
-    ends = [percent(end) for end in (min(share, *others), max(share, *others))]
-    level = f"{measure.upper()} {asked[measure].item() / size:.3g} {unit}"
-    count = f"{asked['collapses'].item()} of {records} collapse the wall, {percent(share)}"
-    click.echo(f"{level}: {count}; {' to '.join(ends)} over the range of e")
+    shares = ", ".join(f"{share} with {e}" for e, share in rows[-1].items() if "e = " in e)
+    count = f"{cr['collapses'].values[-1]} of {records} collapse the wall"
+    click.echo(f"{measure.upper()} {rows[-1][head]:.3g} {unit}: {count}; {shares}")
 
 
-def _shares(answer: xr.Dataset, e: float, wall: Any) -> dict[str, str]:
+def _shares(answer: xr.Dataset, e: float, wall: Any) -> dict[str, Any]:
     """Return the row of one intensity: the share of collapses with each e, and peaks with that asked for."""
     cr = answer.sel(damping_model="CR")
     less, *more = (
