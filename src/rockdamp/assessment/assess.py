@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from typing import Any, TypeVar
 
@@ -198,11 +198,17 @@ def assess_rows(
         If no row can be computed.
     """
     loss, errors = _loss(loss_exponent, reference_amplitude), [getattr(row, "error", "") for row in rows]
+
+    def solve(wall: Any, curve: TrilinearCurve, e: Array, supports: Sequence[GroundMotion]) -> xr.Dataset:
+        level, how = np.array([intensity]), {"step": step, "tail": tail}
+        runs = collapses(wall, curve, damping_pair(wall, e, **loss), supports, measure, level, **how)
+        answer = summary(runs, wall, curve, measure).isel(intensity=0).drop_vars("peak_upper")
+        return answer.assign(restitution=("wall", e), records=("wall", np.full(e.size, len(supports))))
+
     parts: list[xr.Dataset] = []
     for numbers, supports in _group_rows(rows, motions, building, diaphragm):
         for start in range(0, len(numbers), chunk):
-            few = numbers[start : start + chunk]
-            parts += _run(rows, few, errors, supports, measure, intensity, loss, {"step": step, "tail": tail})
+            parts += _solve_rows(rows, numbers[start : start + chunk], supports, solve, errors)
     if not parts:
         raise InputError(f"no row could be computed; {next(iter(errors), 'there is none')}")
     models = max((part["damping_model"] for part in parts), key=len)  # against a stop there is restitution alone
@@ -239,33 +245,19 @@ def _group_rows(
             yield numbers, floor_motions(motions, building, kind is Parapet, floor)
 
 
-def _run(
-    rows: Sequence[Any],
-    numbers: list[int],
-    errors: list[str],
-    motions: Sequence[GroundMotion],
-    measure: str,
-    intensity: float,
-    loss: dict[str, float],
-    how: dict[str, float],
+def _solve_rows(
+    rows: Sequence[Any], numbers: list[int], motions: Any, solve: Callable[..., xr.Dataset], errors: list[str]
 ) -> list[xr.Dataset]:
     """Return the answers for some rows, by their numbers; where they cannot run together, each alone or its error."""
     wall, curve = (stack_rows([getattr(rows[number], name) for number in numbers]) for name in ("wall", "curve"))
-    e = np.array([rows[number].restitution for number in numbers])
     try:
-        dampings = damping_pair(wall, e, **loss)
-        runs = collapses(wall, curve, dampings, motions, measure, np.array([intensity]), **how)
+        answer = solve(wall, curve, np.array([rows[number].restitution for number in numbers]), motions)
+        return [answer.assign_coords(wall=numbers)]
     except InputError as error:
         if len(numbers) == 1:
             errors[numbers[0]] = str(error)
             return []
-        return [
-            part for number in numbers for part in _run(rows, [number], errors, motions, measure, intensity, loss, how)
-        ]
-    answer = summary(runs, wall, curve, measure).isel(intensity=0).drop_vars("peak_upper")
-    count = np.full(len(numbers), len(motions))
-    answer = answer.assign(restitution=("wall", e), records=("wall", count))
-    return [answer.assign_coords(wall=numbers)]
+        return [part for number in numbers for part in _solve_rows(rows, [number], motions, solve, errors)]
 
 
 def stack_rows(owners: Sequence[T]) -> T:
