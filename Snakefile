@@ -44,7 +44,6 @@ localrules:
     paper,
     decay,
     match,
-    equivalence,
     earthquakes,
 
 

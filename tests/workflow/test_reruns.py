@@ -18,7 +18,7 @@ PARTS = {"order_records"}
 PART_FILES = [f"earthquakes/{kind}-{chunk}.nc" for kind in ("records", "order") for chunk in (0, 1)]
 OTHER_FIGURES = {f"fig_{name}" for name in OTHERS}
 STAGES = {
-    *("mechanism", "decay_study", "match_study", "response_lengths", "damping_force", "equivalence_fit"),
+    *("mechanism", "decay_study", "match_study", "response_lengths", "damping_force", "equivalence"),
     *("calibration", "validation", "bilinear", "claims", "convergence", "amplitude", "measured_rocking"),
     *("coefficients", *QUAKES, *OTHERS, *PARTS),
 }
@@ -89,7 +89,7 @@ EDITS = {
     "one a1 of a study": (
         [("config/minimal.yaml", "[0.02, 0.04, 0.17]", "[0.02, 0.05, 0.17]")],
         {
-            *("decay_study", "match_study", "equivalence_fit", "coefficients", "validation"),
+            *("decay_study", "match_study", "equivalence", "coefficients", "validation"),
             *("claims", "fig6", "fig7", "fig8", *QUAKES, *QUAKE_FIGURES, *PAGES),
         },
         "studies.cracked_stiffness",

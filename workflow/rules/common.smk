@@ -34,8 +34,5 @@ def settings(*keys):
 
 
 def study_values(wildcards):
-    return CONFIG.leaves(f"studies.{wildcards.study}")
-
-
-def softer_plateau(wildcards):
-    return CONFIG.leaves("softer_plateau") if wildcards.study == "cracked_stiffness" else {}
+    softer = ["softer_plateau"] if wildcards.study == "cracked_stiffness" else []
+    return CONFIG.leaves(f"studies.{wildcards.study}", *softer)

@@ -1,6 +1,7 @@
 """Walls under earthquakes, with restitution and with every damper, and what the answer assumes."""
 
 QUAKES = settings("records", "earthquakes.walls", "earthquakes.tail")
+RUNS = settings(*(f"earthquakes.{key}" for key in ("restitution_change", "velocity_ratio", "step", "chunk")))
 
 
 rule earthquake_walls:
@@ -30,8 +31,7 @@ rule earthquake_records:
         "<logs>/earthquakes/records-{chunk}.log",
     params:
         *QUAKES,
-        *settings("earthquakes.restitution_change", "earthquakes.velocity_ratio", "earthquakes.step"),
-        *settings("earthquakes.chunk"),
+        *RUNS,
         *code("studies.earthquakes"),
         function="studies.earthquakes.chunk",
     script:
@@ -49,8 +49,7 @@ rule earthquakes_study:
     params:
         *QUAKES,
         *settings("solver", "release_amplitude", "matching", "earthquakes.restitution"),
-        *settings("earthquakes.restitution_change", "earthquakes.velocity_ratio", "earthquakes.step"),
-        *settings("earthquakes.chunk"),
+        *RUNS,
         *code("studies.earthquakes"),
         *texts("earthquakes"),
         function="studies.earthquakes.gather",

@@ -27,7 +27,6 @@ rule decay_study:
         *SOLVER,
         *settings("wall", "restitution", "matching.response_length", "response_lengths.stop"),
         study_values,
-        softer_plateau,
         *code("studies.decays"),
         *texts("decay"),
         function="studies.decays.study",
@@ -52,7 +51,6 @@ rule match_study:
         *SOLVER,
         *settings("wall", "matching"),
         study_values,
-        softer_plateau,
         *code("studies.matches"),
         *texts("match"),
         function="studies.matches.match",
@@ -100,7 +98,7 @@ rule damping_force:
         "../scripts/dataset.py"
 
 
-rule equivalence_fit:
+rule equivalence:
     input:
         matched="<results>/match/cracked_stiffness.nc",
     output:
@@ -129,12 +127,6 @@ rule coefficients:
         function="studies.polynomial_fits.table",
     script:
         "../scripts/dataset.py"
-
-
-rule equivalence:
-    input:
-        "<results>/equivalence.nc",
-        "<results>/coefficients.csv",
 
 
 rule calibration:
