@@ -115,9 +115,10 @@ def _print(answer: xr.Dataset, wall: Any, curve: rd.TrilinearCurve, damping: dic
     if damping:
         common.print_dampers(damping, [row for row in damping["damping"] if row["damping_model"] in REQUIREMENT])
         click.echo()
-    shares = ", ".join(f"{share} with {e}" for e, share in rows[-1].items() if "e = " in e)
-    count = f"{cr['collapses'].values[-1]} of {records} collapse the wall"
-    click.echo(f"{measure.upper()} {rows[-1][head]:.3g} {unit}: {count}; {shares}")
+    share, others = (cr[f"{case}collapse_probability"].values[-1] for case in ("", "case_"))
+    ends = [percent(end) for end in (min(share, *others), max(share, *others))]
+    count = f"{cr['collapses'].values[-1]} of {records} collapse the wall, {percent(share)}"
+    click.echo(f"{measure.upper()} {rows[-1][head]:.3g} {unit}: {count}; {' to '.join(ends)} over the range of e")
 
 
 def _shares(answer: xr.Dataset, e: float, wall: Any) -> dict[str, Any]:
