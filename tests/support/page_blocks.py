@@ -58,7 +58,7 @@ def make_tree(place, results):
         (folders[0] / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {options} "$@"\n', encoding="utf-8")
         (folders[0] / name).chmod(0o755)
     for result in results.iterdir():
-        if result.name not in ("README.md", "minimal"):
+        if result.name != "minimal":
             (folders[1] / result.name).symlink_to(result)
     path = f"{folders[0]}:{tree.environment['PATH']}"  # as `source .venv/bin/activate` leaves it
     tree.environment |= {"PATH": path, "MPLBACKEND": "agg"}
