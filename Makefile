@@ -57,7 +57,7 @@ lock: setup ## Bring the lock in line with pyproject.toml (LOCK_FLAGS=--upgrade:
 		--output-file requirements.lock
 
 clean: ## Remove what was built, and the caches
-	rm -rf results/*
+	find results -mindepth 1 ! -path results/README.md -delete
 	rm -rf .snakemake .cache logs build dist
 	rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 
