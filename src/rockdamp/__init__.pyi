@@ -17,7 +17,7 @@ from .mechanics.curve import TrilinearCurve as TrilinearCurve
 from .mechanics.damping import Damping as Damping
 from .mechanics.floors import Building as Building
 from .mechanics.floors import Diaphragm as Diaphragm
-from .mechanics.one_sided import OneSidedWall as OneSidedWall
+from .mechanics.wall import OneSidedWall as OneSidedWall
 from .mechanics.wall import Parapet as Parapet
 from .mechanics.wall import Wall as Wall
 from .motions.catalogue import GroundMotion as GroundMotion

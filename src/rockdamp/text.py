@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from typing import SupportsFloat
 
 DASH = "–"  # where a study is too small to define a number
-LEAST = 1e-4  # a smaller fraction is written as less than that
-SMALL, LARGE = 1e-3, 1e5  # beyond these a power of ten is shorter to read
 MINUS = str.maketrans("-", "−")
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -19,7 +17,7 @@ def number(value: SupportsFloat, digits: int = 3) -> str:
     if not math.isfinite(x):
         return DASH
     mantissa, exponent = f"{x:.{digits - 1}e}".split("e")
-    if x != 0 and not SMALL <= abs(x) < LARGE:
+    if x != 0 and not 1e-3 <= abs(x) < 1e5:  # a power of ten is shorter to read
         return f"{mantissa.translate(MINUS)}\u00a0×\u00a010{str(int(exponent)).translate(RAISED)}"
     decimals = 0 if x == int(x) else max(digits - 1 - int(exponent), 0)
     return f"{x:.{decimals}f}".translate(MINUS)
@@ -35,7 +33,7 @@ def percent(value: SupportsFloat, digits: int = 2) -> str:
     fraction = float(value)
     if not math.isfinite(fraction):
         return DASH
-    return f"less than {percent(LEAST, 1)}" if 0 < fraction < LEAST else f"{number(100 * fraction, digits)}\u00a0%"
+    return f"less than {percent(1e-4, 1)}" if 0 < fraction < 1e-4 else f"{number(100 * fraction, digits)}\u00a0%"
 
 
 def join_words(parts: Iterable[str]) -> str:

@@ -20,8 +20,7 @@ from rockdamp.histories.supports import Records, collect_motions, floor_motions
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.floors import Building, Diaphragm
-from rockdamp.mechanics.one_sided import OneSidedWall
-from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.mechanics.wall import OneSidedWall, Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.statistics.fragility import (
     Fragility,

@@ -15,8 +15,7 @@ from rockdamp.histories.loads import run_record, select
 from rockdamp.histories.one_sided import run_one_sided
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import CAP, Damping, critical_damping_ratio
-from rockdamp.mechanics.one_sided import OneSidedWall
-from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.mechanics.wall import OneSidedWall, Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record

@@ -14,8 +14,7 @@ import numpy as np
 from rockdamp.errors import InputError, check, check_choice
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.floors import Diaphragm
-from rockdamp.mechanics.one_sided import OneSidedWall
-from rockdamp.mechanics.wall import SORRENTINO_RATIO, Parapet, Wall
+from rockdamp.mechanics.wall import SORRENTINO_RATIO, OneSidedWall, Parapet, Wall
 from rockdamp.storage.files import read_text
 from rockdamp.units import name_and_unit, quantity
 

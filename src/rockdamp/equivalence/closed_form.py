@@ -26,8 +26,6 @@ from rockdamp.mechanics.damping import Damping
 
 RESTITUTION: Rule = (lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1")
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
-FIRST_ORDER = 2.0**-40  # the xi of the work: to first order, as some C are not in proportion to xi; no bit is lost
-PLATEAU_PIECES = 4  # in geometric progression: the frequencies fall as powers of x along the plateau
 
 
 def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitude: ArrayLike) -> Array:
@@ -65,9 +63,9 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     work = np.zeros(np.broadcast_shapes(x0.shape, curve.shape, damping.shape))
     if damping.model == "BAND":  # by its construction; the quadrature would not see the end of the band
         return work + 1 / np.pi
-    damping = replace(damping, value=FIRST_ORDER)
-    v0 = curve.energy(x0)
-    inner = [a1 * (a2 / a1) ** (piece / PLATEAU_PIECES) for piece in range(PLATEAU_PIECES + 1)]
+    small = 2.0**-40  # xi of the work: to first order, as some C are not in proportion to xi; no bit is lost
+    damping, v0 = replace(damping, value=small), curve.energy(x0)
+    inner = [a1 * (a2 / a1) ** (piece / 4) for piece in range(5)]  # frequencies fall as powers of x along the plateau
     ends = [0.0, *(np.minimum(end, x0) for end in inner), x0]
     nodes, weights = (values.reshape(-1, *(1,) * work.ndim) for values in (NODES, WEIGHTS))
     for low, high in pairwise(ends):
@@ -77,7 +75,7 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
         speed = np.sqrt(np.maximum(2 * (v0 - curve.energy(x)), 0))
         # One after the other: the sum of a wall has the same bits whatever walls stand beside it.
         work = sum(0.5 * (s1 - s0) * weights * 2 * s * damping.coefficient(curve, x, speed) * speed, start=work)
-    return v0 * FIRST_ORDER / work
+    return v0 * small / work
 
 
 def damping_ratio_energy(

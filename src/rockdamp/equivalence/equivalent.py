@@ -16,10 +16,7 @@ from rockdamp.equivalence.matching import Cases, Matched, match_dampers
 from rockdamp.equivalence.polynomials import shipped_polynomials
 from rockdamp.errors import check
 from rockdamp.mechanics.curve import TrilinearCurve
-
-TRIED = np.arange(0.60, 0.995, 0.01)  # e, between which `equivalent_restitution` is linear
-STEP = 0.0025  # in tau, at most: that of the studies
-FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
+from rockdamp.solvers.newmark import default_step
 
 
 def equivalent(
@@ -62,7 +59,7 @@ def equivalent(
     check("response_length", response_length, lambda length: length > 0, "greater than 0, in tau")
     a1, curves = float(curve.yield_displacement_ratio), curve.map(lambda parameter: np.full(e.size, parameter))
     energy = {model: damping_ratio_energy(curve, model, e, amplitude).tolist() for model in VISCOUS_MODELS}
-    rows = []
+    rows, fits = [], shipped_polynomials()
     for model, matched in least_error(curves, e, amplitude, response_length).items():
         columns = {
             "restitution": e.tolist(),
@@ -70,9 +67,7 @@ def equivalent(
             "damping_ratio": matched.damping_ratio.tolist(),
             "rms_error": matched.rms_error.tolist(),
             "damping_ratio_energy": energy[model],
-            "damping_ratio_fit": [
-                None if np.isnan(fit) else fit for fit in shipped_polynomials()(model, e, a1).tolist()
-            ],
+            "damping_ratio_fit": [None if np.isnan(fit) else fit for fit in fits(model, e, a1).tolist()],
         }
         rows += [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     return sorted(rows, key=itemgetter("restitution"))
@@ -104,12 +99,13 @@ def equivalent_restitution(
     ('CDC', '0.776')
     """
     check("damping_ratio", damping_ratio, lambda xi: xi > 0, "greater than 0")
+    tried = np.arange(0.60, 0.995, 0.01)  # e, between which it is linear
     by_model: dict[str, list[float]] = {}
-    for row in equivalent(TRIED, curve, release_amplitude=release_amplitude):
+    for row in equivalent(tried, curve, release_amplitude=release_amplitude):
         by_model.setdefault(row["damping_model"], []).append(row["damping_ratio"])
     rows = []
-    for model, tried in by_model.items():
-        e = np.interp(damping_ratio, tried[::-1], TRIED[::-1], left=np.nan, right=np.nan)
+    for model, ratios in by_model.items():
+        e = np.interp(damping_ratio, ratios[::-1], tried[::-1], left=np.nan, right=np.nan)
         restitution = None if np.isnan(e) else float(e)
         rows.append({"damping_model": model, "damping_ratio": damping_ratio, "restitution": restitution})
     return rows
@@ -122,17 +118,12 @@ def least_error(
     response_length: float = DEFAULT_RESPONSE_LENGTH,
     damping_models: Sequence[str] = VISCOUS_MODELS,
 ) -> dict[str, Matched]:
-    """Return the ratios of least Err, Eq. (17), by model, of walls that `longest_step` gives one step.
+    """Return the ratios of least Err, Eq. (17), by model, of walls that `default_step` gives one step.
 
     Every array and every parameter of the curve has the shape (walls,). A wall has the same ratios whatever walls stand
     beside it. It raises `InputError` where Err has no minimum within reach, or the response ends before the first
     impact.
     """
-    steps = int(np.ceil(response_length / float(longest_step(curve).min())))
+    steps = int(np.ceil(response_length / float(default_step(curve).min())))
     cases = Cases.release(curve, release_amplitude, restitution, step=response_length / steps, steps=steps)
     return match_dampers(cases, damping_models, steps)
-
-
-def longest_step(curve: TrilinearCurve) -> Array:
-    """Return the longest step at which Err of a curve is searched: that of the studies, or less if it is stiffer."""
-    return np.minimum(STEP, FINEST * 2 / curve.initial_frequency)

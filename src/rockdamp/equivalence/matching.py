@@ -33,24 +33,11 @@ from rockdamp.solvers.newmark import Reference, available_threads, peaks, simula
 T = TypeVar("T")
 K = TypeVar("K", bound=Hashable)
 
-# The global minimum.
 SCAN = np.geomspace(0.3, 3.0, 200)  # damping ratios tried, over the closed form's
-SCAN_STEP = 0.01  # in tau; finding the basins needs no more
-SCAN_STEPS = 20  # at least in the stability limit: four of them cross the band of BAND
-LENGTHS_AT_ONCE = 8  # whose minima are refined together: each history runs to the longest of them
-RIVALS = 1.5  # local minima of the scan within this factor of the lowest are refined, then compared
 RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
-FLAT = 1e-13  # relative changes of a function below it are rounding
-MOST_ITERATIONS = 100
-# The minimum of the integral.
-NODES = np.linspace(-1.0, 1.0, 13)  # damping ratios tried, from the middle of their range in parts of its half width
-INNER = slice(3, 10)  # those in the inner half of the range
-HALF_WIDTH = 8.0  # of the range over its middle, over the step in tau: so it holds as many periods at every step
-WIDEST = 0.1  # half width at most
-MOVES = 50  # of the middle, before a minimum that no range holds is given up
-# The published ratio.
 REFINEMENT = 8  # steps of the last minimisation in place of each of the solver's
-COARSER = (2.0, 1.6, 1.0)  # steps of the last three minimisations, over the finest; not multiples, lest ripples agree
+# Damping ratios of the integral's minimum, from the middle of their range in parts of its half width; the inner half.
+NODES, INNER = np.linspace(-1.0, 1.0, 13), slice(3, 10)
 
 
 @dataclass(frozen=True)
@@ -168,7 +155,8 @@ def match_dampers(
     """
     first, index = cases.unique()
     unique = cases.take(first)
-    finer = [unique.refine(steps, refinement / factor) for factor in COARSER]
+    # Steps of the last minimisations, over the finest: not multiples of each other, lest ripples agree.
+    finer = [unique.refine(steps, refinement / coarser) for coarser in (2.0, 1.6, 1.0)]
     finest = finer[-1]
 
     def match_model(model: str) -> Matched:
@@ -237,9 +225,9 @@ def global_minima(cases: Cases, damping_model: str, response_length_steps: Array
             " time of the first impact, before which no damping ratio is defined"
         )
     guess = damping_ratio_energy(cases.curve, damping_model, cases.restitution, cases.release_amplitude)
-    trial = guess[:, None] * SCAN
-    trial = np.minimum(trial, DAMPERS[damping_model].largest_value)
-    longest = min(SCAN_STEP, float(stable_step(cases.curve).min()) / SCAN_STEPS)
+    trial = np.minimum(guess[:, None] * SCAN, DAMPERS[damping_model].largest_value)
+    # Finding the basins needs no shorter step: of the 20 in the stability limit, four cross the band of BAND.
+    longest = min(0.01, float(stable_step(cases.curve).min()) / 20)
     every = max(1, int(longest / cases.step + 0.5))
     every_case = np.arange(lossy.size)[:, None]
     coarse = cases.errors(damping_model, trial, every_case, np.maximum(lengths // every, 1), every)
@@ -248,11 +236,12 @@ def global_minima(cases: Cases, damping_model: str, response_length_steps: Array
     lower = (inner < coarse[..., :-2]) & (inner <= coarse[..., 2:])
     best.local_minima[:, lossy] = lower.sum(axis=-1)
     best.error[:, lossy] = np.inf
-    rivals = lower & (inner <= RIVALS * coarse.min(axis=-1)[..., None])
-    for start in range(0, lengths.size, LENGTHS_AT_ONCE):
-        length, case, point = np.nonzero(rivals[start : start + LENGTHS_AT_ONCE])
+    rivals = lower & (inner <= 1.5 * coarse.min(axis=-1)[..., None])  # they are refined, then compared
+    for start in range(0, lengths.size, 8):  # a few at once: each history runs to the longest of them
+        part = slice(start, start + 8)
+        length, case, point = np.nonzero(rivals[part])
         bracket = np.stack([trial[case, point + shift] for shift in range(3)])
-        ratio, error = _refine(cases, damping_model, lengths[start : start + LENGTHS_AT_ONCE], length, case, bracket)
+        ratio, error = _refine(cases, damping_model, lengths[part], length, case, bracket)
         for at, c, xi, value in zip(start + length, lossy[case], ratio, error, strict=True):
             if value < best.error[at, c]:  # ascending in xi: of equal errors the first stays
                 best.damping_ratio[at, c], best.error[at, c] = xi, value
@@ -285,68 +274,18 @@ def _refine(
         lane = lane.astype(np.int64)  # SciPy makes floats of it
         return cases.errors(model, xi, case[lane], lengths)[length[lane], np.arange(lane.size)]
 
-    # Brackets of several lengths share most of their points, and a history tells Err at all lengths.
-    points = np.stack([np.broadcast_to(case, bracket.shape), bracket]).reshape(2, -1)
-    (unique_case, unique), index = np.unique(points, axis=1, return_inverse=True)
-    error = cases.errors(model, unique, unique_case.astype(np.int64), lengths)
-    value = error[length, index.reshape(bracket.shape)]
-    low, middle, high = value
-    bracketed = (middle <= low) & (middle <= high) & ((middle < low) | (middle < high))
-    wide = np.flatnonzero(~bracketed)
-    if wide.size:  # the coarser step of the scan moved the minimum by a point
-        from scipy.optimize import elementwise  # slow to import, and seldom needed
+    from scipy.optimize import elementwise  # slow to import
 
-        low, middle, high = bracket[:, wide]
-        found = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=(wide.astype(float),))
-        bracket[:, wide], value[:, wide] = found.bracket, found.f_bracket
-        value[:, wide[~found.success]] = np.nan
-    ratio, error = bracketed_minima(err, bracket, value)
-    if not np.isfinite(ratio).all():
-        near = bracket[1, ~np.isfinite(ratio)][0]
+    low, middle, high = bracket
+    lane = np.arange(middle.size, dtype=float)
+    # The coarser step of the scan may have moved the minimum by a point.
+    ends = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=(lane,))
+    found = elementwise.find_minimum(err, ends.bracket, args=(lane,), tolerances={"xrtol": RESOLUTION, "frtol": 1e-13})
+    failed = ~(ends.success & found.success)
+    if failed.any():
+        near = middle[failed][0]
         raise InputError(f"the minimum of Err of {model} near xi = {near:.6g} could not be bracketed")
-    return ratio, error
-
-
-def bracketed_minima(
-    function: Callable[[Array, NDArray[np.int64]], Array], place: Array, value: Array
-) -> tuple[Array, Array]:
-    """Return places of minima, within `RESOLUTION`, and values there, shape (functions,) each.
-
-    A parabola through the best three points is taken where two in a row agree, and a golden section elsewhere
-    (Chandrupatla 1998, doi:10.1016/S0045-7825(97)00190-4). SciPy's `elementwise.find_minimum` does the same, bit by
-    bit; it is slow to import, and takes the values in the bracket a second time.
-
-    `function` takes places, and the index of each one's function. The brackets, shape (3, functions), are ascending
-    places and values of which the middle one is least. NaN stands where a value is not finite, or no end is reached.
-    """
-    golden = 0.5 + 0.5 * 5**0.5
-    x, f, fitted, lane = place.copy(), value.copy(), place[2].copy(), np.arange(place.shape[1])
-    least = np.full((2, lane.size), np.nan)
-    for _ in range(MOST_ITERATIONS):
-        nearer = np.abs(x[2] - x[1]) < np.abs(x[1] - x[0])  # the last point is to be the one further off
-        x[:, nearer], f[:, nearer] = x[::-1, nearer], f[::-1, nearer]
-        within = np.abs(x[1]) * RESOLUTION
-        done = (np.abs(x[2] - x[1]) <= 2 * within) | (f[0] - 2 * f[1] + f[2] <= 2 * (np.abs(f[1]) * FLAT))
-        least[:, lane[done]] = x[1, done], f[1, done]
-        going = ~done & np.isfinite(f).all(axis=0)
-        x, f, fitted, lane, within = x[:, going], f[:, going], fitted[going], lane[going], within[going]
-        if not lane.size:
-            break
-        near, far = x[1] - x[0], x[2] - x[1]
-        part, other = near * (f[2] - f[1]), far * (f[0] - f[1])
-        vertex = 0.5 * (part / (part + other) * (x[0] - x[2]) + x[1] + x[2])
-        moved = np.where(np.abs(vertex - x[1]) <= within, x[1] + np.sign(far) * within, vertex)
-        agree = np.abs(vertex - fitted) < 0.5 * np.abs(near)
-        tried, fitted = np.where(agree, moved, x[1] + (2 - golden) * far), vertex
-        reached = function(tried, lane)
-        higher = reached > f[1]
-        # The better of the middle and the point tried is the middle; the other one, an end, on its side of it.
-        last = (np.sign(tried - x[1]) == np.sign(far)) == higher
-        for points, new in ((x, tried), (f, reached)):
-            end = np.where(higher, new, points[1])
-            points[1] = np.where(higher, points[1], new)
-            points[2], points[0] = np.where(last, end, points[2]), np.where(last, points[0], end)
-    return least[0], least[1]
+    return found.x, found.f_x
 
 
 # --- the minimum of the integral, free of the ripple of its steps -----------------------------------------------------
@@ -358,10 +297,11 @@ def integral_minima(cases: Cases, damping_model: str, steps: int, damping_ratio:
     First by all damping ratios tried, then by the inner half of them: the difference says how well a cubic fits. A
     ratio of 0, which belongs to e = 1, stays. It raises `InputError` where it finds no minimum.
     """
-    width = min(HALF_WIDTH * cases.step, WIDEST)
+    # Half the range over its middle. In proportion to the step, it holds as many periods of the ripple at every step.
+    width = min(8.0 * cases.step, 0.1)
     middle, least = damping_ratio.copy(), np.zeros((2, damping_ratio.size))
     moving = np.flatnonzero(damping_ratio > 0)
-    for _ in range(MOVES):
+    for _ in range(50):
         if not moving.size:
             return least
         tried = middle[moving, None] * (1 + width * NODES)

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHIPPED_STRENGTH_RATIO = 0.85  # b1 of the reference curve, to whose decays the shipped polynomials are fitted
-ROUNDING = 1e-12  # beyond the range of the fits that still counts as within it
 
 
 @dataclass(frozen=True)
@@ -45,8 +44,9 @@ class Polynomials:
         NaN outside the range of the fits, and for a model without any.
         """
         e, a1 = np.asarray(restitution, dtype=float), self.yield_displacement_ratio
-        inside = (self.restitution[0] - ROUNDING <= e) & (e <= self.restitution[1] + ROUNDING)
-        inside &= a1[0] - ROUNDING <= yield_displacement_ratio <= a1[-1] + ROUNDING
+        rounding = 1e-12
+        inside = (self.restitution[0] - rounding <= e) & (e <= self.restitution[1] + rounding)
+        inside &= a1[0] - rounding <= yield_displacement_ratio <= a1[-1] + rounding
         if damping_model not in self.coefficient:
             return np.full(e.shape, np.nan)
         terms = [np.interp(yield_displacement_ratio, a1, column) for column in self.coefficient[damping_model].T]

@@ -17,9 +17,6 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.record import Record, append_rest
 from rockdamp.solvers.newmark import Load, Peaks, peaks
 
-MOST_STEPS = 10_000_000  # of one history: some seconds of computation
-ROUNDING = 1e-12  # a number of steps that exceeds a whole one by less than this part is that whole one
-
 T = TypeVar("T", bound=Wall | Parapet | TrilinearCurve | Damping)
 
 
@@ -53,8 +50,9 @@ def support_factors(wall: Wall) -> Array:
 def count_steps(length: ArrayLike, longest: ArrayLike) -> NDArray[np.int64]:
     """Return the fewest equal steps within a length of time that are no longer than `longest`, both in tau."""
     longest = check("step", longest, lambda step: step > 0, "greater than 0")
-    count = np.maximum(np.ceil(np.asarray(length, dtype=float) / longest * (1 - ROUNDING)), 1)
-    return check("number of steps", count, lambda n: n <= MOST_STEPS, f"at most {MOST_STEPS:,}").astype(np.int64)
+    rounding = 1e-12  # part by which a number of steps may exceed a whole one
+    count = np.maximum(np.ceil(np.asarray(length, dtype=float) / longest * (1 - rounding)), 1)
+    return check("number of steps", count, lambda n: n <= 10_000_000, "at most 10,000,000").astype(np.int64)
 
 
 def make_load(

@@ -11,7 +11,6 @@ from rockdamp.motions.record import Record
 # ASSUME: the paper gives no definitions of its own for any of these.
 QUIET = 0.02  # of the peak acceleration: before the motion first exceeds it the wall is at rest
 SHORTEST_REST = 10  # samples
-NOISY, MOST_NOISY = 5.0, 0.3  # of the accelerometer's noise, that is no motion; of the peak, that is one however noisy
 
 
 def quiet_level(record: Record) -> float:
@@ -21,7 +20,7 @@ def quiet_level(record: Record) -> float:
     """
     peak = float(np.abs(record.ground_acceleration).max())
     noise = float(np.std(np.diff(record.ground_acceleration[:SHORTEST_REST])) / np.sqrt(2)) if peak else 0.0
-    return max(QUIET * peak, min(NOISY * noise, MOST_NOISY * peak))
+    return max(QUIET * peak, min(5.0 * noise, 0.3 * peak))  # beyond 0.3 of the peak it moves, however noisy
 
 
 def motion_noise(record: Record) -> float:

@@ -17,7 +17,7 @@ from rockdamp.constants import REFERENCE
 from rockdamp.histories.respond import scale_factors
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.one_sided import OneSidedWall
+from rockdamp.mechanics.wall import OneSidedWall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest

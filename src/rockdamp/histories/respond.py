@@ -18,11 +18,8 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest
-from rockdamp.solvers.newmark import Histories, simulate, stable_step
+from rockdamp.solvers.newmark import Histories, default_step, simulate
 from rockdamp.storage.dataset import describe
-
-STEP = 0.0025  # of the solver in tau, at most: that of the studies
-FINEST = 1 / 60  # of the stability limit, for curves stiffer than the studies'
 
 
 def free_decay(
@@ -69,7 +66,7 @@ def free_decay(
     ({'restitution': 2, 'tau': 8001}, 'm')
     """
     check("length", length, lambda tau: tau > 0, "greater than 0")
-    steps = int(count_steps(length, _longest_step(curve) if step is None else step))
+    steps = int(count_steps(length, default_step(curve) if step is None else step))
     runs = [
         simulate(curve, each, step=length / steps, steps=steps, release_amplitude=release_amplitude)
         for each in _several(damping)
@@ -125,7 +122,7 @@ def respond(
     """
     motion: Record = record.record if isinstance(record, GroundMotion) else record
     scale, dampings = np.asarray(scale, dtype=float), _several(damping)
-    longest = _longest_step(curve) if step is None else step
+    longest = default_step(curve) if step is None else step
     substeps = int(count_steps(wall.frequency_parameter * motion.step, longest))
     factor = np.reshape(scale, (*scale.shape, *(1 for _ in dampings[0].shape)))
     load = make_load(wall, motion, factor, substeps=substeps, tail=tail)
@@ -138,10 +135,6 @@ def respond(
     history = history.assign_coords(scale_factor=scales, elapsed=("tau", start + motion.step * samples))
     history["ground_acceleration"] = scales * xr.Variable("tau", ground)
     return describe(history.swap_dims(tau="elapsed").assign_attrs(record_attributes(motion.header)), "response")
-
-
-def _longest_step(curve: TrilinearCurve) -> Array:
-    return np.minimum(STEP, FINEST * stable_step(curve))
 
 
 def _several(damping: Damping | Sequence[Damping]) -> list[Damping]:

@@ -34,9 +34,6 @@ from rockdamp.solvers.oscillator import oscillate
 
 _One = str | os.PathLike[str] | Record | GroundMotion
 Records = _One | Iterable[_One]
-POINTS = 10  # in the shortest period, at least: then lines between them lose 3 % of that mode's acceleration
-# ASSUME: the free vibration of the building after the record is followed down to this part of itself.
-LEFT = 0.05
 
 
 @dataclass(frozen=True)
@@ -138,9 +135,11 @@ def modal_response(acceleration: Array, step: float, modes: Modes, damping_ratio
     if not modes.period.size:
         still = np.zeros((len(modes.contribution), acceleration.size))
         return Motion(step, still + acceleration, still)
-    # A power of two, so that a small change of the building seldom changes the samples.
-    finer = 2 ** max(int(np.ceil(np.log2(step * POINTS / modes.period.min()))), 0)
-    rest = np.log(1 / LEFT) / (2 * np.pi * damping_ratio) * modes.period.max()
+    # Ten samples in the shortest period: lines between them lose 3 % of that mode's acceleration. A power of two, so
+    # that a small change of the building seldom changes the samples.
+    finer = 2 ** max(int(np.ceil(np.log2(step * 10 / modes.period.min()))), 0)
+    # ASSUME: the free vibration after the record is followed down to a twentieth of itself.
+    rest = np.log(1 / 0.05) / (2 * np.pi * damping_ratio) * modes.period.max()
     # ASSUME: the ground is at rest one step before the record and one step after it.
     padded = np.concatenate([[0.0], acceleration, np.zeros(1 + int(np.ceil(rest / step)))])
     moved = oscillate(padded, step, modes.period, damping_ratio, finer)
@@ -178,12 +177,5 @@ def _support_record(ground: Record, supports: Motion, parapet: bool) -> Record:
     elapsed = ground.elapsed if same_times else ground.elapsed[0] + supports.step * np.arange(mean.size)
     if alone:
         return replace(ground, elapsed=elapsed, ground_acceleration=mean, displacement=None)
-    return SupportRecord(
-        elapsed,
-        mean,
-        header=ground.header,
-        digest=ground.digest,
-        base_acceleration=base,
-        top_acceleration=top,
-        drift=drift,
-    )
+    motions = {"base_acceleration": base, "top_acceleration": top, "drift": drift}
+    return SupportRecord(elapsed, mean, header=ground.header, digest=ground.digest, **motions)

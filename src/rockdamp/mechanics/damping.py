@@ -30,11 +30,7 @@ LARGEST_STRENGTH = 3.4  # delta' of BAND; a narrow band divides by zero at 2 sqr
 
 AT_LEAST_0: Rule = (lambda x: x >= 0, "at least 0")
 ABOVE_0: Rule = (lambda x: x > 0, "greater than 0")
-UP_TO_1: Rule = (lambda x: (x > 0) & (x <= 1), "greater than 0 and at most 1")
-RESTITUTION: Rule = (lambda e: (e >= 0) & (e <= 1), "at least 0 and at most 1")
 BAND_RATIO: Rule = (lambda xi: (xi >= 0) & (xi <= LARGEST_BAND_RATIO), "at least 0 and at most 1.47, that of e = 0.01")
-ORDER: Rule = (lambda m: (m >= 0) & (m <= 10_000), "0 to 10 000")  # steps of the solver would pass over its band
-DAMPER_EXPONENT: Rule = (lambda g: (g >= 0) & (g < 0.5), "at least 0 and less than 0.5")
 NOT_TAKEN: Rule = (lambda x: x == 0, "0, as it belongs to another model")
 DEFAULTS = {"order": NOT_TAKEN, "width": NOT_TAKEN, "loss_exponent": NOT_TAKEN, "reference_amplitude": ABOVE_0}
 
@@ -51,17 +47,29 @@ class Damper(NamedTuple):
 
 # ASSUME: the paper has no band of fixed time. A narrower one is nearer to restitution, with a force as 1/t_c.
 DAMPERS = {
-    "CR": Damper("coefficient of restitution", {"value": RESTITUTION, "loss_exponent": AT_LEAST_0}),
+    "CR": Damper(
+        "coefficient of restitution",
+        {"value": (lambda e: (e >= 0) & (e <= 1), "at least 0 and at most 1"), "loss_exponent": AT_LEAST_0},
+    ),
     "CDC": Damper("constant damping coefficient", {"value": AT_LEAST_0}),
     "CDR": Damper("constant damping ratio", {"value": AT_LEAST_0}),
     "SDR": Damper("stiffness proportional damping ratio", {"value": AT_LEAST_0}),
     "ECD": Damper(
         "energy-consistent damper",
-        {"value": AT_LEAST_0, "order": ORDER, "loss_exponent": DAMPER_EXPONENT},
+        {
+            "value": AT_LEAST_0,
+            "order": (lambda m: (m >= 0) & (m <= 10_000), "0 to 10 000"),  # steps would pass over the band of a larger
+            "loss_exponent": (lambda g: (g >= 0) & (g < 0.5), "at least 0 and less than 0.5"),
+        },
         is_amplitude_independent=True,
     ),
     "BAND": Damper("band of fixed time", {"value": BAND_RATIO, "width": ABOVE_0}, 0.2, True, LARGEST_BAND_RATIO),
-    "CQD": Damper("band of fixed length", {"value": BAND_RATIO, "width": UP_TO_1}, 0.25, False, LARGEST_BAND_RATIO),
+    "CQD": Damper(
+        "band of fixed length",
+        {"value": BAND_RATIO, "width": (lambda w: (w > 0) & (w <= 1), "greater than 0 and at most 1")},
+        default_width=0.25,
+        largest_value=LARGEST_BAND_RATIO,
+    ),
 }
 PARAMETERS = ("value", *DEFAULTS)
 
@@ -210,7 +218,7 @@ class Damping:
             return "ecd_any", (kappa * double_reference**g, m, g)
         if not m.size or np.any(m != m.flat[0]):
             return "ecd_any", (kappa, m, 0.0)
-        names = {0: "ecd", 16: "ecd16", **dict.fromkeys((1, 2, 4, 8, 32, 64, 128), "ecd_doubled")}
+        names = {0: "ecd", **dict.fromkeys((1, 2, 4, 8, 16, 32, 64, 128), "ecd_doubled")}
         return names.get(m.flat[0], "ecd_any"), (kappa, m.flat[0], 0.0)
 
     def reference_energy(self, curve: TrilinearCurve) -> Array:

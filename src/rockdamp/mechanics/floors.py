@@ -18,7 +18,6 @@ import numpy as np
 from rockdamp.arrays import Array
 from rockdamp.errors import check
 
-DAMPING_RATIO = 0.05
 # ASSUME: modes beyond 33 Hz, the usual end of a response spectrum, move with the ground as the remaining modes do.
 RIGID_PERIOD = 0.03  # [s]
 
@@ -64,7 +63,7 @@ class Building:
     period: float
     storeys: int
     storey: int
-    damping_ratio: float = DAMPING_RATIO
+    damping_ratio: float = 0.05
 
     def __post_init__(self) -> None:
         check("storeys", self.storeys, lambda n: (n >= 1) & (n <= 100) & (n % 1 == 0), "a whole number from 1 to 100")
@@ -107,7 +106,7 @@ class Diaphragm:
     """
 
     period: float
-    damping_ratio: float = DAMPING_RATIO
+    damping_ratio: float = 0.05
 
     def __post_init__(self) -> None:
         _check_oscillator("diaphragm", self.period, self.damping_ratio)

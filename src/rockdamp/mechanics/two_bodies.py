@@ -23,9 +23,6 @@ from rockdamp.mechanics.wall import Wall
 
 Fall = Callable[[Array], Array]
 
-REST = 1e-10  # peaks below this times the release count as rest
-TOLERANCE = 1e-12  # relative, of DOP853
-
 
 def slender_decay(times: ArrayLike, restitution: float, release_amplitude: float) -> Array:
     """Return u/u_ins of the rigid bi-linear law x'' = -sgn(x) (1 - |x|) after a release from rest. [-]
@@ -72,10 +69,8 @@ def large_rotation_decay(times: ArrayLike, wall: Wall, restitution: float, relea
         peak = brentq(lambda u: bodies.potential(u) - at_rest - kept, 0.0, u0, xtol=1e-16 * u0, rtol=1e-15) if n else u0
         # From rest under at least the force at the peak: the fall cannot last longer than this.
         longest = 2 * np.sqrt(2 * peak * bodies.inertia(0.0) / bodies.potential_slope(peak)) * p
-        tolerances = {"rtol": TOLERANCE, "atol": 1e-3 * TOLERANCE * peak}
-        fall = solve_ivp(
-            rates, (0.0, longest), (peak, 0.0), method="DOP853", events=ground, dense_output=True, **tolerances
-        )
+        options = {"method": "DOP853", "dense_output": True, "rtol": 1e-12, "atol": 1e-3 * 1e-12 * peak}
+        fall = solve_ivp(rates, (0.0, longest), (peak, 0.0), events=ground, **options)
         return peak / scale, float(fall.t_events[0][0]), lambda t: fall.sol(t)[0] / scale
 
     return _decay(np.asarray(times, dtype=float), half_cycle)
@@ -86,7 +81,7 @@ def _decay(times: Array, half_cycle: Callable[[int], tuple[float, float, Fall]])
     displacement = np.zeros(times.shape)
     release, duration, fall = half_cycle(0)
     peak, n, peak_time = release, 0, 0.0
-    while peak > REST * release and times.size and peak_time - duration <= times[-1]:
+    while peak > 1e-10 * release and times.size and peak_time - duration <= times[-1]:
         first, last = np.searchsorted(times, (peak_time - duration, peak_time + duration))
         if last > first:
             displacement[first:last] = (-1) ** n * fall(np.abs(times[first:last] - peak_time))

@@ -33,12 +33,6 @@ from rockdamp.mechanics.damping import Damping, band_strength
 # DOP853's coefficients. The last two estimate the error of a step, and also weigh the rates at its end.
 STAGES = DOP853.n_stages
 A, B, C, E3, E5 = (np.ascontiguousarray(table) for table in (DOP853.A, DOP853.B, DOP853.C, DOP853.E3, DOP853.E5))
-TOLERANCE = 1e-13  # relative error of a step; a thousandth of it is the absolute one
-
-TINY = 1e-100  # least |x| at which a law is asked: it may divide by x or by the energy
-PATIENCE = 200  # pieces without progress, of a state that balances on a corner to the last bit
-AT_REST = 1e-12  # speed below which a wall whose loss grows as the motion fades stops at x = 0 [p u_ins]
-STILL = 1e-6  # speed after an impact below which a wall that is pressed against its stop rests there [p u_ins]
 LIFTING = 1e-12  # load that lifts a wall from its stop [F0]
 
 CR, SECANT, ECD, BAND, CQD = range(5)  # the laws of damping
@@ -194,7 +188,7 @@ def coefficient(branch, law, x, v):
     """Return C on a branch: a constant, or by the law."""
     if branch.constant >= 0.0:
         return branch.constant
-    z = max(abs(x), TINY)
+    z = max(abs(x), 1e-100)  # a law may divide by x or by the energy
     a, b, c, d = law.parameters
     f = max(branch.stiffness * z + abs(branch.offset), 0.0)
     if law.number == SECANT:  # 2 xi w1 (w/w1)^n, Eqs (11) and (12)
@@ -240,8 +234,8 @@ def advance(branch, law, start, h, rates):
 def step_error(start, end, h, rates):
     """Return the estimated error of a step over what is allowed."""
     third, fifth = 0.0, 0.0
-    for row in range(2):
-        scale = TOLERANCE * (1e-3 + max(abs(start[row]), abs(end[row])))
+    for row in range(2):  # allowed are 1e-13, relative, and a thousandth of it
+        scale = 1e-13 * (1e-3 + max(abs(start[row]), abs(end[row])))
         row_third, row_fifth = 0.0, 0.0
         for stage in range(STAGES + 1):
             row_third += E3[stage] * rates[row, stage]
@@ -417,7 +411,7 @@ def impact(law, one_sided, v, p):
     if law.number == CR:
         v *= kept_velocity(v, law.parameters[0], law.parameters[1], law.parameters[2])
     if one_sided:
-        return 0.0 if -v <= STILL and p <= LIFTING else -v
+        return 0.0 if -v <= 1e-6 and p <= LIFTING else -v  # too slow a wall, pressed against its stop, rests there
     return v if abs(v) > law.rest else 0.0
 
 
@@ -479,7 +473,7 @@ def run(branches, law, one_sided, at, x, v, load, sampling, times, displacement,
             if not (one_sided and x == 0.0):
                 at += way
             stalled = stalled + 1 if tau == origin else 0
-            if stalled > PATIENCE:
+            if stalled > 200:  # a state that balances on a corner to the last bit
                 return STALLED, tau, x, impacts[:impact_count], turns[:turn_count]
     ended = COMPLETED if 0 <= at < branches.shape[0] else COLLAPSED
     return ended, tau, x, impacts[:impact_count], turns[:turn_count]
@@ -594,7 +588,7 @@ def law_parameters(curve: TrilinearCurve, damping: Damping) -> tuple[Law, list[f
         a3, at = float(curve.ultimate_displacement_ratio), damping.reference_amplitude
         check("reference_amplitude", at, lambda x: x < a3, f"less than a3, {a3:g}")
         double_r = 2 * float(curve.energy(at))
-    rest = AT_REST if g > 0.0 else 0.0
+    rest = 1e-12 if g > 0.0 else 0.0  # where the loss grows as the motion fades
     if model == "CR":
         return Law(CR, (float(damping.value), g, double_r, 0.0), rest), [0.0] * 3
     xi = float(damping.value)
@@ -626,9 +620,6 @@ def curve_branches(curve: TrilinearCurve, law: Law, constants: list[float]) -> A
     rows: list[Branch] = []
     for constant, (low, high, k, offset) in zip(constants, shapes, strict=True):
         inner = (low - margin, b1 + ks * margin, low, k * low + offset, 2 * float(curve.energy(low)))
-        rows = [
-            Branch(-high, -low, k, -offset, constant, *inner),
-            *rows,
-            Branch(low, high, k, offset, constant, *inner),
-        ]
+        mirrored = Branch(-high, -low, k, -offset, constant, *inner)
+        rows = [mirrored, *rows, Branch(low, high, k, offset, constant, *inner)]
     return np.array(rows)

@@ -7,8 +7,8 @@ one flat array of rows, a row for each variable: variable R of lane i is block[R
 depend on its neighbours, on the number of lanes or on the number of threads.
 
 `viscous(coefficient)` and `impact(kept)` make the step of a lane, `block_step` the loop over a block, `full_march` and
-`peaks_march` the loop over the steps; the last functions compile them, one for each damper and march. Machine code is
-kept by Numba, which recompiles where *this file* changes and notices no other: nothing is imported into it but NumPy
+`peaks_march` the loop over the steps; the last lines compile them, one for each damper and march. Machine code is kept
+by Numba, which recompiles where *this file* changes and notices no other: nothing is imported into it but NumPy
 and Numba, neither functions nor numbers.
 
 Everything is dimensionless: x = u/u_ins, tau = p t, unit mass, f = F/(K0 u_ins). Symbols are the paper's: a1, b1, a3
@@ -30,14 +30,15 @@ DAMPER = LANES * 21  # its place in `DAMPERS`, which the paper's scheme alone re
 LANE = CROSSINGS  # the lane's number, in the march of peaks
 
 TINY = 1e-100  # keeps 0/0 away at x = 0; its square and the square's inverse are still normal numbers
-PATIENCE = 256  # steps after which a block is asked whether any of its walls still stands
 INTERVAL = 128  # steps after which finished lanes leave the march of peaks
-FINE = 0.1  # of w1 h: at longer steps the corners of the curve feed energy in, and no lane may leave early
-MARGIN = 1.01
 COMPLETED, COLLAPSED, RUNNING = 0, 1, -1
 
-# Allow FMA but no reassociation, so that a result does not depend on the batch.
-entry = njit(error_model="numpy", nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"}, cache=True)
+
+def entry(name, function):
+    """Compile a function under a name of its own, by which Numba keeps its machine code."""
+    function.__name__ = function.__qualname__ = name
+    # Allow FMA but no reassociation, so that a result does not depend on the batch.
+    return njit(error_model="numpy", nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"}, cache=True)(function)
 
 
 def inlined(function, *parts):
@@ -108,17 +109,6 @@ def phase_coefficient(size, f, double_v, v, inverse, has_phase):
     """Return w_E size/(1 - size sin cos) of the phase, tan phi = sqrt(V/T), with kappa cos^2m as the size."""
     root = np.sqrt(double_v)
     return size * f / (root * (1.0 - np.minimum(size * v * root * inverse, 0.95) * has_phase))
-
-
-@register_jitable
-def ecd16(z, f, double_v, v, h, p):
-    inverse = 1.0 / (v * v + double_v)
-    power = v * v * inverse
-    power = power * power
-    power = power * power
-    power = power * power
-    power = power * power
-    return phase_coefficient(p[0] * power, f, double_v, v, inverse, 1.0)
 
 
 @register_jitable
@@ -270,7 +260,7 @@ def impact(kept):
     return inlined(impact_step, kept)
 
 
-DAMPERS = ("cr", "cr_law", "cdc", "cdr", "sdr", "ecd", "ecd16", "ecd_doubled", "ecd_any", "band", "cqd")
+DAMPERS = ("cr", "cr_law", "cdc", "cdr", "sdr", "ecd", "ecd_doubled", "ecd_any", "band", "cqd")
 
 
 @register_jitable
@@ -286,11 +276,11 @@ def any_coefficient(z, f, double_v, v, h, p, number):
         return sdr(z, f, double_v, v, h, p)
     if number == 5.0:
         return ecd(z, f, double_v, v, h, p)
-    if number == 6.0 or number == 7.0:
+    if number == 6.0:
         return ecd_doubled(z, f, double_v, v, h, p)
-    if number == 9.0:
+    if number == 8.0:
         return band(z, f, double_v, v, h, p)
-    if number == 10.0:
+    if number == 9.0:
         return cqd(z, f, double_v, v, h, p)
     return ecd_any(z, f, double_v, v, h, p)
 
@@ -451,7 +441,7 @@ def full_march(advance):
                 advance(w, width, p0, p1, step)
                 if step % every == 0:
                     store(w, width, step // every, displacement[b], velocity[b])
-                if step % PATIENCE == 0:
+                if step % 256 == 0:  # does any wall of the block still stand?
                     standing = 0.0
                     for i in range(width):
                         standing += w[ALIVE + i]
@@ -469,18 +459,19 @@ def lane_status(w, i, impulse):
     """Return COLLAPSED, COMPLETED (it cannot exceed its peak any more) or RUNNING.
 
     Dampers and impacts only take energy, and a load p raises sqrt(v^2 + 2V(x)) by at most its impulse, the integral of
-    |p| from now to the end. If that sum, by `MARGIN` larger, is less than sqrt(2V(peak)), the rest is not needed.
+    |p| from now to the end. If that sum, by a hundredth larger, is less than sqrt(2V(peak)), the rest is not needed. At
+    steps of w1 h > 0.1 the corners of the curve feed energy in, and no lane may leave early.
     """
     if w[PEAK + i] > w[A3 + i]:
         return COLLAPSED
-    if w[H + i] * w[H + i] * w[K1 + i] > FINE * FINE:
+    if w[H + i] * w[H + i] * w[K1 + i] > 0.1 * 0.1:
         return RUNNING
     curve = w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i]
     largest = double_energy(w[PEAK + i], curve)
-    if MARGIN * impulse * (MARGIN * impulse) >= largest:  # early in a record this answers for most
+    if 1.01 * impulse * (1.01 * impulse) >= largest:  # early in a record this answers for most
         return RUNNING
     speed = np.sqrt(w[V + i] * w[V + i] + double_energy(np.abs(w[X + i]), curve)) + impulse
-    return COMPLETED if MARGIN * speed < np.sqrt(largest) else RUNNING
+    return COMPLETED if 1.01 * speed < np.sqrt(largest) else RUNNING
 
 
 @register_jitable
@@ -600,7 +591,7 @@ def peaks_march(advance):
 
 @register_jitable
 def uneven_lane_collapses(lane, ground, vertical):
-    """Tell if a lane of `uneven_march` collapses."""
+    """Tell if a lane of `uneven_lanes` collapses."""
     k1, b1, ks, a1, a2, a3, e, h, substeps, load, lift, positive, negative = lane
     curve, parts = (k1, b1, ks, a1, a2, a3), int(substeps)
     x, v, end = 0.0, 0.0, load * ground[0]
@@ -628,8 +619,7 @@ def uneven_lane_collapses(lane, ground, vertical):
     return False
 
 
-@entry
-def uneven_march(lanes, ground, vertical, collapsed):
+def uneven_lanes(lanes, ground, vertical, collapsed):
     """Write which lanes collapse under restitution, each up to its collapse, from rest.
 
     A wall may be stronger to one side than to the other, and vertical shaking may change its weights. The scheme is
@@ -647,6 +637,9 @@ def uneven_march(lanes, ground, vertical, collapsed):
         collapsed[i] = uneven_lane_collapses(lanes[i], ground, vertical)
 
 
+uneven_march = entry("uneven_march", uneven_lanes)
+
+
 # --- the compiled entries ---------------------------------------------------------------------------------------------
 
 full_cr_march = full_march(block_step_with_impacts(cr, keep_all))
@@ -655,7 +648,6 @@ full_cdc_march = full_march(block_step(constant_step, keep_all))
 full_cdr_march = full_march(block_step(viscous(cdr), keep_all))
 full_sdr_march = full_march(block_step(viscous(sdr), keep_all))
 full_ecd_march = full_march(block_step(viscous(ecd), keep_all))
-full_ecd16_march = full_march(block_step(viscous(ecd16), keep_all))
 full_ecd_doubled_march = full_march(block_step(viscous(ecd_doubled), keep_all))
 full_ecd_any_march = full_march(block_step(viscous(ecd_any), keep_all))
 full_band_march = full_march(block_step(viscous(band), keep_all))
@@ -667,129 +659,31 @@ peaks_cdc_march = peaks_march(block_step(constant_step, keep_peak))
 peaks_cdr_march = peaks_march(block_step(viscous(cdr), keep_peak))
 peaks_sdr_march = peaks_march(block_step(viscous(sdr), keep_peak))
 peaks_ecd_march = peaks_march(block_step(viscous(ecd), keep_peak))
-peaks_ecd16_march = peaks_march(block_step(viscous(ecd16), keep_peak))
 peaks_ecd_doubled_march = peaks_march(block_step(viscous(ecd_doubled), keep_peak))
 peaks_ecd_any_march = peaks_march(block_step(viscous(ecd_any), keep_peak))
 peaks_band_march = peaks_march(block_step(viscous(band), keep_peak))
 peaks_cqd_march = peaks_march(block_step(viscous(cqd), keep_peak))
 peaks_paper_march = peaks_march(block_step(paper_step, keep_peak))
 
-
-@entry
-def full_cr(*arguments):
-    return full_cr_march(*arguments)
-
-
-@entry
-def full_cr_law(*arguments):
-    return full_cr_law_march(*arguments)
-
-
-@entry
-def full_cdc(*arguments):
-    return full_cdc_march(*arguments)
-
-
-@entry
-def full_cdr(*arguments):
-    return full_cdr_march(*arguments)
-
-
-@entry
-def full_sdr(*arguments):
-    return full_sdr_march(*arguments)
-
-
-@entry
-def full_ecd(*arguments):
-    return full_ecd_march(*arguments)
-
-
-@entry
-def full_ecd16(*arguments):
-    return full_ecd16_march(*arguments)
-
-
-@entry
-def full_ecd_doubled(*arguments):
-    return full_ecd_doubled_march(*arguments)
-
-
-@entry
-def full_ecd_any(*arguments):
-    return full_ecd_any_march(*arguments)
-
-
-@entry
-def full_band(*arguments):
-    return full_band_march(*arguments)
-
-
-@entry
-def full_cqd(*arguments):
-    return full_cqd_march(*arguments)
-
-
-@entry
-def full_paper(*arguments):
-    return full_paper_march(*arguments)
-
-
-@entry
-def peaks_cr(*arguments):
-    return peaks_cr_march(*arguments)
-
-
-@entry
-def peaks_cr_law(*arguments):
-    return peaks_cr_law_march(*arguments)
-
-
-@entry
-def peaks_cdc(*arguments):
-    return peaks_cdc_march(*arguments)
-
-
-@entry
-def peaks_cdr(*arguments):
-    return peaks_cdr_march(*arguments)
-
-
-@entry
-def peaks_sdr(*arguments):
-    return peaks_sdr_march(*arguments)
-
-
-@entry
-def peaks_ecd(*arguments):
-    return peaks_ecd_march(*arguments)
-
-
-@entry
-def peaks_ecd16(*arguments):
-    return peaks_ecd16_march(*arguments)
-
-
-@entry
-def peaks_ecd_doubled(*arguments):
-    return peaks_ecd_doubled_march(*arguments)
-
-
-@entry
-def peaks_ecd_any(*arguments):
-    return peaks_ecd_any_march(*arguments)
-
-
-@entry
-def peaks_band(*arguments):
-    return peaks_band_march(*arguments)
-
-
-@entry
-def peaks_cqd(*arguments):
-    return peaks_cqd_march(*arguments)
-
-
-@entry
-def peaks_paper(*arguments):
-    return peaks_paper_march(*arguments)
+full_cr = entry("full_cr", lambda *arguments: full_cr_march(*arguments))
+full_cr_law = entry("full_cr_law", lambda *arguments: full_cr_law_march(*arguments))
+full_cdc = entry("full_cdc", lambda *arguments: full_cdc_march(*arguments))
+full_cdr = entry("full_cdr", lambda *arguments: full_cdr_march(*arguments))
+full_sdr = entry("full_sdr", lambda *arguments: full_sdr_march(*arguments))
+full_ecd = entry("full_ecd", lambda *arguments: full_ecd_march(*arguments))
+full_ecd_doubled = entry("full_ecd_doubled", lambda *arguments: full_ecd_doubled_march(*arguments))
+full_ecd_any = entry("full_ecd_any", lambda *arguments: full_ecd_any_march(*arguments))
+full_band = entry("full_band", lambda *arguments: full_band_march(*arguments))
+full_cqd = entry("full_cqd", lambda *arguments: full_cqd_march(*arguments))
+full_paper = entry("full_paper", lambda *arguments: full_paper_march(*arguments))
+peaks_cr = entry("peaks_cr", lambda *arguments: peaks_cr_march(*arguments))
+peaks_cr_law = entry("peaks_cr_law", lambda *arguments: peaks_cr_law_march(*arguments))
+peaks_cdc = entry("peaks_cdc", lambda *arguments: peaks_cdc_march(*arguments))
+peaks_cdr = entry("peaks_cdr", lambda *arguments: peaks_cdr_march(*arguments))
+peaks_sdr = entry("peaks_sdr", lambda *arguments: peaks_sdr_march(*arguments))
+peaks_ecd = entry("peaks_ecd", lambda *arguments: peaks_ecd_march(*arguments))
+peaks_ecd_doubled = entry("peaks_ecd_doubled", lambda *arguments: peaks_ecd_doubled_march(*arguments))
+peaks_ecd_any = entry("peaks_ecd_any", lambda *arguments: peaks_ecd_any_march(*arguments))
+peaks_band = entry("peaks_band", lambda *arguments: peaks_band_march(*arguments))
+peaks_cqd = entry("peaks_cqd", lambda *arguments: peaks_cqd_march(*arguments))
+peaks_paper = entry("peaks_paper", lambda *arguments: peaks_paper_march(*arguments))

@@ -18,17 +18,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, check, check_choice
+from rockdamp.errors import InputError, Rule, check, check_choice
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import kernel
 
 SCHEMES = ("newmark", "paper")
+WHOLE: Rule = (lambda n: (n >= 1) & (n == np.floor(n)), "a whole number, at least 1")
 MOST_VALUES = 2**28  # of one array
-MOST_STEPS = 10**9  # of a run: minutes for each block of lanes
-SHORTEST_STEP = 1e-12  # in tau: the printed scheme divides by its square
 STEPS_PER_CALL = 2**18  # of a block, in one call of the kernel: a fraction of a second, so that Ctrl-C is noticed
-STEPS_PER_THREAD = 2**13  # of a block, at least: for fewer a thread would cost more than it gives
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +61,7 @@ class Load:
         factor = factor[None] if len(ground) == 1 else factor
         if factor.shape[:1] != ground.shape[:1]:
             raise InputError(f"load factor has shape {factor.shape}; its first axis must be the {len(ground)} motions")
-        check("substeps", self.substeps, lambda n: (n >= 1) & (n == np.floor(n)), "a whole number, at least 1")
+        check("substeps", self.substeps, *WHOLE)
         object.__setattr__(self, "ground", ground)
         object.__setattr__(self, "factor", factor)
         object.__setattr__(self, "sampling", check("sampling", self.sampling, lambda h: h > 0, "greater than 0"))
@@ -148,6 +146,11 @@ def stable_step(curve: TrilinearCurve) -> Array:
     return np.asarray(2.0 / curve.initial_frequency)
 
 
+def default_step(curve: TrilinearCurve) -> Array:
+    """Return the step of the studies, 0.0025 in tau, or a 60th of the stability limit where a curve is stiffer. [-]"""
+    return np.minimum(0.0025, 1 / 60 * 2 / curve.initial_frequency)
+
+
 def simulate(
     curve: TrilinearCurve,
     damping: Damping,
@@ -199,9 +202,7 @@ def simulate(
     (2, 81)
     """
     batch = _Batch(curve, damping, load, step, steps, release_amplitude, release_velocity)
-    every = int(
-        check("store_every", store_every, lambda n: (n >= 1) & (n == np.floor(n)), "a whole number, at least 1")
-    )
+    every = int(check("store_every", store_every, *WHOLE))
     stored = batch.steps // every + 1
     batch.require_room(stored)
     displacement, velocity = np.full((2, batch.blocks, batch.width, stored), np.nan)
@@ -317,7 +318,7 @@ class _Batch:
         reference: Reference | None = None,
     ) -> None:
         self.ground, self.substeps, factors = np.empty((1, 0)), 1, np.zeros(1)
-        most = MOST_STEPS
+        most = 10**9  # minutes for each block of lanes
         if load is not None:
             self.ground, self.substeps, factors = load.ground, int(load.substeps), load.factor
             step, most = load.sampling / load.substeps, self.substeps * (self.ground.shape[1] - 1)
@@ -385,9 +386,7 @@ class _Batch:
     def require_room(self, stored: int) -> None:
         """Raise `InputError` where the lanes, with what is stored of each, are more than an array may hold."""
         if self.lanes * max(stored, kernel.ROWS) > MOST_VALUES:
-            raise InputError(
-                f"{self.lanes} histories with {stored} values each are more than {MOST_VALUES} values; run parts"
-            )
+            raise InputError(f"{self.lanes} histories of {stored} values are more than {MOST_VALUES} values; run parts")
 
     def march(self, name: str, scheme: str) -> Callable[..., Any]:
         """Return the compiled march of the damper, or of all dampers by the printed scheme."""
@@ -401,7 +400,8 @@ class _Batch:
         Where one part fails, or the user interrupts the run, the others stop between two calls of the kernel.
         """
         stopped = Event()
-        workers = threads or min(available_threads(), self.blocks * self.steps // STEPS_PER_THREAD)
+        # For fewer than 8 192 steps of a block a thread would cost more than it gives.
+        workers = threads or min(available_threads(), self.blocks * self.steps // 2**13)
         workers = min(workers, self.blocks)
         if workers <= 1:
             run(slice(0, self.blocks), stopped)
@@ -417,12 +417,12 @@ class _Batch:
 def _checked_step(step: ArrayLike, curve: TrilinearCurve, damping: Damping) -> Array:
     limit = stable_step(curve)
     allowed = f"below the stability limit 2 sqrt(a1/b1) = {np.min(limit, initial=np.inf):.6g} in tau, and positive"
-    checked = check("step", step, lambda h: (h >= SHORTEST_STEP) & (h < limit), allowed)
+    # The printed scheme divides by the step's square.
+    checked = check("step", step, lambda h: (h >= 1e-12) & (h < limit), allowed)
     if damping.model == "BAND":
         c = damping.width / curve.initial_frequency
-        check(
-            "step", step, lambda h: h <= c, f"at most t_c/w1 = {np.min(c, initial=np.inf):.3g}: two steps in the band"
-        )
+        allowed = f"at most t_c/w1 = {np.min(c, initial=np.inf):.3g}: two steps in the band"
+        check("step", step, lambda h: h <= c, allowed)
     return checked
 
 

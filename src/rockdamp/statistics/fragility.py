@@ -15,9 +15,6 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check
 
 INTERVAL = (0.025, 0.975)
-ITERATIONS = 50
-CONVERGED = 1e-10  # of the Newton step
-LARGEST_STEP = 2.0  # in the linear predictor
 
 
 class Fragility(NamedTuple):
@@ -111,7 +108,7 @@ def _climb(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
     """Maximise the log likelihood of P = Phi(a + b z) by Newton's method, for counts of shape (curves, stripes)."""
     total = np.maximum(n.sum(axis=-1), 1e-300)
     a, b = 2 * k.sum(axis=-1) / total - 1, np.ones(k.shape[0])
-    for _ in range(ITERATIONS):
+    for _ in range(50):
         eta = a[:, None] + b[:, None] * z
         # The normal density over Phi(eta), and over Phi(-eta).
         up, down = (np.sqrt(2 / np.pi) / erfcx(side * eta / np.sqrt(2)) for side in (-1.0, 1.0))
@@ -121,9 +118,10 @@ def _climb(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
         h00, h01, h11 = (np.sum(curvature * power, axis=-1) for power in (1.0, z, z * z))
         determinant = np.maximum(h00 * h11 - h01 * h01, 1e-300)
         da, db = (h11 * g0 - h01 * g1) / determinant, (h00 * g1 - h01 * g0) / determinant
-        shorten = np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(da) + np.abs(db) * np.abs(z).max(), 1e-300))
+        # No step moves the linear predictor by more than 2.
+        shorten = np.minimum(1.0, 2.0 / np.maximum(np.abs(da) + np.abs(db) * np.abs(z).max(), 1e-300))
         a, b = a + shorten * da, b + shorten * db
-        if not a.size or max(np.abs(shorten * da).max(), np.abs(shorten * db).max()) < CONVERGED:
+        if not a.size or max(np.abs(shorten * da).max(), np.abs(shorten * db).max()) < 1e-10:
             break
     return a, b
 

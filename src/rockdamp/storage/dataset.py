@@ -18,16 +18,12 @@ from rockdamp.storage.files import replace_file
 if TYPE_CHECKING:  # the Snakefile reads the glossary at every start
     import xarray as xr
 
-CONVENTIONS = "CF-1.11"
 PAPER = (
     "Energy dissipation involved in the out-of-plane response of unreinforced masonry walls (conference paper); "
     "equation and figure numbers are its own"
 )
 LARGE = 10_000  # values; smaller variables are not worth compressing
-COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
 ATTRIBUTES = ("units", "long_name", "symbol")
-INTERVAL = "_interval"
-DECIMALS = 12  # of coordinates that are printed with fewer
 
 Datasets: TypeAlias = "Mapping[str, xr.Dataset]"  # by the name of their file
 
@@ -50,9 +46,9 @@ def variables(kind: str) -> dict[str, dict[str, Any]]:
 
 def _entry(name: str) -> dict[str, Any]:
     names = glossary()["names"]
-    if name in names or not name.endswith(INTERVAL):
+    own = name.removesuffix("_interval")
+    if name in names or name == own:
         return dict(names[name])
-    own = name.removesuffix(INTERVAL)
     return {"units": names[own]["units"], "long_name": f"95 % bootstrap interval of {own}"}
 
 
@@ -96,13 +92,13 @@ def write(
         variable.attrs = {key: entry[key] for key in ATTRIBUTES if key in entry}
         encoding[name] = _encoding(variable, entry, is_coordinate=name in dataset.coords)
         if variable.size > LARGE and entry_of_kind.get("compressed", True):
-            encoding[name] |= COMPRESSED
+            encoding[name] |= {"zlib": True, "complevel": 1, "shuffle": True}
     dataset.attrs = {
         **dataset.attrs,
         "title": entry_of_kind["title"],
         "source": "rockdamp: numerical simulation",
         "references": PAPER,
-        "Conventions": CONVENTIONS,
+        "Conventions": "CF-1.11",
         "config": json.dumps(dict(config), ensure_ascii=False),
         "code_version": code_version,
     }
@@ -116,7 +112,7 @@ def _rounded(coordinate: xr.DataArray) -> xr.DataArray:
     if coordinate.dtype.kind != "f":
         return coordinate
     values, steps = coordinate.values, np.diff(coordinate.values)
-    short = np.round(values, DECIMALS)
+    short = np.round(values, 12)
     equal = steps.size > 1 and np.allclose(steps, steps[0], rtol=1e-6, atol=0)
     noise = np.abs(values - short) <= 8 * np.spacing(np.abs(values))
     return coordinate.copy(data=short) if equal or noise.all() else coordinate
