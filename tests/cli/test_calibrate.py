@@ -79,6 +79,13 @@ def test_a_video_has_frames_and_pixels(tmp_path):
     assert "half periods" in refused(*video)
 
 
+def test_the_longest_gap_of_a_test_is_named(tmp_path):
+    lines = (ROOT / "examples/my-free-rocking-1.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+    (tmp_path / "gap.csv").write_text("".join(lines[:1500] + lines[1503:]), encoding="utf-8")
+    first = run("calibrate", "--free-rocking", tmp_path / "gap.csv", *BLOCK).stdout.splitlines()[0]
+    assert "1 gap" in first and "0.008 s" in first
+
+
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [

@@ -26,6 +26,7 @@ def read(tmp_path):
     [
         (f"{HEADER}elapsed_s,displacement_m\n{ROWS}", {}),
         (ROWS, {}),
+        (f"Release\n{ROWS}", {}),
         (f"\ufefft;x\r\n{ROWS}".replace(",", ";").replace("\n", "\r\n"), {}),
         (f'"Time (s)"\t"x (m)"\n{ROWS}'.replace(",", "\t"), {}),
         ("mass A\nt [ms]  x [mm]\n0 50\n2   49.9\n4 4.95e1\n", {}),
