@@ -180,10 +180,9 @@ def batch(**inputs: Any) -> None:
     if inputs["as_json"]:
         common.print_json(table)
         return
-    bad = [row for row in table if row["error"]]
-    click.echo(
-        f"{common.describe_records(motions)}\n{len(rows) - len(bad)} of {len(rows)} walls at {measure} {intensity:g}"
-    )
+    bad, unit = [row for row in table if row["error"]], "m/s" if measure == "PGV" else "m/s2"
+    click.echo(common.describe_records(motions))
+    click.echo(f"{len(rows) - len(bad)} of {len(rows)} walls at {measure} {intensity:.4g} {unit}")
     for row in bad:
         click.echo(f"{row['id']}: {row['error']}")
     names = ("id", "damping_model", "collapses", "records", "median_intensity", "dispersion", "peak_median")

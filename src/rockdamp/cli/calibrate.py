@@ -31,7 +31,7 @@ IMPACTS_PRINTED = 12
 @option("--compare", is_flag=True, help="Fit every damper too, and say what each leaves of the records.")
 @option("--free-rocking", is_flag=True, help="Fit FILES, pull-and-release tests, in place of records.")
 @option("--frame-rate", type=NUMBER, help="Frames a second, where FILES have frame numbers in place of times.")
-@option("--pixel", type=LENGTH, help="Size of a pixel, where FILES have pixels in place of metres.")
+@option("--pixel", type=LENGTH, help="Size of a pixel, or of another unit, where FILES are not in metres.")
 @option("--least-peak", type=LENGTH, help="Smallest peak of FILES to use.  [default: ten times the noise]")
 @click.argument("files", nargs=-1, type=options.FILE)
 @options.wall_options(MeasuredQuantity)
@@ -40,11 +40,12 @@ IMPACTS_PRINTED = 12
 @options.plot_option
 @options.json_option
 def calibrate(**inputs: Any) -> None:
-    """Fit a1, b1 and e to measured records, or with --free-rocking to tests without ground motion, FILES.
+    """Fit a1, b1 and e to records or free-rocking tests.
 
     By least squares, with an interval of 90 % for each. A record must hold the ground acceleration and the measured
-    displacement, with rest before the motion. Thickness, height, hinge and O/W may have a standard deviation, as
-    110mm±2mm or 0.11+-0.002. Several records or FILES of one wall go into one estimate.
+    displacement, with rest before the motion. With --free-rocking FILES are tests without ground motion. Several of
+    one wall go into one estimate. Thickness, height, hinge and O/W may have a standard deviation, as 110mm±2mm or
+    0.11+-0.002.
     """
     free_rocking, video = inputs["free_rocking"], ("frame_rate", "pixel", "least_peak")
     if free_rocking is not bool(inputs["files"]) or free_rocking is bool(inputs["records"]):

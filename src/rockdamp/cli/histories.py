@@ -42,10 +42,10 @@ HEADS = {
 @options.plot_option
 @options.json_option
 def decay(**inputs: Any) -> None:
-    """Free decay after a release at rest: the peak of each half cycle, u/u_ins, and its time.
+    """Free decay after a release at rest.
 
-    tau = p t, with p, frequency_parameter, of rockdamp wall. In Python rockdamp.free_decay takes a wall, for metres and
-    seconds.
+    Printed are the peak of each half cycle, u/u_ins, and its time tau = p t; rockdamp wall prints p as
+    frequency_parameter. In Python rockdamp.free_decay takes a wall, for metres and seconds.
     """
     curve, release = common.build_curve(inputs), inputs["release"]
     dampings = common.build_dampings(inputs, curve, inputs["restitution"], release_amplitude=release)

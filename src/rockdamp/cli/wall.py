@@ -37,7 +37,7 @@ AMPLITUDES = (0.1, 0.3, 0.5, 0.7, 0.9)
 @options.restitution_option()
 @options.json_option
 def wall(**inputs: Any) -> None:
-    """Constants of a wall, its restitution by three rules, and its periods.
+    """Constants of a wall, its restitution and periods.
 
     With a curve (--preset, or --a1 and --b1) also the damping to type into a program for one e, by default the measured
     one: C and OpenSees' rayleigh alphaM of CDC, and which share of the collapses each damper misses.
@@ -108,7 +108,7 @@ def _periods(wall: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, Any]]
 @options.output_option(".csv", help="Write the rows.")
 @options.json_option
 def equivalent(**inputs: Any) -> None:
-    """Damping ratios equivalent to a restitution, or the restitution that a damping ratio stands for.
+    """Damping ratios equivalent to a restitution, or back.
 
     One row for each e and viscous model. damping_ratio has the least error (Eq. 17): use it. damping_ratio_energy is
     the closed form, damping_ratio_fit the paper's polynomials at b1 = 0.85, empty outside their range of a1 and e.
