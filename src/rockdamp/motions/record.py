@@ -212,7 +212,7 @@ def _at2(lines: Sequence[str], k: int, samples: float, step: float, given: float
     if other and not stated:
         raise InputError(f"has {other[0]!r} above its numbers; they must be accelerations")
     if len(stated) > 1 or not (stated or given):
-        raise InputError("states no unit of the accelerations; unit must be given, as g or cm/s2")
+        raise InputError(f"states {len(stated)} units of acceleration; it must state one, or unit must be given, as g")
     factor = stated.pop() if stated else given
     _agree("unit [m s-2]", given, factor)
     values = np.fromiter(chain.from_iterable(read_rows(lines, k + 1)), float)
@@ -224,7 +224,7 @@ def _at2(lines: Sequence[str], k: int, samples: float, step: float, given: float
 def _plain(lines: Sequence[str], step: float | None, factor: float | None) -> _Series:
     first = next((k for k, line in enumerate(lines) if _numbers(line)), len(lines))
     rows = read_rows(lines, first)
-    if any("," in line for line in lines[first:]) and not any("." in line for line in lines[first:]):
+    if "," in (text := "".join(lines[first:])) and "." not in text:
         raise InputError("has commas and no points in its numbers; the decimal sign must be a point")
     numbers, head, elapsed = np.fromiter(chain.from_iterable(rows), float), rows[0], None
     values, widths = numbers, {len(row) for row in rows}
