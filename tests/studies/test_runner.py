@@ -8,8 +8,7 @@ import xarray as xr
 
 import rockdamp as rd
 from rockdamp.config import Comparison
-from rockdamp.histories.loads import make_load, run_record, sample_load
-from rockdamp.solvers.exact import exact_history
+from rockdamp.histories.loads import run_record
 from rockdamp.statistics.paired import NOT_RUN
 from rockdamp.studies.runner import Case, compare, run, unstack, use
 
@@ -67,18 +66,6 @@ def test_a_case_is_each_wall_run_alone_with_its_own_damper_step_and_scheme(motio
             alone = run_record(record, *setup, factor, step=case.step, tail=1.0, scheme=case.scheme)
             np.testing.assert_allclose(one["peak"], alone.peak[:, 0], rtol=1e-9)
             np.testing.assert_array_equal(one["collapsed"], alone.collapsed[:, 0])
-
-
-def test_a_peak_is_the_event_driven_solver_s(motions, histories):
-    wall, curve = WALLS["thin"]
-    factor = float(RATIO[0] * wall.velocity_scale / rd.intensity_measures(motions[0].record).pgv)
-    load = make_load(wall, motions[0].record, factor)
-    times = float(load.sampling) * np.arange(1, load.ground.shape[1])
-    for case in CASES[:3]:
-        _, own, damping = case.setup(wall, curve)
-        exact = exact_history(own, damping, times, **sample_load(load))
-        peak = float(histories["peak"].sel(case=case.name, wall="thin")[0, 0])
-        assert peak == pytest.approx(np.abs(exact.turning_displacement).max(), rel=5e-3)
 
 
 def test_a_comparison_is_of_the_histories_of_a_case_and_of_its_reference(histories):

@@ -57,10 +57,10 @@ def convergence(config: Config) -> xr.Dataset:
     ensemble = draw(settings.seed, settings.lanes, step_count(settings.length, coarsest) + 1, coarsest)
     error = np.empty((len(schemes), len(excitations), len(MODELS), steps.size))
     for x, m in track(list(np.ndindex(error.shape[1:3])), "orders"):
-        exact = _histories(ensemble, MODELS[m], excitations[x], "newmark", coarsest, finest)
+        exact = run_ensemble(ensemble, MODELS[m], excitations[x], "newmark", coarsest, finest)
         for s, scheme in enumerate(schemes):
             for k in range(steps.size):
-                displacement = _histories(ensemble, MODELS[m], excitations[x], scheme, coarsest, 2**k)
+                displacement = run_ensemble(ensemble, MODELS[m], excitations[x], scheme, coarsest, 2**k)
                 lane_error = np.sqrt(np.mean((displacement - exact) ** 2, axis=-1))
                 error[s, x, m, k] = np.nanmedian(lane_error)
     dims = ("scheme", "excitation", "damping_model")
@@ -79,7 +79,7 @@ def convergence(config: Config) -> xr.Dataset:
     )
 
 
-def _histories(ensemble: Ensemble, model: str, excitation: str, scheme: str, sample: float, substeps: int) -> Array:
+def run_ensemble(ensemble: Ensemble, model: str, excitation: str, scheme: str, sample: float, substeps: int) -> Array:
     """Displacements at the samples of the load; NaN in lanes that collapse."""
     e = ensemble.restitution
     response = simulate(

@@ -32,12 +32,9 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     """
     study, step, restitution = config.study(name), config.solver.step, decays["restitution"].values
     first, *others = matched_lengths(study, config.wall.make(), config.matching.response_length)
-    steps, last = step_count(first, step), step_count(max(first, *others, 0.0), step)
-    stored = np.ascontiguousarray(decays["displacement"].values[..., : last + 1], dtype=float)
-    cases = flatten_decays(study, restitution, stored, step, config.solver.scheme)
-    matched = match_dampers(
-        cases, VISCOUS_MODELS, steps, refinement=config.matching.refinement, description=f"match {name}"
-    )
+    cases, steps = flatten_decays(study, decays, max(first, *others, 0.0), config.solver), step_count(first, step)
+    refinement = config.matching.refinement
+    matched = match_dampers(cases, VISCOUS_MODELS, steps, refinement=refinement, description=f"match {name}")
     energy = [damping_ratio_energy(cases.curve, model, cases.restitution, cases.release_amplitude) for model in matched]
     names = ("damping_ratio", "error", "rms_error", "local_minima")
     measures: dict[str, list[Any]] = {name: [getattr(own, name) for own in matched.values()] for name in names}
@@ -100,14 +97,15 @@ def match_decays(
     return match_dampers(cases, damping_models, steps, refinement=matching.refinement, description=description)
 
 
-def flatten_decays(study: Study, restitution: Array, displacement: Array, step: float, scheme: str) -> Cases:
-    """Flatten the decays of a study, shape (study parameter, restitution, tau), to cases."""
-    count = restitution.size
+def flatten_decays(study: Study, decays: xr.Dataset, length: float, solver: Solver) -> Cases:
+    """Flatten the stored decays of a study to cases, e varying fastest, up to a length in tau."""
+    e, walls, samples = decays["restitution"].values, study.values.size, step_count(length, solver.step) + 1
+    displacement = np.ascontiguousarray(decays["displacement"].values[..., :samples], dtype=float)
     return Cases(
-        study.curve.map(lambda parameter: np.repeat(parameter, count)),
-        np.repeat(study.release_amplitude, count),
-        np.tile(restitution, study.values.size),
-        displacement.reshape(study.values.size * count, -1),
-        step,
-        scheme,
+        study.curve.map(lambda parameter: np.repeat(parameter, e.size)),
+        np.repeat(study.release_amplitude, e.size),
+        np.tile(e, walls),
+        displacement.reshape(walls * e.size, -1),
+        solver.step,
+        solver.scheme,
     )

@@ -29,54 +29,48 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     length is, at lengths between those next to it.
     ``inferred_response_length_of_release`` is what another wall would imply.
     """
-    study, lengths, step = config.study(INFERS), config.response_lengths.values(), config.solver.step
-    restitution = decays["restitution"].values
-    stored = decays["displacement"].values[..., : step_count(lengths[-1], step) + 1]
-    cases = flatten_decays(study, restitution, np.asarray(stored, dtype=float), step, config.solver.scheme)
-
-    def decays_of(row: int, length: float) -> Cases:
-        row_cases = cases.take(slice(row * restitution.size, (row + 1) * restitution.size))
-        steps = step_count(length, step)
-        return replace(row_cases, displacement=np.ascontiguousarray(row_cases.displacement[:, : steps + 1]))
-
-    def errors(row: int, lengths: Array, models: Sequence[str]) -> xr.Dataset:
-        steps = np.array([step_count(length, step) for length in lengths])
-        row_cases = decays_of(row, lengths[-1])
-        matches = [global_minima(row_cases, model, steps) for model in models]
-        error = np.stack([match.error for match in matches], axis=-1)
-        dims = ("response_length", "restitution", "damping_model")
-        return xr.Dataset(
-            {
-                "error": (dims, error),
-                "rms_error": (dims, np.sqrt(error / steps[:, None, None])),
-                "damping_ratio": (dims, np.stack([match.damping_ratio for match in matches], axis=-1)),
-            },
-            coords={"response_length": lengths, "restitution": restitution, "damping_model": list(models)},
-        )
-
+    study, lengths = config.study(INFERS), config.response_lengths.values()
+    cases, count = flatten_decays(study, decays, lengths[-1], config.solver), decays.sizes["restitution"]
+    releases = [cases.take(slice(row * count, (row + 1) * count)) for row in range(study.values.size)]
     reference = int(np.argmin(np.abs(study.values - config.release_amplitude)))
-    dataset = errors(reference, lengths, VISCOUS_MODELS)
-    dataset["damping_ratio_uncertainty"] = uncertainty(
-        decays_of(reference, lengths[-1]), lengths, dataset["damping_ratio"]
-    )
+    dataset = find_errors(releases[reference], lengths, VISCOUS_MODELS)
     inferred = infer(dataset)
-    near = errors(reference, between_neighbours(lengths, inferred), PAPER_MODELS)
+    near = find_errors(releases[reference], between_neighbours(lengths, inferred), PAPER_MODELS)
     findings = np.full((2, study.values.size), np.nan)
     for row, release in enumerate(track(study.values, "response_lengths")):
         # A length that holds no whole cycle defines no damping ratio at low e; far longer ones are not asked for.
         cycle = float(config.curve.make().period(release))
         wide = lengths[(lengths >= cycle) & (lengths <= 4 * inferred)]
         if wide.size:
-            own = dataset.sel(response_length=wide) if row == reference else errors(row, wide, PAPER_MODELS)
+            is_reference = row == reference
+            own = dataset.sel(response_length=wide) if is_reference else find_errors(releases[row], wide, PAPER_MODELS)
             findings[:, row] = infer(own), misclassified(own).min()
     return (
         dataset.merge(flags(dataset))
         .assign(
+            damping_ratio_uncertainty=uncertainty(releases[reference], lengths, dataset["damping_ratio"]),
             near_misclassified=misclassified(near).rename(response_length="near_response_length"),
             inferred_response_length_of_release=("release_amplitude", findings[0]),
             misclassified_of_release=("release_amplitude", findings[1]),
         )
         .assign_coords(inferred_response_length=inferred, release_amplitude=study.values)
+    )
+
+
+def find_errors(decays: Cases, lengths: Array, damping_models: Sequence[str]) -> xr.Dataset:
+    """Return Err and damping ratio of each model matched to the decays of a wall, by response length and e."""
+    steps = np.array([step_count(length, decays.step) for length in lengths])
+    decays = replace(decays, displacement=np.ascontiguousarray(decays.displacement[:, : steps[-1] + 1]))
+    matches = [global_minima(decays, model, steps) for model in damping_models]
+    error = np.stack([match.error for match in matches], axis=-1)
+    dims = ("response_length", "restitution", "damping_model")
+    return xr.Dataset(
+        {
+            "error": (dims, error),
+            "rms_error": (dims, np.sqrt(error / steps[:, None, None])),
+            "damping_ratio": (dims, np.stack([match.damping_ratio for match in matches], axis=-1)),
+        },
+        coords={"response_length": lengths, "restitution": decays.restitution, "damping_model": list(damping_models)},
     )
 
 
@@ -86,8 +80,8 @@ def uncertainty(decays: Cases, lengths: Array, damping_ratio: xr.DataArray) -> x
     for factor in (1.6, 2.0):
         coarser = decays.refine(decays.steps, 1 / factor)
         steps = np.round(lengths / coarser.step).astype(int)
-        models = damping_ratio["damping_model"].values
-        ratios = [global_minima(coarser, str(model), steps).damping_ratio for model in models]
+        models = map(str, damping_ratio["damping_model"].values)
+        ratios = [global_minima(coarser, model, steps).damping_ratio for model in models]
         changes.append(np.abs(np.stack(ratios, axis=-1) - damping_ratio.values))
     return damping_ratio.copy(data=np.maximum(2 * np.max(changes, axis=0), RESOLUTION * damping_ratio.values))
 
@@ -121,16 +115,11 @@ def infer(dataset: xr.Dataset) -> float:
 def flags(dataset: xr.Dataset) -> xr.Dataset:
     """Judge, for each response length, the claims of section 6 that depend on the length of the response."""
     error = dataset["error"]
-    secant = error.sel(damping_model=["CDR", "SDR"]).max("damping_model")
-    falls = (error.diff("restitution") < 0).all("restitution")
-    return (
-        xr.Dataset(
-            {
-                "misclassified": misclassified(dataset),
-                "secant_below_constant": (secant < error.sel(damping_model="CDC")).all("restitution").astype("int8"),
-                "error_rises_as_restitution_falls": falls.astype("int8"),
-            }
-        )
-        .drop_vars("damping_model", errors="ignore")
-        .assign_coords(damping_model=dataset["damping_model"])
+    secant, constant = error.sel(damping_model=["CDR", "SDR"]).max("damping_model"), error.sel(damping_model="CDC")
+    return xr.Dataset(
+        {
+            "misclassified": misclassified(dataset),
+            "secant_below_constant": (secant < constant.drop_vars("damping_model")).all("restitution").astype("int8"),
+            "error_rises_as_restitution_falls": (error.diff("restitution") < 0).all("restitution").astype("int8"),
+        }
     )

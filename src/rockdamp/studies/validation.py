@@ -25,17 +25,13 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
     It raises `InputError` if the record has no measured displacement, no rest before the motion or fewer than two half
     cycles after its largest peak, or if the polynomials do not reach the calibrated e and a1 or the config's a1.
     """
-    given, wall = config.validation, config.validation.wall.make()
-    estimate = calibration["estimate"]
-    a1, b1, e = (
-        float(estimate.sel(parameter=name)) for name in ("yield_displacement_ratio", "strength_ratio", "restitution")
-    )
-    curve = given.curve.make(yield_displacement_ratio=a1, strength_ratio=b1)
+    section, wall = config.validation, config.validation.wall.make()
+    fitted = calibration["estimate"].to_series()
+    a1, b1, e = (fitted[name] for name in ("yield_displacement_ratio", "strength_ratio", "restitution"))
     damping_ratios(equivalence, e, np.array([a1]))  # which are refused where the fits do not reach
-    ratios = damping_ratios(equivalence, e, np.array(given.fit_yield_displacement_ratios))
+    ratios = damping_ratios(equivalence, e, np.array(section.fit_yield_displacement_ratios))
 
-    rest = rest_samples(record)
-    measured, zero = measured_displacement(record)
+    rest, (measured, zero) = rest_samples(record), measured_displacement(record)
     u_ins = float(wall.instability_displacement)
     threshold = max(CLEAR * float(np.std(measured[:rest])), LEAST * u_ins)
     whole = half_cycles(record.elapsed, measured, threshold)
@@ -46,14 +42,17 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
             " it must have at least 2"
         )
 
+    curve = section.curve.make(yield_displacement_ratio=a1, strength_ratio=b1)
     dampings = [Damping(model, e if model == REFERENCE else ratios[model]) for model in MODELS]
-    responses = respond(wall, curve, dampings, record, step=given.step).assign_coords(elapsed=record.elapsed)
-    compared = [_misfits(responses.sel(damping_model=model), measured, decay, rest) for model in MODELS]
-    models = xr.concat(compared, "damping_model")
+    responses = respond(wall, curve, dampings, record, step=section.step).assign_coords(elapsed=record.elapsed)
+    histories = responses[["control_displacement", "collapsed", "peak_displacement"]].reset_coords(drop=True)
+    compared = [compare(responses.sel(damping_model=model), measured, decay, rest) for model in MODELS]
     peak = float(np.abs(measured).max())
     return (
-        models.assign(
-            peak_ratio_to_measured=models["peak_displacement"] / peak,
+        xr.concat(compared, "damping_model")
+        .assign(histories)
+        .assign(
+            peak_ratio_to_measured=histories["peak_displacement"] / peak,
             measured=("elapsed", measured),
             ground_acceleration=("elapsed", record.ground_acceleration),
             measured_log_decrement=_log_decrement(np.abs(decay.peak)),
@@ -90,8 +89,8 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -
 # --- one model against the measurement ------------------------------------------------------------------------------
 
 
-def _misfits(response: xr.Dataset, measured: Array, decay: HalfCycles, rest: int) -> xr.Dataset:
-    """Measure the misfits of one response; NaN where the wall collapsed or a half cycle has no match."""
+def compare(response: xr.Dataset, measured: Array, decay: HalfCycles, rest: int) -> xr.Dataset:
+    """Compare one response with the measured one; NaN where the wall collapsed or a half cycle has no match."""
     displacement = response["control_displacement"].values
     cycles = half_cycles(response["elapsed"].values, displacement, LEAST * float(response["instability_displacement"]))
     matched = decay[slice(0, 0)] if response["collapsed"] else _match(cycles, decay)
@@ -101,9 +100,6 @@ def _misfits(response: xr.Dataset, measured: Array, decay: HalfCycles, rest: int
     both = np.isfinite(durations) & np.isfinite(lasted)
     return xr.Dataset(
         {
-            "control_displacement": ("elapsed", displacement),
-            "collapsed": response["collapsed"].values,
-            "peak_displacement": float(response["peak_displacement"]),
             "rms_misfit": np.sqrt(np.mean((displacement - measured)[rest:] ** 2)),
             "matched_half_cycles": count,
             "decay_peak_misfit": np.sqrt(np.mean((peaks - amplitudes) ** 2)) if count else np.nan,
