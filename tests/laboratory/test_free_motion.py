@@ -19,7 +19,7 @@ CURVES = [
 
 @pytest.mark.parametrize("curve", CURVES)
 @pytest.mark.parametrize("share", [0.02, 0.2, 0.6, 0.95])
-def test_it_falls_from_rest_as_the_equation_of_motion_says(curve, share):
+def test_free_motion_solves_its_equation(curve, share):
     x0 = share * float(curve.ultimate_displacement_ratio)
     quarter = float(curve.period(x0)) / 4
     tau = np.linspace(0, quarter, 25)
@@ -32,7 +32,7 @@ def test_it_falls_from_rest_as_the_equation_of_motion_says(curve, share):
     np.testing.assert_array_equal(displacement_from_peak(curve, x0, -tau), x)
 
 
-def test_excursions_joined_at_impacts_are_the_decay_of_the_event_driven_solver():
+def test_joined_excursions_are_the_decay_of_the_event_driven_solver():
     """An impact multiplies sqrt(V) by e; between two of them the motion is free."""
     curve, e, x0 = CURVES[0], 0.85, 0.5
     tau = np.linspace(0, 12, 400)

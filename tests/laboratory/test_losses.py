@@ -10,7 +10,7 @@ ONES = np.ones((COUNT, 1))
 LOG_ENERGY = np.linspace(2.0, -2.0, COUNT)
 
 
-def test_with_equal_errors_the_mean_is_the_plain_mean():
+def test_equal_errors_give_the_plain_mean():
     """REML's scatter is then the sample's deviation, and Hartung and Knapp's error that of the mean."""
     losses = np.random.RandomState(0).normal(0.13, 0.02, COUNT)
     mean = regress(losses, 1e-12 * np.eye(COUNT), ONES)
@@ -19,7 +19,7 @@ def test_with_equal_errors_the_mean_is_the_plain_mean():
     assert np.sqrt(mean.covariance[0, 0]) == pytest.approx(losses.std(ddof=1) / np.sqrt(COUNT), rel=1e-3)
 
 
-def test_without_scatter_the_mean_is_that_of_generalised_least_squares():
+def test_without_scatter_generalised_least_squares():
     """Of neighbours whose errors share a peak, sum to sum: the first and the last peak decide."""
     steps = np.diff(np.eye(COUNT + 1), axis=0)
     covariance = 0.01**2 * steps @ steps.T
@@ -31,7 +31,7 @@ def test_without_scatter_the_mean_is_that_of_generalised_least_squares():
 
 
 @pytest.mark.parametrize("g", [-0.5, 0.0, 0.26, 0.5])
-def test_the_law_which_made_the_losses_is_found(g):
+def test_law_of_the_losses_is_found(g):
     exact = law_of_loss(LOG_ENERGY, 0.1, g)
     point, _ = fit_law(exact, 1e-8 * np.eye(COUNT), LOG_ENERGY)
     np.testing.assert_allclose(point, [0.1, g], atol=1e-3)
@@ -44,7 +44,7 @@ def test_the_law_which_made_the_losses_is_found(g):
     np.testing.assert_allclose(np.std(z, axis=0), 1, atol=0.4)  # of 30, three standard errors
 
 
-def test_the_loss_at_an_energy_is_that_of_the_law_with_its_error():
+def test_loss_at_an_energy_and_its_error():
     noise, true = np.random.RandomState(4), law_of_loss(np.array([1.0]), 0.15, 0.26)[0]
     exact, found = law_of_loss(LOG_ENERGY, 0.15, 0.26), []
     for _ in range(40):
@@ -56,7 +56,7 @@ def test_the_loss_at_an_energy_is_that_of_the_law_with_its_error():
 
 
 @pytest.mark.parametrize("g", [0.13, 0.26, 0.5])
-def test_the_energy_left_to_the_power_g_falls_by_the_same_at_each_impact(g):
+def test_power_g_of_the_energy_falls_by_the_same_each_time(g):
     """E+^g = E-^g - K, with K = 1 - e_r^(2 g) where E_r = 1; without a power the loss is the same at each."""
     decrement, energy = -np.log(0.85), np.geomspace(0.2, 3.0, 9)
     left = energy * np.exp(-2 * law_of_loss(np.log(energy), decrement, g))

@@ -95,7 +95,7 @@ def _print_parameters(found: dict[str, Any], over_rest: str) -> None:
 
 def _fit_records(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str, dict[str, Any]]:
     """Return what was read, and what was found."""
-    from rockdamp.laboratory.comparison import compare_dampers
+    from rockdamp.laboratory.calibration import compare_dampers
 
     motions = rd.load_records(inputs["records"])
     records = [motion.record for motion in motions]

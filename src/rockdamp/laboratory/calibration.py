@@ -1,4 +1,4 @@
-"""Curve and coefficient of restitution from measured records: least squares of a1, b1 and e.
+"""Curve and coefficient of restitution from measured records: least squares of a1, b1 and e, for one damper or all.
 
 The paper's own calibration is "not reported". A record that the best fit does not explain is refused.
 """
@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 from scipy.optimize import OptimizeResult
-from scipy.special import ndtri
 
 from rockdamp.arrays import Array
 from rockdamp.config import Config
@@ -18,8 +17,9 @@ from rockdamp.constants import MODELS, REFERENCE, SOFTENING
 from rockdamp.errors import InputError, check, check_choice
 from rockdamp.histories.measured_test import measured_displacement
 from rockdamp.histories.respond import record_attributes
-from rockdamp.laboratory.record_fit import HIGH, LOW, PARAMETERS, RecordFit
+from rockdamp.laboratory.record_fit import PARAMETERS, RecordFit
 from rockdamp.laboratory.uncertainty import (
+    NORMAL,
     check_deviations,
     covariance_by_motion,
     covariance_by_sensor,
@@ -28,14 +28,6 @@ from rockdamp.laboratory.uncertainty import (
 from rockdamp.mechanics.curve import RULES
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.record import Record
-
-NORMAL = float(ndtri(0.95))  # of an interval of 90 %
-# ASSUME: a wall that survives stays below u_ins; a sensor's drift and a slack measure may add half of that. Tests that
-# restitution explains well leave some per cent of the peak.
-LARGEST_DISPLACEMENT = 1.5  # of u_ins
-LARGEST_MISFIT, LARGEST_NOISE = 0.10, 3.0  # of the peak; of the sensor's noise at rest, which must be exceeded besides
-AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
-SEARCHED = "yield_displacement_ratio over the plateau's end (a1/a2)", "strength_ratio (b1)", "restitution (e)"
 
 
 def calibrate(
@@ -52,23 +44,23 @@ def calibrate(
 
     The response to the measured motion, plus an offset and a linear drift of the displacement sensor, is fitted to the
     measured displacement. A scan of the whole range gives the starts, so that the smallest of the local minima is the
-    solution. The covariance has three parts: the residuals, which follow each other; the accelerometer's noise, to
-    which the wall responds, and which it amplifies near its strength; and sizes of the wall that are uncertain. Gains
-    of the sensors are taken as exact: b1 takes up their errors. Of several records each is fitted, and the estimates
-    are weighed by their covariances: in stacked residuals the motion's noise in one would disturb e of the others.
+    solution. The covariance has three parts: the residuals, which are correlated in time; the accelerometer's noise,
+    which the wall amplifies near its strength; and uncertain sizes of the wall. Gains of the sensors are taken as
+    exact: an error of them goes into b1. Several records are fitted one by one, and the estimates are weighted by their
+    covariances: in stacked residuals the noise of one motion would disturb e of the others.
 
     Parameters
     ----------
     records : Record or sequence of them
         With a measured displacement, at rest before the motion.
     wall : Wall or Parapet
-        Its geometry and weights are taken as known, but for those that are `uncertain`.
+        Its geometry and weights are taken as known, except for the `uncertain` ones.
     damping_model : str
-        CR; of a viscous damper e is what its damping ratio stands for at 0.3 u_ins.
+        Of a viscous damper, e is the coefficient that its damping ratio stands for at 0.3 u_ins.
     ultimate_displacement_ratio, softening : float and str
         a3 and the variant of softening, taken as known.
     step : float
-        Of the solver, in tau, at most. [-]
+        Largest step of the solver, in tau. [-]
     uncertain : dict of float, optional
         Standard deviation of sizes of the wall: thickness, height [m], hinge_ratio, overburden_ratio. [-]
 
@@ -76,15 +68,14 @@ def calibrate(
     -------
     xarray.Dataset
         ``estimate``, ``standard_error``, ``interval`` of 90 % and ``true_value`` (parameter; the last NaN unless the
-        record is synthetic and says what made it), ``covariance``, ``damping_ratio`` (NaN of CR), ``residual_rms``
-        with its ratios to the peak and to the noise at rest, ``run_estimate`` (run, parameter) and both histories
-        (sample).
+        header of a synthetic record states it), ``covariance``, ``damping_ratio`` (NaN of CR), ``residual_rms`` with
+        its ratios to the peak and to the noise at rest, ``run_estimate`` (run, parameter) and both histories (sample).
 
     Raises
     ------
     InputError
-        If a record has no displacement or no rest; the best fit lies at a bound of the search or leaves more than a
-        tenth of the peak; or the record does not determine the parameters.
+        If a record has no displacement or no rest, if the best fit lies at a bound of the search or leaves more than a
+        tenth of the peak, or if the record does not determine the parameters.
 
     Examples
     --------
@@ -104,7 +95,7 @@ def calibrate(
     fits = make_fits(records, wall, damping_model, ultimate_displacement_ratio, softening, step)
     found = [fit.solution() for fit in fits]
     for fit, one in zip(fits, found, strict=True):
-        _check_solution(fit, one.x, misfit([fit], [one]))
+        _check_solution(fit, one)
     estimates = np.array([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)])
     precisions = np.linalg.inv([_covariance(fit, one) for fit, one in zip(fits, found, strict=True)])
     covariance = np.linalg.inv(precisions.sum(axis=0))
@@ -120,31 +111,151 @@ def calibrate(
     return _dataset(fits, estimates, estimate, covariance).assign(misfit(fits, found))
 
 
+def compare_dampers(
+    records: Record | Sequence[Record],
+    wall: Wall | Parapet,
+    *,
+    ultimate_displacement_ratio: float = 1.0,
+    softening: str = "steeper",
+    step: float = 0.005,
+) -> xr.Dataset:
+    """Fit every damper to each record, with a curve of its own, and weigh the dampers by their residuals.
+
+    The weight of a damper goes with exp(-S/(2 s^2)), S the sum of its squared residuals and s the sensor's noise at
+    rest. This assumes white noise, and that one of the dampers made the record: where the smallest
+    `residual_over_noise` is well above 1, none of them explains it.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``residual_rms``, ``residual_over_noise``, ``relative_log_likelihood`` and ``weight`` (damping_model), and the
+        ``estimate`` (damping_model, parameter), a mean over the records. The arguments are those of `calibrate`.
+    """
+    rows, squares, estimates = [], [], []
+    for model in MODELS:
+        fits = make_fits(records, wall, model, ultimate_displacement_ratio, softening, step)
+        found = [fit.solution() for fit in fits]
+        # A record without any noise gets a billionth of its peak.
+        noise = [max(fit.resting_deviation, 1e-9 * float(np.abs(fit.measured).max())) for fit in fits]
+        squares.append(sum(float(np.sum((one.fun / s) ** 2)) for one, s in zip(found, noise, strict=True)))
+        rows.append(misfit(fits, found))
+        estimates.append(np.mean([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)], axis=0))
+    log_likelihood = -(np.array(squares) - min(squares)) / 2
+    weight = np.exp(log_likelihood)
+    residuals = ("residual_rms", "residual_over_noise")
+    return xr.Dataset(
+        {
+            **{name: ("damping_model", [row[name] for row in rows]) for name in residuals},
+            "relative_log_likelihood": ("damping_model", log_likelihood),
+            "weight": ("damping_model", weight / weight.sum()),
+            "estimate": (("damping_model", "parameter"), np.array(estimates)),
+        },
+        coords={"damping_model": list(MODELS), "parameter": list(PARAMETERS)},
+    )
+
+
+def study(config: Config, record: Record) -> xr.Dataset:
+    """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
+    validation = config.validation
+    return calibrate(
+        record,
+        validation.wall.make(),
+        ultimate_displacement_ratio=validation.curve.ultimate_displacement_ratio,
+        softening=validation.curve.softening,
+        step=validation.step,
+    )
+
+
+# --- steps of a calibration -------------------------------------------------------------------------------------------
+
+
+def make_fits(
+    records: Record | Sequence[Record],
+    wall: Wall | Parapet,
+    damping_model: str,
+    ultimate_displacement_ratio: float,
+    softening: str,
+    step: float,
+) -> list[RecordFit]:
+    """Return the fit of each record; refuse a displacement that no standing wall can have."""
+    check("step", step, lambda step: step > 0, "greater than 0")
+    a3 = float(check("ultimate_displacement_ratio", ultimate_displacement_ratio, *RULES["ultimate_displacement_ratio"]))
+    check_choice("softening", softening, SOFTENING)
+    check_choice("damping_model", damping_model, MODELS)
+    several = [records] if isinstance(records, Record) else list(records)
+    # ASSUME: a wall that survives stays below u_ins; a sensor's drift and an inexact size may add half of that.
+    largest = 1.5 * float(wall.instability_displacement)
+    for record in several:
+        peak = np.abs(measured_displacement(record)[0]).max()
+        allowed = f"greater than 0 and at most 1.5 u_ins = {largest:.4g} m"
+        check("largest measured displacement", peak, lambda u: (u > 0) & (u <= largest), allowed)
+    return [RecordFit(record, wall, damping_model, a3, softening, step) for record in several]
+
+
+def _check_solution(fit: RecordFit, found: OptimizeResult) -> None:
+    """Raise `InputError` for a fit that explains the record badly, at a bound, or of a wall on its first branch."""
+    residual, point = misfit([fit], [found]), found.x
+    # ASSUME: tests that restitution explains well leave some per cent of the peak, or of small motions the noise.
+    share = residual["residual_over_peak"]
+    if share > 0.10 and not residual["residual_over_noise"] <= 3:
+        raise InputError(f"the residual of the best fit is {100 * share:.2g} % of the peak; it must be at most 10 %")
+    names = "yield_displacement_ratio over the plateau's end (a1/a2)", "strength_ratio (b1)", "restitution (e)"
+    for name, value, low, high in zip(names, point, *fit.bounds, strict=True):
+        if min(value - low, high - value) < 1e-3 * (high - low):
+            raise InputError(f"the best fit has {name} {value:.4g}; it must lie inside {low:g} to {high:g}")
+    parameters = fit.parameters(point)
+    peak = float(np.abs(fit.response(parameters)).max())
+    branch = float(parameters[0] * fit.wall.instability_displacement)
+    if peak <= branch:  # where only b1/a1 matters
+        raise InputError(
+            f"the largest displacement is {peak:.3g} m, on the first branch, which ends at {branch:.3g} m;"
+            " it must be larger to determine a1 and b1"
+        )
+
+
 def _covariance(fit: RecordFit, found: OptimizeResult) -> Array:
     """Return the covariance of a1, b1 and e by the displacement sensor and by the motion."""
     ratio, b1, _ = found.x
     # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises. The derivative is taken by a1/a2:
     # steps of a1 of that size, several times as long, would bend the response.
-    change = [[float(fit.end_of_plateau(b1)), -ratio, 0], [0, 1, 0], [0, 0, 1]]
+    change = [[float(fit.plateau_end(b1)), -ratio, 0], [0, 1, 0], [0, 0, 1]]
     derivative = found.jac @ np.linalg.inv(change)
     by_sensor = covariance_by_sensor(derivative, found.fun)
     return by_sensor + covariance_by_motion(fit, fit.parameters(found.x), derivative)
 
 
+def misfit(fits: Sequence[RecordFit], found: Sequence[OptimizeResult]) -> dict[str, float]:
+    """Return the root mean square of the residuals [m], also over the largest peak and over the noise at rest [-]."""
+    rms = float(np.sqrt(np.mean(np.concatenate([one.fun for one in found]) ** 2)))
+    noise = float(np.sqrt(np.mean([fit.resting_deviation**2 for fit in fits])))
+    return {
+        "residual_rms": rms,
+        "residual_over_peak": rms / max(float(np.abs(fit.measured).max()) for fit in fits),
+        "residual_over_noise": rms / noise if noise > 0 else np.nan,
+        "rest_deviation": noise,
+    }
+
+
+def true_values(header: Mapping[str, str]) -> Array:
+    """Return the parameters that made a synthetic record; NaN where its header does not state them, or of a test."""
+    synthetic = header.get("synthetic") == "yes"
+    return np.array([float(header.get(f"generator_{name}", "nan")) if synthetic else np.nan for name in PARAMETERS])
+
+
 def _dataset(fits: Sequence[RecordFit], estimates: Array, estimate: Array, covariance: Array) -> xr.Dataset:
-    """Return the estimates of all runs and each one's, with its history and what was measured."""
+    """Return the estimates, of all runs and of each, with the fitted and the measured histories."""
     first, error = fits[0], np.sqrt(np.diag(covariance))
     responses = [fit.response(one) for fit, one in zip(fits, estimates, strict=True)]
     measured = [u + fit.subtract_trend(fit.measured - u) for fit, u in zip(fits, responses, strict=True)]
     xi = np.nan
     if first.damping_model != REFERENCE:
-        xi = float(first.damping(first.curve(estimate), estimate[2]).value)
+        xi = float(first.damping(estimate).value)
     return xr.Dataset(
         {
             "estimate": ("parameter", estimate),
             "standard_error": ("parameter", error),
             "interval": (("bound", "parameter"), estimate + NORMAL * np.outer([-1, 1], error)),
-            "true_value": ("parameter", true_values(first.record.header, PARAMETERS)),
+            "true_value": ("parameter", true_values(first.record.header)),
             "covariance": (("parameter", "parameter_other"), covariance),
             "damping_ratio": xi,
             "run_estimate": (("run", "parameter"), estimates),
@@ -160,76 +271,4 @@ def _dataset(fits: Sequence[RecordFit], estimates: Array, estimate: Array, covar
             "elapsed": ("sample", np.concatenate([fit.record.elapsed for fit in fits])),
         },
         attrs=record_attributes(first.record.header) | {"damping_model": first.damping_model},
-    )
-
-
-def make_fits(
-    records: Record | Sequence[Record],
-    wall: Wall | Parapet,
-    damping_model: str,
-    ultimate_displacement_ratio: float,
-    softening: str,
-    step: float,
-) -> list[RecordFit]:
-    """Return the fit of each record, with a displacement that a wall may have come back from."""
-    check("step", step, lambda step: step > 0, "greater than 0")
-    a3 = float(check("ultimate_displacement_ratio", ultimate_displacement_ratio, *RULES["ultimate_displacement_ratio"]))
-    check_choice("softening", softening, SOFTENING)
-    check_choice("damping_model", damping_model, MODELS)
-    several = [records] if isinstance(records, Record) else list(records)
-    largest = LARGEST_DISPLACEMENT * float(wall.instability_displacement)
-    for record in several:
-        peak = np.abs(measured_displacement(record)[0]).max()
-        allowed = f"greater than 0 and at most {LARGEST_DISPLACEMENT:g} u_ins = {largest:.4g} m"
-        check("largest measured displacement", peak, lambda u: (u > 0) & (u <= largest), allowed)
-    return [RecordFit(record, wall, damping_model, a3, softening, step) for record in several]
-
-
-def misfit(fits: Sequence[RecordFit], found: Sequence[OptimizeResult]) -> dict[str, float]:
-    """Return what the best fits leave: its root mean square [m], over the largest peak, and over the noise at rest."""
-    rms = float(np.sqrt(np.mean(np.concatenate([one.fun for one in found]) ** 2)))
-    noise = float(np.sqrt(np.mean([fit.resting_deviation**2 for fit in fits])))
-    return {
-        "residual_rms": rms,
-        "residual_over_peak": rms / max(float(np.abs(fit.measured).max()) for fit in fits),
-        "residual_over_noise": rms / noise if noise > 0 else np.nan,
-        "rest_deviation": noise,
-    }
-
-
-def _check_solution(fit: RecordFit, point: Array, left: Mapping[str, float]) -> None:
-    """Raise `InputError` for a fit that explains the record badly, at a bound, or of a wall on its first branch."""
-    share = left["residual_over_peak"]
-    if share > LARGEST_MISFIT and not left["residual_over_noise"] <= LARGEST_NOISE:
-        raise InputError(
-            f"the best fit leaves {100 * share:.2g} % of the peak; it must leave at most {100 * LARGEST_MISFIT:g} %"
-        )
-    for name, value, low, high in zip(SEARCHED, point, LOW, HIGH, strict=True):
-        if min(value - low, high - value) < AT_BOUND * (high - low):
-            raise InputError(f"the best fit has {name} {value:.4g}; it must lie inside {low:g} to {high:g}")
-    parameters = fit.parameters(point)
-    peak = float(np.abs(fit.response(parameters)).max())
-    branch = float(parameters[0] * fit.wall.instability_displacement)
-    if peak <= branch:  # where only b1/a1 matters
-        raise InputError(
-            f"the largest displacement is {peak:.3g} m, on the first branch, which ends at {branch:.3g} m;"
-            " it must go beyond to determine a1 and b1"
-        )
-
-
-def true_values(header: Mapping[str, str], names: Sequence[str]) -> Array:
-    """Return the values with which a synthetic record was made; NaN where it does not state them, or was measured."""
-    synthetic = header.get("synthetic") == "yes"
-    return np.array([float(header.get(f"generator_{name}", "nan")) if synthetic else np.nan for name in names])
-
-
-def study(config: Config, record: Record) -> xr.Dataset:
-    """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
-    validation = config.validation
-    return calibrate(
-        record,
-        validation.wall.make(),
-        ultimate_displacement_ratio=validation.curve.ultimate_displacement_ratio,
-        softening=validation.curve.softening,
-        step=validation.step,
     )

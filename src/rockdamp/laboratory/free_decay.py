@@ -1,9 +1,9 @@
-"""Free decays as excursions of undamped motion, each with an amplitude of its own, joined at the crossings of zero.
+"""Free decays as excursions of undamped motion, each with its own amplitude, joined at the crossings of zero.
 
-Between impacts a wall under restitution moves freely, in closed form; so all that a test says is a1, b1, and for each
-release the time of the first crossing and the amplitudes. The loss of each impact follows from two amplitudes, and no
-law of the losses is assumed. Least squares of the whole history take each sample once: noise averages out over the
-samples of a peak, and half periods tell a1 and b1.
+Between impacts a wall under restitution moves freely, in closed form. A test therefore has these unknowns: a1, b1, and
+for each release the time of the first crossing and the amplitudes. Two amplitudes give the loss of the impact between
+them; no law of the losses is assumed. Least squares of the whole history average the noise over the samples of a peak,
+and the half periods determine a1 and b1.
 """
 
 from __future__ import annotations
@@ -17,15 +17,13 @@ from scipy.optimize import least_squares
 
 from rockdamp.arrays import Array
 from rockdamp.errors import check
+from rockdamp.laboratory.record_fit import strength_bounds
 from rockdamp.laboratory.releases import Release
 from rockdamp.laboratory.uncertainty import covariance_by_sensor
 from rockdamp.mechanics.curve import TrilinearCurve
 
-# ASSUME: where a1/a2 and b1 are looked for. Blocks that rock nearly rigidly reach further than walls do.
-LOW, HIGH = np.array([0.004, 0.30]), np.array([0.90, 0.98])
-GRID = np.geomspace(0.006, 0.8, 24), np.linspace(0.32, 0.97, 40)
-AT_BOUND = 1e-3  # of a parameter's range: nearer to a bound is at it
-MOST_UNLIKE = 1.3  # half periods, over those of the nearest curve or below: beyond it the wall is another one
+# ASSUME: the range of a1/a2 and b1. Blocks that rock nearly rigidly reach further than walls do.
+RATIO, STRENGTH = (0.004, 0.90), (0.30, 0.98)
 SMALLEST, BELOW_A3 = 1e-6, 1 - 1e-6  # amplitudes: over u_ins, and over a3
 DIFFERENCE = 1e-5  # of a parameter: step of the central differences
 
@@ -50,8 +48,13 @@ class FreeDecay:
         return TrilinearCurve(ratio * ((1.0 if self.softening == "steeper" else a3) - b1), b1, a3, self.softening)
 
     @cached_property
+    def strength_bounds(self) -> tuple[float, float]:
+        """Least and largest b1."""
+        return strength_bounds(*STRENGTH, self.ultimate_displacement_ratio, self.softening)
+
+    @cached_property
     def slices(self) -> list[slice]:
-        """Where the parameters of each release stand in a point."""
+        """The part of a point that belongs to each release."""
         ends = np.cumsum([2, *(3 + release.peaks.size for release in self.releases)]).tolist()
         return [slice(start, end) for start, end in zip(ends[:-1], ends[1:], strict=True)]
 
@@ -107,21 +110,23 @@ class FreeDecay:
 
     def start(self) -> Array:
         """Return a point by the measured peaks, and by a1 and b1 whose half periods fit best on a grid."""
-        ratio, b1 = (axis.reshape(-1) for axis in np.meshgrid(*GRID, indexing="ij"))
+        lowest, highest = self.strength_bounds
+        strengths = np.clip(np.linspace(0.32, 0.97, 40), lowest, highest)
+        ratio, b1 = (axis.reshape(-1) for axis in np.meshgrid(np.geomspace(0.006, 0.8, 24), strengths, indexing="ij"))
         curve, misfit, parts, quotients = self.curve(ratio[:, None], b1[:, None]), 0.0, [], []
         for release in self.releases:
             largest = BELOW_A3 * self.ultimate_displacement_ratio
             amplitude = np.clip(np.abs(release.peaks) / self.u_ins, SMALLEST, largest)
-            expected = curve.period(amplitude[1:-1]) / 2
-            misfit = misfit + ((expected - self.p * release.half_periods) ** 2).sum(axis=1)
-            quotients.append(self.p * release.half_periods / expected)
+            expected, measured = curve.period(amplitude[1:-1]) / 2, self.p * np.diff(release.crossings)
+            misfit = misfit + ((expected - measured) ** 2).sum(axis=1)
+            quotients.append(measured / expected)
             parts += [self.p * (release.crossings[0] - release.elapsed[0]), 0.0, 0.0, *np.log(amplitude)]
         best = int(np.argmin(misfit))
         check(
             "half periods, over those of the nearest curve,",
             float(np.median(np.concatenate(quotients, axis=1)[best])),
-            lambda quotient: (quotient > 1 / MOST_UNLIKE) & (quotient < MOST_UNLIKE),
-            f"{1 / MOST_UNLIKE:.2g} to {MOST_UNLIKE:g}, with the wall, and the units of time and displacement",
+            lambda quotient: (quotient > 1 / 1.3) & (quotient < 1.3),
+            "0.77 to 1.3, with the wall, and the units of time and displacement",
         )
         return np.array([ratio[best], b1[best], *parts])
 
@@ -129,18 +134,14 @@ class FreeDecay:
         """Return the point of the least squares and its covariance; refuse b1, or a1 from above, at a bound."""
         start = self.start()
         low, high = np.full(start.size, -np.inf), np.full(start.size, np.inf)
-        low[:2], high[:2] = LOW, HIGH
+        (low[0], high[0]), (low[1], high[1]) = RATIO, self.strength_bounds
         for part in self.slices:
             low[part.start + 3 : part.stop] = np.log(SMALLEST)
             high[part.start + 3 : part.stop] = np.log(BELOW_A3 * self.ultimate_displacement_ratio)
-
-        def derivative(point: Array) -> Array:
-            return self.derivative(np.clip(point, low + DIFFERENCE, high - DIFFERENCE))
-
         found = least_squares(
             self.residual,
             np.clip(start, low + 1e-9, high - 1e-9),
-            derivative,
+            lambda point: self.derivative(np.clip(point, low + DIFFERENCE, high - DIFFERENCE)),
             bounds=(low, high),
             x_scale=np.where(np.arange(start.size) < 2, 0.1, 0.01),
             max_nfev=200,
@@ -148,37 +149,34 @@ class FreeDecay:
             ftol=1e-12,
             gtol=None,
         )
-        near = AT_BOUND * (HIGH - LOW)
-        check("a1/a2 of the best fit", found.x[0], lambda r: r < (HIGH - near)[0], f"less than {HIGH[0]:g}")
-        between = f"between {LOW[1]:g} and {HIGH[1]:g}; a rigid block has b1 = 1"
-        check("b1 of the best fit", found.x[1], lambda b: (b > (LOW + near)[1]) & (b < (HIGH - near)[1]), between)
+        ratio, b1, near = *found.x[:2], 1e-3 * (high - low)[:2]
+        check("a1/a2 of the best fit", ratio, lambda r: r < high[0] - near[0], f"less than {high[0]:g}")
+        between = f"between {low[1]:g} and {high[1]:g}; a rigid block has b1 = 1"
+        check("b1 of the best fit", b1, lambda b: (b > low[1] + near[1]) & (b < high[1] - near[1]), between)
         return found.x, _covariance(found.jac, found.fun)
 
 
 def _covariance(derivative: Array, residual: Array) -> Array:
-    """Return the covariance by residuals that may follow each other, and at least that of white noise.
+    """Return the covariance by residuals that may be correlated in time, and at least that of white noise.
 
-    With so many parameters neighbouring residuals are correlated negatively by the fit itself, which the estimate that
-    takes them as they are would mistake for the sensor's (the larger of the two: Angrist and Pischke 2009, section
-    8.1).
+    With this many parameters the fit itself gives neighbouring residuals a negative correlation, which the estimate for
+    correlated residuals takes for the sensor's (the larger of the two: Angrist and Pischke 2009, section 8.1).
     """
-    following = covariance_by_sensor(derivative, residual)
+    correlated = covariance_by_sensor(derivative, residual)
     samples, parameters = derivative.shape
     scale = np.linalg.norm(derivative, axis=0)
     inverse = np.linalg.inv((derivative / scale).T @ (derivative / scale))
     white = np.diag(inverse) / scale**2 * (residual @ residual) / (samples - parameters)
-    larger = np.sqrt(np.maximum(white / np.diag(following), 1.0))
-    return following * np.outer(larger, larger)
+    larger = np.sqrt(np.maximum(white / np.diag(correlated), 1.0))
+    return correlated * np.outer(larger, larger)
 
 
 def displacement_from_peak(curve: TrilinearCurve, amplitude: Array, tau: Array) -> Array:
     r"""Return the displacement at a time before or after the peak of undamped free motion, u/u_ins. [-]
 
-    From rest at its amplitude the wall falls along a hyperbolic cosine on the softening branch, a parabola on the
-    plateau, and a cosine on the first branch. A half cycle is this fall and its mirror image in time.
-
-    It solves :math:`x'' + f(x) = 0` from rest at the amplitude. The zero of the displacement lies a quarter of
-    `TrilinearCurve.period` from the peak; beyond it the first branch goes on to the other side.
+    It solves :math:`x'' + f(x) = 0` from rest at the amplitude: a hyperbolic cosine on the softening branch, a parabola
+    on the plateau, a cosine on the first branch. The displacement is zero a quarter of `TrilinearCurve.period` from the
+    peak; after it the first branch goes on to the other side.
 
     The arguments broadcast: the amplitude x0 = u0/u_ins in (0, a3) [-], and the time from the peak, of either sign. [-]
     """

@@ -1,4 +1,4 @@
-"""A wall identified by free-rocking tests: its curve by half periods, e by the energies of peaks, and which damper."""
+"""Free-rocking tests: the curve by half periods, e by the energies of peaks, and how likely each damper is."""
 
 from __future__ import annotations
 
@@ -15,21 +15,19 @@ from rockdamp.constants import MODELS, REFERENCE, SOFTENING
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.errors import check, check_choice
 from rockdamp.histories.respond import record_attributes
-from rockdamp.laboratory.calibration import NORMAL, true_values
+from rockdamp.laboratory.calibration import true_values
 from rockdamp.laboratory.free_decay import FreeDecay
 from rockdamp.laboratory.free_rocking_file import FreeRocking
 from rockdamp.laboratory.losses import fit_law, loss_at, regress
 from rockdamp.laboratory.record_fit import PARAMETERS
 from rockdamp.laboratory.releases import find_releases, rest_deviation
-from rockdamp.laboratory.uncertainty import check_deviations
+from rockdamp.laboratory.uncertainty import NORMAL, check_deviations
 from rockdamp.mechanics.curve import RULES, TrilinearCurve
-from rockdamp.mechanics.damping import DAMPERS, Damping
+from rockdamp.mechanics.damping import DAMPERS, REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 
-FEWEST_IMPACTS = 3  # from beyond u1
-WIDEST = 10.0  # half of an interval of ln e: a peak in the noise leaves none that is narrower
-DIFFERENCE = 1e-5
-AMPLITUDES, ASSESSED_AMPLITUDE = (0.1, 0.3, 0.5), 0.3  # of u_ins; that of the e of an assessment
+ASSESSED_AMPLITUDE = REFERENCE_AMPLITUDE  # of the e of an assessment, u/u_ins
+AMPLITUDES = 0.1, ASSESSED_AMPLITUDE, 0.5
 
 
 def fit_free_rocking(
@@ -47,29 +45,29 @@ def fit_free_rocking(
     amplitude for each half cycle, a1, b1, and the sensor's zero and drift. The energies of two peaks give the loss of
     the impact between them, ``-ln e``; half periods give a1 and b1. Then the losses of all impacts are averaged.
 
-    Intervals hold 90 %. They include the sensor's noise, zero and drift, and that of the mean e the scatter from impact
-    to impact, which is estimated; and the sizes of the wall that are `uncertain`. They do not include an error of the
-    sensor's gain.
+    Intervals of 90 % include the sensor's noise, zero and drift, and the `uncertain` sizes of the wall. The interval of
+    the mean e also includes the estimated scatter from impact to impact. An error of the sensor's gain is not included.
 
     Parameters
     ----------
     tests : FreeRocking or sequence of them
         Each with one or more releases.
     wall : Wall or Parapet
-        Its geometry and weights are taken as known but for those that are `uncertain`: they give u_ins and p.
+        Its geometry and weights are taken as known, except for the `uncertain` ones: they give u_ins and p.
     ultimate_displacement_ratio, softening : float and str
         a3 and the variant of softening, taken as known.
     least_peak : float, optional
         Smallest peak that is used; by default ten standard deviations of the sensor's noise. [m]
     uncertain : dict of float, optional
-        Standard deviations of those sizes of the wall that are not exact, by name, such as ``{"thickness": 0.002}``.
+        Standard deviations of sizes of the wall, by name, such as ``{"thickness": 0.002}``.
 
     Returns
     -------
     xarray.Dataset
         ``estimate``, ``standard_error`` and ``interval`` (parameter); ``impact_restitution`` with its interval
-        (impact); peaks and half periods (half_cycle); ``loss_exponent`` g with its interval, and how well each
-        damper explains the losses (damping_model); the measured and the fitted displacement (sample).
+        (impact); ``restitution_at_amplitude`` (amplitude) and ``loss_exponent`` g, with intervals; the likelihood of
+        the losses under each damper (damping_model); peaks and half periods (half_cycle); the measured and the fitted
+        displacement (sample).
 
     Raises
     ------
@@ -101,10 +99,9 @@ def fit_free_rocking(
     several = [tests] if isinstance(tests, FreeRocking) else list(tests)
     deviations = check_deviations(wall, uncertain)
     u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
-    lever = float(wall.lower_height if isinstance(wall, Wall) else wall.height)
     # ASSUME: a rotation is that of the lower body, or of the parapet, and small: the displacement is it times a height.
-    heights = [1.0 if test.rotation is None else lever for test in several]
-    displacements = [height * test.measured for height, test in zip(heights, several, strict=True)]
+    lever = float(wall.lower_height if isinstance(wall, Wall) else wall.height)
+    displacements = [test.measured * (1.0 if test.rotation is None else lever) for test in several]
     releases = [
         release
         for test, displacement in zip(several, displacements, strict=True)
@@ -112,9 +109,7 @@ def fit_free_rocking(
     ]
     largest = max(float(np.abs(release.peaks).max()) for release in releases)
     check("largest peak", largest, lambda u: u < a3 * u_ins, f"less than {a3 * u_ins:.4g} m, where the wall collapses")
-    decay = FreeDecay(releases, p, u_ins, a3, softening)
-    point, covariance = decay.solution()
-    fitted = _summary(decay, point, covariance)
+    fitted = _dataset(FreeDecay(releases, p, u_ins, a3, softening))
     estimate, variance = fitted["estimate"].values, np.zeros(len(PARAMETERS))
     kept: dict[str, Any] = {"ultimate_displacement_ratio": a3, "softening": softening, "least_peak": least_peak}
     for name, deviation in deviations.items():
@@ -127,7 +122,7 @@ def fit_free_rocking(
     return fitted.assign(
         standard_error=("parameter", np.sqrt(fitted["standard_error"].values ** 2 + variance)),
         interval=(("bound", "parameter"), np.maximum(estimate + np.array([[-1.0], [1.0]]) * reach, 0.0)),
-        true_value=("parameter", true_values(several[0].header, PARAMETERS)),
+        true_value=("parameter", true_values(several[0].header)),
         rest_deviation=np.nanmean(resting) if np.isfinite(resting).any() else np.nan,
         restitution_rigid=float(wall.restitution_rigid),
         restitution_impulsive=float(wall.restitution_impulsive),
@@ -136,35 +131,35 @@ def fit_free_rocking(
     ).assign_attrs(record_attributes(several[0].header) | {"record_synthetic": synthetic})
 
 
-def _summary(decay: FreeDecay, point: Array, covariance: Array) -> xr.Dataset:
-    """Return a1, b1, and e by the mean of the losses; the losses by amplitude and damper; and the histories."""
+def _dataset(decay: FreeDecay) -> xr.Dataset:
+    """Fit the decay; return a1, b1, and e by the mean of the losses, the losses by amplitude and damper, histories."""
+    point, covariance = decay.solution()
     values, covariance = _losses(decay, point, covariance)
-    (a1, b1), losses = values[:2], values[2:]
-    before = np.concatenate([np.exp(point[part][3:-1]) for part in decay.slices])
+    curve_values, losses, errors = values[:2], values[2:], np.sqrt(np.diag(covariance))
+    curve, before = decay.curve(*point[:2]), np.concatenate([np.exp(point[part][3:-1]) for part in decay.slices])
     # ASSUME: below u1 a wall vibrates on its first branch and does not rock: what it loses there is not restitution.
-    rocking = before > a1
-    fewest = f"at least {FEWEST_IMPACTS}: release it from further out"
-    check("impacts after a peak beyond u1", np.count_nonzero(rocking), lambda n: n >= FEWEST_IMPACTS, fewest)
+    rocking = before > curve_values[0]
+    fewest = "at least 3: release it from further out"
+    check("impacts after a peak beyond u1", np.count_nonzero(rocking), lambda n: n >= 3, fewest)
     rocking_losses = losses[rocking], covariance[2:, 2:][rocking][:, rocking]
     mean = regress(*rocking_losses, np.ones((np.count_nonzero(rocking), 1)))
     decrement, error = float(mean.coefficients[0]), float(np.sqrt(mean.covariance[0, 0]))
-    errors = np.sqrt(np.diag(covariance))
-    reach = min(_quantile(losses[rocking].size - 1) * error, WIDEST)
-    e, e_bounds = np.exp(-decrement), np.exp(-decrement + reach * np.array([-1, 1]))
-    bounds = [np.array([a1, b1]) + side * NORMAL * errors[:2] for side in (-1, 1)]
-    own, own_error = np.exp(-losses), np.minimum(NORMAL * errors[2:], WIDEST)
+    sides, widest = np.array([-1, 1]), 10.0  # half of an interval of ln e, which a peak in the noise leaves unbounded
+    e, reach = np.exp(-decrement), min(_quantile(losses[rocking].size - 1) * error, widest)
+    curve_bounds = curve_values + NORMAL * np.outer(sides, errors[:2])
+    own_reach = np.minimum(NORMAL * errors[2:], widest)
     return xr.Dataset(
         {
-            "estimate": ("parameter", np.array([a1, b1, e])),
+            "estimate": ("parameter", np.array([*curve_values, e])),
             "standard_error": ("parameter", np.array([*errors[:2], e * error])),
-            "interval": (("bound", "parameter"), np.column_stack([bounds, e_bounds])),
-            "impact_restitution": ("impact", own),
-            "impact_restitution_interval": (("bound", "impact"), own * np.exp([-own_error, own_error])),
+            "interval": (("bound", "parameter"), np.column_stack([curve_bounds, np.exp(-decrement + reach * sides)])),
+            "impact_restitution": ("impact", np.exp(-losses)),
+            "impact_restitution_interval": (("bound", "impact"), np.exp(-losses) * np.exp([-own_reach, own_reach])),
             "impact_amplitude": ("impact", before),
             "impact_rocking": ("impact", rocking.astype(int)),
             "restitution_scatter": mean.scatter,
-            **_law(*rocking_losses, decay.curve(*point[:2]), before[rocking]),
-            **_dampers(*rocking_losses, decay.curve(*point[:2]), before, rocking, e),
+            **_law(*rocking_losses, curve, before[rocking]),
+            **_dampers(*rocking_losses, curve, before, rocking, e),
             **_histories(decay, point),
         },
         coords={
@@ -192,9 +187,9 @@ def _losses(decay: FreeDecay, point: Array, covariance: Array) -> tuple[Array, A
         losses = [0.5 * np.log(energy[:, :-1] / energy[:, 1:]) for energy in energies]
         return np.concatenate([curve.yield_displacement_ratio, curve.strength_ratio, *losses], axis=1)
 
-    h = DIFFERENCE * np.eye(point.size)
-    sides = derived(np.concatenate([point + h, point - h]))
-    gradient = ((sides[: len(h)] - sides[len(h) :]) / (2 * DIFFERENCE)).T
+    h = 1e-5
+    sides = derived(np.concatenate([point + h * np.eye(point.size), point - h * np.eye(point.size)]))
+    gradient = ((sides[: point.size] - sides[point.size :]) / (2 * h)).T
     return derived(point[None])[0], gradient @ covariance @ gradient.T
 
 
@@ -218,7 +213,7 @@ def _law(losses: Array, covariance: Array, curve: TrilinearCurve, before: Array)
 def _dampers(
     losses: Array, covariance: Array, curve: TrilinearCurve, before: Array, rocking: Array, e: float
 ) -> dict[str, object]:
-    """Return what each damper would show on this curve, and how likely the losses are with it."""
+    """Return the exponent and the restitution of each damper on this curve, and the likelihood of the losses."""
     energy = curve.energy(before[rocking])
     middle = curve.amplitude(e * energy)  # of a half cycle: a damper's loss there is that of second order
     likelihoods, exponents = [], []
@@ -242,44 +237,32 @@ def _dampers(
 
 
 def _histories(decay: FreeDecay, point: Array) -> dict[str, object]:
-    """Return releases, half cycles and samples, each one release after the other."""
-    parts: dict[str, tuple[str, list[Array]]] = {}
-
-    def put(dim: str, **values: Array | float) -> None:
-        for name, value in values.items():
-            parts.setdefault(name, (dim, []))[1].append(np.atleast_1d(value))
-
-    u_ins = decay.u_ins
-    for index, (release, part) in enumerate(zip(decay.releases, decay.slices, strict=True)):
-        own, start, side = point[part], release.elapsed[0], np.sign(release.peaks)
+    """Return releases, half cycles, impacts and samples, each one release after the other."""
+    u_ins, parts = decay.u_ins, []
+    for index, (release, own) in enumerate(zip(decay.releases, (point[part] for part in decay.slices), strict=True)):
+        start, side = release.elapsed[0], np.sign(release.peaks)
         crossing, peak, amplitude = (values[0] for values in decay.times(point[None], index))
-        trend = decay.trend(point[None], index)[0]
-        put(
-            "release",
-            release_elapsed=start + peak[0] / decay.p,
-            release_displacement=u_ins * side[0] * amplitude[0],
-            sensor_zero=release.zero + u_ins * own[1],
-            sensor_drift=u_ins * own[2] / (release.elapsed[-1] - start),
-        )
-        put(
-            "half_cycle",
-            half_cycle_release=np.full(amplitude.size, index + 1),
-            peak_elapsed=start + peak / decay.p,
-            peak_displacement=u_ins * side * amplitude,
-            half_period=np.concatenate([[np.nan], release.half_periods, [np.nan]]),
-            half_period_fitted=decay.curve(*point[:2]).period(amplitude) / (2 * decay.p),
-        )
-        crossing = start + crossing / decay.p
-        put("impact", impact_release=np.full(crossing.size, index + 1), impact_elapsed=crossing)
-        put(
-            "sample",
-            sample_release=np.full(release.elapsed.size, index + 1),
-            sample_elapsed=release.elapsed,
-            measured=u_ins * (decay.measured[index] - trend),
-            control_displacement=u_ins * decay.computed(point[None], index)[0],
+        parts.append(
+            {
+                "release_elapsed": ("release", start + peak[:1] / decay.p),
+                "release_displacement": ("release", u_ins * side[:1] * amplitude[:1]),
+                "sensor_zero": ("release", release.zero + u_ins * own[1:2]),
+                "sensor_drift": ("release", u_ins * own[2:3] / (release.elapsed[-1] - start)),
+                "half_cycle_release": ("half_cycle", np.full(amplitude.size, index + 1)),
+                "peak_elapsed": ("half_cycle", start + peak / decay.p),
+                "peak_displacement": ("half_cycle", u_ins * side * amplitude),
+                "half_period": ("half_cycle", np.concatenate([[np.nan], np.diff(release.crossings), [np.nan]])),
+                "half_period_fitted": ("half_cycle", decay.curve(*point[:2]).period(amplitude) / (2 * decay.p)),
+                "impact_release": ("impact", np.full(crossing.size, index + 1)),
+                "impact_elapsed": ("impact", start + crossing / decay.p),
+                "sample_release": ("sample", np.full(release.elapsed.size, index + 1)),
+                "sample_elapsed": ("sample", release.elapsed),
+                "measured": ("sample", u_ins * (decay.measured[index] - decay.trend(point[None], index)[0])),
+                "control_displacement": ("sample", u_ins * decay.computed(point[None], index)[0]),
+            }
         )
     residual = u_ins * decay.residual(point)
     return {
-        **{name: (dim, np.concatenate(values)) for name, (dim, values) in parts.items()},
+        **{name: (dim, np.concatenate([part[name][1] for part in parts])) for name, (dim, _) in parts[0].items()},
         "residual_rms": float(np.sqrt(residual @ residual / (residual.size - point.size))),
     }

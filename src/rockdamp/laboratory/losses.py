@@ -6,8 +6,8 @@ The loss delta = -ln e of impact k, measured with a known covariance C, is taken
           \qquad \text{error} \sim N(0, C)
 
 with m_k one coefficient of restitution, a multiple of what a viscous damper loses on this curve, or the law of loss by
-the energy before the impact. The scatter s of a real impact from the next is estimated too: it is what a large
-specimen's e is uncertain by, once the sensor is good.
+the energy before the impact. The scatter s from impact to impact is estimated too: with a good sensor, it dominates the
+uncertainty of a large specimen's e.
 """
 
 from __future__ import annotations
@@ -20,9 +20,8 @@ from scipy.optimize import least_squares, minimize_scalar
 
 from rockdamp.arrays import Array
 
-LARGEST_SCATTER, SMALLEST_SCATTER = 1.0, 1e-6  # of ln e
-SMALLEST_LOSS, LARGEST_LOSS, LARGEST_EXPONENT = 1e-6, 10.0, 3.0
-ROUNDS = 4  # of the law and the scatter about it
+LARGEST_LOSS = 10.0  # of an impact that stops the wall
+SMALLEST_LOSS = SMALLEST_SCATTER = 1e-6
 
 
 class Regression(NamedTuple):
@@ -63,8 +62,7 @@ def regress(losses: Array, covariance: Array, design: Array, restricted: bool = 
         _, information, _, log_likelihood = parts(scatter)
         return -log_likelihood + (0.5 * float(np.linalg.slogdet(information)[1]) if restricted else 0.0)
 
-    bounds = SMALLEST_SCATTER, LARGEST_SCATTER
-    found = minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-7})
+    found = minimize_scalar(cost, bounds=(SMALLEST_SCATTER, 1.0), method="bounded", options={"xatol": 1e-7})
     scatter = min(float(found.x), SMALLEST_SCATTER, key=cost)
     beta, information, square, log_likelihood = parts(scatter)
     inflation = max(square / max(y.size - beta.size, 1), 1.0)
@@ -87,14 +85,14 @@ def fit_law(losses: Array, covariance: Array, log_energy: Array) -> tuple[Array,
     """Return the loss at the energy of logarithm 0 and g of the law of loss, and their covariance."""
     point = np.array([max(float(losses.mean()), 2 * SMALLEST_LOSS), 0.0])
     scatter = regress(losses, covariance, np.ones((losses.size, 1))).scatter
-    low, high = [SMALLEST_LOSS, -LARGEST_EXPONENT], [LARGEST_LOSS, LARGEST_EXPONENT]
-    for _ in range(ROUNDS):
+    for _ in range(4):  # of the law and the scatter about it
         root = np.asarray(np.linalg.cholesky(covariance + scatter**2 * np.eye(losses.size)), dtype=float)
 
         def residual(point: Array, root: Array = root) -> Array:
             return solve_triangular(root, law_of_loss(log_energy, *point) - losses, lower=True)
 
-        found = least_squares(residual, point, bounds=(low, high), x_scale=(0.1, 0.3), jac="3-point")
+        bounds = [SMALLEST_LOSS, -3.0], [LARGEST_LOSS, 3.0]
+        found = least_squares(residual, point, bounds=bounds, x_scale=(0.1, 0.3), jac="3-point")
         point = found.x
         local = regress(losses - law_of_loss(log_energy, *point), covariance, root @ found.jac)
         scatter = local.scatter
@@ -103,8 +101,7 @@ def fit_law(losses: Array, covariance: Array, log_energy: Array) -> tuple[Array,
 
 def loss_at(point: Array, covariance: Array, log_energy: float) -> tuple[float, float]:
     """Return the loss at an energy by a fitted law, and its standard error."""
-    h = 1e-5
-    at = np.array([log_energy])
+    h, at = 1e-5, np.array([log_energy])
     sides = [(law_of_loss(at, *(point + d)) - law_of_loss(at, *(point - d)))[0] / (2 * h) for d in h * np.eye(2)]
     gradient = np.array(sides)
     return float(law_of_loss(at, *point)[0]), float(np.sqrt(gradient @ covariance @ gradient))

@@ -10,9 +10,9 @@ from scipy.special import softmax
 
 from rockdamp.config import Config
 from rockdamp.constants import PAPER_MODELS, REFERENCE
-from rockdamp.laboratory.calibration import NORMAL
 from rockdamp.laboratory.trials import KEY, LOSSES, make_trials, power_law, predict_damper, read_rocking_trials
 from rockdamp.laboratory.trials_likelihood import CENTRES, Likelihood, TrialsFit, log_normal, parameter_values
+from rockdamp.laboratory.uncertainty import NORMAL
 from rockdamp.progress import track
 
 

@@ -1,4 +1,4 @@
-"""Covariance of least squares, by errors of the displacement sensor, the measured motion, and the wall's sizes."""
+"""Covariance of least squares, by the displacement sensor, the measured motion and the wall's sizes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtri
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check, check_choice
@@ -17,17 +18,16 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.progress import track
 from rockdamp.solvers.newmark import Load
 
-LARGEST_CONDITION = 1e4  # of the scaled derivatives: beyond it the record does not tell the parameters apart
-LARGEST_CORRELATION = 0.99  # of neighbouring scores
-DRAWS, TOGETHER, SEED = 256, 16, 0  # of the motion's noise; lanes of one run, each of which takes time for all motions
-DRAWN = 0.3  # of the noise's size: small enough for the response to be linear, and large against the solver's roughness
+NORMAL = float(ndtri(0.95))  # of an interval of 90 %
+DRAWS = 256  # of the motion's noise
 
 
 def covariance_by_sensor(derivative: Array, residual: Array) -> Array:
-    """Return the covariance of the estimates under residuals that follow each other.
+    """Return the covariance of the estimates under residuals that are correlated in time.
 
     Newey and West's estimate (doi:10.2307/1913610) with Andrews' bandwidth (doi:10.2307/2938229). Derivative and
-    residual are without offset and drift of the sensor, so those two are accounted for (Frisch and Waugh).
+    residual are without offset and drift of the sensor, so those two are accounted for (Frisch and Waugh). Raises
+    `InputError` where the derivatives do not tell the parameters apart.
 
     Parameters
     ----------
@@ -35,12 +35,12 @@ def covariance_by_sensor(derivative: Array, residual: Array) -> Array:
     residual : ndarray, shape (samples,)
     """
     scale = np.linalg.norm(derivative, axis=0)
-    if not scale.all() or np.linalg.cond(derivative / scale) > LARGEST_CONDITION:
+    if not scale.all() or np.linalg.cond(derivative / scale) > 1e4:
         raise InputError("the record does not determine a1, b1 and e; it must hold rocking beyond the first branch")
     scores = (derivative / scale) * residual[:, None]
     samples, parameters = scores.shape
     lag_one = np.sum(scores[1:] * scores[:-1], axis=0) / np.sum(scores**2, axis=0)
-    rho = min(float(lag_one.max()), LARGEST_CORRELATION)
+    rho = min(float(lag_one.max()), 0.99)
     alpha = 4 * rho**2 / (1 - rho**2) ** 2
     bandwidth = min(int(np.ceil(1.1447 * (alpha * samples) ** (1 / 3))), samples - 1)
     meat = scores.T @ scores
@@ -53,26 +53,28 @@ def covariance_by_sensor(derivative: Array, residual: Array) -> Array:
 
 
 def covariance_by_motion(fit: RecordFit, parameters: Array, derivative: Array) -> Array:
-    """Return the covariance that the accelerometer's noise alone gives the estimates.
+    """Return the covariance that the accelerometer's noise gives the estimates.
 
     It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of a fit
-    hardly show it. Taken as white; its size is that of the differences between samples before and after the motion.
-    It is drawn, as near collapse the tangent would make it too small.
+    hardly show it. It is taken as white; its size is that of the differences between samples before and after the
+    motion. It is drawn, as near collapse the tangent would make it too small.
     """
-    random, response, record = np.random.RandomState(SEED), fit.response(parameters), fit.record
+    random, response, record = np.random.RandomState(0), fit.response(parameters), fit.record
+    share = 0.3  # of the noise: small enough for the response to be linear, and large against the solver's roughness
+    lanes = 16  # of one run, each of which takes time for all motions
     shifts = []
-    for _ in track(range(DRAWS // TOGETHER), "noise of the motion"):
-        noise = DRAWN * motion_noise(record) * random.standard_normal((TOGETHER, record.elapsed.size))
+    for _ in track(range(DRAWS // lanes), "noise of the motion"):
+        noise = share * motion_noise(record) * random.standard_normal((lanes, record.elapsed.size))
         motions = [replace(record, ground_acceleration=record.ground_acceleration + one) for one in noise]
         ground = np.concatenate([make_load(fit.wall, motion, substeps=fit.substeps).ground for motion in motions])
-        load = Load(ground, fit.wall.load_factor * np.eye(TOGETHER), fit.load.sampling)  # each lane has its own motion
-        shifts.append(fit.subtract_trend(fit.response(parameters, load) - response) / DRAWN)
+        load = Load(ground, fit.wall.load_factor * np.eye(lanes), fit.load.sampling)  # each lane has its own motion
+        shifts.append(fit.subtract_trend(fit.response(parameters, load) - response) / share)
     estimates = np.linalg.lstsq(derivative, np.concatenate(shifts).T, rcond=None)[0]
     return np.asarray(estimates @ estimates.T / DRAWS)
 
 
 def size_change(fit: RecordFit, point: Array, name: str, deviation: float) -> Array:
-    """Return how the estimates change as a size of the wall does by its standard deviation, to first order."""
+    """Return the change of the estimates with a size of the wall by its standard deviation, to first order."""
     sizes: list[Any] = [{name: getattr(fit.wall, name) + sign * deviation} for sign in (1, -1)]
     others = [replace(fit, wall=replace(fit.wall, **size)) for size in sizes]
     large, small = (other.parameters(other.descend(point).x) for other in others)
