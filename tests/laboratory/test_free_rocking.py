@@ -8,7 +8,8 @@ from rounded_texts import assert_shipped
 
 import rockdamp as rd
 from rockdamp.histories.respond import free_decay
-from rockdamp.laboratory.releases import find_releases, noise_of
+from rockdamp.laboratory.record_fit import strength_bounds
+from rockdamp.laboratory.releases import find_releases, sensor_noise
 from rockdamp.solvers.exact import exact_history
 
 WALL = rd.Wall(thickness=0.25, height=3.0, hinge_ratio=0.6)
@@ -159,7 +160,7 @@ def test_curve_with_a_smaller_a3(a3, softening):
     fit = rd.fit_free_rocking(test, WALL, ultimate_displacement_ratio=a3, softening=softening)
     np.testing.assert_allclose(fit["estimate"], [0.05, 0.7, E], rtol=0.01)
     with pytest.raises(rd.InputError, match="ultimate_displacement_ratio"):
-        rd.fit_free_rocking(test, WALL, ultimate_displacement_ratio=0.02, softening=softening)
+        strength_bounds(0.3, 0.98, 0.02, softening)
 
 
 SHOWN = decay()
@@ -204,7 +205,7 @@ def test_releases_and_their_peaks():
     first, second = find_releases(0.002 * np.arange(displacement.size), displacement)
     assert np.sign(first.peaks[0]) == 1 and np.sign(second.peaks[0]) == -1
     assert (np.sign(first.peaks[1:]) == -np.sign(first.peaks[:-1])).all()
-    assert noise_of(displacement) == pytest.approx(2e-4, rel=0.1)
+    assert sensor_noise(displacement) == pytest.approx(2e-4, rel=0.1)
     assert np.abs(first.peaks).min() > 2e-3 and first.crossings.size == first.peaks.size - 1
     few, _ = find_releases(0.002 * np.arange(displacement.size), displacement, least=0.02)
     assert np.abs(few.peaks).min() > 0.02
@@ -214,7 +215,7 @@ def test_filtered_noise_makes_no_peaks():
     """White noise that a logger's filter took most of shows at rest, and hardly in differences of samples."""
     displacement = np.convolve(decay(noise=1e-3), np.full(25, 1 / 25), mode="valid")
     (release,) = find_releases(0.002 * np.arange(displacement.size), displacement)
-    assert noise_of(displacement) > 5e-5
+    assert sensor_noise(displacement) > 5e-5
     assert np.abs(release.peaks).min() > 5e-4 and release.elapsed[-1] < 6.6  # the rest begins at 6.5 s
     fit = rd.fit_free_rocking(test_of(displacement), WALL)
     assert float(fit["estimate"].sel(parameter="restitution")) == pytest.approx(E, abs=5e-3)

@@ -97,7 +97,7 @@ def calibrate(
     for fit, one in zip(fits, found, strict=True):
         _check_solution(fit, one)
     estimates = np.array([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)])
-    precisions = np.linalg.inv([_covariance(fit, one) for fit, one in zip(fits, found, strict=True)])
+    precisions = np.linalg.inv([estimate_covariance(fit, one) for fit, one in zip(fits, found, strict=True)])
     covariance = np.linalg.inv(precisions.sum(axis=0))
     weights = covariance @ precisions  # of one run 1
     estimate = np.einsum("rij,rj->i", weights, estimates)
@@ -213,7 +213,7 @@ def _check_solution(fit: RecordFit, found: OptimizeResult) -> None:
         )
 
 
-def _covariance(fit: RecordFit, found: OptimizeResult) -> Array:
+def estimate_covariance(fit: RecordFit, found: OptimizeResult) -> Array:
     """Return the covariance of a1, b1 and e by the displacement sensor and by the motion."""
     ratio, b1, _ = found.x
     # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises. The derivative is taken by a1/a2:

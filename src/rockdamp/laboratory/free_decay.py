@@ -149,7 +149,7 @@ class FreeDecay:
             ftol=1e-12,
             gtol=None,
         )
-        ratio, b1, near = *found.x[:2], 1e-3 * (high - low)[:2]
+        (ratio, b1), near = found.x[:2], 1e-3 * (high - low)[:2]
         check("a1/a2 of the best fit", ratio, lambda r: r < high[0] - near[0], f"less than {high[0]:g}")
         between = f"between {low[1]:g} and {high[1]:g}; a rigid block has b1 = 1"
         check("b1 of the best fit", b1, lambda b: (b > low[1] + near[1]) & (b < high[1] - near[1]), between)

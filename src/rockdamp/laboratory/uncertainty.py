@@ -57,7 +57,8 @@ def covariance_by_motion(fit: RecordFit, parameters: Array, derivative: Array) -
 
     It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of a fit
     hardly show it. It is taken as white; its size is that of the differences between samples before and after the
-    motion. It is drawn, as near collapse the tangent would make it too small.
+    motion. It is drawn, as near collapse the tangent would make it too small. All fits share the draws. For the tests
+    of docs/measured.md they make the standard error of b1 1 % to 8 % smaller than 1024 draws do.
     """
     random, response, record = np.random.RandomState(0), fit.response(parameters), fit.record
     share = 0.3  # of the noise: small enough for the response to be linear, and large against the solver's roughness
