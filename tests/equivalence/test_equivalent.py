@@ -11,6 +11,7 @@ from configs import changed, configured
 import rockdamp as rd
 from rockdamp.constants import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 from rockdamp.equivalence import polynomials, programs
+from rockdamp.equivalence.equivalent import equivalent_restitution
 from rockdamp.equivalence.polynomials import SHIPPED_STRENGTH_RATIO, Polynomials, shipped_polynomials
 from rockdamp.studies import polynomial_fits
 from rockdamp.studies.decays import study
@@ -58,6 +59,13 @@ BAD = [("restitution", 1.2), ("release_amplitude", 1.0), ("response_length", 0.1
 def test_what_is_outside_its_range_is_named(name, value):
     with pytest.raises(rd.InputError, match=name):
         rd.equivalent(**{"restitution": 0.85, "curve": CURVE, name: value})
+
+
+def test_the_restitution_of_a_damping_ratio_is_that_which_it_stands_for():
+    ratio = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, CURVE)}["CDR"]
+    found = {row["damping_model"]: row["restitution"] for row in equivalent_restitution(ratio, CURVE)}
+    assert found["CDR"] == pytest.approx(0.85, abs=1e-9)
+    assert {row["restitution"] for row in equivalent_restitution(0.9, CURVE)} == {None}
 
 
 # --- polynomials ------------------------------------------------------------------------------------------------------

@@ -6,6 +6,8 @@ from experimental_style import WALL
 
 import rockdamp as rd
 from rockdamp.histories.loads import count_steps, make_load, run_record, sample_load
+from rockdamp.histories.one_sided import respond_one_sided
+from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.pulses import ricker
 from rockdamp.solvers.exact import exact_history
 
@@ -36,7 +38,16 @@ def test_the_motion_of_a_test_is_smooth_between_its_samples_and_an_accelerogram_
     assert abs(peak(pulse(64, measured=False)) / true - 1) > 0.01
     linear = make_load(WALL, pulse(64, measured=False), substeps=5)
     assert linear.substeps == 5
+    assert [make_load(WALL, pulse(64), substeps=number).ground.shape[1] for number in (1, 2)] == [129, 257]
     np.testing.assert_array_equal(linear.ground[0], pulse(64).ground_acceleration)
+
+
+def test_a_one_sided_wall_is_shaken_both_ways_and_a_factor_below_0_turns_them():
+    wall, motion = rd.OneSidedWall(WALL), GroundMotion("pulse", "pulse", "own", pulse(64, measured=False))
+    rows = list(respond_one_sided([motion], wall, CURVE, 0.8, {"scale": [0.5, -0.5]}, 0.5))
+    peaks, pga = [row["peak"] for row in rows], [row["pga"] for row in rows]
+    assert peaks == [peaks[0], peaks[1], peaks[1], peaks[0]] and peaks[0] != peaks[1]
+    assert pga == pytest.approx([0.5 * np.abs(motion.record.ground_acceleration).max()] * 4)
 
 
 def test_both_solvers_follow_the_same_smooth_motion():

@@ -86,7 +86,7 @@ def test_the_ratio_is_delta_over_pi_and_that_of_order_zero_the_linear_oscillator
     np.testing.assert_allclose(xi[0], delta / np.sqrt(np.pi**2 + delta**2))
     np.testing.assert_allclose(xi[1:], np.broadcast_to(delta / np.pi, (2, 5)))
     np.testing.assert_array_equal(Damping.from_restitution(e[1:]).value, xi[1, 1:])
-    assert Damping.from_restitution(0.85, "CR").value == 0.85
+    assert Damping.from_restitution(0.85, "CR").value == 0.85 and Damping("CR", 0.0).value == 0
 
 
 @pytest.mark.parametrize("order", [0.5, 1, 16])

@@ -194,10 +194,13 @@ def test_collapse_ends_the_run_at_the_time_that_the_batched_solver_finds(curve, 
     assert run.peak_tau == run.end_tau
 
 
-def test_with_e_of_0_the_wall_stops_at_the_impact_and_starts_again_when_the_load_pushes():
+# By the law E^g falls by E_r^g (1 - e^2g) at each impact: from E_r the second leaves 2 e^2g - 1 < 0, nothing.
+@pytest.mark.parametrize(("e", "g", "last"), [(0.0, 0.0, 0), (0.3, 0.45, 1)])
+def test_a_wall_that_stops_at_an_impact_starts_again_when_the_load_pushes(e, g, last):
     load, times = np.concatenate([np.zeros(17), 0.7 * np.sin(0.4 * np.arange(60))]), np.arange(150) / 8
-    run = exact_history(CURVES[0], Damping("CR", 0.0), times, release_amplitude=0.5, load=load, sampling=0.25)
-    before = (times > run.impacts[0]) & (times < 4)  # it rests until the load begins
+    damping = Damping("CR", e, loss_exponent=g, reference_amplitude=0.5)
+    run = exact_history(CURVES[0], damping, times, release_amplitude=0.5, load=load, sampling=0.25)
+    before = (times > run.impacts[last]) & (times < 4)  # it rests until the load begins
     assert before.sum() > 5 and not run.displacement[before].any()
     assert not run.collapsed and run.impacts.size > 3
 

@@ -194,7 +194,7 @@ def wilson(share: ArrayLike, count: ArrayLike) -> Array:
     middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + (z / (2 * n)) ** 2)
     bounds = np.stack([middle - half, middle + half], axis=-1) / (1 + z * z / n)[..., None]
     bounds[p == 0, 0], bounds[p == 1, 1] = 0.0, 1.0  # which rounding misses
-    return np.clip(bounds, 0.0, 1.0)
+    return bounds
 
 
 def effective_count(counted: NDArray[Any], groups: ArrayLike, replicates: int, seed: int) -> Array:
