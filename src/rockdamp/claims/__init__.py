@@ -17,7 +17,6 @@ from rockdamp.storage.dataset import Datasets
 from rockdamp.text import join_words
 
 HOLDS, IN_PART, FAILS, UNTESTED = "holds", "holds in part", "does not hold", "cannot be tested here"
-VERDICTS = (FAILS, IN_PART, UNTESTED, HOLDS)  # as the report has them: what fails first
 COLUMNS = ["id", "section", "claim", "verdict", "measured", "threshold", "finding"]
 JUDGES = {
     judge.__name__.replace("_", "-"): judge

@@ -204,7 +204,7 @@ def fig4_smooth(data: Datasets, limits: Limits) -> Judgement:
     return (
         {"smooth": jump <= limits["jump"], "follows CR": u <= limits["same"] and v <= limits["same_velocity"]},
         f"step {percent(jump)} of CR's, displacement {percent(u)}",
-        "The largest change of velocity in a step, and the root mean square difference; that of the velocity is"
+        "The largest change of velocity in a step, and the root mean square difference; the velocity differs by"
         f" {percent(v)} of CR's largest.",
     )
 

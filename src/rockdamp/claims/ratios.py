@@ -29,8 +29,8 @@ def ratios(matched: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray
 def paper_amplitudes(data: Datasets, limits: Limits) -> xr.DataArray:
     """Select the release amplitudes of Fig. 5; all in a study that holds fewer than two of those."""
     xi = ratios(data["match/amplitude"]).sortby(RELEASE)
-    taken = np.isclose(xi[RELEASE].values[:, None], limits["release_amplitudes"]).any(axis=1)
-    return xi.isel({RELEASE: taken}) if taken.sum() > 1 else xi
+    selected = np.isclose(xi[RELEASE].values[:, None], limits["release_amplitudes"]).any(axis=1)
+    return xi.isel({RELEASE: selected}) if selected.sum() > 1 else xi
 
 
 def spread(xi: xr.DataArray, dim: str) -> xr.DataArray:

@@ -1,9 +1,9 @@
 """Figures: functions from stored datasets to Matplotlib figures.
 
-Nothing here simulates. What the report says of a figure stands in report/figures.yaml.
+Nothing here simulates. Titles and captions are in report/figures.yaml.
 """
 
-# Each figure's module, with a function of the figure's name, and the datasets that the function is given.
+# Each figure's module, which has a function of the figure's name, and the datasets that are its arguments.
 FIGURES = {
     "fig1": ("figures.mechanism", ["mechanism"]),
     "fig2": ("figures.mechanism", ["mechanism"]),

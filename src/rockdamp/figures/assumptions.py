@@ -1,4 +1,4 @@
-"""What assumptions cost: one e at all amplitudes, what holds a wall, and what its equation of motion leaves out."""
+"""The effect of assumptions: a constant e, the supports, and terms that the equation of motion neglects."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rockdamp.figures.style import GREY, PALE, POINTS, error_bars, handles, lege
 
 
 def fig_loss_law(loss_law: xr.Dataset) -> Figure:
-    """Draw the median intensity of collapse by amplitude, and the median of the peaks by band, over those of e."""
+    """Draw ratios to a constant e: of the median intensity of collapse by amplitude, and of the peaks by band."""
     study = loss_law.isel(wall=0)  # all
     figure, ((collapse, peaks),) = panels(1, 2, 76.0)
     exponents, amplitudes = study["loss_exponent"].values, study["reference_amplitude"].values
@@ -42,7 +42,7 @@ def fig_loss_law(loss_law: xr.Dataset) -> Figure:
 
 
 def fig_supports(supports: xr.Dataset) -> Figure:
-    """Draw the effect of a flexible floor by its period, and that of each other assumption."""
+    """Draw the effect of a flexible floor by its period, and of the other assumptions."""
     figure, ((floor, other),) = panels(1, 2, 96.0, width_ratios=(1, 1.05))
     flexible = np.isfinite(supports["diaphragm_period"].values)
     floors = supports.isel(assumption=flexible).sortby("diaphragm_period")

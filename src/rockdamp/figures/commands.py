@@ -86,7 +86,7 @@ def fragility_figure(answer: xr.Dataset) -> Figure:
     for model in map(str, answer["damping_model"].values):
         curve = answer.sel(damping_model=model)
         median, dispersion = float(curve[f"median_{measure}"]), float(curve["dispersion"])
-        # CR's are larger and open, so that those of a damper that lie on them are seen.
+        # CR's markers are larger and open, so that a damper's markers on them are seen.
         size: dict[str, Any] = {"markersize": 5, "markerfacecolor": "none"} if model == "CR" else {"markersize": 3}
         axes.plot(stripes, curve["stripe_collapses"] / records, **look(model, linestyle="none", clip_on=False, **size))
         known = np.isfinite(median)
@@ -110,7 +110,7 @@ def fragility_figure(answer: xr.Dataset) -> Figure:
 
 
 def calibration_figure(calibration: xr.Dataset) -> Figure:
-    """Draw the measured response of the first run and the fitted one, and what is left between them."""
+    """Draw the measured and the fitted response of the first run, and their difference."""
     figure, ((history,), (residual,)) = panels(2, 1, 108.0, sharex=True, height_ratios=[2.6, 1.0])
     _fit(history, residual, calibration.isel(sample=(calibration["sample_run"] == 1).values), "elapsed")
     history.set_title(",  ".join(_estimate(calibration, name) for name in SYMBOLS))
@@ -153,7 +153,7 @@ def _fit(history: Axes, residual: Axes, fitted: xr.Dataset, time: str) -> None:
 
 
 def _half_periods(axes: Axes, fitted: xr.Dataset) -> None:
-    """Draw half periods against the amplitude, with those of the fitted curve and of the rigid wall."""
+    """Draw half periods against the amplitude: measured, of the fitted curve, and of the rigid wall."""
     amplitude = abs(fitted["peak_displacement"].values) / float(fitted["instability_displacement"])
     order = np.argsort(amplitude)
     rigid = 2 * np.arccosh(1 / (1 - amplitude[order])) / float(fitted["frequency_parameter"])

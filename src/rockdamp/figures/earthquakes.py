@@ -37,7 +37,7 @@ def fig_earthquakes(comparison: xr.Dataset) -> Figure:
 
 
 def _bands(axes: Axes, study: xr.Dataset, name: str) -> None:
-    """Draw a statistic of every damper in each band, and that of CR after small changes as grey bars."""
+    """Draw a statistic of every damper in each band, and its range under CR after small changes as grey bars."""
     place = np.arange(study.sizes["band"])
     changed = study[f"varied_{name}"]
     low = changed.min("variation").values if name == "median_ratio" else 0.0
@@ -57,8 +57,8 @@ def _bands(axes: Axes, study: xr.Dataset, name: str) -> None:
 def envelope(intensity: Array, median: Array, dispersion: Array) -> tuple[Array, Array]:
     """Return lowest and highest probability over the fragility curves with parameters in two intervals.
 
-    Of two intervals that each hold 95 % of the replicates, nine in ten replicates at least lie in both. The
-    probability is monotone in the median, and in the dispersion at a given median, so that its extremes are at corners.
+    Each interval contains 95 % of the replicates, so at least nine in ten replicates lie in both. The probability is
+    monotone in the median, and in the dispersion at one median, so its extremes are at corners.
     """
     corners = np.stack([ndtr(np.log(intensity / m) / s) for m in median for s in dispersion])
     return corners.min(axis=0), corners.max(axis=0)

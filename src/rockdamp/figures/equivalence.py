@@ -145,7 +145,7 @@ def fig7(equivalence: xr.Dataset) -> Figure:
 
 
 def fig_amplitude(amplitude: xr.Dataset) -> Figure:
-    """Draw the damping ratio over that of ECD: a damper that needs no amplitude is a horizontal line."""
+    """Draw the damping ratio over ECD's: if it does not depend on the amplitude, the line is horizontal."""
     ratio = amplitude["damping_ratio_peaks"].sel(restitution=RESTITUTION, method="nearest")
     figure, ((axes,),) = panels(1, 1, 80.0, COLUMN)
     for model in map(str, amplitude["damping_model"].values):

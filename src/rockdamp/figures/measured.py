@@ -1,4 +1,4 @@
-"""Measured response: Fig. 8, the models beside a test, and free rocking of blocks."""
+"""Measured response: Fig. 8, the models against a test, and free rocking of blocks."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def fig_measured_rocking(measured: xr.Dataset) -> Figure:
     figure, ((exponent, likelihood, restitution),) = panels(1, 3, 76.0, width_ratios=[1.0, 1.1, 1.1])
     impacts = measured["impacts_used"]
     place = np.arange(impacts.size)
-    # What each damper would show: of the energy left, of a rigid block, to first order in the loss.
+    # The exponent of each damper for a rigid block, to first order in the loss.
     for model, power in {"SDR": -0.5, "CR": 0.0, "CDC": 0.5}.items():
         exponent.axvline(power, **look(model, marker=""))
     gamma, interval = measured["amplitude_exponent"], measured["amplitude_exponent_interval"]

@@ -31,7 +31,7 @@ def fig_order(order: xr.Dataset) -> Figure:
 
 
 def _errors(axes: Axes, study: xr.Dataset, name: str) -> None:
-    """Draw an error of each family over its force on the paper's curve, and that of CR with another e as a band."""
+    """Draw the error of each family over its force on the paper's curve, and CR with another e as a band."""
     dampers = study["damper"].values.astype(str)
     changed = study[name].isel(damper=np.char.startswith(dampers, "e "))
     axes.axhspan(float(changed.min()), float(changed.max()), color=PALE, linewidth=1.2, label=r"CR, $e \mp 0.01$")

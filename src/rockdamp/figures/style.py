@@ -91,8 +91,8 @@ def legend(place: Figure | Axes, entries: Iterable[Any], columns: int = 0, title
     if isinstance(place, Figure):
         place.legend(handles=entries, loc="outside lower center", ncols=columns or len(entries), title=title)
     else:
-        beside: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.02, 0.5), "alignment": "left"}
-        place.legend(handles=entries, title=title, **beside)
+        right: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.02, 0.5), "alignment": "left"}
+        place.legend(handles=entries, title=title, **right)
 
 
 def handles(*axes: Axes) -> list[Any]:

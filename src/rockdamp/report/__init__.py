@@ -1,4 +1,4 @@
-"""The report: one page that needs nothing but itself, with every number taken from the datasets."""
+"""The report: one self-contained page, with every number from the datasets."""
 
 from rockdamp.report.page import Content, build, write
 

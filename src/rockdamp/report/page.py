@@ -18,12 +18,7 @@ from rockdamp.report import tables
 from rockdamp.storage.dataset import Datasets
 from rockdamp.storage.files import replace_file
 
-# Files of this package that the page is made of; workflow/rules/report.smk names them too.
-TEXTS = "figures.yaml"  # titles, alternatives and captions of the figures, in the order of the page
-TEMPLATE = "report.html.j2"
-STYLE = "report.css"
-SCRIPT = "page.js"
-# What is made of a dataset, by the name that the template has for it; a section without its dataset is left out.
+# Functions of a dataset, by the name that the template has for their result; a section without its dataset is left out.
 TABLES = {
     "order": (tables.order, "order"),
     "programs": (tables.programs, "comparison"),
@@ -44,7 +39,7 @@ class Content:
     figures: Mapping[str, bytes]  # PNG by name
     datasets: Datasets
     yield_displacement_ratio: float  # a1 of the reference curve
-    documents: str = "../docs"  # the folder of the documents, from that of the page
+    documents: str = "../docs"  # the folder of the documents, relative to the page
 
 
 def build(content: Content) -> str:
@@ -57,13 +52,13 @@ def build(content: Content) -> str:
     data = content.datasets
     values = {name: make(data[source]) if source in data else None for name, (make, source) in TABLES.items()}
     shaken = "comparison" in data and "earthquakes/walls" in data
-    return environment.from_string(_text(TEMPLATE)).render(
+    return environment.from_string(_text("report.html.j2")).render(
         **values,
         earthquakes=tables.earthquakes(data["comparison"], data["earthquakes/walls"]) if shaken else None,
         e=[float(e) for e in data["comparison"]["restitution"]] if "comparison" in data else [],
         a1=content.yield_displacement_ratio,
-        style=Markup(_text(STYLE)),
-        script=Markup(_text(SCRIPT)),
+        style=Markup(_text("report.css")),
+        script=Markup(_text("page.js")),
         verdicts=tables.verdicts(content.claims),
         errata=content.errata,
         figures=_figures(content.figures),
@@ -81,12 +76,13 @@ def write(content: Content, path: str | os.PathLike[str]) -> None:
 
 
 def _text(name: str) -> str:
+    """Read a file of this package; workflow/rules/report.smk names them all."""
     return files("rockdamp.report").joinpath(name).read_text(encoding="utf-8")
 
 
 def _figures(pictures: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
     """Return what the page shows of each figure, by its name, in the order of the page."""
-    # A PNG states width and height in its header.
+    # The header of a PNG has width and height.
     sizes = {name: [int.from_bytes(png[at : at + 4], "big") for at in (16, 20)] for name, png in pictures.items()}
     widest = max((width for width, _ in sizes.values()), default=1)
     return {
@@ -99,6 +95,6 @@ def _figures(pictures: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
             "alternative": text["alternative"],
             "caption": Markup(text["caption"]),
         }
-        for name, text in yaml.safe_load(_text(TEXTS)).items()
+        for name, text in yaml.safe_load(_text("figures.yaml")).items()
         if name in pictures
     }

@@ -34,8 +34,6 @@ ORDER_COLUMNS = {
     "collapses added": "added_collapse_rate",
 }
 PROGRAM_COLUMNS = ("log_error_median", "log_error_90", "missed_collapse_rate")
-WALL_COLUMNS = ("thickness", "slenderness", "overburden_ratio", "yield_displacement_ratio", "strength_ratio")
-SOFTWARE = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake")
 
 
 def read_rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
@@ -72,7 +70,7 @@ def verdicts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
 
 
 def order(study: xr.Dataset) -> dict[str, Any]:
-    """Return error against force at one e: a row for each damper that is shown, and for CR with another e."""
+    """Return error against force at one e: a row for each damper of the table, and for CR with another e."""
     one_restitution = study.sel(restitution=RESTITUTION, method="nearest")
     studied = one_restitution["damper"].values.tolist()
     changed = [name for name in studied if name.startswith("e ")]
@@ -134,7 +132,7 @@ def ratios(fits: xr.Dataset) -> dict[str, Any]:
 
 
 def ratio_at(stored: Mapping[str, Any], model: str, e: float, a1: float) -> str:
-    """Write xi between those that are stored, linear in e and in a1, as the page's script does. [%]"""
+    """Write xi, interpolated linearly in e and in a1, as the page's script does. [%]"""
     if model not in stored["ratio"]:
         return DASH
     by_a1 = [np.interp(e, stored["e"], row) for row in stored["ratio"][model]]
@@ -195,11 +193,12 @@ def _band(cell: xr.Dataset) -> str:
 
 def _wall(wall: xr.Dataset) -> list[str]:
     kind = "parapet" if wall["parapet"] == 1 else "wall"
+    inputs = ("thickness", "slenderness", "overburden_ratio", "yield_displacement_ratio", "strength_ratio")
     derived = ("instability_displacement", "frequency_parameter", "initial_period")
     return [
         str(wall["wall"].item()),
         kind,
-        *(plain(wall[name]) for name in WALL_COLUMNS),
+        *(plain(wall[name]) for name in inputs),
         *(number(wall[name]) for name in derived),
     ]
 
@@ -265,4 +264,5 @@ def measured_rocking(measured: xr.Dataset) -> dict[str, Any]:
 
 def software() -> str:
     """Return the versions of Python and of what the results stand on."""
-    return join_words([f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in SOFTWARE)])
+    names = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake")
+    return join_words([f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in names)])

@@ -1,4 +1,4 @@
-"""The page of one wall that `rockdamp assess --report` writes: what was taken, the answer, and how much it moves."""
+"""The page of one wall that `rockdamp assess --report` writes: inputs, probability of collapse, sensitivity."""
 
 from __future__ import annotations
 
@@ -27,20 +27,18 @@ from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.storage.files import replace_file
 from rockdamp.text import DASH, number, percent, plain
 
-TEMPLATE = "wall_page.html.j2"
-
 
 def write_wall_page(
     wall: Wall | Parapet, curve: TrilinearCurve, motions: Sequence[GroundMotion], answer: xr.Dataset, path: Path
 ) -> None:
-    """Write the page, which needs nothing but itself. `answer` is what `assess` returned for the wall."""
+    """Write the page, self-contained. `answer` is the result of `assess` for the wall."""
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": number, "percent": percent, "span": _span}
     measure, e = measure_name(answer), float(answer["restitution"])
     damping = describe_damping(wall, curve, max(e, LEAST_OF_DAMPER))
     dampers = {row["damping_model"]: row for row in damping["damping"]}
     models = list(map(str, answer["damping_model"].values))
-    text = files("rockdamp.report").joinpath(TEMPLATE).read_text(encoding="utf-8")
+    text = files("rockdamp.report").joinpath("wall_page.html.j2").read_text(encoding="utf-8")
     html = environment.from_string(text).render(
         kind="parapet" if isinstance(wall, Parapet) else "wall",
         inputs=_inputs(wall, curve, float(answer["rocking_onset"])),
@@ -75,7 +73,7 @@ def write_wall_page(
 
 
 def _inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> list[tuple[str, str]]:
-    """Return names and values of what was taken, and of what follows from it."""
+    """Return names and values of the inputs, and of the properties that follow from them."""
     rows: list[tuple[str, Any, str]] = [
         ("thickness t", wall.thickness, "m"),
         ("height h", wall.height, "m"),
