@@ -168,7 +168,7 @@ def earthquakes(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
         "bands": bands,
         "middle": plain(e[middle]),
         "by_band": [
-            (str(row["damping_model"].item()), [_band(row.isel(band=band)) for band in range(1, len(bands))])
+            (str(row["damping_model"].item()), [number(value) for value in row["log_error_90"].values[1:]])
             for row in (model.isel(restitution=middle) for model in models)
         ],
         "walls": [_wall(walls.isel(wall=index)) for index in range(walls.sizes["wall"])],
@@ -185,10 +185,6 @@ def _errors(row: xr.Dataset) -> list[str]:
         interval(row, "added_collapse_rate", percent),
         interval(row, "median_intensity_ratio"),
     ]
-
-
-def _band(cell: xr.Dataset) -> str:
-    return f"{number(cell['median_ratio'])}; {number(cell['log_error_median'], 2)}; {number(cell['log_error_90'], 2)}"
 
 
 def _wall(wall: xr.Dataset) -> list[str]:
