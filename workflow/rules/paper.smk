@@ -1,6 +1,7 @@
 """The paper: force-displacement curves, decays, matched damping ratios, polynomials, a test, and its claims."""
 
 SOLVER = settings("solver", "curve", "release_amplitude")
+CLAIMED = ["mechanism", "damping_force", "response_lengths", "equivalence", "validation", "bilinear"]
 
 
 rule mechanism:
@@ -185,15 +186,7 @@ rule bilinear:
 rule claims:
     input:
         claims="data/claims.yaml",
-        datasets=[
-            *MATCHES,
-            "<results>/mechanism.nc",
-            "<results>/damping_force.nc",
-            "<results>/response_lengths.nc",
-            "<results>/equivalence.nc",
-            "<results>/validation.nc",
-            "<results>/bilinear.nc",
-        ],
+        datasets=[*MATCHES, *expand("<results>/{dataset}.nc", dataset=CLAIMED)],
     output:
         "<results>/claims.csv",
     log:

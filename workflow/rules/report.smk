@@ -5,6 +5,7 @@ TEMPLATES = expand(
     "src/rockdamp/report/{file}",
     file=["figures.yaml", "report.html.j2", "report.css", "page.js"],
 )
+BEYOND = ["calibration", "measured_rocking", "convergence", "amplitude", "order", "loss_law", "supports", "earthquakes/walls"]
 
 
 rule report:
@@ -16,14 +17,7 @@ rule report:
         datasets=[
             *rules.claims.input.datasets,
             *rules.earthquakes.input,
-            "<results>/calibration.nc",
-            "<results>/measured_rocking.nc",
-            "<results>/convergence.nc",
-            "<results>/amplitude.nc",
-            "<results>/earthquakes/walls.nc",
-            "<results>/order.nc",
-            "<results>/loss_law.nc",
-            "<results>/supports.nc",
+            *expand("<results>/{dataset}.nc", dataset=BEYOND),
         ],
     output:
         "<results>/report.html",

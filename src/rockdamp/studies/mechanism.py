@@ -28,23 +28,23 @@ def mechanism(config: Config) -> xr.Dataset:
     corners = np.concatenate([np.ravel(each.parameters()[3:]) for each in curves.values()])
     x = np.unique(np.concatenate([np.linspace(0, 1, 1001), corners]))
     force = np.stack([1 - x, *(each.force(x) for each in curves.values())])
-    names = ("yield_displacement_ratio", "plateau_end", "ultimate_displacement_ratio", "strength_ratio")
+
+    def tabulate(parameter: str) -> tuple[str, list[float]]:
+        return "curve_name", [np.nan, *(float(getattr(each, parameter)) for each in curves.values())]
+
     walls = Wall(1.0, slenderness, hinge_ratio=hinge_ratio[:, None])
     mass, dims = effective_mass_ratio(hinge_ratio[:, None], slenderness), ("hinge_height_ratio", "slenderness")
     return xr.Dataset(
         {
             "force": (("curve_name", "displacement"), force),
-            **{
-                name.replace("plateau_end", "plateau_end_ratio"): (
-                    "curve_name",
-                    [np.nan, *(float(getattr(each, name)) for each in curves.values())],
-                )
-                for name in names
-            },
-            **{
-                name: float(getattr(wall, name))
-                for name in ("thickness", "height", "hinge_ratio", "instability_displacement")
-            },
+            "yield_displacement_ratio": tabulate("yield_displacement_ratio"),
+            "plateau_end_ratio": tabulate("plateau_end"),
+            "ultimate_displacement_ratio": tabulate("ultimate_displacement_ratio"),
+            "strength_ratio": tabulate("strength_ratio"),
+            "thickness": float(wall.thickness),
+            "height": float(wall.height),
+            "hinge_ratio": float(wall.hinge_ratio),
+            "instability_displacement": float(wall.instability_displacement),
             "restitution_rigid": (dims, walls.restitution_rigid),
             "restitution_impulsive": (dims, walls.restitution_impulsive),
             "effective_mass_ratio": (dims, mass),
