@@ -2,7 +2,7 @@
 
 ``.venv/bin/python tools/calibration_check.py coverage`` writes the table of docs/measured.md, in about half an hour.
 Tests like that of Fig. 8 are simulated under each damper by the event-driven solver, with the noise and the drift of
-its instruments, from just beyond the first rocking to near collapse. They are fitted with the same damper, from the
+its instruments, from the first rocking to near collapse. They are fitted with the same damper, from the
 truth on: the search of `calibrate` ends within 0.15 standard errors of this fit.
 
 ``.venv/bin/python tools/calibration_check.py examples`` writes the free-rocking tests of the examples.

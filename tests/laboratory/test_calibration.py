@@ -40,7 +40,7 @@ def result(record):
 
 @pytest.fixture
 def few_draws(monkeypatch):
-    """For tests of the estimates alone: their standard errors then mean little."""
+    """For tests of the estimates: their standard errors then mean little."""
     monkeypatch.setattr(uncertainty, "DRAWS", 16)
 
 
@@ -133,7 +133,7 @@ def test_dampers_are_weighted_by_their_residuals():
 
 
 def test_derivatives_are_those_of_the_event_driven_solver():
-    """By steps of a1/a2, a fifth of those of a1: at cond 120 a longer step halves the standard error of a1."""
+    """Steps of a1/a2 are a fifth of steps of a1: at cond 120 a longer step halves the standard error of a1."""
     fit = RecordFit(ECD, WALL)
     point = np.array([0.16510657, 0.81347024, 0.84102183])
     at = WALL.frequency_parameter * ECD.step * np.arange(ECD.elapsed.size)

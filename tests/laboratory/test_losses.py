@@ -11,7 +11,7 @@ LOG_ENERGY = np.linspace(2.0, -2.0, COUNT)
 
 
 def test_equal_errors_give_the_plain_mean():
-    """REML's scatter is then the sample's deviation, and Hartung and Knapp's error that of the mean."""
+    """REML's scatter is then the sample's deviation, and Hartung and Knapp's error the mean's."""
     losses = np.random.RandomState(0).normal(0.13, 0.02, COUNT)
     mean = regress(losses, 1e-12 * np.eye(COUNT), ONES)
     assert mean.coefficients[0] == pytest.approx(losses.mean())

@@ -112,7 +112,7 @@ def fitted_restitution(ratio, geometry, housner, **changes):
 
 
 def test_restitution_over_housner_and_its_spreads():
-    """Two blocks of four trials: ln e of the blocks is 0.02 off Housner's either way, that of trials 0.012 off theirs.
+    """Two blocks of four trials: ln e of blocks is 0.02 off Housner's, ln e of trials 0.012 off their block's.
 
     Every first ratio is 0.03 larger than e, as of a bad start.
     """

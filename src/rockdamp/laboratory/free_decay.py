@@ -123,7 +123,7 @@ class FreeDecay:
             parts += [self.p * (release.crossings[0] - release.elapsed[0]), 0.0, 0.0, *np.log(amplitude)]
         best = int(np.argmin(misfit))
         check(
-            "half periods, over those of the nearest curve,",
+            "half periods over the half periods of the nearest curve",
             float(np.median(np.concatenate(quotients, axis=1)[best])),
             lambda quotient: (quotient > 1 / 1.3) & (quotient < 1.3),
             "0.77 to 1.3, with the wall, and the units of time and displacement",
@@ -157,10 +157,11 @@ class FreeDecay:
 
 
 def _covariance(derivative: Array, residual: Array) -> Array:
-    """Return the covariance by residuals that may be correlated in time, and at least that of white noise.
+    """Return the covariance by residuals that may be correlated in time, and at least the covariance by white noise.
 
-    With this many parameters the fit itself gives neighbouring residuals a negative correlation, which the estimate for
-    correlated residuals takes for the sensor's (the larger of the two: Angrist and Pischke 2009, section 8.1).
+    With this many parameters the fit itself gives neighbouring residuals a negative correlation. The estimate for
+    correlated residuals mistakes it for the sensor's, so the larger of the two holds (Angrist and Pischke 2009, section
+    8.1).
     """
     correlated = covariance_by_sensor(derivative, residual)
     samples, parameters = derivative.shape

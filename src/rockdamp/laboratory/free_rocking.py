@@ -72,7 +72,7 @@ def fit_free_rocking(
     Raises
     ------
     InputError
-        If there are too few peaks, the specimen rocks to one side only, peaks lie beyond u_ins, or b1 lies at a bound
+        If there are too few peaks, the specimen rocks to one side only, peaks exceed u_ins, or b1 lies at a bound
         of the search.
 
     Examples
@@ -99,7 +99,7 @@ def fit_free_rocking(
     several = [tests] if isinstance(tests, FreeRocking) else list(tests)
     deviations = check_deviations(wall, uncertain)
     u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
-    # ASSUME: a rotation is that of the lower body, or of the parapet, and small: the displacement is it times a height.
+    # ASSUME: the measured rotation is small, and is the rotation of the lower body or of the parapet.
     lever = float(wall.lower_height if isinstance(wall, Wall) else wall.height)
     displacements = [test.measured * (1.0 if test.rotation is None else lever) for test in several]
     releases = [
@@ -137,10 +137,10 @@ def _dataset(decay: FreeDecay) -> xr.Dataset:
     values, covariance = _losses(decay, point, covariance)
     curve_values, losses, errors = values[:2], values[2:], np.sqrt(np.diag(covariance))
     curve, before = decay.curve(*point[:2]), np.concatenate([np.exp(point[part][3:-1]) for part in decay.slices])
-    # ASSUME: below u1 a wall vibrates on its first branch and does not rock: what it loses there is not restitution.
+    # ASSUME: below u1 a wall vibrates on its first branch and does not rock: its loss there is no restitution.
     rocking = before > curve_values[0]
     fewest = "at least 3: release it from further out"
-    check("impacts after a peak beyond u1", np.count_nonzero(rocking), lambda n: n >= 3, fewest)
+    check("impacts after a peak above u1", np.count_nonzero(rocking), lambda n: n >= 3, fewest)
     rocking_losses = losses[rocking], covariance[2:, 2:][rocking][:, rocking]
     mean = regress(*rocking_losses, np.ones((np.count_nonzero(rocking), 1)))
     decrement, error = float(mean.coefficients[0]), float(np.sqrt(mean.covariance[0, 0]))
@@ -215,7 +215,7 @@ def _dampers(
 ) -> dict[str, object]:
     """Return the exponent and the restitution of each damper on this curve, and the likelihood of the losses."""
     energy = curve.energy(before[rocking])
-    middle = curve.amplitude(e * energy)  # of a half cycle: a damper's loss there is that of second order
+    middle = curve.amplitude(e * energy)  # of a half cycle: with it a damper's loss is of second order
     likelihoods, exponents = [], []
     restitution = np.full((len(MODELS), rocking.size), np.nan)
     for index, model in enumerate(MODELS):

@@ -50,7 +50,7 @@ def rest_deviation(displacement: Array) -> float:
 
 
 def _white_noise(displacement: Array) -> float:
-    """Return the standard deviation of white noise, at least that of the logger's steps. [m]"""
+    """Return the standard deviation of white noise, at least the one of the logger's steps. [m]"""
     spread = float(median_abs_deviation(np.diff(displacement, 2), scale="normal")) / np.sqrt(6)
     steps = np.unique(np.abs(np.diff(displacement)))
     return max(spread, float(steps[steps > 0].min()) / np.sqrt(12) if steps.any() else 0.0)
@@ -122,5 +122,5 @@ def _check_gaps(elapsed: Array, crossings: Array) -> None:
 
 
 def _check_peaks(count: int, clear: float) -> None:
-    allowed = f"at least {FEWEST_PEAKS} beyond {1000 * clear:.3g} mm, the release included"
+    allowed = f"at least {FEWEST_PEAKS} above {1000 * clear:.3g} mm, the release included"
     check("number of clear peaks", count, lambda n: n >= FEWEST_PEAKS, allowed)

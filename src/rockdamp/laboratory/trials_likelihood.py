@@ -77,7 +77,7 @@ def parameter_values(point: Array) -> dict[str, float]:
 class Nodes(NamedTuple):
     """Values of each trial's loss, alternation and logarithm of noise, shapes (trials, nodes), with their log-weights.
 
-    The weights are those of integrals by these values, without a density.
+    The weights are for integrals over these values, without a density.
     """
 
     loss: Array

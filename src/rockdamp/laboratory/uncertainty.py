@@ -36,7 +36,7 @@ def covariance_by_sensor(derivative: Array, residual: Array) -> Array:
     """
     scale = np.linalg.norm(derivative, axis=0)
     if not scale.all() or np.linalg.cond(derivative / scale) > 1e4:
-        raise InputError("the record does not determine a1, b1 and e; it must hold rocking beyond the first branch")
+        raise InputError("the record does not determine a1, b1 and e; the wall must leave its first branch")
     scores = (derivative / scale) * residual[:, None]
     samples, parameters = scores.shape
     lag_one = np.sum(scores[1:] * scores[:-1], axis=0) / np.sum(scores**2, axis=0)
@@ -56,7 +56,7 @@ def covariance_by_motion(fit: RecordFit, parameters: Array, derivative: Array) -
     """Return the covariance that the accelerometer's noise gives the estimates.
 
     It acts through the response, as an error of the motion: it shifts the whole decay, and the residuals of a fit
-    hardly show it. It is taken as white; its size is that of the differences between samples before and after the
+    hardly show it. It is taken as white; its size comes from the differences between samples before and after the
     motion. It is drawn, as near collapse the tangent would make it too small. All fits share the draws. For the tests
     of docs/measured.md they make the standard error of b1 1 % to 8 % smaller than 1024 draws do.
     """
