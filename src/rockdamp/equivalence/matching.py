@@ -63,14 +63,8 @@ class Cases:
         scheme: str = "newmark",
     ) -> Cases:
         """Release walls at rest: their decays under restitution over `steps` steps of the solver."""
-        decays = simulate(
-            curve,
-            Damping("CR", restitution),
-            release_amplitude=release_amplitude,
-            step=step,
-            steps=steps,
-            scheme=scheme,
-        )
+        run = {"release_amplitude": release_amplitude, "step": step, "steps": steps, "scheme": scheme}
+        decays = simulate(curve, Damping("CR", restitution), **run)
         return cls(curve, release_amplitude, restitution, decays.displacement, step, scheme)
 
     @property
@@ -340,14 +334,8 @@ def least_absolute(cases: Cases, damping_model: str, least_squares: Array, steps
         width = 1.8
         for count in (41, 101):
             trial = ratio * np.geomspace(1 / width, width, count)
-            response = simulate(
-                cases.take_curve(case),
-                Damping(damping_model, trial),
-                release_amplitude=cases.release_amplitude[case],
-                step=cases.step,
-                steps=steps,
-                scheme=cases.scheme,
-            )
+            run = {"release_amplitude": cases.release_amplitude[case], "step": cases.step, "steps": steps}
+            response = simulate(cases.take_curve(case), Damping(damping_model, trial), **run, scheme=cases.scheme)
             apart = np.abs(np.abs(response.displacement) - np.abs(cases.displacement[case, : steps + 1]))
             ratio, width = trial[apart.sum(axis=-1).argmin()], trial[1] / trial[0]
         found[case] = ratio

@@ -202,7 +202,10 @@ class Damping:
         """
         value, w1, m, g = self.value, curve.initial_frequency, self.order, self.loss_exponent
         has_law = np.any(g != 0)
-        double_reference = self.reference_energy(curve) if has_law else np.ones(())
+        a3, at = curve.ultimate_displacement_ratio, self.reference_amplitude
+        if has_law:
+            check("reference_amplitude", at, lambda x: x < a3, "less than a3")
+        double_reference = 2 * curve.energy(at)
         if self.model == "CR":
             return ("cr_law", (value, g, double_reference)) if has_law else ("cr", (value, 0.0, 0.0))
         if self.model == "BAND":
@@ -220,12 +223,6 @@ class Damping:
             return "ecd_any", (kappa, m, 0.0)
         names = {0: "ecd", **dict.fromkeys((1, 2, 4, 8, 16, 32, 64, 128), "ecd_doubled")}
         return names.get(m.flat[0], "ecd_any"), (kappa, m.flat[0], 0.0)
-
-    def reference_energy(self, curve: TrilinearCurve) -> Array:
-        """Return 2 E_r, twice the energy of the `curve` at the reference amplitude. [-]"""
-        a3 = curve.ultimate_displacement_ratio
-        at = check("reference_amplitude", self.reference_amplitude, lambda x: x < a3, "less than a3")
-        return 2 * curve.energy(at)
 
     def coefficient(self, curve: TrilinearCurve, x: ArrayLike, v: ArrayLike = 0.0) -> Array:
         """Return the coefficient C over m_eff p, which for CR is zero. [-]

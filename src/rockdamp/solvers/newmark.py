@@ -6,7 +6,6 @@ Everything is dimensionless: displacements over u_ins, times tau = p t.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from threading import Event
 from typing import Any
 
 import numpy as np
+from numba import config
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
@@ -428,10 +428,7 @@ def _checked_step(step: ArrayLike, curve: TrilinearCurve, damping: Damping) -> A
 
 def available_threads() -> int:
     """Return the threads this process may use: NUMBA_NUM_THREADS where set, else its processors."""
-    variable = os.environ.get("NUMBA_NUM_THREADS")
-    if variable and variable.isdigit() and int(variable) > 0:
-        return int(variable)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return int(config.NUMBA_NUM_THREADS)
 
 
 def uneven_collapses(
