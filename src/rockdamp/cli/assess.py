@@ -62,13 +62,13 @@ def assess(**inputs: Any) -> None:
     peaks = answer["peak"].sel(damping_model="CR").isel(intensity=-1)
     if peaks.notnull().all():
         common.warn_of_rest(peaks.max(), curve)
+    damping = {} if inputs["one_sided"] else describe_damping(wall, curve, max(e, LEAST_OF_DAMPER))
     common.write_outputs(answer, "assessment", inputs, "fragility_figure", records=common.digests(motions))
     if inputs["report"] is not None:
         from rockdamp.report.wall_page import write_wall_page
 
         write_wall_page(wall, curve, motions, answer, inputs["report"])
         click.echo(f"{inputs['report']} written", err=True)
-    damping = {} if inputs["one_sided"] else describe_damping(wall, curve, max(e, LEAST_OF_DAMPER))
     if inputs["as_json"]:
         common.print_json(assessed_values(answer) | damping)
     else:

@@ -56,13 +56,13 @@ def calibrate(**inputs: Any) -> None:
     curve = {"ultimate_displacement_ratio": inputs["a3"], "softening": inputs["softening"]}
     deviations = {name: getattr(value, "deviation", 0.0) for name, value in inputs.items()}
     uncertain = {name: deviation for name, deviation in deviations.items() if deviation}
-    fit, show = (_fit_free_rocking, _print_free_rocking) if free_rocking else (_fit_records, _print_records)
+    fit = _fit_free_rocking if free_rocking else _fit_records
     files, found = fit(inputs, wall, **curve, uncertain=uncertain)
     if inputs["as_json"]:
         common.print_json(found)
     else:
         click.echo(files)
-        show(found)
+        _print(found)
 
 
 def _values(fitted: xr.Dataset) -> dict[str, Any]:
@@ -80,14 +80,18 @@ def _rows(dataset: xr.Dataset, dim: str) -> list[dict[str, Any]]:
     return [{key: one[name].values.tolist() for key, name in names.items()} for one in places]
 
 
-def _print_parameters(found: dict[str, Any], over_rest: str) -> None:
+def _print(found: dict[str, Any]) -> None:
     common.print_table([{**row, "interval_90": common.span(row["interval_90"], 5)} for row in found["parameters"]])
-    rest = found[over_rest]
+    rest = found["residual_over_rest" if "releases" in found else "residual_over_noise"]
     click.echo(
         f"\nthe best fit leaves {1000 * found['residual_rms']:.3g} mm (rms),"
         f" {100 * found['residual_over_peak']:.2g} % of the largest peak"
         f"{f', {rest:.3g} times the noise at rest' if rest == rest else ''}"
     )
+    if "releases" in found:
+        _print_losses(found)
+    elif "damping_models" in found:
+        common.print_table(found["damping_models"])
 
 
 # --- records ----------------------------------------------------------------------------------------------------------
@@ -100,20 +104,14 @@ def _fit_records(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str, dic
     motions = rd.load_records(inputs["records"])
     records = [motion.record for motion in motions]
     fitted = rd.calibrate(records, wall, **how)
-    digests = {"records": common.digests(motions)}
-    common.write_outputs(fitted, "calibration", inputs, "calibration_figure", **digests)
     found = _values(fitted)
     if inputs["compare"]:
         compared = compare_dampers(records, wall, **{name: how[name] for name in how if name != "uncertain"})
         estimates = compared["estimate"].to_dataset("parameter")
         found["damping_models"] = _rows(compared.drop_vars("estimate").merge(estimates), "damping_model")
+    digests = common.digests(motions)
+    common.write_outputs(fitted, "calibration", inputs, "calibration_figure", records=digests)
     return common.describe_records(motions), found
-
-
-def _print_records(found: dict[str, Any]) -> None:
-    _print_parameters(found, "residual_over_noise")
-    if "damping_models" in found:
-        common.print_table(found["damping_models"])
 
 
 # --- tests without ground motion --------------------------------------------------------------------------------------
@@ -125,8 +123,8 @@ def _fit_free_rocking(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str
     tests = [rd.read_free_rocking(path, **video) for path in inputs["files"]]
     files = [f"{path.name}: {_describe(test.elapsed)}" for path, test in zip(inputs["files"], tests, strict=True)]
     fitted = rd.fit_free_rocking(tests, wall, **how, least_peak=inputs["least_peak"])
-    digests = {"files": " ".join(test.digest for test in tests)}
-    common.write_outputs(fitted, "free_rocking", inputs, "free_rocking_figure", **digests)
+    digests = " ".join(test.digest for test in tests)
+    common.write_outputs(fitted, "free_rocking", inputs, "free_rocking_figure", files=digests)
     found = _values(fitted)
     found["loss_exponent_interval_90"] = fitted["loss_exponent_interval"].values
     found["residual_over_peak"] = found["residual_rms"] / float(abs(fitted["peak_displacement"]).max())
@@ -148,11 +146,10 @@ def _describe(elapsed: Array) -> str:
     return text + longest if gaps else text
 
 
-def _print_free_rocking(found: dict[str, Any]) -> None:
-    """Print the parameters, e by amplitude, the dampers that the test excludes, and e of the first impacts."""
+def _print_losses(found: dict[str, Any]) -> None:
+    """Print e by amplitude, the dampers that the test excludes, and e of the first impacts."""
     from rockdamp.laboratory.free_rocking import ASSESSED_AMPLITUDE
 
-    _print_parameters(found, "residual_over_rest")
     e, rigid, g = found["parameters"][-1]["estimate"], found["restitution_rigid"], found["loss_exponent"]
     at = {row["amplitude"]: row for row in found["restitution_at"]}
     spans = [f"{row['restitution']:.3f} ({common.span(row['interval_90'], 5)}) at {x:g} u_ins" for x, row in at.items()]
