@@ -66,9 +66,9 @@ def damping_ratio_peaks(
     curves, e, x0 = curve.map(flat), flat(restitution), flat(release_amplitude)
 
     def excess(xi: Array, lane: Array) -> Array:
-        case = lane.astype(np.int64)
-        some = curves.map(lambda parameter: parameter[case])
-        return decrement(some, Damping(damping_model, xi), x0[case]) + np.log(e[case])
+        index = lane.astype(np.int64)
+        lane_curves = curves.map(lambda parameter: parameter[index])
+        return decrement(lane_curves, Damping(damping_model, xi), x0[index]) + np.log(e[index])
 
     bracket, lanes = (0.25 * guess.ravel(), 4.0 * guess.ravel()), np.arange(x0.size, dtype=float)
     root = elementwise.find_root(excess, bracket, args=(lanes,), tolerances={"xrtol": 1e-9, "fatol": 1e-12})

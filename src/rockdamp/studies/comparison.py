@@ -41,9 +41,9 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)
     bands = [(edges[0], edges[-1]), *pairwise(edges)]
     has_ratio, is_cr = find_pooled(earthquakes), earthquakes["damping_model"] == REFERENCE
-    some = has_ratio.any("damping_ratio_source").values
-    pooled, taken = earthquakes.isel(wall=some), has_ratio.isel(wall=some)
-    pooled = pooled.assign(collapsed=pooled["collapsed"].where(taken | is_cr, NOT_RUN))
+    columns = has_ratio.any("damping_ratio_source").values
+    pooled, is_pooled = earthquakes.isel(wall=columns), has_ratio.isel(wall=columns)
+    pooled = pooled.assign(collapsed=pooled["collapsed"].where(is_pooled | is_cr, NOT_RUN))
     varied = compare_pairs(_pair_with_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
     kept = [name for statistic in ("median_ratio", "log_error") for name in (statistic, f"{statistic}_interval")]
     statistics = xr.merge(
@@ -51,7 +51,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
             compare_pairs(_pair_with_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
             varied[kept].rename({name: f"varied_{name}" for name in kept}),
             _excess(pooled, edges, weights, has_ratio.sum("wall")),
-            _fragility(pooled["collapsed"].where(taken, NOT_RUN), weights),
+            _fragility(pooled["collapsed"].where(is_pooled, NOT_RUN), weights),
             _wall_fragilities(earthquakes["collapsed"], weights),
         ],
         join="exact",
@@ -113,25 +113,22 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, walls: xr.Dat
     excess, bounds = [], []
     for e in range(stored.sizes["restitution"]):
         peak, collapsed = (stored[name].isel(restitution=e).values for name in ("peak", "collapsed"))
-        reference, fell = (values[..., cr : cr + 1, :1] for values in (peak, collapsed))
-        stand = (collapsed == 0) & (fell == 0) & (reference >= edges[0]) & (reference < edges[-1])
-        square = np.log(np.where(stand, peak / reference, 1.0)) ** 2
-        error = root_mean_square(square.sum(axis=(0, 1, 2)), stand.sum(axis=(0, 1, 2)))
+        cr_peak, cr_collapsed = (values[..., cr : cr + 1, :1] for values in (peak, collapsed))
+        survived = (collapsed == 0) & (cr_collapsed == 0) & (cr_peak >= edges[0]) & (cr_peak < edges[-1])
+        square = np.log(np.where(survived, peak / cr_peak, 1.0)) ** 2
+        error = root_mean_square(square.sum(axis=(0, 1, 2)), survived.sum(axis=(0, 1, 2)))
         error[cr] = np.nan
         candidates = np.where(ranked & np.isfinite(error), error, np.inf)
-        least: Any = (..., *np.unravel_index(np.argmin(candidates), error.shape), None, None)
-        both = stand & stand[least]
+        best: Any = (..., *np.unravel_index(np.argmin(candidates), error.shape), None, None)
+        both = survived & survived[best]
         # By record: the squares of each damper, of the best one over the same histories, and the count of these.
-        sums, least_sums, runs = (np.where(both, each, 0.0).sum(axis=(1, 2)) for each in (square, square[least], both))
-        whole, drawn = (
-            root_mean_square(own, count) - root_mean_square(of_least, count)
-            for own, of_least, count in (
-                [np.tensordot(weight, each, 1) for each in (sums, least_sums, runs)]
-                for weight in (np.ones((1, len(both))), weights)
-            )
-        )
-        excess.append(np.where(np.isfinite(error), whole[0], np.nan))
-        bounds.append(np.where(np.isfinite(error)[..., None], interval(drawn), np.nan))
+        sums = [np.where(both, values, 0.0).sum(axis=(1, 2)) for values in (square, square[best], both)]
+        differences = []
+        for weight in (np.ones((1, len(both))), weights):  # the sample itself, and its replicates
+            squares, best_squares, count = (np.tensordot(weight, values, 1) for values in sums)
+            differences.append(root_mean_square(squares, count) - root_mean_square(best_squares, count))
+        excess.append(np.where(np.isfinite(error), differences[0][0], np.nan))
+        bounds.append(np.where(np.isfinite(error)[..., None], interval(differences[1]), np.nan))
     return xr.Dataset({"excess": (BY_DAMPER, excess), "excess_interval": ((*BY_DAMPER, "bound"), bounds)})
 
 

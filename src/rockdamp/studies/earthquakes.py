@@ -89,7 +89,7 @@ def _damping_ratios(config: Config, curves: TrilinearCurve, e: Array, polynomial
     matched = match_decays(lanes, amplitude, each_e, VISCOUS_MODELS, config.matching, config.solver, description)
     ratios = [
         [
-            np.stack([polynomials(model, e, own) for own in a1]),
+            np.stack([polynomials(model, e, ratio) for ratio in a1]),
             matched[model].damping_ratio.reshape(a1.size, e.size),
             damping_ratio_energy(lanes, model, each_e, amplitude).reshape(a1.size, e.size),
         ]
@@ -135,17 +135,17 @@ def shake(config: Config, walls: xr.Dataset, motions: Sequence[GroundMotion]) ->
 def vary_restitution(quakes: Earthquakes, e: Array) -> list[Case]:
     """Return CR at each e with a coarser step, the printed treatment of impacts, a lower and a higher e."""
     coarsest, change = 2**HALVINGS * quakes.step, quakes.restitution_change
-    ways = (
-        (0.0, 0, "newmark"),
-        (0.0, HALVINGS, "paper"),
-        (-change, HALVINGS, "newmark"),
-        (change, HALVINGS, "newmark"),
-    )
-    return [
-        Case(f"{name}, e = {one:g}", use(Damping(REFERENCE, one + shift)), coarsest, scheme=scheme, halvings=halvings)
-        for one in e
-        for name, (shift, halvings, scheme) in zip(VARIATIONS, ways, strict=True)
-    ]
+    cases = []
+    for value in e:
+        names = [f"{variation}, e = {value:g}" for variation in VARIATIONS]
+        cr, lower, higher = (use(Damping(REFERENCE, value + shift)) for shift in (0.0, -change, change))
+        cases += [
+            Case(names[0], cr, coarsest),
+            Case(names[1], cr, coarsest, scheme="paper", halvings=HALVINGS),
+            Case(names[2], lower, coarsest, halvings=HALVINGS),
+            Case(names[3], higher, coarsest, halvings=HALVINGS),
+        ]
+    return cases
 
 
 def run_dampers(
@@ -201,9 +201,11 @@ def run_refined(
     """
 
     def run_halvings(setup: Setup, factor: Array, first: int, last: int) -> tuple[Array, NDArray[np.bool_]]:
-        every = range(first, last + 1)
-        ended = [run_record(record, *setup, factor, step=coarsest, tail=tail, halvings=n) for n in every]
-        return np.stack([one.peak for one in ended]), np.stack([one.collapsed for one in ended])
+        runs = [
+            run_record(record, *setup, factor, step=coarsest, tail=tail, halvings=halvings)
+            for halvings in range(first, last + 1)
+        ]
+        return np.stack([run.peak for run in runs]), np.stack([run.collapsed for run in runs])
 
     coarsest, finest = 2**HALVINGS * step, HALVINGS + FURTHER
     peak, collapsed = run_halvings((wall, curve, damping), factor, 0, HALVINGS)
@@ -213,10 +215,9 @@ def run_refined(
     near = (collapsed != collapsed[-1]).any(axis=0) | (~collapsed[-1] & (peak[-1] >= NEAR))
     if near.any():
         # The few of all walls share batches: a block of the kernel takes as long with one lane as with all.
-        lane = np.nonzero(near)[1]
-        count = near.shape[1]
-        some = select(wall, count, lane), select(curve, count, lane), select(damping, count, lane)
-        finer_peak, finer_collapsed = run_halvings(some, factor[near][None], HALVINGS + 1, finest)
+        lane, count = np.nonzero(near)[1], near.shape[1]
+        near_setup = select(wall, count, lane), select(curve, count, lane), select(damping, count, lane)
+        finer_peak, finer_collapsed = run_halvings(near_setup, factor[near][None], HALVINGS + 1, finest)
         peak = np.concatenate([peak[:, near], finer_peak[:, 0]])
         collapsed = np.concatenate([collapsed[:, near], finer_collapsed[:, 0]])
         for name, values in judge(peak, collapsed, w1h[lane] / 2**finest).items():

@@ -60,13 +60,13 @@ def find_strata(earthquakes: xr.Dataset, edge: float = 0.8) -> list[NDArray[np.b
     # CR's histories are the same for every source of a ratio: one of them counts.
     source = earthquakes["damping_ratio_source"]
     run = (collapsed >= 0) & ((earthquakes["damping_model"] != REFERENCE) | (source == source[0]))
-    survived, fell = (run & (converged == 1) & (collapsed == end) for end in (0, 1))
+    survived, collapsing = (run & (converged == 1) & (collapsed == end) for end in (0, 1))
     lower = collapsed.shift(velocity_ratio=1, fill_value=0)
     strata = [
         survived & (peak < NEAR),
         survived & (peak >= NEAR) & (peak < edge),
         survived & (peak >= edge),
-        fell & (lower != 1),
+        collapsing & (lower != 1),
         run & (converged == 0),
     ]
     return [stratum.transpose(*BY_DAMPER).values for stratum in strata]

@@ -37,8 +37,8 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     matched = match_dampers(cases, VISCOUS_MODELS, steps, refinement=refinement, description=f"match {name}")
     energy = [damping_ratio_energy(cases.curve, model, cases.restitution, cases.release_amplitude) for model in matched]
     names = ("damping_ratio", "error", "rms_error", "local_minima")
-    measures: dict[str, list[Any]] = {name: [getattr(own, name) for own in matched.values()] for name in names}
-    measures["damping_ratio_uncertainty"] = [own.uncertainty for own in matched.values()]
+    measures: dict[str, list[Any]] = {name: [getattr(match, name) for match in matched.values()] for name in names}
+    measures["damping_ratio_uncertainty"] = [match.uncertainty for match in matched.values()]
     measures["damping_ratio_energy"] = energy
     if others:
 
@@ -46,8 +46,8 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
             ratios = matched[model].damping_ratio.reshape(len(others), restitution.size).copy()
             for wall, length in enumerate(others):
                 if not np.isclose(length, first, rtol=1e-12):
-                    own = cases.take(slice(wall * restitution.size, (wall + 1) * restitution.size))
-                    ratios[wall] = global_minima(own, model, [step_count(length, step)]).damping_ratio[0]
+                    wall_cases = cases.take(slice(wall * restitution.size, (wall + 1) * restitution.size))
+                    ratios[wall] = global_minima(wall_cases, model, [step_count(length, step)]).damping_ratio[0]
             return ratios
 
         fixed = map_in_threads(match_fixed_seconds, VISCOUS_MODELS, f"match {name} at fixed seconds")
@@ -69,9 +69,9 @@ def _match_absolute(
     config: Config, cases: Cases, matched: Mapping[str, Matched], steps: int, restitution: Array
 ) -> xr.DataArray:
     """Return damping ratios by the words under Eq. (17) in place of its formula, from the reference amplitude."""
-    at = np.flatnonzero(cases.release_amplitude == config.release_amplitude)
+    reference = np.flatnonzero(cases.release_amplitude == config.release_amplitude)
     ratios = map_in_threads(
-        lambda model: least_absolute(cases.take(at), model, matched[model].damping_ratio[at], steps),
+        lambda model: least_absolute(cases.take(reference), model, matched[model].damping_ratio[reference], steps),
         VISCOUS_MODELS,
         "match by absolute differences",
     )

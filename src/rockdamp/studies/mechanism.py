@@ -25,12 +25,12 @@ def mechanism(config: Config) -> xr.Dataset:
         **make_variants(curve),
         **{name: TrilinearCurve.preset(name) for name in PRESETS},
     }
-    corners = np.concatenate([np.ravel(each.parameters()[3:]) for each in curves.values()])
+    corners = np.concatenate([np.ravel(drawn.parameters()[3:]) for drawn in curves.values()])
     x = np.unique(np.concatenate([np.linspace(0, 1, 1001), corners]))
-    force = np.stack([1 - x, *(each.force(x) for each in curves.values())])
+    force = np.stack([1 - x, *(drawn.force(x) for drawn in curves.values())])
 
     def tabulate(parameter: str) -> tuple[str, list[float]]:
-        return "curve_name", [np.nan, *(float(getattr(each, parameter)) for each in curves.values())]
+        return "curve_name", [np.nan, *(float(getattr(drawn, parameter)) for drawn in curves.values())]
 
     walls = Wall(1.0, slenderness, hinge_ratio=hinge_ratio[:, None])
     mass, dims = effective_mass_ratio(hinge_ratio[:, None], slenderness), ("hinge_height_ratio", "slenderness")

@@ -149,8 +149,8 @@ def crossing_force(config: Config) -> xr.DataArray:
 def crossing_decays(config: Config) -> xr.Dataset:
     """Return decays on the paper's curve, under CR and the dampers that `fig_order` shows."""
     e, step = float(config.damping_force.restitution), config.solver.step
-    every = {REFERENCE: Damping(REFERENCE, e), **dampers(config.order, e)}
-    some = {name: every[name] for name in (REFERENCE, "ECD16", "BAND0.4", "BAND0.2")}
+    named = {REFERENCE: Damping(REFERENCE, e), **dampers(config.order, e)}
+    shown = {name: named[name] for name in (REFERENCE, "ECD16", "BAND0.4", "BAND0.2")}
     steps = step_count(config.matching.response_length, step)
-    decays = damped_decays(config.curve.make(), some, RELEASE, step=step, steps=steps)
+    decays = damped_decays(config.curve.make(), shown, RELEASE, step=step, steps=steps)
     return decays.rename(damping_model="crossing_damper").assign_coords(crossing_restitution=e)

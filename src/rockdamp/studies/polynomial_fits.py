@@ -64,9 +64,9 @@ def _least_squares(x: Array, rows: Array, factor: Array) -> tuple[Array, Array]:
 
     Where the factor vanishes, so do row and fit: that value decides nothing. Rows have the shape (..., x).
     """
-    powers, some = np.vander(x, DEGREE + 1, increasing=True), factor > 0
-    values = (rows[..., some] / factor[some]).reshape(-1, some.sum()).T
-    coefficient = np.asarray(np.linalg.lstsq(powers[some], values, rcond=None)[0], dtype=float)
+    powers, decides = np.vander(x, DEGREE + 1, increasing=True), factor > 0
+    values = (rows[..., decides] / factor[decides]).reshape(-1, decides.sum()).T
+    coefficient = np.asarray(np.linalg.lstsq(powers[decides], values, rcond=None)[0], dtype=float)
     fitted: Array = factor * (powers @ coefficient).T
     return coefficient.T.reshape(*rows.shape[:-1], -1), fitted.reshape(rows.shape)
 
@@ -75,9 +75,9 @@ def _largest_relative(e: Array, rows: Array, fitted: Array) -> Array:
     """Largest |fitted/row - 1| of each range of e, which begins beyond the one before; NaN of one without values."""
     largest = np.full((*rows.shape[:-1], len(RANGES)), np.nan)
     for column, (low, high) in enumerate(pairwise((0.0, *RANGES))):
-        own = (e > low + 1e-9) & (e <= high + 1e-9) & (e < 1)
-        if own.any():
-            largest[..., column] = np.abs(fitted[..., own] / rows[..., own] - 1).max(axis=-1)
+        inside = (e > low + 1e-9) & (e <= high + 1e-9) & (e < 1)
+        if inside.any():
+            largest[..., column] = np.abs(fitted[..., inside] / rows[..., inside] - 1).max(axis=-1)
     return largest
 
 

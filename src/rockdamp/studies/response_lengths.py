@@ -43,8 +43,10 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
         wide = lengths[(lengths >= cycle) & (lengths <= 4 * inferred)]
         if wide.size:
             is_reference = row == reference
-            own = dataset.sel(response_length=wide) if is_reference else find_errors(releases[row], wide, PAPER_MODELS)
-            findings[:, row] = infer(own), misclassified(own).min()
+            errors = (
+                dataset.sel(response_length=wide) if is_reference else find_errors(releases[row], wide, PAPER_MODELS)
+            )
+            findings[:, row] = infer(errors), misclassified(errors).min()
     return (
         dataset.merge(flags(dataset))
         .assign(
@@ -88,8 +90,8 @@ def uncertainty(decays: Cases, lengths: Array, damping_ratio: xr.DataArray) -> x
 
 def between_neighbours(lengths: Array, inferred: float) -> Array:
     """Return lengths from the one before the inferred to the one after it, in tenths of the distance. [-]"""
-    at = int(np.argmin(np.abs(lengths - inferred)))
-    ends = lengths[[max(at - 1, 0), at, min(at + 1, lengths.size - 1)]]
+    row = int(np.argmin(np.abs(lengths - inferred)))
+    ends = lengths[[max(row - 1, 0), row, min(row + 1, lengths.size - 1)]]
     return np.unique(np.concatenate([np.linspace(low, high, 11) for low, high in pairwise(ends)]).round(9))
 
 

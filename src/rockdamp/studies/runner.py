@@ -128,8 +128,8 @@ def run(
         factor = velocity_ratio[:, None] * scale / intensity_measures(motion.intensity_record).pgv
         for (move, step, scheme, halvings), (columns, numbers), setup in batches:
             record, factors = move(motion, isinstance(setup[0], Parapet)), factor[:, columns]
-            found = run_record(record, *setup, factors, step=step, tail=tail, halvings=halvings, scheme=scheme)
-            peak[:, columns, numbers], collapsed[:, columns, numbers] = found.peak, found.collapsed
+            ended = run_record(record, *setup, factors, step=step, tail=tail, halvings=halvings, scheme=scheme)
+            peak[:, columns, numbers], collapsed[:, columns, numbers] = ended.peak, ended.collapsed
         peaks.append(peak)
         outcomes.append(collapsed)
     dims = (*HISTORIES, "case")
@@ -206,7 +206,7 @@ def compare(histories: xr.Dataset, comparison: Comparison) -> xr.Dataset:
     edges, pairs = comparison.bands, pair(histories)
     weights = resample(histories["station"].values, comparison.bootstrap.replicates, comparison.bootstrap.seed)
     chosen = [pairs, *(pairs.isel(wall=[column]) for column in range(pairs.sizes["wall"]))]
-    parts = [compare_pairs(some, weights, list(pairwise(edges))) for some in track(chosen, "Walls")]
+    parts = [compare_pairs(walls, weights, list(pairwise(edges))) for walls in track(chosen, "Walls")]
     compared = xr.concat(parts, "wall", join="exact").transpose("case", "wall", ...)
     return compared.assign(compare_intensities(pairs, weights)).assign_coords(
         band=np.arange(1, len(edges)), band_start=("band", edges[:-1]), band_end=("band", edges[1:])
@@ -232,13 +232,13 @@ def compare_intensities(pairs: xr.Dataset, weights: Array) -> xr.Dataset:
     chosen = np.concatenate([np.ones((1, len(walls))), np.eye(len(walls))])  # (sets of walls, walls)
     ratio, bounds = [], []
     for case in range(pairs.sizes["case"]):
-        one = pairs.isel(case=case).transpose(*HISTORIES)
-        outcomes = [one[name].values for name in ("collapsed", "reference_collapsed")]
+        histories = pairs.isel(case=case).transpose(*HISTORIES)
+        outcomes = [histories[name].values for name in ("collapsed", "reference_collapsed")]
         both = (outcomes[0] != NOT_RUN) & (outcomes[1] != NOT_RUN)
         # By record, set of walls, side of the pair and intensity.
-        fell = np.stack([np.where(both, side, 0) @ chosen.T for side in outcomes], axis=-1).transpose(0, 2, 3, 1)
+        collapses = np.stack([np.where(both, side, 0) @ chosen.T for side in outcomes], axis=-1).transpose(0, 2, 3, 1)
         runs = (both @ chosen.T).transpose(0, 2, 1)[:, :, None]
-        curves = compare_fragilities(pairs["velocity_ratio"].values, fell, runs, weights, (..., slice(1, 2)))
+        curves = compare_fragilities(pairs["velocity_ratio"].values, collapses, runs, weights, (..., slice(1, 2)))
         ratio.append(curves["median_intensity_ratio"][:, 0])
         bounds.append(curves["median_intensity_ratio_interval"][:, 0])
     dims = ("case", "wall")

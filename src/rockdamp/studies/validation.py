@@ -34,8 +34,8 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
     rest, (measured, zero) = rest_samples(record), measured_displacement(record)
     u_ins = float(wall.instability_displacement)
     threshold = max(CLEAR * float(np.std(measured[:rest])), LEAST * u_ins)
-    whole = half_cycles(record.elapsed, measured, threshold)
-    decay = whole[slice(int(np.argmax(np.abs(whole.peak))) + 1, None)] if whole.peak.size else whole
+    cycles = half_cycles(record.elapsed, measured, threshold)
+    decay = cycles[slice(int(np.argmax(np.abs(cycles.peak))) + 1, None)] if cycles.peak.size else cycles
     if decay.peak.size < 2:
         raise InputError(
             f"the record has {decay.peak.size} half cycles beyond {threshold:.3g} m after its largest peak;"
