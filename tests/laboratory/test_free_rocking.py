@@ -26,18 +26,15 @@ def decay(damping=None, release=0.5, sign=1.0, seed=1, noise=2e-4, before=250):
     return sign * U_INS * moved + 0.003 + noise * random.standard_normal(moved.size)
 
 
-def test_of(displacement, **kwargs):
+def make_test(displacement, **kwargs):
     return rd.FreeRocking(0.002 * np.arange(displacement.size), displacement, **kwargs)
-
-
-test_of.__test__ = False
 
 
 @pytest.fixture(scope="module")
 def fitted():
     """Two releases in one file to one side, and one in another to the other side."""
     both = np.concatenate([decay(seed=1), decay(seed=2, release=0.3)])
-    return rd.fit_free_rocking([test_of(both), test_of(decay(seed=3, sign=-1.0))], WALL)
+    return rd.fit_free_rocking([make_test(both), make_test(decay(seed=3, sign=-1.0))], WALL)
 
 
 def test_releases_of_one_specimen_are_one_estimate(fitted):
@@ -101,7 +98,7 @@ def test_damper_of_a_test_is_the_most_likely(model, ratio):
     damping, times = rd.Damping(model, ratio), {"length": 6.0 * p, "step": 0.002 * p}
     history = free_decay(CURVE, damping, wall=WALL, release_amplitude=0.6, **times)
     shown = np.concatenate([np.full(200, 0.6 * U_INS), history["control_displacement"].values])
-    fit = rd.fit_free_rocking(test_of(shown + 2e-4 * np.random.RandomState(4).standard_normal(shown.size)), WALL)
+    fit = rd.fit_free_rocking(make_test(shown + 2e-4 * np.random.RandomState(4).standard_normal(shown.size)), WALL)
     assert str(fit["relative_log_likelihood"].idxmax("damping_model").item()) == model
     assert float(fit["relative_log_likelihood"].sel(damping_model="CR")) < float(fit["log_likelihood_threshold"])
 
@@ -109,7 +106,7 @@ def test_damper_of_a_test_is_the_most_likely(model, ratio):
 def test_restitution_by_amplitude():
     """A specimen that loses more as it fades: e is 0.86 at 0.3 u_ins, smaller below and larger above."""
     law = rd.Damping("CR", E, loss_exponent=0.26, reference_amplitude=0.3)
-    tests = [test_of(decay(law, release=0.6, seed=1)), test_of(decay(law, release=0.6, seed=2, sign=-1.0))]
+    tests = [make_test(decay(law, release=0.6, seed=1)), make_test(decay(law, release=0.6, seed=2, sign=-1.0))]
     found = rd.fit_free_rocking(tests, WALL)
     power = (CURVE.energy(np.array([0.1, 0.3, 0.5])) / CURVE.energy(0.3)) ** -0.26
     true = (1 - power * (1 - E**0.52)) ** (1 / 0.52)
@@ -121,7 +118,7 @@ def test_restitution_by_amplitude():
 def test_rotation_is_displacement_over_height():
     displacement = decay()
     turned = rd.FreeRocking(0.002 * np.arange(displacement.size), rotation=displacement / float(WALL.lower_height))
-    by_rotation, by_displacement = (rd.fit_free_rocking(test, WALL) for test in (turned, test_of(displacement)))
+    by_rotation, by_displacement = (rd.fit_free_rocking(test, WALL) for test in (turned, make_test(displacement)))
     np.testing.assert_allclose(by_rotation["estimate"], by_displacement["estimate"], rtol=1e-6)
 
 
@@ -138,7 +135,7 @@ def test_intervals_hold_90_per_cent():
             wall, rd.TrilinearCurve(a1, b1), e, random.uniform(0, 0.03), 0.5, ELAPSED[:2000], 5e-3 * u_ins, random
         )
         fit = rd.fit_free_rocking(
-            test_of(calibration_check.sensor(moved, 0.002, 0.4, 1e-3 * u_ins, 1e-3 * u_ins, random)), wall
+            make_test(calibration_check.sensor(moved, 0.002, 0.4, 1e-3 * u_ins, 1e-3 * u_ins, random)), wall
         )
         at = fit["restitution_at_amplitude_interval"].sel(amplitude=0.3).values
         intervals = [*fit["interval"].values.T[:2], at, fit["loss_exponent_interval"].values]
@@ -156,7 +153,7 @@ def test_curve_with_a_smaller_a3(a3, softening):
     curve = rd.TrilinearCurve(0.05, 0.7, a3, softening)
     history = exact_history(curve, rd.Damping("CR", E), P * ELAPSED, release_amplitude=0.3)
     shown = U_INS * np.concatenate([np.full(250, 0.3), history.displacement])
-    test = test_of(shown + 2e-4 * np.random.RandomState(1).standard_normal(shown.size))
+    test = make_test(shown + 2e-4 * np.random.RandomState(1).standard_normal(shown.size))
     fit = rd.fit_free_rocking(test, WALL, ultimate_displacement_ratio=a3, softening=softening)
     np.testing.assert_allclose(fit["estimate"], [0.05, 0.7, E], rtol=0.01)
     with pytest.raises(rd.InputError, match="ultimate_displacement_ratio"):
@@ -192,11 +189,11 @@ def test_rigid_block_is_refused():
     moved = np.concatenate([np.full(250, 0.5), history.displacement, np.zeros(300)])
     noise = 2e-4 * np.random.RandomState(1).standard_normal(moved.size)
     with pytest.raises(rd.InputError, match="b1"):
-        rd.fit_free_rocking(test_of(U_INS * moved + noise), WALL)
+        rd.fit_free_rocking(make_test(U_INS * moved + noise), WALL)
 
 
 def test_a_test_without_rest_is_fitted():
-    fit = rd.fit_free_rocking(test_of(decay(before=0)[150:2400]), WALL)
+    fit = rd.fit_free_rocking(make_test(decay(before=0)[150:2400]), WALL)
     assert float(fit["estimate"].sel(parameter="restitution")) == pytest.approx(E, abs=3e-3)
 
 
@@ -217,12 +214,12 @@ def test_filtered_noise_makes_no_peaks():
     (release,) = find_releases(0.002 * np.arange(displacement.size), displacement)
     assert sensor_noise(displacement) > 5e-5
     assert np.abs(release.peaks).min() > 5e-4 and release.elapsed[-1] < 6.6  # the rest begins at 6.5 s
-    fit = rd.fit_free_rocking(test_of(displacement), WALL)
+    fit = rd.fit_free_rocking(make_test(displacement), WALL)
     assert float(fit["estimate"].sel(parameter="restitution")) == pytest.approx(E, abs=5e-3)
 
 
 def test_uncertain_size_adds_its_change_of_the_estimates():
-    test = test_of(decay(release=0.4))
+    test = make_test(decay(release=0.4))
     exact, uncertain = (
         rd.fit_free_rocking(test, WALL, least_peak=0.01, uncertain=sizes) for sizes in (None, {"thickness": 0.002})
     )
