@@ -110,7 +110,9 @@ def _fit_records(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str, dic
         estimates = compared["estimate"].to_dataset("parameter")
         found["damping_models"] = _rows(compared.drop_vars("estimate").merge(estimates), "damping_model")
     digests = common.digests(motions)
-    common.write_outputs(fitted, "calibration", inputs, "calibration_figure", records=digests)
+    common.write_outputs(
+        fitted, "calibration", inputs, "calibration_figure", records=digests, uncertain=how["uncertain"]
+    )
     return common.describe_records(motions), found
 
 
@@ -124,7 +126,9 @@ def _fit_free_rocking(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str
     files = [f"{path.name}: {_describe(test.elapsed)}" for path, test in zip(inputs["files"], tests, strict=True)]
     fitted = rd.fit_free_rocking(tests, wall, **how, least_peak=inputs["least_peak"])
     digests = " ".join(test.digest for test in tests)
-    common.write_outputs(fitted, "free_rocking", inputs, "free_rocking_figure", files=digests)
+    common.write_outputs(
+        fitted, "free_rocking", inputs, "free_rocking_figure", files=digests, uncertain=how["uncertain"]
+    )
     found = _values(fitted)
     found["loss_exponent_interval_90"] = fitted["loss_exponent_interval"].values
     found["residual_over_peak"] = found["residual_rms"] / float(abs(fitted["peak_displacement"]).max())

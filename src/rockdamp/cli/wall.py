@@ -64,9 +64,9 @@ def wall(**inputs: Any) -> None:
     for name, unit in UNITS.items():
         click.echo(f"{name:25s}{values[name]:>10.5g} {unit}")
     for rule in options.RULES:
-        e = values[f"restitution_{rule}"]
-        reason = common.choose_restitution(built, rule)[1] if e == e else "not known"
-        click.echo(f"{f'restitution_{rule}':25s}{common.cell(e):>10s} {reason}")
+        value = values[f"restitution_{rule}"]
+        reason = common.choose_restitution(built, rule)[1] if value == value else "not known"
+        click.echo(f"{f'restitution_{rule}':25s}{common.cell(value):>10s} {reason}")
     click.echo()
     common.print_table([{f"{name} [s]" if "period" in name else name: row[name] for name in row} for row in periods])
     if damping:
