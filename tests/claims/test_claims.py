@@ -61,14 +61,11 @@ def measured(data):
     data["validation"].attrs["record_synthetic"] = "no"
 
 
-ROCKING = "damping_force rocking_displacement"
+ROCKING, LOOPS = "damping_force rocking_displacement", "damping_force damping_force"
+EQUAL = [decay("CDC", "CDR"), decay("SDR", "CDR")]
+TOGETHER = scale(AMPLITUDE, 1.15, "CDR", release_amplitude=0.3)
 # Of a measured record: SDR damps most, by a few per cent, and follows the peaks best.
-AS_CLAIMED = [
-    measured,
-    scale(DECREMENT, 1.4, "CDC"),
-    scale(DECREMENT, 1.15, "CDR"),
-    scale(MISFIT, 0.01, "SDR"),
-]
+AS_CLAIMED = [measured, scale(DECREMENT, [1, 1.4, 1.15, 1, 1, 1]), scale(MISFIT, 0.01, "SDR")]
 # Claim, the parts of it that then do not hold, and what is changed.
 CASES = [
     ("hinge-mass", []),
@@ -83,14 +80,9 @@ CASES = [
     ("e-measured", ["mean of the tests"], scale("mechanism tested_restitution_rigid", 0.9)),
     ("e-measured", ["mean of the tests"], scale("mechanism tested_restitution_rigid", 1.02)),
     ("fig3-energy", ["each loop"]),
-    ("fig3-energy", [], decay("CDC", "CDR"), decay("SDR", "CDR")),
-    (
-        "fig3-energy",
-        ["each loop"],
-        decay("CDC", "CDR"),
-        decay("SDR", "CDR"),
-        scale("damping_force damping_force", 1.1, "SDR"),
-    ),
+    ("fig3-energy", [], *EQUAL),
+    ("fig3-energy", ["each loop"], *EQUAL, scale(LOOPS, 1.1, "SDR")),
+    ("fig3-energy", ["each loop"], *EQUAL, scale(LOOPS, 1.1, "SDR", tau=slice(5, None))),
     ("fig3-impact", []),
     ("fig3-impact", ["SDR"], decay("SDR", "CDC")),
     ("fig3-impact", ["CDR"], decay("CDR", "CDC")),
@@ -145,30 +137,16 @@ CASES = [
     ("fit-order", ["CDR below"], scale(FIT, 1.2, "CDR")),
     ("fit-order", ["SDR above"], scale(FIT, 1.1, "CDR"), scale(FIT, 0.8, "SDR")),
     ("fit-order", ["CDC below"], scale(FIT, 1.1, "CDR"), scale(FIT, 2.5, "CDC")),
-    (
-        "fit-order",
-        ["CDR slightly", "CDR least dependent on a1"],
-        scale(FIT, 0.6, "CDR", yield_displacement_ratio=0.02),
-    ),
+    ("fit-order", ["CDR least dependent on a1"], scale(FIT, 1.1, "CDR"), scale(FIT, [[0.9], [1]], "SDR")),
     ("fig8-sdr", [], *AS_CLAIMED),
     ("fig8-sdr", ["slightly"], *AS_CLAIMED, scale(DECREMENT, 1.1, "SDR")),
     ("fig8-sdr", ["SDR damps most"], *AS_CLAIMED, scale(DECREMENT, 0.96, "SDR")),
     ("fig8-sdr", ["SDR damps most", "slightly"], *AS_CLAIMED, scale(DECREMENT, np.nan, "SDR")),
     ("fig8-sdr", ["SDR follows the peaks best"], *AS_CLAIMED, scale(MISFIT, 1000, "SDR")),
     ("low-amp", ["CDR and SDR come together"]),
-    ("low-amp", [], scale(AMPLITUDE, 1.15, "CDR", release_amplitude=0.3)),
-    (
-        "low-amp",
-        ["slightly"],
-        scale(AMPLITUDE, 1.15, "CDR", release_amplitude=0.3),
-        scale(AMPLITUDE, 1.1, "SDR", release_amplitude=0.5),
-    ),
-    (
-        "low-amp",
-        ["SDR overdamps"],
-        scale(AMPLITUDE, 1.15, "CDR", release_amplitude=0.3),
-        scale(AMPLITUDE, 1.3, ["CDR", "SDR"], release_amplitude=0.3),
-    ),
+    ("low-amp", [], TOGETHER),
+    ("low-amp", ["slightly"], TOGETHER, scale(AMPLITUDE, 1.1, "SDR", release_amplitude=0.5)),
+    ("low-amp", ["SDR overdamps"], TOGETHER, scale(AMPLITUDE, 1.3, ["CDR", "SDR"], release_amplitude=0.3)),
     ("best-cdr", []),
     ("best-cdr", ["least error"], scale(ERROR, 2, "CDR")),
     ("best-cdr", ["least dependence on amplitude"], scale(AMPLITUDE, 0.5, "CDR", release_amplitude=0.5)),
