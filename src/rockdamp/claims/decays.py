@@ -96,13 +96,12 @@ def ean_slender(data: Datasets, limits: Limits) -> Judgement:
 
 def e_measured(data: Datasets, limits: Limits) -> Judgement:
     """Divide the measured restitution that the paper quotes by the analytical value of the tested wall."""
-    analytical, impulsive = (float(data["mechanism"][f"tested_restitution_{rule}"]) for rule in ("rigid", "impulsive"))
-    low, mean, high = limits["measured"]
+    analytical = float(data["mechanism"]["tested_restitution_rigid"])
+    low, mean, high = (e / analytical for e in limits["measured"])
     return (
-        {"mean of the tests": bool(abs(mean / analytical / limits["share"] - 1) <= limits["same"])},
-        f"mean {number(mean / analytical)}",
-        f"Eq. (7) gives {number(analytical)}; all tests lie from {number(low / analytical)} to"
-        f" {number(high / analytical)} of it. By the impulse of every support the mean is {number(mean / impulsive)}.",
+        {"mean of the tests": bool(abs(mean / limits["share"] - 1) <= limits["same"])},
+        f"mean {number(mean)}",
+        f"Eq. (7) gives {number(analytical)}; all tests lie from {number(low)} to {number(high)} of it.",
     )
 
 
