@@ -1,7 +1,5 @@
 """The tri-linear curve against its drawing, its integral, mpmath's quadrature of its period, and bad input."""
 
-from itertools import pairwise
-
 import mpmath as mp
 import numpy as np
 import pytest
@@ -30,24 +28,10 @@ def corners(case):
 
 
 @curves
-def test_force_and_secant_are_those_of_the_drawn_curve(case):
+def test_the_force_is_that_of_the_drawn_curve(case):
     curve, x = TrilinearCurve(*case), np.linspace(-1.3, 1.3, 2602)
     drawn = np.sign(x) * np.interp(np.abs(x), *corners(case))
     np.testing.assert_allclose(curve.force(x), drawn, atol=4e-15)
-    np.testing.assert_allclose(curve.secant(x) * x, drawn, atol=4e-15)
-    assert curve.secant([0.0, -1e-300]) == pytest.approx(curve.initial_frequency**2, rel=1e-15)
-
-
-@curves
-def test_the_tangent_is_the_slope_and_at_a_corner_that_of_the_branch_further_out(case):
-    curve, (at, _), half = TrilinearCurve(*case), corners(case), 1e-6
-    x = np.concatenate([np.linspace(a, b, 9)[1:-1] for a, b in pairwise([*at, 1.2])])
-    x = np.concatenate([-x, x])
-    slope = (curve.force(x + half) - curve.force(x - half)) / (2 * half)
-    np.testing.assert_allclose(curve.tangent(x), slope, atol=1e-8)
-    at = np.array([0.0, curve.yield_displacement_ratio, curve.plateau_end, curve.ultimate_displacement_ratio])
-    expected = [curve.initial_stiffness, 0.0, -curve.softening_stiffness, 0.0]
-    np.testing.assert_array_equal(curve.tangent([at, -at]), [expected, expected])
 
 
 @curves
@@ -89,7 +73,7 @@ def test_arrays_of_curves_give_what_each_gives_alone():
     a1, x = np.array([[0.02], [0.05], [0.10]]), np.array([0.01, 0.07, 0.4, 0.9])
     together = TrilinearCurve(a1, 0.8, 0.95)
     assert together.shape == (3, 1)
-    for name in ("force", "tangent", "secant", "energy", "period"):
+    for name in ("force", "energy", "period"):
         alone = [getattr(TrilinearCurve(each, 0.8, 0.95), name)(x) for each in a1[:, 0]]
         np.testing.assert_array_equal(getattr(together, name)(x), alone)
 

@@ -236,6 +236,7 @@ def test_the_mirrored_motion_is_the_mirror_image_and_does_not_depend_on_the_time
 def test_a_launch_from_rest_position_is_not_an_impact_and_rest_is_kept(v0):
     run = exact_history(CURVES[0], Damping("CR", 0.6), [0.0, 0.01, 1.0], release_velocity=v0)
     assert run.velocity[0] == v0 and run.displacement[1] == pytest.approx(0.01 * v0, rel=1e-2)
+    assert exact_history(CURVES[0], Damping("CR", 0.6), [0.0], release_velocity=v0).velocity[0] == v0
     rest = exact_history(CURVES[0], Damping("CR", 0.6), [0.0, 1.0, 2.2], load=[0.0, 0.0, v0], sampling=1.0)
     assert not rest.displacement[:2].any() and rest.displacement[2] * v0 > 0 and not rest.impacts.size
 

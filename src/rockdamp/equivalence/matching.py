@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -180,8 +179,7 @@ def match_dampers(
 def map_in_threads(function: Callable[[K], T], items: Sequence[K], description: str = "") -> dict[K, T]:
     """Return a function's value for each item, computed side by side: the few lanes of one alone fill no processor."""
     with ThreadPoolExecutor(available_threads()) as pool:
-        # Each in a copy of the context: the caller says what becomes of floating-point errors.
-        running = [pool.submit(copy_context().run, function, item) for item in items]
+        running = [pool.submit(function, item) for item in items]
         done = track(running, description) if description else running
         return {item: run.result() for item, run in zip(items, done, strict=True)}
 

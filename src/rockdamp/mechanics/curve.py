@@ -128,17 +128,6 @@ class TrilinearCurve:
         z = np.abs(x)
         return np.sign(x) * np.maximum(np.minimum(np.minimum(k1 * z, b1), ks * (a3 - z)), 0.0)
 
-    def tangent(self, x: ArrayLike) -> Array:
-        """Return df/dx at x = u/u_ins; at a corner that of the branch further out. [-]"""
-        k1, _, ks, a1, a2, a3 = self.parameters()
-        z = np.abs(np.asarray(x, dtype=float))
-        return np.asarray(k1 * (z < a1) - ks * ((z >= a2) & (z < a3)))
-
-    def secant(self, x: ArrayLike) -> Array:
-        """Return f(x)/x at x = u/u_ins, the square of the frequency w(x) of Eq. (9); k1 at x = 0. [-]"""
-        z = np.maximum(np.abs(np.asarray(x, dtype=float)), 1e-100)  # no 0/0
-        return self.force(z) / z
-
     def energy(self, x: ArrayLike) -> Array:
         r"""Return the energy that the wall stores at x = u/u_ins, constant beyond a3. [-]
 
