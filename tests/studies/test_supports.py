@@ -87,7 +87,7 @@ def test_an_overburden_that_keeps_its_side_changes_strength_and_capacity_alike(c
     wall = config.earthquakes.walls[0].wall
     share = 2 * float(wall.overburden) * 0.2 * wall.thickness / float(wall.upper_height * wall.rigid_strength)
     for to in (1, -1):
-        assert supports.strength_change(wall, to * 0.2) == pytest.approx(1 + to * share, rel=1e-12)
+        assert supports.change_strength(wall, to * 0.2) == pytest.approx(1 + to * share, rel=1e-12)
         moved = replace(wall, eccentricity=to * 0.2 * wall.thickness)
         ratio = float(moved.instability_displacement / wall.instability_displacement)
         assert ratio == pytest.approx(1 + to * share, rel=1e-12)

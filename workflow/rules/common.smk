@@ -34,5 +34,8 @@ def settings(*keys):
 
 
 def study_values(wildcards):
-    softer = ["softer_plateau"] if wildcards.study == "cracked_stiffness" else []
-    return CONFIG.leaves(f"studies.{wildcards.study}", *softer)
+    return CONFIG.leaves(f"studies.{wildcards.study}")
+
+
+def softer_plateau(wildcards):
+    return CONFIG.leaves("softer_plateau") if wildcards.study == "cracked_stiffness" else {}

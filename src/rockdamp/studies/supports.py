@@ -81,7 +81,7 @@ def run_asymmetric(
     )
     curve, ratio = stack(curves).map(lambda value: value[:, None]), section.velocity_ratio.values()
     stronger, weaker = (
-        np.array([[strength_change(wall, sign * section.eccentricity)] for wall in owners]) for sign in (1, -1)
+        np.array([[change_strength(wall, sign * section.eccentricity)] for wall in owners]) for sign in (1, -1)
     )
     loaded = np.array([[is_loaded(wall)] for wall in owners])
     collapsed = np.full((len(motions), ratio.size, len(owners), 2), NOT_RUN, dtype=np.int8)
@@ -115,7 +115,7 @@ def other_component(motion: GroundMotion, motions: Sequence[GroundMotion]) -> Re
     return other.record
 
 
-def strength_change(wall: Wall | Parapet, eccentricity: float) -> float:
+def change_strength(wall: Wall | Parapet, eccentricity: float) -> float:
     """Return the strength with an overburden so far from mid-thickness, over the thickness, over that without. [-]"""
     moved = replace(wall, eccentricity=eccentricity * float(wall.thickness))
     return float(moved.rigid_strength / wall.rigid_strength)
