@@ -152,6 +152,12 @@ def test_every_damper_s_march_is_its_textbook_scheme(damping, scheme):
 
 
 @pytest.mark.nojit
+def test_a_free_decay_reads_no_motion():
+    found = peaks(TrilinearCurve(0.04, 0.85), Damping("CR", 0.8), release_amplitude=0.5, step=STEP, steps=STEPS)
+    assert found.peak == 0.5 and not found.collapsed
+
+
+@pytest.mark.nojit
 def test_an_impact_time_is_the_first_root_of_the_parabola_from_either_side():
     for x, v, a in [(0.1, -2.0, 0.0), (0.1, -2.0, 9.0), (0.1, 0.5, -40.0), (0.1, 0.0, -80.0), (1e-9, -1.0, 3.0)]:
         roots = np.roots([a / 2, v, x])

@@ -62,7 +62,7 @@ class Cases:
         scheme: str = "newmark",
     ) -> Cases:
         """Release walls at rest: their decays under restitution over `steps` steps of the solver."""
-        run = {"release_amplitude": release_amplitude, "step": step, "steps": steps, "scheme": scheme}
+        run: dict[str, Any] = {"release_amplitude": release_amplitude, "step": step, "steps": steps, "scheme": scheme}
         decays = simulate(curve, Damping("CR", restitution), **run)
         return cls(curve, release_amplitude, restitution, decays.displacement, step, scheme)
 

@@ -428,7 +428,7 @@ def _checked_step(step: ArrayLike, curve: TrilinearCurve, damping: Damping) -> A
 
 def available_threads() -> int:
     """Return the threads this process may use: NUMBA_NUM_THREADS where set, else its processors."""
-    return int(config.NUMBA_NUM_THREADS)
+    return int(config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
 def uneven_collapses(
