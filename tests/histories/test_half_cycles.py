@@ -71,3 +71,4 @@ def test_between_two_half_cycles_the_crossing_is_the_middle_of_the_first_and_las
     np.testing.assert_allclose(found.end[0], 3.0)
     np.testing.assert_allclose(found.start[1], 3.0)
     assert half_cycles(np.arange(3.0), np.array([0.1, -0.1, 0.1]), 0.5).peak.size == 0
+    np.testing.assert_array_equal(half_cycles(np.arange(3.0), np.array([1.0, -1.0, 1.0]), 0.5).end[:2], [0.5, 1.5])

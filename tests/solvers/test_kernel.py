@@ -35,7 +35,7 @@ DAMPERS = {
     "cr": Damping("CR", 0.8),
     "cr_law": Damping("CR", 0.8, loss_exponent=0.2),
     **{model.lower(): Damping(model, 0.12) for model in ("CDC", "CDR", "SDR", "ECD", "BAND", "CQD")},
-    **{f"ecd{order:g}": Damping("ECD", 0.12, order=order) for order in (1, 2.5, 8, 16, 128)},
+    **{f"ecd{order:g}": Damping("ECD", 0.12, order=order) for order in (1, 2, 2.5, 4, 8, 16, 32, 64, 128)},
     "ecd_law": Damping("ECD", 0.12, order=4, loss_exponent=0.1, reference_amplitude=0.5),
 }
 
