@@ -164,10 +164,10 @@ def stack_setups(setups: Mapping[Any, Setup]) -> Stacks:
 
 def stack(owners: Sequence[T]) -> T:
     """Return walls, curves or dampers of numbers as one of arrays; text is that of the first."""
-    names = [field.name for field in fields(owners[0])]
-    values: dict[str, list[Any]] = {name: [getattr(owner, name) for owner in owners] for name in names}
+    columns = {field.name: [getattr(owner, field.name) for owner in owners] for field in fields(owners[0])}
     arrays: dict[str, Any] = {
-        name: of[0] if isinstance(of[0], str) else np.array(of, dtype=float) for name, of in values.items()
+        name: values[0] if isinstance(values[0], str) else np.array(values, dtype=float)
+        for name, values in columns.items()
     }
     return type(owners[0])(**arrays)
 
