@@ -9,7 +9,7 @@ import nbformat
 import pytest
 import yaml
 from nbclient import NotebookClient
-from page_blocks import FULL, make_tree
+from page_blocks import FULL, link_results, make_tree
 from repository import ROOT
 
 import rockdamp
@@ -52,7 +52,8 @@ def test_the_site_is_whole_without_a_network(site):
 
 @pytest.mark.no_cover
 def test_the_notebook_runs(tmp_path, request, monkeypatch):
-    tree = make_tree(tmp_path / "tree", ROOT / "results" if FULL else request.getfixturevalue("minimal"))
+    tree = make_tree(tmp_path / "tree")
+    link_results(tree, ROOT / "results" if FULL else request.getfixturevalue("minimal"))
     monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
     monkeypatch.setenv("PYTHONWARNINGS", "error::FutureWarning")
     notebook = nbformat.read(NOTEBOOK, as_version=4)

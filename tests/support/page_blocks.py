@@ -48,21 +48,30 @@ def read(page):
     return (ROOT / page).read_text(encoding="utf-8")
 
 
-def make_tree(place, results):
-    """A copy of the tree with the commands of this environment in `.venv/bin`, and these results."""
+def make_tree(place):
+    """A copy of the tree in which `.venv/bin` has the commands of this environment."""
     tree = Tree(place)
-    folders = [tree.place / name for name in (".venv/bin", "results")]
-    for folder in folders:
-        folder.mkdir(parents=True, exist_ok=True)
+    folder = tree.place / ".venv/bin"
+    folder.mkdir(parents=True)
     for name, options in {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp"}.items():
-        (folders[0] / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {options} "$@"\n', encoding="utf-8")
-        (folders[0] / name).chmod(0o755)
-    for result in results.iterdir():
-        if result.name != "minimal":
-            (folders[1] / result.name).symlink_to(result)
-    path = f"{folders[0]}:{tree.environment['PATH']}"  # as `source .venv/bin/activate` leaves it
+        (folder / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {options} "$@"\n', encoding="utf-8")
+        (folder / name).chmod(0o755)
+    path = f"{folder}:{tree.environment['PATH']}"  # as `source .venv/bin/activate` leaves it
     tree.environment |= {"PATH": path, "MPLBACKEND": "agg"}
     return tree
+
+
+def link_results(tree, results):
+    """Show a copy of the tree the results of a build; what the copy builds goes elsewhere."""
+    (tree.place / "results").mkdir()
+    for result in results.iterdir():
+        if result.name != "minimal":
+            (tree.place / "results" / result.name).symlink_to(result)
+
+
+def reads_results(page):
+    """Whether the Python of a page opens results of a full build."""
+    return re.search(r"\(\"results/(?!my-|minimal)", read(page)) is not None
 
 
 def edit(tree, place, code):
@@ -120,7 +129,7 @@ def run_session(tree, block, names, checker):
 def run_page(tree, page):
     """Run all blocks of a page in their order; numbers of the full results are compared where these are built."""
     text, names, edited = read(page), {}, False
-    checker = Checker() if FULL or not needs_results(page) else Anything()
+    checker = Checker() if FULL or not reads_results(page) else Anything()
     for language, block in BLOCK.findall(text):
         first, _, code = block.partition("\n")
         if place := PLACE.fullmatch(first):
@@ -135,8 +144,3 @@ def run_page(tree, page):
         elif language == "sh":
             for command in block.replace("\\\n", " ").splitlines():
                 run_shell(tree, command.replace(".venv/bin/", ""), edited)
-
-
-def needs_results(page):
-    """Whether the page shows numbers of a full build, in a session."""
-    return re.search(r">>> .*results/(?!my-)", read(page)) is not None
