@@ -71,7 +71,7 @@ def test_peaks_are_those_of_the_histories_to_the_bit(run, damper, scheme):
 def test_without_loss_and_at_coarse_steps_no_lane_leaves_too_early(share):
     """At a twentieth of the limit the scheme changes the energy most where lanes may still leave; beyond none does."""
     curve = TrilinearCurve(0.05, 0.7)
-    run = {"step": share * float(stable_step(curve)), "steps": 4000, "release_velocity": np.linspace(0.01, 1.1, 64)}
+    run = {"step": share * float(stable_step(curve)), "steps": 4000, "release_velocity": np.linspace(0.01, 1.1, 40)}
     for damping in (Damping("CR", 1.0), Damping("CDC", 0.001), Damping("ECD", 1e-4, order=16)):
         full, found = simulate(curve, damping, store_every=4000, **run), peaks(curve, damping, **run)
         np.testing.assert_array_equal(found.peak, np.where(full.collapsed, 1.0, full.peak))
