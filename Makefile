@@ -7,7 +7,8 @@ LOCK_FLAGS ?=
 
 bin := .venv/bin
 # One process more than there are cores: the tests of the workflow often wait for Snakemake.
-parallel := --numprocesses $(shell echo $$(($$(getconf _NPROCESSORS_ONLN) + 1))) --maxprocesses 4 --dist loadfile
+processes := $(shell echo $$(($$(getconf _NPROCESSORS_ONLN) + 1)))
+parallel := --numprocesses $(processes) --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 .PHONY: all paper help setup test test-long test-nojit lint docs peers test-peers benchmark lock clean
 

@@ -27,26 +27,11 @@ if "PYTEST_XDIST_WORKER" in os.environ:
         os.environ.setdefault(threads, "1")
 
 # These take minutes, so they go first: no process is left alone with one of them at the end.
-LONG = ("tests/workflow/", "tests/documents/test_pages", "tests/whole_package/")
-# The files of each of these folders go to one process: they share what takes long to make.
-TOGETHER = ("tests/workflow/", "tests/figures/")
+LONG = ("tests/workflow/", "tests/documents/test_pages")
 
 
 def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: not item.nodeid.startswith(LONG))
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config, log):
-    """`--dist loadfile`, but for the folders that stay together."""
-    from xdist.scheduler import LoadFileScheduling
-
-    class ByFile(LoadFileScheduling):
-        def _split_scope(self, nodeid):
-            folders = (folder for folder in TOGETHER if nodeid.startswith(folder))
-            return next(folders, super()._split_scope(nodeid))
-
-    return ByFile(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
 def areas_under(corners, force, end):

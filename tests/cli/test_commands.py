@@ -42,7 +42,6 @@ def record(tmp_path):
 # --- all commands -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("name", list(main.commands))
 def test_the_help_is_short_and_its_examples_run(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -30,7 +30,6 @@ PROPERTIES = {name: member.fget for name, member in MEMBERS.items() if isinstanc
 PROPERTIES |= {name: member.func for name, member in MEMBERS.items() if isinstance(member, cached_property)}
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("name", ["rockdamp", *MODULES])
 def test_the_examples_of_a_module_print_what_they_say(name):
     runner = doctest.DocTestRunner(Checker(), optionflags=doctest.NORMALIZE_WHITESPACE)

@@ -18,7 +18,6 @@ def mark(page):
     return pytest.param(page, marks=pytest.mark.long if page in LONG else ())
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("page", [mark(page) for page in PAGES])
 def test_commands_and_python_of_a_page(page, tmp_path, request):
     tree = make_tree(tmp_path / "tree")

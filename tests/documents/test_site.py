@@ -50,7 +50,6 @@ def test_the_site_is_whole_without_a_network(site):
     assert all(key in text for key in find_keys(yaml.safe_load((ROOT / "config/default.yaml").read_text("utf-8"))))
 
 
-@pytest.mark.no_cover
 def test_the_notebook_runs(tmp_path, request, monkeypatch):
     tree = make_tree(tmp_path / "tree")
     link_results(tree, ROOT / "results" if FULL else request.getfixturevalue("minimal"))

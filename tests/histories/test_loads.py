@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from experimental_style import WALL
+from experimental_style import WALL, ricker
 
 import rockdamp as rd
 from rockdamp.histories.loads import count_steps, make_load, run_record, sample_load
 from rockdamp.histories.one_sided import respond_one_sided
 from rockdamp.motions.catalogue import GroundMotion
-from rockdamp.motions.pulses import ricker
 from rockdamp.solvers.exact import exact_history
 
 CURVE, DAMPING, STEP = rd.TrilinearCurve(0.03, 0.80), rd.Damping("CR", 0.835), 0.0025

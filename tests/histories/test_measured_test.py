@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from experimental_style import ricker
 
 from rockdamp.errors import InputError
 from rockdamp.histories.measured_test import QUIET, quiet_level, rest_samples
-from rockdamp.motions.pulses import ricker
 from rockdamp.motions.record import Record
 
 ELAPSED = np.arange(600) / 200

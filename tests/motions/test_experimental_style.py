@@ -7,9 +7,11 @@ import experimental_style
 import numpy as np
 import pytest
 import yaml
-from experimental_style import synthetic_record
+from experimental_style import ricker, synthetic_record
 from repository import ROOT
 from rounded_texts import assert_shipped
+from scipy.integrate import quad
+from scipy.optimize import minimize_scalar
 
 from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError
@@ -53,3 +55,14 @@ def test_the_peak_is_as_steep_in_the_motion_as_the_caption_of_fig_8_has_it():
         assert peak in caption and f"{level:.2f}" in caption
     with pytest.raises(InputError, match="pulse_peak"):
         synthetic_record(noise=0, pulse_peak=1.45 * STANDARD_GRAVITY)
+
+
+def test_a_ricker_wavelet_has_its_peak_zeros_and_troughs_where_the_formula_puts_them():
+    assert ricker(0.0, 2.0, 3.0) == 3.0
+    zero = 1 / (np.pi * 2.0 * np.sqrt(2))
+    assert 2 * zero == pytest.approx(0.225, abs=5e-4)  # the width that physics gives a 2 Hz wavelet
+    np.testing.assert_allclose(ricker([-zero, zero], 2.0, 3.0), 0, atol=1e-15)
+    trough = minimize_scalar(lambda t: float(ricker(t, 2.0, 3.0)), bounds=(zero, 0.5), method="bounded")
+    assert trough.fun == pytest.approx(-3.0 * 2 * np.exp(-1.5), rel=1e-9)
+    velocity, lobe = (2 * quad(ricker, 0, end, args=(2.0, 1.0))[0] for end in (2.0, zero))
+    assert abs(velocity) < 1e-9 * lobe

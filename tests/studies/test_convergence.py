@@ -41,7 +41,6 @@ def exact(ensemble):
     return lambda model, excitation: np.array([solve(model, excitation, lane) for lane in range(LANES)])
 
 
-@pytest.mark.no_cover
 @pytest.mark.parametrize("excitation", ["free", "forced"])
 @pytest.mark.parametrize("model", MODELS)
 def test_both_schemes_tend_to_the_event_driven_solution_at_the_order_of_the_theory(ensemble, exact, model, excitation):

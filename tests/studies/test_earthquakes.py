@@ -99,7 +99,6 @@ def test_the_number_of_jobs_changes_nothing(config, walls):
     xr.testing.assert_identical(gather(1, "01"), gather(2, "0"))
 
 
-@pytest.mark.no_cover
 def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_their_bound(config, study):
     few = changed(config, {"earthquakes.check.histories": 60, "earthquakes.check.seed": 1})
     found = event_driven_check.check_earthquakes(few, study)

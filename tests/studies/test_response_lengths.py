@@ -28,7 +28,6 @@ def test_a_damping_ratio_of_one_step_lies_within_its_uncertainty(found, matches)
     assert float((here["damping_ratio_uncertainty"] / here["damping_ratio"]).median()) < 0.1
 
 
-@pytest.mark.no_cover
 def test_the_default_response_length_is_the_one_that_the_paper_implies(paper):
     """The inference on the paper's grid of e, over the response lengths that hold its minimum, at twice the step."""
     reference = {"amplitude": [paper.release_amplitude]}

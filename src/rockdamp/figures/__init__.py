@@ -14,7 +14,7 @@ FIGURES = {
     "fig6_error": ("figures.equivalence", ["match/amplitude"]),
     "fig7": ("figures.equivalence", ["equivalence"]),
     "fig8": ("figures.measured", ["validation"]),
-    "fig_convergence": ("figures.convergence", ["convergence"]),
+    "fig_convergence": ("figures.assumptions", ["convergence"]),
     "fig_amplitude": ("figures.equivalence", ["amplitude"]),
     "fig_order": ("figures.order", ["order"]),
     "fig_loss_law": ("figures.assumptions", ["loss_law"]),
