@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-import yaml
 from configs import configured, stated
 from repository import ROOT
 
@@ -18,11 +17,6 @@ from rockdamp.mechanics.wall import Parapet
 def test_the_shipped_files_are_valid_and_name_the_schema(name):
     assert parse_config(stated(minimal=name == "minimal")).solver.scheme == "newmark"
     assert (ROOT / f"config/{name}.yaml").read_text().startswith("# yaml-language-server: $schema=schema.json\n")
-
-
-@pytest.mark.parametrize("file", sorted((ROOT / "examples").glob("my-*.yaml")), ids=lambda file: file.stem)
-def test_the_examples_are_valid_over_the_default(file):
-    parse_config(stated(yaml.safe_load(file.read_text())))
 
 
 def test_the_schema_is_that_of_the_model():

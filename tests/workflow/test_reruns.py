@@ -47,7 +47,7 @@ EDITS = {
         "glossary: excess",
     ),
     "a line of the kernel": (
-        [("src/rockdamp/solvers/kernel.py", "PATIENCE = 256", "PATIENCE = 128")],
+        [("src/rockdamp/solvers/kernel.py", "INTERVAL = 128", "INTERVAL = 64")],
         ALL - UNSOLVED,
         "solvers.kernel",
     ),
