@@ -241,3 +241,12 @@ def test_the_answer_moves_as_a_changed_wall_s_own_answer(wall, curve, motions, a
         alone = rd.assess(other, bent, motions, pgv=0.8, restitution=e).sel(damping_model="CR")
         assert rows[key]["collapse_probability"] == alone["collapse_probability"].item()
         assert rows[key]["median"] == pytest.approx(alone["median_pgv"].item(), rel=1e-8)
+
+
+def test_an_e_that_is_raised_ends_at_1(wall, curve, motions, answer):
+    near_one = answer.assign(restitution=0.98)
+    raised = [
+        row for row in sensitivity(wall, curve, near_one, motions) if row["value"] > 1 and "e" in row["input"].split()
+    ]
+    alone = rd.assess(wall, curve, motions, pgv=0.8, restitution=1.0).sel(damping_model="CR")
+    assert [row["collapse_probability"] for row in raised] == [alone["collapse_probability"].item()]

@@ -74,3 +74,11 @@ def test_misfits_are_counted_against_the_papers_range():
     assert response_lengths.infer(data) == 1.0
     flags = response_lengths.flags(data)
     assert flags["secant_below_constant"].values.tolist() == [0, 0, 0]
+
+
+def test_lengths_between_neighbours_are_tenths_on_both_sides():
+    lengths = np.array([4.0, 8.0, 9.0, 10.0])
+    np.testing.assert_allclose(
+        response_lengths.between_neighbours(lengths, 8.0), [*np.arange(4, 8, 0.4), *np.arange(8, 9.05, 0.1)]
+    )
+    np.testing.assert_allclose(response_lengths.between_neighbours(lengths, 10.0), np.arange(9, 10.05, 0.1))
