@@ -92,16 +92,6 @@ def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
 
 
 @pytest.mark.long
-def test_a_job_may_not_read_a_value_that_its_rule_does_not_list(tree, edited):
-    edited("workflow/rules/paper.smk", '*settings("wall", "curve", "validation.wall")', '*settings("wall", "curve")')
-    run = tree.snakemake("mechanism")
-    assert run.returncode != 0
-    log = (tree.place / "logs" / RESULTS / "mechanism.log").read_text(encoding="utf-8")
-    assert "AttributeError" in log and "validation" in log
-    shutil.rmtree(tree.place / ".snakemake/incomplete", ignore_errors=True)
-
-
-@pytest.mark.long
 def test_a_truncated_dataset_is_refused_by_its_reader(tree):
     path = tree.place / RESULTS / "mechanism.nc"
     whole = path.read_bytes()
@@ -139,3 +129,14 @@ def test_the_profile_for_slurm_repeats_the_default_one():
         for name in ("default", "slurm")
     )
     assert {key: slurm[key] for key in default} == default
+
+
+@pytest.mark.long
+def test_a_job_may_not_read_a_value_that_its_rule_does_not_list(tree, edited):
+    """Last, as the failed job takes its old result with it."""
+    edited("workflow/rules/paper.smk", '*settings("wall", "curve", "validation.wall")', '*settings("wall", "curve")')
+    run = tree.snakemake("mechanism")
+    assert run.returncode != 0
+    log = (tree.place / "logs" / RESULTS / "mechanism.log").read_text(encoding="utf-8")
+    assert "AttributeError" in log and "validation" in log
+    shutil.rmtree(tree.place / ".snakemake/incomplete", ignore_errors=True)
