@@ -58,6 +58,9 @@ def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
                 found = stored.sel(damping_model=row["damping_model"], damping_ratio_source=source)
                 assert float(found) == pytest.approx(np.nan if expected is None else expected, rel=1e-12, nan_ok=True)
         assert np.isnan(stored.sel(damping_model="CR")).all()
+        stiffness = named.curve.strength_ratio / named.curve.yield_displacement_ratio
+        period = 2 * np.pi / np.sqrt(stiffness) / float(named.wall.frequency_parameter)
+        assert float(walls["initial_period"].sel(wall=named.name)) == pytest.approx(float(period))
 
 
 def test_every_wall_is_shaken_to_the_same_scales(config, study):

@@ -87,6 +87,7 @@ def test_the_largest_step_is_of_the_ladder_and_none_leaves_fewer_than_two_steps_
     departure = xr.concat([part["departure"] for part in chunks], "ladder_record").sel(restitution=0.85)
     narrow = departure.sel(damper="BAND0.1")
     assert narrow.sel(step=0.2).isnull().all() and narrow.sel(step=0.1).notnull().any()
+    assert (departure.sel(step=min(config.order.ladder)) > 0).any()  # from a finer step than all of the ladder
     for damper in ("ECD16", "BAND0.2"):
         sizes = departure.sel(damper=damper)
         converged = [step for step in config.order.ladder if np.nanquantile(sizes.sel(step=step), 0.9) <= 0.005]

@@ -18,6 +18,8 @@ def test_fits_keep_to_the_reference_plateau_and_match_numpy(matches, config):
     np.testing.assert_allclose(fit["giannini_masiani"], giannini_masiani(e))
     residual = np.abs(one["damping_ratio"] - one["damping_ratio_fit"])
     assert float(one["largest_residual"]) == pytest.approx(float(residual.max()))
+    correlation = np.corrcoef(one["damping_ratio"], one["damping_ratio_fit"])[0, 1]
+    assert float(one["r_squared"]) == pytest.approx(correlation**2, rel=1e-9)
 
 
 def with_ratio(match, values):
