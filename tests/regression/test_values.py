@@ -32,7 +32,8 @@ def summarise(folder, datasets):
                 if variable.dtype.kind != "f" or "uncertainty" in key:
                     continue
                 finite = np.abs(variable.values[np.isfinite(variable.values)])
-                values[f"{name} {key}"] = float(f"{finite.mean():.9g}") if finite.size else None
+                if finite.size:
+                    values[f"{name} {key}"] = float(f"{finite.mean():.9g}")
     return values
 
 
