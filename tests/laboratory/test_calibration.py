@@ -103,8 +103,7 @@ def test_estimates_keep_their_values(record, estimate, standard_error):
     """The standard errors are those by derivatives of the event-driven solver."""
     found = calibrate(record, WALL)
     assert np.all(np.abs(found["estimate"] - estimate) < 0.02 * np.array(standard_error))
-    # The steps of the solver are rough against the differences.
-    np.testing.assert_allclose(found["standard_error"], standard_error, rtol=0.4)
+    np.testing.assert_allclose(found["standard_error"], standard_error, rtol=0.06)
 
 
 def test_runs_are_weighted_by_their_covariances():
