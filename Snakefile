@@ -20,7 +20,9 @@ except InputError as error:
     raise WorkflowError(str(error)) from None
 
 # The same bytes at any number of cores: on several threads BLAS adds in another order, and PDF states its date.
-os.environ |= dict.fromkeys(["NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"], "1")
+os.environ |= dict.fromkeys(
+    ["NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"], "1"
+)
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")
 
 

@@ -8,7 +8,9 @@ from collections.abc import Callable
 import numpy as np
 from walls import STEP, STEPS, SUBSTEPS, Walls
 
-os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")  # before JAX
+os.environ.setdefault(
+    "XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+)  # before JAX
 
 import jax
 import jax.numpy as jnp

@@ -29,7 +29,9 @@ def set_up() -> None:
     ops.fix(1, 1)
     ops.mass(2, 1.0)
     mirrored = [[-value for value in values[:0:-1]] + values for values in (strains, stresses)]
-    ops.uniaxialMaterial("ElasticMultiLinear", 1, 0.0, "-strain", *mirrored[0], "-stress", *mirrored[1])
+    ops.uniaxialMaterial(
+        "ElasticMultiLinear", 1, 0.0, "-strain", *mirrored[0], "-stress", *mirrored[1]
+    )
     ops.uniaxialMaterial("Viscous", 2, 2 * XI * float(CURVE.initial_frequency), 1.0)
     ops.uniaxialMaterial("Parallel", 3, 1, 2)
     ops.element("zeroLength", 1, 1, 2, "-mat", 3, "-dir", 1)
@@ -82,8 +84,12 @@ def opensees_step() -> float:
 def rows(rockdamp_step: float) -> list[list[str]]:
     """Return the rows of the table; `rockdamp_step` is the seconds of a step of one wall among many."""
     times = SAMPLING * np.arange(SAMPLES + 1)
-    truth = exact_history(CURVE, Damping("CDC", XI), times, load=GROUND, sampling=SAMPLING).displacement
-    ours, theirs = (partial(steps_for_error, history)(truth) for history in (rockdamp_history, opensees_history))
+    truth = exact_history(
+        CURVE, Damping("CDC", XI), times, load=GROUND, sampling=SAMPLING
+    ).displacement
+    ours, theirs = (
+        partial(steps_for_error, history)(truth) for history in (rockdamp_history, opensees_history)
+    )
     step = opensees_step()
     return [
         ["a step of one CDC wall [ns]", f"{rockdamp_step * 1e9:.2f}", "", "", f"{step * 1e9:,.0f}"],

@@ -79,7 +79,9 @@ def usage(*command: str) -> tuple[float, float, float]:
         "used = resource.getrusage(resource.RUSAGE_CHILDREN);"
         "print(time.perf_counter() - start, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)"
     )
-    run = subprocess.run([sys.executable, "-c", code, *command], cwd=ROOT, capture_output=True, text=True, check=True)
+    run = subprocess.run(
+        [sys.executable, "-c", code, *command], cwd=ROOT, capture_output=True, text=True, check=True
+    )
     seconds, processor, memory = map(float, run.stdout.split())
     return seconds, processor, memory
 
@@ -97,15 +99,22 @@ def program_rows() -> list[list[str]]:
             ]
         )
     _, processor, _ = usage(
-        sys.executable, "-m", "rockdamp", *"equivalent --restitution 0.85 --a1 0.04 --b1 0.85".split()
+        sys.executable,
+        "-m",
+        "rockdamp",
+        *"equivalent --restitution 0.85 --a1 0.04 --b1 0.85".split(),
     )
     rows.append(["`rockdamp equivalent`, processor time [s]", f"{processor:.1f}"])
     code = (
-        "import sys; sys.path.insert(0, 'benchmarks'); from walls import Walls; Walls.draw('BAND', 1_000_000).peaks()"
+        "import sys; sys.path.insert(0, 'benchmarks'); "
+        "from walls import Walls; Walls.draw('BAND', 1_000_000).peaks()"
     )
     seconds, processor, memory = usage(sys.executable, "-c", code)
     rows.append(
-        [f"peaks of a million BAND walls, {STEPS} steps, one thread [s]", f"{processor:.0f} ({memory:.0f} MiB)"]
+        [
+            f"peaks of a million BAND walls, {STEPS} steps, one thread [s]",
+            f"{processor:.0f} ({memory:.0f} MiB)",
+        ]
     )
     return [[*row, "", "", ""] for row in rows]
 
@@ -114,7 +123,9 @@ def machine() -> str:
     """Describe the machine and the versions."""
     names = ("numpy", "numba", "scipy", "snakemake", "openseespy", "jax")
     with open("/proc/cpuinfo", encoding="utf-8") as lines:
-        processor = next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+        processor = next(
+            line.partition(":")[2].strip() for line in lines if line.startswith("model name")
+        )
     versions = ", ".join(f"{name} {version(name)}" for name in names)
     return f"Machine: {processor}, {os.cpu_count()} cores, Python {platform.python_version()}, {versions}."
 
@@ -124,10 +135,13 @@ def main() -> None:
     times = kernel_times()
     columns = ["", "rockdamp", "C", "JAX", "OpenSeesPy"]
     rows = [
-        [f"{model}, a step [ns]", *(f"{times[model][name] * 1e9:.2f}" for name in columns[1:4]), ""] for model in MODELS
+        [f"{model}, a step [ns]", *(f"{times[model][name] * 1e9:.2f}" for name in columns[1:4]), ""]
+        for model in MODELS
     ]
     opensees = opensees_wall.rows(times["CDC"]["rockdamp"])
-    c, jax = ([times[model]["rockdamp"] / times[model][peer] for model in MODELS] for peer in ("C", "JAX"))
+    c, jax = (
+        [times[model]["rockdamp"] / times[model][peer] for model in MODELS] for peer in ("C", "JAX")
+    )
     claim = (
         f"rockdamp's step takes {min(c):.2f} to {max(c):.2f} times that of C,"
         f" and {min(jax):.2f} to {max(jax):.2f} times that of JAX."

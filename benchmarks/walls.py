@@ -18,7 +18,11 @@ def record(samples: int, sampling: float) -> np.ndarray:
     tau = sampling * np.arange(samples)
     frequencies = np.geomspace(0.5, 4.0, 24)
     phases = np.random.default_rng(SEED).uniform(0, 2 * np.pi, frequencies.size)
-    return 0.25 * np.sin(np.pi * tau / tau[-1]) ** 2 * np.sin(np.outer(tau, frequencies) + phases).sum(axis=1)
+    return (
+        0.25
+        * np.sin(np.pi * tau / tau[-1]) ** 2
+        * np.sin(np.outer(tau, frequencies) + phases).sum(axis=1)
+    )
 
 
 @dataclass(frozen=True)
@@ -37,10 +41,18 @@ class Walls:
         curve = TrilinearCurve(rng.uniform(0.03, 0.12, count), rng.uniform(0.65, 0.85, count))
         low, high = (0.75, 0.95) if model == "CR" else (0.02, 0.08)
         damping = Damping(model, rng.uniform(low, high, count))
-        return cls(curve, damping, rng.uniform(0.1, 0.9, count), record(STEPS // SUBSTEPS + 1, STEP * SUBSTEPS))
+        return cls(
+            curve,
+            damping,
+            rng.uniform(0.1, 0.9, count),
+            record(STEPS // SUBSTEPS + 1, STEP * SUBSTEPS),
+        )
 
     def peaks(self, threads: int = 1) -> Peaks:
         """Run them by rockdamp."""
         return peaks(
-            self.curve, self.damping, load=Load(self.ground, self.factor, STEP * SUBSTEPS, SUBSTEPS), threads=threads
+            self.curve,
+            self.damping,
+            load=Load(self.ground, self.factor, STEP * SUBSTEPS, SUBSTEPS),
+            threads=threads,
         )

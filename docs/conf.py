@@ -30,7 +30,9 @@ myst_heading_anchors = 3
 
 # The notebook shows what is among the results; where they are not built, its source alone is shown.
 needed = ["equivalence.nc", "match/amplitude.nc"]
-nb_execution_mode = "force" if all((ROOT / "results" / name).is_file() for name in needed) else "off"
+nb_execution_mode = (
+    "force" if all((ROOT / "results" / name).is_file() for name in needed) else "off"
+)
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
 
@@ -63,7 +65,9 @@ linkcheck_retries = 2
 
 def escape_bars(app, what, name, obj, options, lines):
     """|u| in a docstring is no substitution of reStructuredText."""
-    lines[:] = [line if "`" in line or ">>>" in line else line.replace("|", r"\|") for line in lines]
+    lines[:] = [
+        line if "`" in line or ">>>" in line else line.replace("|", r"\|") for line in lines
+    ]
 
 
 def restore_property(app, what, name, obj, options, lines):

@@ -30,14 +30,22 @@ def knet(lines):
     header = {line[:18].strip(): line[18:].strip() for line in lines[:first]}
     gal, counts = map(float, re.findall(r"[\d.]+", header["Scale Factor"]))
     values = np.array(" ".join(lines[first:]).split(), dtype=float) * gal / counts / 100
-    return 1 / float(header["Sampling Freq(Hz)"].removesuffix("Hz")), values - values.mean(), values.size
+    return (
+        1 / float(header["Sampling Freq(Hz)"].removesuffix("Hz")),
+        values - values.mean(),
+        values.size,
+    )
 
 
 def v2(lines):
     """Return the same of a file of CSMIP."""
-    head = re.compile(r"\s*(\d+) points of accel data equally spaced at\s*([\d.]+) sec, in cm/sec(2|/sec)")
+    head = re.compile(
+        r"\s*(\d+) points of accel data equally spaced at\s*([\d.]+) sec, in cm/sec(2|/sec)"
+    )
     at, found = next((at, found) for at, line in enumerate(lines) if (found := head.match(line)))
-    end = next((end for end in range(at + 1, len(lines)) if re.search("[a-z&]", lines[end])), len(lines))
+    end = next(
+        (end for end in range(at + 1, len(lines)) if re.search("[a-z&]", lines[end])), len(lines)
+    )
     values = np.array(" ".join(lines[at + 1 : end]).split(), dtype=float)
     return float(found[2]), values / 100, int(found[1])
 
@@ -45,15 +53,27 @@ def v2(lines):
 def convert(path):
     """Write a record beside its file, with the ending .csv, and return the path."""
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    read = knet if lines and lines[0].startswith("Origin Time") else v2 if path.suffix.lower() == ".v2" else esm
+    read = (
+        knet
+        if lines and lines[0].startswith("Origin Time")
+        else v2
+        if path.suffix.lower() == ".v2"
+        else esm
+    )
     try:
         step, values, number = read(lines)
     except (KeyError, StopIteration):
-        raise ValueError("no record of ESM, K-NET or CSMIP; write elapsed_s,ground_acceleration_m_s2") from None
+        raise ValueError(
+            "no record of ESM, K-NET or CSMIP; write elapsed_s,ground_acceleration_m_s2"
+        ) from None
     if values.size != number:
         raise ValueError(f"it has {values.size} accelerations and states {number}")
-    written = path.with_name(f"{path.name}.csv" if path.suffix.lower() != ".asc" else f"{path.stem}.csv")
-    rd.write_record(written, rd.Record(step * np.arange(values.size), values, header={"source": path.name}))
+    written = path.with_name(
+        f"{path.name}.csv" if path.suffix.lower() != ".asc" else f"{path.stem}.csv"
+    )
+    rd.write_record(
+        written, rd.Record(step * np.arange(values.size), values, header={"source": path.name})
+    )
     return written
 
 

@@ -20,5 +20,7 @@ channels = pd.read_csv(logger, comment="#")[list(SCALES)] * pd.Series(SCALES)
 elapsed = channels.pop("t").to_numpy()
 channels -= channels[elapsed < elapsed[0] + REST].mean()
 rate = (len(elapsed) - 1) / (elapsed[-1] - elapsed[0])
-acceleration, wall, table = sosfiltfilt(butter(4, CORNER, fs=rate, output="sos"), channels, axis=0).T
+acceleration, wall, table = sosfiltfilt(
+    butter(4, CORNER, fs=rate, output="sos"), channels, axis=0
+).T
 rd.write_record(record, rd.Record(elapsed, acceleration, wall - table, header=HEADER))

@@ -23,7 +23,12 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 # Where several processes share the processors, further threads only wait for each other; those of BLAS burn time while
 # they do. NumPy reads this when a test first imports it.
 if "PYTEST_XDIST_WORKER" in os.environ:
-    for threads in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"):
+    for threads in (
+        "NUMBA_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "BLIS_NUM_THREADS",
+    ):
         os.environ.setdefault(threads, "1")
 
 # These take minutes, so they go first: no process is left alone with one of them at the end.
@@ -53,7 +58,9 @@ def areas_under(corners, force, end):
 def minimal(tmp_path_factory, worker_id):
     """The folder of the minimal results, built in the repository where they are missing or out of date."""
     base = tmp_path_factory.getbasetemp()
-    with open((base if worker_id == "master" else base.parent) / "build.lock", "w", encoding="utf-8") as lock:
+    with open(
+        (base if worker_id == "master" else base.parent) / "build.lock", "w", encoding="utf-8"
+    ) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # one process builds, the others wait
         run = Tree(ROOT).snakemake("--nolock")
     assert run.returncode == 0, run.stdout + run.stderr

@@ -59,7 +59,9 @@ def walls(draw):
 
 def load(seed):
     """A smooth load of some strength, and its samples."""
-    amplitude, frequency, phase = np.random.default_rng(seed).uniform([0, 0.3, 0], [0.3, 4, 2 * np.pi], (4, 3)).T
+    amplitude, frequency, phase = (
+        np.random.default_rng(seed).uniform([0, 0.3, 0], [0.3, 4, 2 * np.pi], (4, 3)).T
+    )
     return (amplitude * np.sin(frequency * TAU[:, None] + phase)).sum(axis=1)
 
 
@@ -69,8 +71,13 @@ starts = st.tuples(numbers(-0.95, 0.95), numbers(-0.5, 0.5))
 
 def respond(curve, damping, start, ground, scheme, scale=1.0):
     x0, v0 = start
-    release = {"release_amplitude": x0 * curve.ultimate_displacement_ratio, "release_velocity": v0 * scale}
-    return simulate(curve, damping, **release, scheme=scheme, load=Load(scale * ground, 1.0, 0.05, 5))
+    release = {
+        "release_amplitude": x0 * curve.ultimate_displacement_ratio,
+        "release_velocity": v0 * scale,
+    }
+    return simulate(
+        curve, damping, **release, scheme=scheme, load=Load(scale * ground, 1.0, 0.05, 5)
+    )
 
 
 # --- symmetry and scaling, to the bit ---------------------------------------------------------------------------------
@@ -79,7 +86,9 @@ def respond(curve, damping, start, ground, scheme, scale=1.0):
 @pytest.mark.parametrize("scheme", SCHEMES)
 @given(curve=curves(), damping=dampings(), start=starts, seed=seeds)
 @settings(max_examples=60)
-def test_a_mirrored_start_and_load_give_the_mirrored_history_bit_for_bit(scheme, curve, damping, start, seed):
+def test_a_mirrored_start_and_load_give_the_mirrored_history_bit_for_bit(
+    scheme, curve, damping, start, seed
+):
     ground = load(seed)
     one = respond(curve, damping, start, ground, scheme)
     other = respond(curve, damping, (-start[0], -start[1]), -ground, scheme)
@@ -90,9 +99,17 @@ def test_a_mirrored_start_and_load_give_the_mirrored_history_bit_for_bit(scheme,
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
-@given(curve=curves(("translated",)), damping=dampings(LINEAR), start=starts, seed=seeds, halvings=st.integers(1, 3))
+@given(
+    curve=curves(("translated",)),
+    damping=dampings(LINEAR),
+    start=starts,
+    seed=seeds,
+    halvings=st.integers(1, 3),
+)
 @settings(max_examples=60)
-def test_a_translated_curve_shrunk_in_both_axes_shrinks_the_history(scheme, curve, damping, start, seed, halvings):
+def test_a_translated_curve_shrunk_in_both_axes_shrinks_the_history(
+    scheme, curve, damping, start, seed, halvings
+):
     # With slope -K0 kept, a1, b1 and a3 times s is the same curve at scale s: x, x' and the load scale with it.
     s = 0.5**halvings
     small = curve.map(lambda parameter: s * parameter)
@@ -107,9 +124,16 @@ def test_a_translated_curve_shrunk_in_both_axes_shrinks_the_history(scheme, curv
 
 @given(wall=walls(), size=numbers(0.2, 5))
 def test_walls_of_one_shape_differ_in_time_as_the_root_of_their_size(wall, size):
-    other = replace(wall, **{name: getattr(wall, name) * size for name in ("thickness", "height", "eccentricity")})
-    assert other.frequency_parameter == pytest.approx(wall.frequency_parameter / np.sqrt(size), rel=1e-12)
-    assert other.instability_displacement == pytest.approx(wall.instability_displacement * size, rel=1e-12)
+    other = replace(
+        wall,
+        **{name: getattr(wall, name) * size for name in ("thickness", "height", "eccentricity")},
+    )
+    assert other.frequency_parameter == pytest.approx(
+        wall.frequency_parameter / np.sqrt(size), rel=1e-12
+    )
+    assert other.instability_displacement == pytest.approx(
+        wall.instability_displacement * size, rel=1e-12
+    )
     # The same acceleration does the same: strength goes with weight.
     assert other.load_factor == pytest.approx(wall.load_factor, rel=1e-12)
     assert other.restitution_rigid == pytest.approx(wall.restitution_rigid, abs=1e-14)
@@ -128,4 +152,6 @@ def test_a_free_decay_never_exceeds_its_release_nor_collapses(curve, damping, x0
     assert not response.collapsed
     # A corner inside a step costs at most the fraction (w1 step)^2/4 = 6e-4 of the energy, in either direction; a half
     # cycle passes four.
-    assert curve.energy(response.peak) <= curve.energy(release) * (1 + 6e-4 * 4 * (response.impacts + 1))
+    assert curve.energy(response.peak) <= curve.energy(release) * (
+        1 + 6e-4 * 4 * (response.impacts + 1)
+    )

@@ -14,7 +14,10 @@ def pages():
         text = (ROOT / page).read_text(encoding="utf-8")
         yield page, "".join(re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
     notebook = json.loads((ROOT / "docs/notebooks/explore.ipynb").read_text(encoding="utf-8"))
-    yield "explore.ipynb", "\n".join("".join(c["source"]) for c in notebook["cells"] if c["cell_type"] == "code")
+    yield (
+        "explore.ipynb",
+        "\n".join("".join(c["source"]) for c in notebook["cells"] if c["cell_type"] == "code"),
+    )
 
 
 def test_a_strict_type_checker_passes_the_python_of_the_pages_and_names_a_mistake(tmp_path):
@@ -24,6 +27,17 @@ def test_a_strict_type_checker_passes_the_python_of_the_pages_and_names_a_mistak
     for name, text in files.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     options = ["--strict", "--config-file=", "--hide-error-context", "--no-pretty"]
-    run = subprocess.run([sys.executable, "-m", "mypy", *options, *files], cwd=tmp_path, capture_output=True, text=True)
-    lines = [line for line in run.stdout.splitlines() if ": error:" in line and line.split(":")[0] in files]
-    assert lines and all(line.startswith("mistake.py:2:") for line in lines), run.stdout + run.stderr
+    run = subprocess.run(
+        [sys.executable, "-m", "mypy", *options, *files],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    lines = [
+        line
+        for line in run.stdout.splitlines()
+        if ": error:" in line and line.split(":")[0] in files
+    ]
+    assert lines and all(line.startswith("mistake.py:2:") for line in lines), (
+        run.stdout + run.stderr
+    )

@@ -46,7 +46,16 @@ def test_decimals_have_no_noise_and_si_units_are_their_own_spelling():
 
 @pytest.mark.parametrize(
     ("text", "unit"),
-    [("4,5", "m"), ("3furlong", "m"), ("0.3g", "m"), ("2m", ""), ("nan", ""), ("1_0", ""), ("", "m"), ("4Hz", "s")],
+    [
+        ("4,5", "m"),
+        ("3furlong", "m"),
+        ("0.3g", "m"),
+        ("2m", ""),
+        ("nan", ""),
+        ("1_0", ""),
+        ("", "m"),
+        ("4Hz", "s"),
+    ],
 )
 def test_another_unit_or_no_number_is_refused_with_its_text(text, unit):
     with pytest.raises(ValueError, match=repr(text)):

@@ -16,7 +16,13 @@ from pathlib import Path
 
 import numpy as np
 from doc_tables import table
-from experimental_style import RESTITUTION, STRENGTH_RATIO, WALL, YIELD_DISPLACEMENT_RATIO, synthetic_record
+from experimental_style import (
+    RESTITUTION,
+    STRENGTH_RATIO,
+    WALL,
+    YIELD_DISPLACEMENT_RATIO,
+    synthetic_record,
+)
 
 from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.laboratory.calibration import estimate_covariance
@@ -57,9 +63,13 @@ def coverage_row(model: str, first_seed: int) -> tuple[str, ...]:
 
 def write_coverage() -> None:
     """Write the table of docs/measured.md; the tests of each damper have noise of their own."""
-    text = table(HEAD, [coverage_row(model, 1000 * number) for number, model in enumerate(MODELS, 1)])
+    text = table(
+        HEAD, [coverage_row(model, 1000 * number) for number, model in enumerate(MODELS, 1)]
+    )
     page = ROOT / "docs/measured.md"
-    block = re.compile(r"(?<=<!-- tools/calibration_check.py coverage -->\n).*?(?=<!-- end -->)", re.DOTALL)
+    block = re.compile(
+        r"(?<=<!-- tools/calibration_check.py coverage -->\n).*?(?=<!-- end -->)", re.DOTALL
+    )
     page.write_text(block.sub(text + "\n", page.read_text(encoding="utf-8")), encoding="utf-8")
 
 
@@ -82,11 +92,22 @@ def free_rocking(
     end of `elapsed` [s], or the first after which the amplitude is below `least` [m]. `release` is over u_ins.
     """
     u_ins, tau = float(wall.instability_displacement), float(wall.frequency_parameter) * elapsed
-    amplitude, velocity, end, energy = release, 0.0, float(curve.period(release)) / 4, float(curve.energy(release))
+    amplitude, velocity, end, energy = (
+        release,
+        0.0,
+        float(curve.period(release)) / 4,
+        float(curve.energy(release)),
+    )
     parts, start = [], 0.0
     while end <= tau[-1]:
         inside = tau[(tau >= start) & (tau < end)] - start
-        free = exact_history(curve, Damping("CR", 1.0), inside, release_amplitude=amplitude, release_velocity=velocity)
+        free = exact_history(
+            curve,
+            Damping("CR", 1.0),
+            inside,
+            release_amplitude=amplitude,
+            release_velocity=velocity,
+        )
         parts.append(free.displacement)
         energy *= np.exp(2 * min(np.log(e) + scatter * random.standard_normal(), 0.0))
         side = -np.sign(velocity or amplitude)
@@ -105,7 +126,13 @@ def sensor(moved, step, held, noise, drift, random) -> np.ndarray:
     shown = np.concatenate([np.full(int(held / step), moved[0]), moved, np.zeros(int(1.0 / step))])
     walk = 0.1 * noise * np.cumsum(random.standard_normal(shown.size)) * np.sqrt(step)
     zero = 10 * noise * random.standard_normal()
-    shown = shown + zero + drift * step * np.arange(shown.size) + walk + noise * random.standard_normal(shown.size)
+    shown = (
+        shown
+        + zero
+        + drift * step * np.arange(shown.size)
+        + walk
+        + noise * random.standard_normal(shown.size)
+    )
     return np.round(shown, 5)
 
 
@@ -117,7 +144,9 @@ def examples() -> dict[str, str]:
     for number, (release, held) in enumerate([(0.5, 0.8), (0.25, 0.5)], 1):
         random = np.random.RandomState(2026 + number)
         elapsed = step * np.arange(int(8.0 / step) + 1)
-        moved = free_rocking(wall, curve, true["restitution"], 0.015, release, elapsed, 2e-4, random)
+        moved = free_rocking(
+            wall, curve, true["restitution"], 0.015, release, elapsed, 2e-4, random
+        )
         shown = sensor(moved, step, held, 2e-4, 1.5e-4, random)
         lines = [
             f"# specimen: wall 0.25 m thick and 3 m high, hinge at 0.6 of its height, release {number}, computed",

@@ -22,7 +22,9 @@ from rockdamp.text import DASH, number, percent, plain
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "results"
-BLOCK = re.compile(r"(?<=<!-- tools/doc_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL)
+BLOCK = re.compile(
+    r"(?<=<!-- tools/doc_tables.py: )(?P<name>\w+) -->\n(?P<text>.*?)(?=<!-- end -->)", re.DOTALL
+)
 E = 0.85  # the restitution of tables with one
 STEP = 0.0025  # of the solver, in tau
 ERRORS = ("log_error_median", "log_error_90", "missed_collapse_rate", "added_collapse_rate")
@@ -58,7 +60,17 @@ def signed(change: xr.DataArray) -> str:
 def order() -> str:
     """Error against force of the dampers at the crossing, and CR with another e."""
     rows = []
-    for damper in ("ECD", "ECD16", "ECD64", "BAND0.4", "BAND0.2", "BAND0.1", "CQD0.25", "e - 0.01", "e + 0.01"):
+    for damper in (
+        "ECD",
+        "ECD16",
+        "ECD64",
+        "BAND0.4",
+        "BAND0.2",
+        "BAND0.1",
+        "CQD0.25",
+        "e - 0.01",
+        "e + 0.01",
+    ):
         row = read("order").sel(restitution=E, damper=damper)
         force_over_strength = number(row["crossing_force"].sel(wall="paper"), 2)
         errors = [interval(row, ERRORS[0], percent), *(percent(row[name]) for name in ERRORS[1:])]
@@ -81,7 +93,9 @@ def earthquakes() -> str:
         for model in VISCOUS_MODELS
         for row in [study.sel(damping_model=model)]
     ]
-    return table(["damper", "median ratio of peaks", *ERROR_HEAD, "ratio of median intensities"], rows)
+    return table(
+        ["damper", "median ratio of peaks", *ERROR_HEAD, "ratio of median intensities"], rows
+    )
 
 
 def sources() -> str:
@@ -89,7 +103,14 @@ def sources() -> str:
     sources = [RECOMMENDED_SOURCE, "polynomial", "closed form"]
     study = read("comparison").sel(restitution=E, band=0, damping_ratio_source=sources)
     rows = [
-        [model, *(percent(value) for name in (ERRORS[0], ERRORS[2]) for value in study[name].sel(damping_model=model))]
+        [
+            model,
+            *(
+                percent(value)
+                for name in (ERRORS[0], ERRORS[2])
+                for value in study[name].sel(damping_model=model)
+            ),
+        ]
         for model in VISCOUS_MODELS
     ]
     head = [f"{name}: {source}" for name in ("median", "missed") for source in sources]
@@ -99,7 +120,10 @@ def sources() -> str:
 def loss_law() -> str:
     """Return what a constant e costs if the loss falls with the amplitude: collapse, and peaks by band."""
     study = read("loss_law").sel(wall="all")
-    bands = [f"{low:g} to {high:g}" for low, high in zip(study["band_start"], study["band_end"], strict=True)]
+    bands = [
+        f"{low:g} to {high:g}"
+        for low, high in zip(study["band_start"], study["band_end"], strict=True)
+    ]
     rows = [
         [
             f"{g:g}",
@@ -132,7 +156,11 @@ def by_program() -> str:
 def closed_form() -> str:
     """Spreads of xi over the amplitude, and the largest differences of the closed form at each e, in %."""
     study = read("amplitude")
-    measures = {"closed form": "damping_ratio_energy", "peaks": "damping_ratio_peaks", "Err": "damping_ratio"}
+    measures = {
+        "closed form": "damping_ratio_energy",
+        "peaks": "damping_ratio_peaks",
+        "Err": "damping_ratio",
+    }
     rows = []
     for model in study["damping_model"].values:
         row = study.sel(damping_model=model)
@@ -153,10 +181,25 @@ def rocking() -> str:
     likelihood, counts = study["log_likelihood"], study["impacts_used"].values
     behind = likelihood.max("damping_model") - likelihood
     models = study["damping_model"].values
-    rows = [[model, *(f"{value:.1f}" for value in behind.sel(damping_model=model).values)] for model in models]
-    twice = 2 * (likelihood.sel(damping_model="power law") - likelihood.sel(damping_model=REFERENCE)).values
-    rows.append(["one e: 2 ln L below the power law (p)", *(f"{x:.1f} ({chi2.sf(x, 1):.2g})" for x in twice)])
-    exponents = zip(study["amplitude_exponent"].values, study["amplitude_exponent_interval"].values, strict=True)
+    rows = [
+        [model, *(f"{value:.1f}" for value in behind.sel(damping_model=model).values)]
+        for model in models
+    ]
+    twice = (
+        2
+        * (
+            likelihood.sel(damping_model="power law") - likelihood.sel(damping_model=REFERENCE)
+        ).values
+    )
+    rows.append(
+        [
+            "one e: 2 ln L below the power law (p)",
+            *(f"{x:.1f} ({chi2.sf(x, 1):.2g})" for x in twice),
+        ]
+    )
+    exponents = zip(
+        study["amplitude_exponent"].values, study["amplitude_exponent_interval"].values, strict=True
+    )
     cells = (f"{value:.2f} ({low:.2f} to {high:.2f})" for value, (low, high) in exponents)
     rows.append(["exponent of the energy left", *cells])
     return table(["", *(f"{count} impacts" for count in counts)], rows)
@@ -167,18 +210,34 @@ def rocking_blocks() -> str:
     rows = []
     for slenderness, row in read("measured_rocking").groupby("geometry"):
         low, high = row["restitution_over_housner_interval"].squeeze().values
-        over, spread = float(row["restitution_over_housner"].squeeze()), float(row["trial_deviation"].squeeze())
+        over, spread = (
+            float(row["restitution_over_housner"].squeeze()),
+            float(row["trial_deviation"].squeeze()),
+        )
         trials = int(row["geometry_trials"].squeeze())
-        rows.append([f"{slenderness:g}", f"{trials}", f"{over:.3f} ({low:.3f} to {high:.3f})", f"{spread:.3f}"])
+        rows.append(
+            [
+                f"{slenderness:g}",
+                f"{trials}",
+                f"{over:.3f} ({low:.3f} to {high:.3f})",
+                f"{spread:.3f}",
+            ]
+        )
     return table(["H/B", "trials", "e over Housner's (90 %)", "standard deviation of ln e"], rows)
 
 
 def assumed() -> str:
     """Return the intensity of collapse with another assumption over that with ours, and which side ours is on."""
     supports, loss = read("supports"), read("loss_law").sel(loss_exponent=0.26)
-    rule, vertical = "e by the rule `measured`", f"the other component times {float(supports['vertical_factor']):.2g}"
+    rule, vertical = (
+        "e by the rule `measured`",
+        f"the other component times {float(supports['vertical_factor']):.2g}",
+    )
     changes = [
-        *(("a rigid floor at the top", f"a {floor}", floor) for floor in (f"floor of {t} s" for t in (0.1, 0.3, 0.6))),
+        *(
+            ("a rigid floor at the top", f"a {floor}", floor)
+            for floor in (f"floor of {t} s" for t in (0.1, 0.3, 0.6))
+        ),
         ("overburden without mass", "all of it is a mass", "overburden has mass, e unchanged"),
         (rule, "e by the rule `impulsive`", "e impulsive"),
         (rule, "e of Eq. (7)", "e of Eq. (7)"),
@@ -187,7 +246,11 @@ def assumed() -> str:
     ]
     cases = [(ours, other, supports.sel(assumption=name)) for ours, other, name in changes]
     cases += [
-        ("one e at all amplitudes", f"the measured law, e is that of {at:g} u_ins", loss.sel(reference_amplitude=at))
+        (
+            "one e at all amplitudes",
+            f"the measured law, e is that of {at:g} u_ins",
+            loss.sel(reference_amplitude=at),
+        )
         for at in loss["reference_amplitude"].values
     ]
     rows = []
@@ -197,20 +260,36 @@ def assumed() -> str:
         side = "unsafe" if high < 1 else "safe" if low > 1 else "neither"
         ends = f"{number(walls.min())} to {number(walls.max())}"
         rows.append([ours, other, interval(whole, "median_intensity_ratio"), ends, side])
-    head = ["we assume", "in its place", "median intensity of collapse", "single walls", "our assumption is"]
+    head = [
+        "we assume",
+        "in its place",
+        "median intensity of collapse",
+        "single walls",
+        "our assumption is",
+    ]
     return table(head, rows)
 
 
 def choices() -> str:
     """Return how much another choice changes xi of least error on the paper's curve, in %."""
     lengths = read("response_lengths")["damping_ratio"].sel(restitution=E)
-    amplitudes, walls = read("match/amplitude").sel(restitution=E), read("match/slenderness").sel(restitution=E)
+    amplitudes, walls = (
+        read("match/amplitude").sel(restitution=E),
+        read("match/slenderness").sel(restitution=E),
+    )
     released, half = amplitudes["damping_ratio"], amplitudes.sel(release_amplitude=0.5)
     slender = walls.sel(slenderness=30)
-    changed = {f"a response of {tau} in τ": lengths.sel(response_length=tau) / half["damping_ratio"] for tau in (6, 12)}
-    changed["equally long in seconds, h/t = 30"] = slender["damping_ratio_fixed_seconds"] / slender["damping_ratio"]
+    changed = {
+        f"a response of {tau} in τ": lengths.sel(response_length=tau) / half["damping_ratio"]
+        for tau in (6, 12)
+    }
+    changed["equally long in seconds, h/t = 30"] = (
+        slender["damping_ratio_fixed_seconds"] / slender["damping_ratio"]
+    )
     for x0 in (0.3, 0.7):
-        changed[f"a release from {x0} u_ins"] = released.sel(release_amplitude=x0) / half["damping_ratio"]
+        changed[f"a release from {x0} u_ins"] = (
+            released.sel(release_amplitude=x0) / half["damping_ratio"]
+        )
     changed["the closed form"] = half["damping_ratio_energy"] / half["damping_ratio"]
     rows = [
         [what, *(signed(ratio.sel(damping_model=model) - 1) for model in VISCOUS_MODELS)]
@@ -222,18 +301,36 @@ def choices() -> str:
 def solver() -> str:
     """Orders of both schemes, and the error of the default one at the solver's step."""
     study = read("convergence")
-    error = study["solver_error"].sel(scheme="newmark").sel(step=STEP, method="nearest").max("excitation")
+    error = (
+        study["solver_error"]
+        .sel(scheme="newmark")
+        .sel(step=STEP, method="nearest")
+        .max("excitation")
+    )
     default, printed = study["convergence_order"], study["finest_convergence_order"]
     rows = [
         [
             model,
-            *(f"{order:.2f}" for order in default.sel(scheme="newmark", damping_model=model).values),
+            *(
+                f"{order:.2f}"
+                for order in default.sel(scheme="newmark", damping_model=model).values
+            ),
             f"{float(error.sel(damping_model=model)):.1e}".replace("e-0", "e-"),
             *(f"{order:.2f}" for order in printed.sel(scheme="paper", damping_model=model).values),
         ]
         for model in study["damping_model"].values
     ]
-    return table(["model", "order, free", "order, forced", "median error", "printed, free", "printed, forced"], rows)
+    return table(
+        [
+            "model",
+            "order, free",
+            "order, forced",
+            "median error",
+            "printed, free",
+            "printed, forced",
+        ],
+        rows,
+    )
 
 
 TABLES = {

@@ -26,7 +26,14 @@ from rockdamp.solvers.exact import exact_history
 
 # The wall of Fig. 8; width and density too, though neither changes the response.
 # ASSUME: width 1.438 m and density 1835 kg m-3, from a secondary source that was not verified.
-WALL = Wall(thickness=0.102, height=27 * 0.102, width=1.438, density=1835.0, hinge_ratio=0.57, overburden_ratio=6.2)
+WALL = Wall(
+    thickness=0.102,
+    height=27 * 0.102,
+    width=1.438,
+    density=1835.0,
+    hinge_ratio=0.57,
+    overburden_ratio=6.2,
+)
 
 # What makes the record: near a1 = 0.03, b1 = 0.80, e = 0.835 of Fig. 8, and not equal, as a test would not be.
 YIELD_DISPLACEMENT_RATIO, STRENGTH_RATIO, RESTITUTION = 0.031, 0.799, 0.84
@@ -79,9 +86,14 @@ def synthetic_record(
     fine = np.arange(int(DURATION * SAMPLING) * OVERSAMPLING + 1) / (SAMPLING * OVERSAMPLING)
     motion = ricker(fine - PULSE_CENTRE, PULSE_FREQUENCY, pulse_peak)
     p, u_ins = float(WALL.frequency_parameter), float(WALL.instability_displacement)
-    curve, damping = TrilinearCurve(yield_displacement_ratio, strength_ratio), Damping("CR", restitution)
+    curve, damping = (
+        TrilinearCurve(yield_displacement_ratio, strength_ratio),
+        Damping("CR", restitution),
+    )
     if damping_model != "CR":
-        damping = Damping(damping_model, damping_ratio_energy(curve, damping_model, restitution, 0.3))
+        damping = Damping(
+            damping_model, damping_ratio_energy(curve, damping_model, restitution, 0.3)
+        )
     history = exact_history(
         curve,
         damping,
@@ -89,7 +101,9 @@ def synthetic_record(
         **sample_load(make_load(WALL, Record(fine, motion))),
     )
     if history.collapsed:
-        raise InputError(f"pulse_peak is {pulse_peak:g}; it must be so small that the wall survives [m s-2]")
+        raise InputError(
+            f"pulse_peak is {pulse_peak:g}; it must be so small that the wall survives [m s-2]"
+        )
 
     # RandomState's streams are frozen for good, a Generator's may change with NumPy: the shipped files must not.
     random = np.random.RandomState(seed)
@@ -122,7 +136,9 @@ def synthetic_record(
         "generator_sensor_drift_m_s1": f"{noise * SENSOR_DRIFT:g}",
         "generator_sensor_wander_m_s05": f"{noise * SENSOR_WANDER:g}",
     }
-    return Record(rounded["elapsed"], rounded["ground_acceleration"], rounded["displacement"], header)
+    return Record(
+        rounded["elapsed"], rounded["ground_acceleration"], rounded["displacement"], header
+    )
 
 
 if __name__ == "__main__":

@@ -30,9 +30,22 @@ import pandas as pd
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE, TESTS = ROOT / "src/rockdamp", ROOT / "tests"
-PACKAGES = ("mechanics", "solvers", "equivalence", "histories", "statistics", "assessment", "studies", "motions")
+PACKAGES = (
+    "mechanics",
+    "solvers",
+    "equivalence",
+    "histories",
+    "statistics",
+    "assessment",
+    "studies",
+    "motions",
+)
 SURVIVED = "**survived**"
-PYTEST = [sys.executable, *"-m pytest -x -q --no-header -p no:cacheprovider --tb=no -m".split(), "not peers"]
+PYTEST = [
+    sys.executable,
+    *"-m pytest -x -q --no-header -p no:cacheprovider --tb=no -m".split(),
+    "not peers",
+]
 MOST_FILES = 6  # of tests of a module
 OPERATORS: dict[type[ast.AST], tuple[str, str]] = {
     ast.Add: ("+", "-"),
@@ -53,10 +66,25 @@ OPERATORS: dict[type[ast.AST], tuple[str, str]] = {
     ast.USub: ("-", ""),
     ast.Not: ("not ", ""),
 }
-PAIRS = ("min max", "sin cos", "mean median", "argmin argmax", "any all", "minimum maximum", "floor ceil")
+PAIRS = (
+    "min max",
+    "sin cos",
+    "mean median",
+    "argmin argmax",
+    "any all",
+    "minimum maximum",
+    "floor ceil",
+)
 NAMES = {"exp": "expm1", "log": "log1p", "sum": "mean", "abs": "float", "sqrt": "abs"}
 NAMES |= {one: other for pair in PAIRS for one, other in (pair.split(), pair.split()[::-1])}
-TEXTS = {"InputError", "warn", "track", "dataclass", "njit", "register_jitable"}  # calls that compute nothing
+TEXTS = {
+    "InputError",
+    "warn",
+    "track",
+    "dataclass",
+    "njit",
+    "register_jitable",
+}  # calls that compute nothing
 
 
 class Places(ast.NodeVisitor):
@@ -82,7 +110,9 @@ class Places(ast.NodeVisitor):
         self.generic_visit(node)
 
     def visit_Compare(self, node: ast.Compare) -> None:
-        for left, operator, right in zip([node.left, *node.comparators], node.ops, node.comparators, strict=False):
+        for left, operator, right in zip(
+            [node.left, *node.comparators], node.ops, node.comparators, strict=False
+        ):
             self.swap_sign(left, right, operator)
         self.generic_visit(node)
 
@@ -109,14 +139,18 @@ class Places(ast.NodeVisitor):
         if name in TEXTS:
             return
         if name in NAMES and function.end_lineno == function.lineno:
-            self.found.add((function.lineno, function.end_col_offset - len(name), len(name), NAMES[name]))
+            self.found.add(
+                (function.lineno, function.end_col_offset - len(name), len(name), NAMES[name])
+            )
         for first, second in zip(node.args, node.args[1:], strict=False):
             same = first.lineno == first.end_lineno == second.lineno == second.end_lineno
             if same and not isinstance(first, ast.Starred) and not isinstance(second, ast.Starred):
                 line = self.lines[first.lineno - 1]
                 one, two = (line[arg.col_offset : arg.end_col_offset] for arg in (first, second))
                 between = line[first.end_col_offset : second.col_offset]
-                self.found.add((first.lineno, first.col_offset, len(one + between + two), two + between + one))
+                self.found.add(
+                    (first.lineno, first.col_offset, len(one + between + two), two + between + one)
+                )
         self.generic_visit(node)
 
     def visit_Raise(self, node: ast.Raise) -> None:
@@ -129,18 +163,28 @@ class Places(ast.NodeVisitor):
 def mutations(package: str) -> Iterator[dict[str, Any]]:
     """Yield every mutation of a package, in the order of its files."""
     for path in sorted((PACKAGE / package).rglob("*.py")):
-        source = re.sub(r"[^\x00-\x7f]", "?", path.read_text(encoding="utf-8"))  # the tree counts bytes
+        source = re.sub(
+            r"[^\x00-\x7f]", "?", path.read_text(encoding="utf-8")
+        )  # the tree counts bytes
         for line, column, length, wrong in sorted(Places(source).found):
             right = source.splitlines()[line - 1][column : column + length]
             if right != wrong:
-                place = {"line": line, "column": column, "length": length, "right": right, "wrong": wrong}
+                place = {
+                    "line": line,
+                    "column": column,
+                    "length": length,
+                    "right": right,
+                    "wrong": wrong,
+                }
                 yield {"file": path.relative_to(PACKAGE).as_posix(), **place}
 
 
 def near_tests(file: str) -> list[str]:
     """Return the files of tests that import a module or are named after it, its own first; else its package's."""
     package, _, module = file.removesuffix(".py").replace("/", ".").rpartition(".")
-    imports = re.compile(rf"rockdamp\.{package}\.{module}\b|from rockdamp\.{package} import [^\n]*\b{module}\b")
+    imports = re.compile(
+        rf"rockdamp\.{package}\.{module}\b|from rockdamp\.{package} import [^\n]*\b{module}\b"
+    )
     named, found = f"{package}/test_{module.partition('_')[0]}", []
     for path in sorted(TESTS.rglob("test_*.py")):
         inside = path.relative_to(TESTS).as_posix()
@@ -155,10 +199,16 @@ def first_failure(tests: list[str], copy: Path) -> str:
     environment = {**os.environ, "PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(copy / "cache")}
     command = [*PYTEST, *(str(TESTS / name) for name in tests)]
     try:
-        run = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=600)
+        run = subprocess.run(
+            command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=600
+        )
     except subprocess.TimeoutExpired:
         return "no end after 600 s"
-    failed = [line.split(" ", 1)[1] for line in run.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    failed = [
+        line.split(" ", 1)[1]
+        for line in run.stdout.splitlines()
+        if line.startswith(("FAILED", "ERROR"))
+    ]
     name = failed[0].split(" - ")[0] if failed else "exit status" * (run.returncode != 0)
     return name.removeprefix("tests/").partition("[")[0]
 
@@ -184,17 +234,29 @@ def outcome(row: pd.Series, copy: Path) -> str:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("file", type=Path, metavar="FILE", help="table of the sample and of what came out")
+    options = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    options.add_argument(
+        "file", type=Path, metavar="FILE", help="table of the sample and of what came out"
+    )
     options.add_argument("--count", type=int, default=150, help="mutations in the sample")
     options.add_argument("--seed", type=int, default=51, help="of the sample")
-    options.add_argument("--package", nargs="+", choices=PACKAGES, default=PACKAGES, help="run those of some packages")
+    options.add_argument(
+        "--package",
+        nargs="+",
+        choices=PACKAGES,
+        default=PACKAGES,
+        help="run those of some packages",
+    )
     asked = options.parse_args()
     drawer = random.Random(asked.seed)
     places = {package: list(mutations(package)) for package in PACKAGES}
     if not asked.file.exists():
         sample = drawer.sample([place for one in places.values() for place in one], asked.count)
-        pd.DataFrame(sample).assign(noticed="", seconds="", equivalent="").to_csv(asked.file, index=False)
+        pd.DataFrame(sample).assign(noticed="", seconds="", equivalent="").to_csv(
+            asked.file, index=False
+        )
     text = dict.fromkeys(("right", "wrong", "noticed", "seconds", "equivalent"), str)
     table = pd.read_csv(asked.file, dtype=text, keep_default_na=False)
     with tempfile.TemporaryDirectory() as folder:

@@ -33,7 +33,10 @@ def describe_type(entry, schema):
     if entry.get("type") == "array":
         return f"list of {describe_type(entry.get('items', {}), schema)}"
     return " ".join(
-        [entry.get("type", "any"), *(text.format(entry[key]) for key, text in BOUNDS.items() if key in entry)]
+        [
+            entry.get("type", "any"),
+            *(text.format(entry[key]) for key, text in BOUNDS.items() if key in entry),
+        ]
     )
 
 
@@ -41,7 +44,9 @@ def find_rows(name, entry, schema, value):
     """Yield the cells of every key that is no section."""
     entry = resolve(entry, schema)
     for key, child in entry.get("properties", {}).items():
-        yield from find_rows(f"{name}.{key}", child, schema, value.get(key) if isinstance(value, dict) else None)
+        yield from find_rows(
+            f"{name}.{key}", child, schema, value.get(key) if isinstance(value, dict) else None
+        )
     if "properties" not in entry:
         default = "" if value is None else f"`{value}`"
         yield f"`{name}`", describe_type(entry, schema), default, entry.get("description", "")
@@ -56,7 +61,11 @@ class ConfigKeys(SphinxDirective):
             lines += [f"## `{name}`", "", resolve(entry, schema).get("description", ""), ""]
             lines += ["| key | accepts | default | meaning |", "|---|---|---|---|"]
             for row in find_rows(name, entry, schema, defaults.get(name)):
-                lines.append("| " + " | ".join(" ".join(cell.split()).replace("|", "\\|") for cell in row) + " |")
+                lines.append(
+                    "| "
+                    + " | ".join(" ".join(cell.split()).replace("|", "\\|") for cell in row)
+                    + " |"
+                )
             lines.append("")
         return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)
 

@@ -27,7 +27,9 @@ class Joint:
     def state(self):
         """Return u, v and a of the joint: those of the second node less those of the first."""
         i, j = self.nodes
-        return [of(j, self.dof) - of(i, self.dof) for of in (ops.nodeDisp, ops.nodeVel, ops.nodeAccel)]
+        return [
+            of(j, self.dof) - of(i, self.dof) for of in (ops.nodeDisp, ops.nodeVel, ops.nodeAccel)
+        ]
 
     def coefficient(self, u, v):
         """Return C [N s/m] at u [m] and v [m/s]."""
@@ -43,9 +45,13 @@ def make_joint(tag, nodes, dof, corners, strength, mass, restitution, t_c=0.2):
     band [rad]. Beyond u3 the wall has collapsed: the force is zero, and nothing stops it.
     """
     if not (0 < corners[0] <= corners[1] < corners[2] and strength > 0 and mass > 0):
-        raise ValueError(f"0 < u1 <= u2 < u3, strength > 0 and mass > 0, not {corners}, {strength}, {mass}")
+        raise ValueError(
+            f"0 < u1 <= u2 < u3, strength > 0 and mass > 0, not {corners}, {strength}, {mass}"
+        )
     if not (0.5 <= restitution <= 1 and 0 < t_c <= 0.4):
-        raise ValueError(f"restitution from 0.5 to 1 and t_c up to 0.4 rad, not {restitution}, {t_c}")
+        raise ValueError(
+            f"restitution from 0.5 to 1 and t_c up to 0.4 rad, not {restitution}, {t_c}"
+        )
     d, c = -log(restitution), t_c / sqrt(strength / corners[0] / mass)
     band_strength = d * (1 + 0.4 * t_c**2 - 0.097 * t_c**4 - 0.043 * d**2)
     # The material goes on along its last slope: the far point keeps the force at zero beyond u3.
@@ -65,7 +71,9 @@ def analyze(joints, steps, dt):
         for joint in joints:
             u, v, a = joint.state()
             # C belongs to the balance at the end of the step: predict u and v there, which keeps second order.
-            ops.updateParameter(joint.tag, joint.coefficient(u + dt * v + dt * dt / 2 * a, v + dt * a))
+            ops.updateParameter(
+                joint.tag, joint.coefficient(u + dt * v + dt * dt / 2 * a, v + dt * a)
+            )
         if failed := ops.analyze(1, dt):
             return failed
     return 0

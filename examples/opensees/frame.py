@@ -10,9 +10,18 @@ from math import pi, sin
 import openseespy.opensees as ops
 from band import analyze, make_joint
 
-T, H, R, DENSITY, E = 0.25, 3.0, 0.5, 1800.0, 0.85  # thickness, height [m], hinge over height, [kg/m3], restitution
+T, H, R, DENSITY, E = (
+    0.25,
+    3.0,
+    0.5,
+    1800.0,
+    0.85,
+)  # thickness, height [m], hinge over height, [kg/m3], restitution
 MASS = DENSITY * T * H  # of one metre of wall [kg]
-U_INS, STRENGTH = T, 2 * MASS * 9.80665 * T / (R * H)  # of the wall as an oscillator of one coordinate u [m], [N]
+U_INS, STRENGTH = (
+    T,
+    2 * MASS * 9.80665 * T / (R * H),
+)  # of the wall as an oscillator of one coordinate u [m], [N]
 A1, B1 = 0.04, 0.85
 # Turning of the joint for a unit displacement of the hinge, and the moment of half the force: the oscillator has the
 # mass 2 m/3 and the force F, twice what the coordinate u of the real bodies has.
@@ -31,7 +40,15 @@ def build(ground, dt, storey_period=0.3, restitution=E):
     stiffness = floor_mass * (2 * pi / storey_period) ** 2  # of a storey [N/m]
     ops.wipe()
     ops.model("basic", "-ndm", 2, "-ndf", 3)
-    heights = {BASE: 0.0, 2: H, 3: 2 * H, FOOT: H, LOWER: H * (1 + R), UPPER: H * (1 + R), HEAD: 2 * H}
+    heights = {
+        BASE: 0.0,
+        2: H,
+        3: 2 * H,
+        FOOT: H,
+        LOWER: H * (1 + R),
+        UPPER: H * (1 + R),
+        HEAD: 2 * H,
+    }
     for node, y in heights.items():
         ops.node(node, 0.0, y)
     ops.fix(BASE, 1, 1, 1)
@@ -39,11 +56,18 @@ def build(ground, dt, storey_period=0.3, restitution=E):
         ops.fix(floor, 0, 1, 1)
         ops.mass(floor, floor_mass, 0.0, 0.0)
     ops.geomTransf("Linear", 1)
-    columns = (0.3, 3e10, stiffness * H**3 / 12 / 3e10, 1)  # area, modulus of elasticity, second moment, transformation
+    columns = (
+        0.3,
+        3e10,
+        stiffness * H**3 / 12 / 3e10,
+        1,
+    )  # area, modulus of elasticity, second moment, transformation
     bodies = (T, 3e10, T**3 / 12, 1)  # nearly rigid; their bending belongs to a1 of the curve
     for storey, ends in enumerate(((BASE, 2), (2, 3)), start=1):
         ops.element("elasticBeamColumn", storey, *ends, *columns)
-    ops.region(1, "-ele", 1, 2, "-rayleigh", 0.0, 0.0, 0.02 * storey_period / pi, 0.0)  # of the frame alone
+    ops.region(
+        1, "-ele", 1, 2, "-rayleigh", 0.0, 0.0, 0.02 * storey_period / pi, 0.0
+    )  # of the frame alone
     # A sixth of a body's mass at each end and two thirds in its middle have the inertia of a rod.
     for tag, (below, above), share in ((11, (FOOT, LOWER), R), (13, (UPPER, HEAD), 1 - R)):
         ops.node(tag, 0.0, (heights[below] + heights[above]) / 2)
@@ -77,7 +101,10 @@ def run(ground, dt, steps, **options):
     for n in range(steps):
         if analyze([joint], 1, dt):
             raise RuntimeError(f"OpenSees stopped at {n * dt:g} s")
-        floors = [ops.nodeAccel(floor, 1) + (ground[n + 1] if n + 1 < len(ground) else 0.0) for floor in FLOORS]
+        floors = [
+            ops.nodeAccel(floor, 1) + (ground[n + 1] if n + 1 < len(ground) else 0.0)
+            for floor in FLOORS
+        ]
         rows.append((joint.state()[0] / TURN, *floors))
     return [list(column) for column in zip(*rows, strict=True)]
 
@@ -86,7 +113,15 @@ if __name__ == "__main__":
     dt = 0.001
     ground = [1.5 * sin(pi * n * dt / 0.4) for n in range(801)]
     u, *floors = run(ground, dt, 6000)
-    print(f"largest displacement of the hinge {max(map(abs, u)):.4f} m, of {U_INS} m at instability")
-    print("largest accelerations of the floors:", *(f"{max(map(abs, a)):.2f}" for a in floors), "m/s2")
-    peaks = [b for a, b, c in zip(u, u[1:], u[2:], strict=False) if abs(b) > max(abs(a), abs(c)) and abs(b) > 0.001]
+    print(
+        f"largest displacement of the hinge {max(map(abs, u)):.4f} m, of {U_INS} m at instability"
+    )
+    print(
+        "largest accelerations of the floors:", *(f"{max(map(abs, a)):.2f}" for a in floors), "m/s2"
+    )
+    peaks = [
+        b
+        for a, b, c in zip(u, u[1:], u[2:], strict=False)
+        if abs(b) > max(abs(a), abs(c)) and abs(b) > 0.001
+    ]
     print("peaks of the hinge:", *(f"{peak:.4f}" for peak in peaks[:8]), "m")

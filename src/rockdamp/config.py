@@ -38,7 +38,9 @@ class Section(BaseModel):
         frozen=True,
         allow_inf_nan=False,
         use_attribute_docstrings=True,
-        json_schema_extra=lambda schema: schema.pop("required", None),  # a file of one's own states a few keys
+        json_schema_extra=lambda schema: schema.pop(
+            "required", None
+        ),  # a file of one's own states a few keys
     )
 
     def check_rules(self) -> None:
@@ -97,22 +99,41 @@ Fractions = Annotated[list[Fraction], Field(min_length=1), AfterValidator(ascend
 Thickness = Annotated[Positive, Field(description="Thickness t. [m]")]
 Slenderness = Annotated[Positive, Field(description="Slenderness h/t. [-]")]
 HingeRatio = Annotated[Fraction, Field(description="Height h1 of the hinge over h. [-]")]
-OverburdenRatio = Annotated[NotNegative, Field(description="Vertical force on top over the wall's weight, O/W. [-]")]
-YieldRatio = Annotated[Positive, Field(description="a1 = u1/u_ins, less than a2, where the plateau ends. [-]")]
+OverburdenRatio = Annotated[
+    NotNegative, Field(description="Vertical force on top over the wall's weight, O/W. [-]")
+]
+YieldRatio = Annotated[
+    Positive, Field(description="a1 = u1/u_ins, less than a2, where the plateau ends. [-]")
+]
 StrengthRatio = Annotated[Fraction, Field(description="b1 = F_y/F0. [-]")]
 Restitution = Annotated[UpToOne, Field(description="Coefficient of restitution e. [-]")]
-Restitutions = Annotated[Fractions, Field(description="Coefficients of restitution e, ascending. [-]")]
-RestitutionChange = Annotated[Positive, Field(description="How much e is lowered and raised, for CR itself. [-]")]
+Restitutions = Annotated[
+    Fractions, Field(description="Coefficients of restitution e, ascending. [-]")
+]
+RestitutionChange = Annotated[
+    Positive, Field(description="How much e is lowered and raised, for CR itself. [-]")
+]
 ResponseLength = Annotated[Positive, Field(description="Length of the response in tau = p t. [-]")]
 Refinement = Annotated[
     int,
-    Field(ge=2, multiple_of=2, description="Steps of the last minimisation in place of each of the solver's. Even."),
+    Field(
+        ge=2,
+        multiple_of=2,
+        description="Steps of the last minimisation in place of each of the solver's. Even.",
+    ),
 ]
 Step = Annotated[float, Field(ge=1e-4, le=1, description="Longest step in tau = p t. [-]")]
 ScaledStep = Annotated[
-    float, Field(ge=1e-4, lt=0.5, description="Longest step, times the angular frequency of the first branch. [-]")
+    float,
+    Field(
+        ge=1e-4,
+        lt=0.5,
+        description="Longest step, times the angular frequency of the first branch. [-]",
+    ),
 ]
-Intensities = Annotated[GeometricGrid, Field(description="Intensities lambda PGV/(p u_ins) of each record. [-]")]
+Intensities = Annotated[
+    GeometricGrid, Field(description="Intensities lambda PGV/(p u_ins) of each record. [-]")
+]
 Tail = Annotated[Positive, Field(description="Rest after a record. [s]")]
 Records = Annotated[list[str], Field(min_length=1)]
 
@@ -296,7 +317,12 @@ class NamedWall(Section):
         height = self.thickness * self.slenderness
         if self.hinge_ratio is None:
             return Parapet(self.thickness, height, overburden_ratio=self.overburden_ratio)
-        return Wall(self.thickness, height, hinge_ratio=self.hinge_ratio, overburden_ratio=self.overburden_ratio)
+        return Wall(
+            self.thickness,
+            height,
+            hinge_ratio=self.hinge_ratio,
+            overburden_ratio=self.overburden_ratio,
+        )
 
     @property
     def curve(self) -> TrilinearCurve:
@@ -307,8 +333,12 @@ class NamedWall(Section):
     def check_rules(self) -> None:
         if self.parapet != (self.hinge_ratio is None):
             raise ValueError("a wall should have a hinge_ratio, or parapet: true")
-        if {self.yield_displacement_ratio is None, self.strength_ratio is None} != {self.preset is not None}:
-            raise ValueError("a wall should have a preset, or yield_displacement_ratio and strength_ratio")
+        if {self.yield_displacement_ratio is None, self.strength_ratio is None} != {
+            self.preset is not None
+        }:
+            raise ValueError(
+                "a wall should have a preset, or yield_displacement_ratio and strength_ratio"
+            )
         self.wall, self.curve  # noqa: B018 - the constructors refuse what cannot be
 
 
@@ -455,7 +485,11 @@ class Config(Section):
     def study(self, name: str) -> Study:
         """Return the walls of the study `name`."""
         parameter, values = STUDIES[name], np.array(getattr(self.studies, name))
-        release, wall, curve = np.full(values.shape, self.release_amplitude), self.wall.make(), self.curve.make()
+        release, wall, curve = (
+            np.full(values.shape, self.release_amplitude),
+            self.wall.make(),
+            self.curve.make(),
+        )
         varies_wall = parameter in WallSizes.model_fields
         if varies_wall:
             wall = self.wall.make(**{parameter: values})
@@ -471,7 +505,11 @@ class Config(Section):
 
     def leaves(self, *keys: str) -> dict[str, Any]:
         """Return the values at and below dotted `keys`, by their own dotted keys; a wall's have its name in them."""
-        return {name: value for key in keys for name, value in _leaves(key, attrgetter(key)(self)).items()}
+        return {
+            name: value
+            for key in keys
+            for name, value in _leaves(key, attrgetter(key)(self)).items()
+        }
 
     def part(self, *keys: str) -> Self:
         """Return a config that has what dotted `keys` name alone; whoever reads more of it gets an `AttributeError`."""
@@ -493,7 +531,11 @@ def _leaves(key: str, value: Any) -> dict[str, Any]:
         inner = {wall.name: wall for wall in value}
     else:
         return {key: value}
-    return {path: leaf for name, each in inner.items() for path, leaf in _leaves(f"{key}.{name}", each).items()}
+    return {
+        path: leaf
+        for name, each in inner.items()
+        for path, leaf in _leaves(f"{key}.{name}", each).items()
+    }
 
 
 def _part(value: Any, paths: list[list[str]]) -> Any:
@@ -502,7 +544,9 @@ def _part(value: Any, paths: list[list[str]]) -> Any:
     inner: dict[str, list[list[str]]] = {}
     for name, *rest in paths:
         inner.setdefault(name, []).append(rest)
-    return type(value).model_construct(**{name: _part(getattr(value, name), rest) for name, rest in inner.items()})
+    return type(value).model_construct(
+        **{name: _part(getattr(value, name), rest) for name, rest in inner.items()}
+    )
 
 
 # --- rules between keys -----------------------------------------------------------------------------------------------
@@ -524,11 +568,20 @@ def _check_steps(config: Config) -> None:
             raise ValueError(f"studies.{name}: {error}") from None
     for key, step, run in (
         ("solver.step", config.solver.step, curves),
-        ("validation.step", config.validation.step, {"validation.curve": config.validation.curve.make()}),
+        (
+            "validation.step",
+            config.validation.step,
+            {"validation.curve": config.validation.curve.make()},
+        ),
     ):
         limits = {name: 2 / float(np.max(curve.initial_frequency)) for name, curve in run.items()}
         name = min(limits, key=limits.__getitem__)
-        _require(step < limits[name], key, step, f"less than the stability limit of {name}, {limits[name]:.6g}")
+        _require(
+            step < limits[name],
+            key,
+            step,
+            f"less than the stability limit of {name}, {limits[name]:.6g}",
+        )
 
 
 def _check_lists(config: Config) -> None:
@@ -546,12 +599,29 @@ def _check_lists(config: Config) -> None:
     e = config.restitution.values()
     _require(e.size >= 3 and e[-1] <= 1, "restitution", e.tolist(), "at least three values up to 1")
     for key, section in (("earthquakes", config.earthquakes), ("order", config.order)):
-        change, most = section.restitution_change, min(section.restitution[0], 1 - section.restitution[-1])
-        _require(change < most, f"{key}.restitution_change", change, f"less than {most:g}, by its restitution")
-    a1 = [a1 for a1 in config.studies.cracked_stiffness if a1 < config.softer_plateau.yield_displacement_ratio]
+        change, most = (
+            section.restitution_change,
+            min(section.restitution[0], 1 - section.restitution[-1]),
+        )
+        _require(
+            change < most,
+            f"{key}.restitution_change",
+            change,
+            f"less than {most:g}, by its restitution",
+        )
+    a1 = [
+        a1
+        for a1 in config.studies.cracked_stiffness
+        if a1 < config.softer_plateau.yield_displacement_ratio
+    ]
     fit = config.validation.fit_yield_displacement_ratios
     held = bool(a1) and a1[0] <= fit[0] and fit[-1] <= a1[-1]
-    _require(held, "validation.fit_yield_displacement_ratios", fit, f"within the a1 of the polynomials, {a1}")
+    _require(
+        held,
+        "validation.fit_yield_displacement_ratios",
+        fit,
+        f"within the a1 of the polynomials, {a1}",
+    )
 
 
 # --- from Snakemake's values ------------------------------------------------------------------------------------------
@@ -571,8 +641,12 @@ def parse_config(values: Mapping[str, Any]) -> Config:
         lines = []
         for problem in error.errors():
             key = ".".join(map(str, problem["loc"]))
-            value = "" if isinstance(problem["input"], Mapping) else f", is {problem['input']!r:.60}"
-            lines.append(f"{key}: {problem['msg'].removeprefix('Value error, ')}{value}".removeprefix(": "))
+            value = (
+                "" if isinstance(problem["input"], Mapping) else f", is {problem['input']!r:.60}"
+            )
+            lines.append(
+                f"{key}: {problem['msg'].removeprefix('Value error, ')}{value}".removeprefix(": ")
+            )
         raise InputError("\n".join(lines)) from None
 
 

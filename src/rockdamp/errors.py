@@ -25,7 +25,9 @@ class InputError(ValueError):
     """
 
 
-def check(name: str, value: ArrayLike, valid: Callable[[NDArray[np.float64]], ArrayLike], allowed: str) -> NDArray[Any]:
+def check(
+    name: str, value: ArrayLike, valid: Callable[[NDArray[np.float64]], ArrayLike], allowed: str
+) -> NDArray[Any]:
     """Return `value` as an array of floats. Raise `InputError` unless it is finite and `valid` everywhere.
 
     The message reads ``NAME is VALUE; it must be ALLOWED`` and shows the first value that is wrong.

@@ -33,7 +33,11 @@ def percent(value: SupportsFloat, digits: int = 2) -> str:
     fraction = float(value)
     if not math.isfinite(fraction):
         return DASH
-    return f"less than {percent(1e-4, 1)}" if 0 < fraction < 1e-4 else f"{number(100 * fraction, digits)}\u00a0%"
+    return (
+        f"less than {percent(1e-4, 1)}"
+        if 0 < fraction < 1e-4
+        else f"{number(100 * fraction, digits)}\u00a0%"
+    )
 
 
 def join_words(parts: Iterable[str]) -> str:

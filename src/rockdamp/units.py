@@ -40,16 +40,27 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "N m-1": {"N/m": 1.0, "kN/m": 1000.0, "lb/ft": POUND * STANDARD_GRAVITY / FOOT},
 }
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(.*?)\s*", re.IGNORECASE | re.ASCII)
-_FEET = re.compile(r"\s*(\d+)\s*(?:ft|')\s*(\d+(?:\.\d+)?)\s*(?:in|\")\s*", re.IGNORECASE | re.ASCII)
+_NUMBER = re.compile(
+    r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(.*?)\s*", re.IGNORECASE | re.ASCII
+)
+_FEET = re.compile(
+    r"\s*(\d+)\s*(?:ft|')\s*(\d+(?:\.\d+)?)\s*(?:in|\")\s*", re.IGNORECASE | re.ASCII
+)
 _HEAD = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(](.*)[\])])?\s*")
 
 
 def size(text: str, unit: str) -> float | None:
     """Return the size of a unit in the SI unit, as 0.01 for "CM/SEC**2" in "m s-2"; None for another unit."""
-    folded = re.sub(r"\*\*|\^|[()]", "", text.strip().lower()).replace("sec", "s").replace("²", "2").replace("³", "3")
+    folded = (
+        re.sub(r"\*\*|\^|[()]", "", text.strip().lower())
+        .replace("sec", "s")
+        .replace("²", "2")
+        .replace("³", "3")
+    )
     folded = re.sub(r"[\s·]+([a-z]+)-(\d)", r"/\1\2", folded).replace(" ", "")  # of "m s-2"
-    return {spelling.lower(): value for spelling, value in UNITS[unit].items()}.get(folded.removesuffix("1"))
+    return {spelling.lower(): value for spelling, value in UNITS[unit].items()}.get(
+        folded.removesuffix("1")
+    )
 
 
 def quantity(text: str, unit: str = "") -> float:

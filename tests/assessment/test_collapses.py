@@ -12,11 +12,15 @@ def test_large_peaks_that_stand_and_first_collapses_are_near():
     collapsed = np.array([[[True], [False], [False], [True]]])
     peak = np.array([[[9.0], [NEAR - 0.01], [NEAR], [9.0]]])
     assert near_to_collapse(peak, collapsed, factor)[0, :, 0].tolist() == [True, False, True, False]
-    again = np.array([[[True], [True], [False], [True]]])  # the weakest collapses it, the next does not
+    again = np.array(
+        [[[True], [True], [False], [True]]]
+    )  # the weakest collapses it, the next does not
     assert near_to_collapse(peak, again, factor)[0, :, 0].tolist() == [True, True, True, False]
 
 
-def test_near_collapse_the_answer_is_that_of_the_finest_step_and_elsewhere_of_the_usual(motions, curve):
+def test_near_collapse_the_answer_is_that_of_the_finest_step_and_elsewhere_of_the_usual(
+    motions, curve
+):
     walls, record = rd.Wall(np.array([0.25, 0.3]), 3.0), motions[2].record
     factor, dampings = (
         np.array([[0.5, 1.0, 2.0, 4.0]] * 2),
@@ -26,8 +30,16 @@ def test_near_collapse_the_answer_is_that_of_the_finest_step_and_elsewhere_of_th
     peak, collapsed, coarser = refined(record, walls, curve, dampings, factor, **options)
     runs = []
     for halvings in (0, 1, 2):
-        ended = [run_record(record, walls, curve, one, factor.T, **options, halvings=halvings) for one in dampings]
-        runs.append([np.stack([getattr(end, name).T for end in ended], axis=-1) for name in ("peak", "collapsed")])
+        ended = [
+            run_record(record, walls, curve, one, factor.T, **options, halvings=halvings)
+            for one in dampings
+        ]
+        runs.append(
+            [
+                np.stack([getattr(end, name).T for end in ended], axis=-1)
+                for name in ("peak", "collapsed")
+            ]
+        )
     near = near_to_collapse(*runs[0], factor)
     assert near.any() and not near.all() and HALVINGS == 2
     np.testing.assert_array_equal(collapsed, np.where(near, runs[2][1], runs[0][1]))

@@ -56,7 +56,10 @@ def test_a_row_makes_what_it_states(rows):
     assert b.wall == rd.Parapet(0.2, 1.2) and b.restitution == float(b.wall.restitution_measured)
     assert c.curve == rd.TrilinearCurve(0.04, 0.80, 0.9, "translated")
     assert front.wall == rd.OneSidedWall(rd.Parapet(0.8, 12.0))
-    assert (floor.diaphragm, floor.restitution) == (rd.Diaphragm(0.4), float(wall.restitution_impulsive))
+    assert (floor.diaphragm, floor.restitution) == (
+        rd.Diaphragm(0.4),
+        float(wall.restitution_impulsive),
+    )
 
 
 @pytest.mark.parametrize(
@@ -64,7 +67,11 @@ def test_a_row_makes_what_it_states(rows):
     [
         ("thickness [mm],height", "250,3", rd.Wall(0.25, 3.0)),
         ("thickness,height (ft)", "25cm,10", rd.Wall(0.25, 3.048)),
-        ("thickness;height;density", "0.25;9ft 10.5in;18kN/m3", rd.Wall(0.25, 3.0099, density=18000 / 9.80665)),
+        (
+            "thickness;height;density",
+            "0.25;9ft 10.5in;18kN/m3",
+            rd.Wall(0.25, 3.0099, density=18000 / 9.80665),
+        ),
         ("thickness\theight\thinge_ratio", "0.25\t3\tweakest", rd.Wall(0.25, 3.0, hinge_ratio=0.7)),
         (
             "thickness,height,width,overburden [kN/m]",
@@ -75,10 +82,14 @@ def test_a_row_makes_what_it_states(rows):
 )
 def test_numbers_have_their_unit_in_the_cell_or_in_the_head(head, cells, built, table):
     mark = next(mark for mark in ";\t," if mark in head)
-    (row,) = read_walls(table(f"\ufeffid{mark}{head}{mark}preset\r\nwall no. 1{mark}{cells}{mark}new\r\n"))
+    (row,) = read_walls(
+        table(f"\ufeffid{mark}{head}{mark}preset\r\nwall no. 1{mark}{cells}{mark}new\r\n")
+    )
     assert row.id == "wall no. 1"
     for name in ("thickness", "height", "weight", "overburden", "hinge_ratio"):
-        assert float(getattr(row.wall, name)) == pytest.approx(float(getattr(built, name)), rel=1e-12)
+        assert float(getattr(row.wall, name)) == pytest.approx(
+            float(getattr(built, name)), rel=1e-12
+        )
 
 
 @pytest.mark.parametrize(
@@ -133,7 +144,14 @@ def test_each_wall_is_what_assess_says_of_it_alone(rows, found, motions):
         assert not one["row_error"].item()
         for name in ("collapses", "peak_median"):
             np.testing.assert_array_equal(one[name], alone[name][:, 0])
-        for name in ("rocking_onset", "damping_ratio", "stripe_collapses", "unconverged", "restitution", "records"):
+        for name in (
+            "rocking_onset",
+            "damping_ratio",
+            "stripe_collapses",
+            "unconverged",
+            "restitution",
+            "records",
+        ):
             np.testing.assert_array_equal(one[name], alone[name])
         for name in ("median_pgv", "dispersion", "median_uncertainty", "dispersion_uncertainty"):
             np.testing.assert_allclose(one[name], alone[name], rtol=1e-8)
@@ -154,8 +172,12 @@ def test_a_wall_that_cannot_be_run_stops_no_other(rows, found, motions, monkeypa
     monkeypatch.setattr(assess, "collapses", refusing)
     other = assess_rows(rows, motions, "PGV", 0.5)
     assert other["row_error"].sel(wall="c").item() == "a history would take too long"
-    assert (other["collapses"].sel(wall="c") == -1).all() and np.isnan(other["restitution"].sel(wall="c"))
-    xr.testing.assert_identical(other.sel(wall=["a", "b", "front"]), found.sel(wall=["a", "b", "front"]))
+    assert (other["collapses"].sel(wall="c") == -1).all() and np.isnan(
+        other["restitution"].sel(wall="c")
+    )
+    xr.testing.assert_identical(
+        other.sel(wall=["a", "b", "front"]), found.sel(wall=["a", "b", "front"])
+    )
     with pytest.raises(rd.InputError, match="thickness is empty"):
         assess_rows(rows[1:2], motions, "PGV", 0.5)
 
@@ -164,12 +186,18 @@ def test_a_building_a_floor_and_a_law_are_those_of_all_rows(rows, motions):
     few, building, floor = motions[:4], rd.Building(0.25, 3, 3), rd.Diaphragm(0.3)
     law = {"loss_exponent": 0.26, "reference_amplitude": 0.3}
     short = rows[0].__class__("short", rows[0].wall, rd.TrilinearCurve(0.02, 0.85, 0.2), 0.85)
-    found = assess_rows([*rows[:4], short], few, "PGA", 3.0, building=building, diaphragm=floor, **law)
+    found = assess_rows(
+        [*rows[:4], short], few, "PGA", 3.0, building=building, diaphragm=floor, **law
+    )
     assert "reference_amplitude" in found["row_error"].sel(wall="short").item()
     for row in (rows[0], rows[2]):
         supports = rd.floor_motions(few, building, isinstance(row.wall, rd.Parapet), floor)
-        alone = rd.assess(row.wall, row.curve, supports, pga=3.0, restitution=row.restitution, **law)
-        np.testing.assert_array_equal(found["stripe_collapses"].sel(wall=row.id), alone["stripe_collapses"])
+        alone = rd.assess(
+            row.wall, row.curve, supports, pga=3.0, restitution=row.restitution, **law
+        )
+        np.testing.assert_array_equal(
+            found["stripe_collapses"].sel(wall=row.id), alone["stripe_collapses"]
+        )
     assert {row["loss_exponent"] for row in tabulate_walls(found) if not row["error"]} == {0.26}
 
 
@@ -192,7 +220,9 @@ def test_a_row_without_a_fragility_says_why_by_its_own_counts(found):
     made["stripe_collapses"].loc[{"wall": "a", "damping_model": "BAND"}] = np.where(first, 14, 0)
     reasons = {(row["id"], row["damping_model"]): row["reason"] for row in tabulate_walls(made)}
     assert [pair for pair, reason in reasons.items() if "fewer" in reason] == [("a", "BAND")]
-    assert all("none below it" in reason for pair, reason in reasons.items() if pair != ("a", "BAND"))
+    assert all(
+        "none below it" in reason for pair, reason in reasons.items() if pair != ("a", "BAND")
+    )
 
 
 def test_as_datasets_they_are_what_the_glossary_says(found, answer, tmp_path):

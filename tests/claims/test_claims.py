@@ -69,13 +69,29 @@ AS_CLAIMED = [measured, scale(DECREMENT, [1, 1.4, 1.15, 1, 1, 1]), scale(MISFIT,
 # Claim, the parts of it that then do not hold, and what is changed.
 CASES = [
     ("hinge-mass", []),
-    ("hinge-mass", ["effective mass"], scale("mechanism effective_mass_ratio", 1.2, hinge_height_ratio=0.7)),
-    ("hinge-mass", ["effective mass"], scale("mechanism effective_mass_ratio", 0, hinge_height_ratio=0.7)),
-    ("hinge-mass", ["excitation factor"], scale("mechanism excitation_factor", 1.2, hinge_height_ratio=0.7)),
+    (
+        "hinge-mass",
+        ["effective mass"],
+        scale("mechanism effective_mass_ratio", 1.2, hinge_height_ratio=0.7),
+    ),
+    (
+        "hinge-mass",
+        ["effective mass"],
+        scale("mechanism effective_mass_ratio", 0, hinge_height_ratio=0.7),
+    ),
+    (
+        "hinge-mass",
+        ["excitation factor"],
+        scale("mechanism excitation_factor", 1.2, hinge_height_ratio=0.7),
+    ),
     ("bilinear-demand", ["displacement demand"]),
     ("bilinear-demand", [], scale("bilinear peak", 50, force_curve="bi-linear")),
     ("ean-slender", []),
-    ("ean-slender", ["e"], scale("mechanism restitution_rigid", 0.99, hinge_height_ratio=0.6, slenderness=30)),
+    (
+        "ean-slender",
+        ["e"],
+        scale("mechanism restitution_rigid", 0.99, hinge_height_ratio=0.6, slenderness=30),
+    ),
     ("e-measured", []),
     ("e-measured", ["mean of the tests"], scale("mechanism tested_restitution_rigid", 0.9)),
     ("e-measured", ["mean of the tests"], scale("mechanism tested_restitution_rigid", 1.02)),
@@ -99,22 +115,58 @@ CASES = [
     ("amp-cdr", []),
     ("amp-cdr", ["CDR"], scale(AMPLITUDE, 0.9, "CDR", release_amplitude=0.5)),
     ("amp-sign", []),
-    ("amp-sign", ["CDC less"], scale(AMPLITUDE, 0.5, "CDC", release_amplitude=0.3, restitution=0.75)),
-    ("amp-sign", ["CDR less"], scale(AMPLITUDE, 0.5, "CDR", release_amplitude=0.3, restitution=0.75)),
-    ("amp-sign", ["SDR more"], scale(AMPLITUDE, 1.1, "SDR", release_amplitude=0.3, restitution=0.75)),
+    (
+        "amp-sign",
+        ["CDC less"],
+        scale(AMPLITUDE, 0.5, "CDC", release_amplitude=0.3, restitution=0.75),
+    ),
+    (
+        "amp-sign",
+        ["CDR less"],
+        scale(AMPLITUDE, 0.5, "CDR", release_amplitude=0.3, restitution=0.75),
+    ),
+    (
+        "amp-sign",
+        ["SDR more"],
+        scale(AMPLITUDE, 1.1, "SDR", release_amplitude=0.3, restitution=0.75),
+    ),
     ("amp-sign", ["SDR slightly"], scale(AMPLITUDE, 1.1, "SDR", release_amplitude=0.5)),
     ("amp-dispersion", ["dispersion"]),
     ("amp-dispersion", [], scale(AMPLITUDE, 2, release_amplitude=0.3, restitution=0.95)),
-    ("amp-dispersion", ["dispersion"], scale(AMPLITUDE, 2, ["CDC", "CDR"], release_amplitude=0.3, restitution=0.95)),
+    (
+        "amp-dispersion",
+        ["dispersion"],
+        scale(AMPLITUDE, 2, ["CDC", "CDR"], release_amplitude=0.3, restitution=0.95),
+    ),
     ("slenderness", []),
-    ("slenderness", ["damping ratios"], scale("match/slenderness damping_ratio", 1.002, "CDR", slenderness=20)),
-    ("slenderness", [], scale("match/slenderness damping_ratio_fixed_seconds", 1.1, slenderness=20)),
+    (
+        "slenderness",
+        ["damping ratios"],
+        scale("match/slenderness damping_ratio", 1.002, "CDR", slenderness=20),
+    ),
+    (
+        "slenderness",
+        [],
+        scale("match/slenderness damping_ratio_fixed_seconds", 1.1, slenderness=20),
+    ),
     ("overburden", []),
-    ("overburden", ["damping ratios"], scale("match/overburden damping_ratio", 1.002, "CDR", overburden_ratio=0.1)),
-    ("overburden", [], scale("match/overburden damping_ratio_fixed_seconds", 1.1, overburden_ratio=0.1)),
+    (
+        "overburden",
+        ["damping ratios"],
+        scale("match/overburden damping_ratio", 1.002, "CDR", overburden_ratio=0.1),
+    ),
+    (
+        "overburden",
+        [],
+        scale("match/overburden damping_ratio_fixed_seconds", 1.1, overburden_ratio=0.1),
+    ),
     ("a1-most", []),
     ("a1-most", ["a1"], scale("match/slenderness damping_ratio_fixed_seconds", 3, slenderness=20)),
-    ("a1-most", ["a1"], scale("match/overburden damping_ratio_fixed_seconds", 3, overburden_ratio=0.1)),
+    (
+        "a1-most",
+        ["a1"],
+        scale("match/overburden damping_ratio_fixed_seconds", 3, overburden_ratio=0.1),
+    ),
     ("a1-rank", []),
     ("a1-rank", ["CDC most"], scale(A1, 2, "SDR", yield_displacement_ratio=0.02)),
     ("a1-rank", ["CDR least"], scale(A1, 0.9, "SDR", yield_displacement_ratio=0.02)),
@@ -130,14 +182,24 @@ CASES = [
     ("err-secant", ["CDR", "SDR"], scale(ERROR, 0.1, "CDC")),
     ("err-e", ["CDC", "SDR"]),
     ("err-e", ["SDR"], scale(ERROR, 0.9, "CDC", restitution=0.85)),
-    ("err-e", [], scale(ERROR, 0.9, "CDC", restitution=0.85), scale(ERROR, [2, 1.4, 1, 1, 1], "SDR")),
+    (
+        "err-e",
+        [],
+        scale(ERROR, 0.9, "CDC", restitution=0.85),
+        scale(ERROR, [2, 1.4, 1, 1, 1], "SDR"),
+    ),
     ("err-e", ["CDC", "CDR", "SDR"], scale(ERROR, 0.1, restitution=0.75)),
     ("fit-order", ["CDR slightly"]),
     ("fit-order", [], scale(FIT, 1.1, "CDR")),
     ("fit-order", ["CDR below"], scale(FIT, 1.2, "CDR")),
     ("fit-order", ["SDR above"], scale(FIT, 1.1, "CDR"), scale(FIT, 0.8, "SDR")),
     ("fit-order", ["CDC below"], scale(FIT, 1.1, "CDR"), scale(FIT, 2.5, "CDC")),
-    ("fit-order", ["CDR least dependent on a1"], scale(FIT, 1.1, "CDR"), scale(FIT, [[0.9], [1]], "SDR")),
+    (
+        "fit-order",
+        ["CDR least dependent on a1"],
+        scale(FIT, 1.1, "CDR"),
+        scale(FIT, [[0.9], [1]], "SDR"),
+    ),
     ("fig8-sdr", [], *AS_CLAIMED),
     ("fig8-sdr", ["slightly"], *AS_CLAIMED, scale(DECREMENT, 1.1, "SDR")),
     ("fig8-sdr", ["SDR damps most"], *AS_CLAIMED, scale(DECREMENT, 0.96, "SDR")),
@@ -146,10 +208,19 @@ CASES = [
     ("low-amp", ["CDR and SDR come together"]),
     ("low-amp", [], TOGETHER),
     ("low-amp", ["slightly"], TOGETHER, scale(AMPLITUDE, 1.1, "SDR", release_amplitude=0.5)),
-    ("low-amp", ["SDR overdamps"], TOGETHER, scale(AMPLITUDE, 1.3, ["CDR", "SDR"], release_amplitude=0.3)),
+    (
+        "low-amp",
+        ["SDR overdamps"],
+        TOGETHER,
+        scale(AMPLITUDE, 1.3, ["CDR", "SDR"], release_amplitude=0.3),
+    ),
     ("best-cdr", []),
     ("best-cdr", ["least error"], scale(ERROR, 2, "CDR")),
-    ("best-cdr", ["least dependence on amplitude"], scale(AMPLITUDE, 0.5, "CDR", release_amplitude=0.5)),
+    (
+        "best-cdr",
+        ["least dependence on amplitude"],
+        scale(AMPLITUDE, 0.5, "CDR", release_amplitude=0.5),
+    ),
     ("best-cdr", ["least dependence on a1"], scale(A1, 0.5, "CDR", yield_displacement_ratio=0.02)),
     ("good-sdr", []),
     ("good-sdr", ["error"], scale(ERROR, 3, "SDR")),  # more than CDC's
@@ -157,7 +228,9 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("name", "failing", "changes"), [(name, failing, rest) for name, failing, *rest in CASES])
+@pytest.mark.parametrize(
+    ("name", "failing", "changes"), [(name, failing, rest) for name, failing, *rest in CASES]
+)
 def test_verdict_follows_the_numbers(data, name, failing, changes):
     for change in changes:
         change(data)
@@ -170,7 +243,9 @@ def test_verdict_follows_the_numbers(data, name, failing, changes):
 def test_each_claim_is_seen_to_hold_and_to_fail():
     assert set(CLAIMS) == set(claims.JUDGES)
     for verdict in (True, False):
-        assert {name for name, failing, *_ in CASES if bool(failing) is verdict} == set(CLAIMS) - {"err-range"}
+        assert {name for name, failing, *_ in CASES if bool(failing) is verdict} == set(CLAIMS) - {
+            "err-range"
+        }
 
 
 def test_what_cannot_be_tested_is_not_judged(data):
@@ -204,7 +279,9 @@ def test_the_work_of_a_linear_damper_is_the_energy_that_a_half_cycle_loses():
     )
     ratio = np.exp(-2 * np.pi * xi / np.sqrt(1 - xi**2))
     energy = 0.5 * w**2 * ratio ** np.arange(5)
-    np.testing.assert_allclose(half_cycle_areas(history, "CDC", 8.0), energy * (1 - ratio), rtol=2e-3)
+    np.testing.assert_allclose(
+        half_cycle_areas(history, "CDC", 8.0), energy * (1 - ratio), rtol=2e-3
+    )
 
 
 def test_pairs_in_which_the_trilinear_wall_does_not_rock_or_both_collapse_say_nothing():
@@ -212,7 +289,10 @@ def test_pairs_in_which_the_trilinear_wall_does_not_rock_or_both_collapse_say_no
     pairs = xr.Dataset(
         {
             "peak": (("force_curve", "record", "velocity_ratio"), peak),
-            "collapsed": (("force_curve", "record", "velocity_ratio"), np.equal(peak, 1).astype(int)),
+            "collapsed": (
+                ("force_curve", "record", "velocity_ratio"),
+                np.equal(peak, 1).astype(int),
+            ),
             "yield_displacement_ratio": ("force_curve", [0.04, 0.005]),
         },
         coords={"force_curve": ["tri-linear", "bi-linear"]},
@@ -222,7 +302,9 @@ def test_pairs_in_which_the_trilinear_wall_does_not_rock_or_both_collapse_say_no
 
 def test_what_the_paper_did_not_vary_stays_out_of_its_claims(data):
     """Walls of another plateau, amplitudes beyond Fig. 5, and the middle third of e."""
-    before = {name: judge(name, data)["measured"] for name in ("a1-rank", "amp-cdc", "amp-dispersion")}
+    before = {
+        name: judge(name, data)["measured"] for name in ("a1-rank", "amp-cdc", "amp-dispersion")
+    }
     scale(A1, 50, yield_displacement_ratio=0.17)(data)
     scale(AMPLITUDE, 9, restitution=[0.8, 0.85, 0.9], release_amplitude=0.3)(data)
     assert judge("a1-rank", data)["measured"] == before["a1-rank"]

@@ -11,7 +11,10 @@ from rockdamp.claims.ratios import MODELS, ratios, spans, steady
 from rockdamp.mechanics.two_bodies import TwoBodies
 from rockdamp.storage import dataset
 
-ERRATA = {entry["id"]: entry for entry in yaml.safe_load((ROOT / "data/errata.yaml").read_text("utf-8"))["errata"]}
+ERRATA = {
+    entry["id"]: entry
+    for entry in yaml.safe_load((ROOT / "data/errata.yaml").read_text("utf-8"))["errata"]
+}
 FIG5 = {"thickness": 0.3, "height": 4.5}
 
 
@@ -34,7 +37,9 @@ def test_the_printed_bi_linear_law_misses_what_it_should_give_at_rest():
     assert f"{value / f0:.3g} F0 at u = 0, the slope -{slope / k0:.3g} K0" in evidence("eq-3")
     assert f"zero at {value / slope / (f0 / k0):.3g} u_ins" in evidence("eq-3")
     wall = rd.Wall(**FIG5, overburden_ratio=1)
-    assert float(wall.rigid_strength / wall.rigid_stiffness / wall.thickness) == pytest.approx(f0 / k0)
+    assert float(wall.rigid_strength / wall.rigid_stiffness / wall.thickness) == pytest.approx(
+        f0 / k0
+    )
 
 
 def test_both_restitutions_of_the_wall_of_fig_4():
@@ -46,7 +51,9 @@ def test_both_restitutions_of_the_wall_of_fig_4():
     for name in ("eq-7", "restitution-of-fig-4"):
         assert f"(7) gives {printed[0]} for h1/h = 0.5 and {printed[1]} for 0.7" in evidence(name)
     assert f"{impulsive[0]} and {impulsive[1]}" in evidence("eq-7")
-    needed = brentq(lambda ratio: rd.Wall(0.4, 4.0, hinge_ratio=ratio).restitution_rigid - 0.955, 0.5, 0.99)
+    needed = brentq(
+        lambda ratio: rd.Wall(0.4, 4.0, hinge_ratio=ratio).restitution_rigid - 0.955, 0.5, 0.99
+    )
     assert f"needs h1/h = {needed:.3f}" in evidence("restitution-of-fig-4")
 
 
@@ -55,7 +62,9 @@ def test_the_coordinate_carries_twice_the_mechanical_energy():
     bodies = TwoBodies(wall)
     assert wall.rigid_strength / bodies.potential_slope(0.0) == pytest.approx(2)
     assert wall.effective_mass / bodies.inertia(float(wall.thickness)) == pytest.approx(2)
-    assert f"({wall.effective_mass / bodies.inertia(0.0):.2f} times at u = 0)" in evidence("energy-of-eq-13-and-14")
+    assert f"({wall.effective_mass / bodies.inertia(0.0):.2f} times at u = 0)" in evidence(
+        "energy-of-eq-13-and-14"
+    )
 
 
 def test_hinge_slenderness_and_plateau_of_the_misprints():
@@ -63,7 +72,9 @@ def test_hinge_slenderness_and_plateau_of_the_misprints():
     assert low / high == pytest.approx(10) and "tenfold" in evidence("hinge-ratio-of-fig-6")
     assert f"{27 * 0.102:.2f} m high" in evidence("lambda-of-captions")
     ends = [f"{rd.TrilinearCurve(0.02, b1).plateau_end:.3g}" for b1 in (0.85, 0.80)]
-    assert f"a2 = {ends[0]}" in evidence("a1-of-section-7") and f"gives {ends[1]}" in evidence("a1-of-section-7")
+    assert f"a2 = {ends[0]}" in evidence("a1-of-section-7") and f"gives {ends[1]}" in evidence(
+        "a1-of-section-7"
+    )
 
 
 def test_damping_ratios_by_the_words_of_eq_17():
@@ -71,12 +82,20 @@ def test_damping_ratios_by_the_words_of_eq_17():
     squares = match["damping_ratio"].sel(release_amplitude=0.5, method="nearest")
     change = 100 * (match["damping_ratio_absolute"] / squares - 1).sel(damping_model=MODELS)
     for model, values in zip(MODELS, change, strict=True):
-        assert f"{float(values.min()):.2g}% to {float(values.max()):.2g}% ({model})" in evidence("eq-17")
+        assert f"{float(values.min()):.2g}% to {float(values.max()):.2g}% ({model})" in evidence(
+            "eq-17"
+        )
 
 
 def test_sdr_rises_where_the_wall_is_stiffer():
-    sdr = ratios(built("match/cracked_stiffness")).sel(damping_model="SDR").sortby("yield_displacement_ratio")
-    assert bool(steady(sdr, "yield_displacement_ratio", -1).all()) and sdr.sizes["restitution"] == 29
+    sdr = (
+        ratios(built("match/cracked_stiffness"))
+        .sel(damping_model="SDR")
+        .sortby("yield_displacement_ratio")
+    )
+    assert (
+        bool(steady(sdr, "yield_displacement_ratio", -1).all()) and sdr.sizes["restitution"] == 29
+    )
     low, high = sdr.isel(yield_displacement_ratio=[0, -1]).mean("restitution").values
     assert f"from {high:.4f} to {low:.4f}" in evidence("sdr-and-a1")
 

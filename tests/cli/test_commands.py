@@ -79,7 +79,10 @@ def test_parameters_are_few_and_described():
         ("wall --thickness 0.3 --height 4.5 --hinge-ratio 1", "hinge_ratio is 1"),
         ("wall --thickness 0.3 --height 4.5 --hinge-ratio strongest", "'strongest'"),
         ("wall --thickness 0.3 --height 2 --parapet --hinge-ratio 0.6", "hinge_ratio"),
-        ("wall --thickness 0.3 --height 4.5 --overburden 12kN/m --overburden-ratio 1", "overburden_ratio"),
+        (
+            "wall --thickness 0.3 --height 4.5 --overburden 12kN/m --overburden-ratio 1",
+            "overburden_ratio",
+        ),
         ("wall --thickness 0.3 --height 4.5 --b1 0.8", "a1"),
         ("wall --thickness 0.3 --height 4.5 --a1 0 --b1 0.8", "yield_displacement_ratio is 0"),
         ("wall --thickness 0.3 --height 4.5 --restitution 0.8", "--restitution"),
@@ -146,9 +149,28 @@ def test_a_command_loads_what_it_computes_with(arguments, light):
     [
         (("wall", "--thickness", 0.05, "--height", 3), "height over thickness"),
         (("decay", *CURVE, "--damping-model", "CDR", "--damping-ratio", 0.85), "damping_ratio"),
-        (("wall", "--thickness", 1.0, "--height", 3, *CURVE, "--restitution", 0.9), "restitution over that of rigid"),
-        (("respond", *WALL, *CURVE, "--restitution", 0.85, "--scale", 0.05, "--record", "pulse.csv"), "peak over a1"),
-        (("respond", *WALL, *CURVE, "--restitution", 0.85, "--record", "cut.csv"), "velocity at the end over PGV"),
+        (
+            ("wall", "--thickness", 1.0, "--height", 3, *CURVE, "--restitution", 0.9),
+            "restitution over that of rigid",
+        ),
+        (
+            (
+                "respond",
+                *WALL,
+                *CURVE,
+                "--restitution",
+                0.85,
+                "--scale",
+                0.05,
+                "--record",
+                "pulse.csv",
+            ),
+            "peak over a1",
+        ),
+        (
+            ("respond", *WALL, *CURVE, "--restitution", 0.85, "--record", "cut.csv"),
+            "velocity at the end over PGV",
+        ),
         (("respond", *WALL, *CURVE, "--restitution", 0.85, "--record", "strong.csv"), "PGA in g"),
     ],
 )
@@ -176,7 +198,10 @@ def test_an_unusual_value_is_warned_of_once(command, name, record, monkeypatch):
             ("--overburden-ratio", 2, "--hinge-ratio", "weakest"),
             rd.Wall(0.3, 4.5, overburden_ratio=2, hinge_ratio="weakest"),
         ),
-        (("--overburden", "12kN/m"), rd.Wall(0.3, 4.5, overburden_ratio=12000 / float(BUILT.weight))),
+        (
+            ("--overburden", "12kN/m"),
+            rd.Wall(0.3, 4.5, overburden_ratio=12000 / float(BUILT.weight)),
+        ),
         (("--parapet", "--width", 2), rd.Parapet(0.3, 4.5, width=2)),
         (("--thickness", "300mm", "--height", "14ft 9in"), rd.Wall(0.3, 177 * 0.0254)),
         (("--density", "18kN/m3"), rd.Wall(0.3, 4.5, density=18000 / 9.80665)),
@@ -185,8 +210,12 @@ def test_an_unusual_value_is_warned_of_once(command, name, record, monkeypatch):
 def test_wall_gives_the_wall_of_the_package(more, built):
     values = printed("wall", *WALL, *more)
     assert values.keys() >= set(CONSTANTS)
-    assert [values[name] for name in CONSTANTS] == pytest.approx([float(getattr(built, name)) for name in CONSTANTS])
-    assert values["rocking_onset"] == pytest.approx(float(built.rigid_strength / (1.5 * built.effective_mass)))
+    assert [values[name] for name in CONSTANTS] == pytest.approx(
+        [float(getattr(built, name)) for name in CONSTANTS]
+    )
+    assert values["rocking_onset"] == pytest.approx(
+        float(built.rigid_strength / (1.5 * built.effective_mass))
+    )
 
 
 def test_wall_gives_the_damping_of_a_program():
@@ -195,7 +224,9 @@ def test_wall_gives_the_damping_of_a_program():
     w1 = np.sqrt(0.85 / 0.04 * float(BUILT.rigid_stiffness / BUILT.effective_mass))
     assert values["initial_frequency"] == pytest.approx(w1)
     assert values["rayleigh_alpha_m"] == pytest.approx(2 * xi * w1)
-    assert values["damping_coefficient"] == pytest.approx(values["rayleigh_alpha_m"] * values["effective_mass"])
+    assert values["damping_coefficient"] == pytest.approx(
+        values["rayleigh_alpha_m"] * values["effective_mass"]
+    )
     assert values["periods"][2] == pytest.approx(
         {
             "amplitude": 0.5,
@@ -211,7 +242,10 @@ def test_wall_gives_the_damping_of_a_program():
 
 def test_a_mass_on_the_wall_leaves_the_rule_impulsive_unknown():
     heavy = (*WALL, "--overburden-ratio", 2, "--overburden-mass", 1)
-    assert printed("wall", *heavy)["restitution_impulsive"] is None and run("wall", *heavy).exit_code == 0
+    assert (
+        printed("wall", *heavy)["restitution_impulsive"] is None
+        and run("wall", *heavy).exit_code == 0
+    )
     assert "impulsive" in refused("wall", *heavy, *CURVE, "--restitution", "impulsive")
 
 
@@ -226,12 +260,16 @@ def test_equivalent_answers_both_ways():
 
 def test_the_ratios_of_a_table_of_walls_are_those_of_each_alone(tmp_path):
     table, output = tmp_path / "walls.csv", tmp_path / "out.csv"
-    table.write_text("id,thickness,height,preset,restitution\na,0.25,3,moderate,0.8\n", encoding="utf-8")
+    table.write_text(
+        "id,thickness,height,preset,restitution\na,0.25,3,moderate,0.8\n", encoding="utf-8"
+    )
     rows = printed("equivalent", "--walls", table, "--release", 0.6, "--output", output)
     alone = rd.equivalent(0.8, rd.TrilinearCurve.preset("moderate"), release_amplitude=0.6)
     assert rows == [{"id": "a", **row} for row in alone]
     with open(output, encoding="utf-8", newline="") as file:
-        assert [float(row["damping_ratio"]) for row in csv.DictReader(file)] == [row["damping_ratio"] for row in alone]
+        assert [float(row["damping_ratio"]) for row in csv.DictReader(file)] == [
+            row["damping_ratio"] for row in alone
+        ]
     table.write_text("id,thickness,height,preset\nb,x,3,new\n", encoding="utf-8")
     assert "'x'" in refused("equivalent", "--walls", table)
 
@@ -269,17 +307,34 @@ def test_a_model_s_word_has_its_order_or_width(word, damping):
 
 def test_respond_gives_the_packages_numbers(record):
     values = printed("respond", "--record", record, *WALL, *CURVE, *CDR, "--scale", 2, "--tail", 1)
-    found = rd.respond(BUILT, DROP, rd.Damping("CDR", 0.05), rd.read_record(record), scale=2, tail=1)
+    found = rd.respond(
+        BUILT, DROP, rd.Damping("CDR", 0.05), rd.read_record(record), scale=2, tail=1
+    )
     for key in ("peak_displacement", "peak", "peak_elapsed"):
         assert values[key] == found[key].item()
-    assert (values["outcome"], values["outcome_elapsed"]) == ("completed", pytest.approx(1.99 + 1.0))
+    assert (values["outcome"], values["outcome_elapsed"]) == (
+        "completed",
+        pytest.approx(1.99 + 1.0),
+    )
     measures = rd.intensity_measures(rd.read_record(record))
     assert (values["pga"], values["pgv"]) == (2 * measures.pga, 2 * measures.pgv)
 
 
 def test_several_records_scales_and_models_have_a_row_each(record, tmp_path):
-    command = ("respond", "--records", record, "--records", RECORD, *WALL, *CURVE, "--restitution", 0.85)
-    rows = printed(*command, "--compare", "--to-pgv", "20cm/s,80cm/s", "--output", tmp_path / "out.csv")
+    command = (
+        "respond",
+        "--records",
+        record,
+        "--records",
+        RECORD,
+        *WALL,
+        *CURVE,
+        "--restitution",
+        0.85,
+    )
+    rows = printed(
+        *command, "--compare", "--to-pgv", "20cm/s,80cm/s", "--output", tmp_path / "out.csv"
+    )
     assert len(rows) == 2 * 2 * 6 and {round(row["pgv"], 9) for row in rows} == {0.2, 0.8}
     matched = {row["damping_model"]: row["damping_ratio"] for row in rd.equivalent(0.85, DROP)}
     assert {row["damping_model"]: row["damping_ratio"] for row in rows} == {"CR": None, **matched}
@@ -287,7 +342,9 @@ def test_several_records_scales_and_models_have_a_row_each(record, tmp_path):
     assert collapsed and all(row["peak"] is None for row in collapsed)
     with open(tmp_path / "out.csv", encoding="utf-8", newline="") as file:
         written = list(csv.DictReader(file))
-    assert [row["peak"] for row in written] == ["" if row["peak"] is None else str(row["peak"]) for row in rows]
+    assert [row["peak"] for row in written] == [
+        "" if row["peak"] is None else str(row["peak"]) for row in rows
+    ]
 
 
 def test_a_rule_for_e_is_that_of_the_wall(record):
@@ -299,7 +356,9 @@ def test_plain_numbers_take_a_step_and_a_unit(record, tmp_path):
     motion = rd.read_record(record).ground_acceleration
     np.savetxt(tmp_path / "numbers.txt", motion / 9.80665)
     wall = (*WALL, *CURVE, *CDR)
-    found = printed("respond", "--record", tmp_path / "numbers.txt", "--step", 0.01, "--unit", "g", *wall)
+    found = printed(
+        "respond", "--record", tmp_path / "numbers.txt", "--step", 0.01, "--unit", "g", *wall
+    )
     assert found["peak"] == pytest.approx(printed("respond", "--record", record, *wall)["peak"])
 
 
@@ -308,7 +367,10 @@ def test_histories_are_written_with_units_and_origin(record, tmp_path):
     path.write_text("an earlier file, which is replaced", encoding="utf-8")
     respond = ("respond", "--record", record, *WALL, *CURVE, *CDR, "--tail", "500ms")
     for kind, arguments in (("free_decay", ("decay", *CURVE, *CDR)), ("response", respond)):
-        assert "history.nc written" in run(*arguments, "--output", path, "--plot", tmp_path / "a.png").stderr
+        assert (
+            "history.nc written"
+            in run(*arguments, "--output", path, "--plot", tmp_path / "a.png").stderr
+        )
         found = dataset.read(path)
         dataset.check(found, kind)
         assert (tmp_path / "a.png").stat().st_size > 1000
@@ -323,7 +385,9 @@ def test_supports_shake_by_the_intensity_of_the_ground():
     (motion,) = rd.floor_motions(RECORD, rd.Building(0.25, 3, 3), diaphragm=rd.Diaphragm(0.4))
     factor = 0.1 * 9.80665 / rd.intensity_measures(motion.ground).pga
     history = rd.respond(BUILT, DROP, rd.Damping("CDR", 0.05), motion, scale=factor)
-    assert values["peak"] == history["peak"].item() and values["pga"] == pytest.approx(0.1 * 9.80665)
+    assert values["peak"] == history["peak"].item() and values["pga"] == pytest.approx(
+        0.1 * 9.80665
+    )
     assert values["peak"] != printed(*command)["peak"]
 
 
@@ -332,4 +396,6 @@ def test_a_wall_against_a_stop_responds_both_ways():
     rows = printed("respond", "--record", RECORD, *front, "--to-pgv", 0.3, "--restitution", 0.5)
     assert [row["record"] for row in rows] == ["far-field/1/a", "far-field/1/a turned"]
     u_ins = float(rd.Parapet(0.8, 12.0).instability_displacement)
-    assert rows[0]["peak"] != rows[1]["peak"] and rows[0]["peak_displacement"] == pytest.approx(u_ins * rows[0]["peak"])
+    assert rows[0]["peak"] != rows[1]["peak"] and rows[0]["peak_displacement"] == pytest.approx(
+        u_ins * rows[0]["peak"]
+    )

@@ -16,7 +16,11 @@ from rockdamp.mechanics.wall import Parapet
 @pytest.mark.parametrize("name", ["minimal", "default"])
 def test_the_shipped_files_are_valid_and_name_the_schema(name):
     assert parse_config(stated(minimal=name == "minimal")).solver.scheme == "newmark"
-    assert (ROOT / f"config/{name}.yaml").read_text().startswith("# yaml-language-server: $schema=schema.json\n")
+    assert (
+        (ROOT / f"config/{name}.yaml")
+        .read_text()
+        .startswith("# yaml-language-server: $schema=schema.json\n")
+    )
 
 
 def test_the_schema_is_that_of_the_model():
@@ -32,8 +36,14 @@ def test_the_matched_length_is_that_of_the_package():
 
 
 def test_a_part_has_what_its_keys_name_and_nothing_else():
-    part = configured().part("curve", "earthquakes.walls.church.slenderness", "earthquakes.check.seed")
-    assert part.curve.strength_ratio == 0.85 and part.earthquakes.check.seed == 1 and len(part.earthquakes.walls) == 8
+    part = configured().part(
+        "curve", "earthquakes.walls.church.slenderness", "earthquakes.check.seed"
+    )
+    assert (
+        part.curve.strength_ratio == 0.85
+        and part.earthquakes.check.seed == 1
+        and len(part.earthquakes.walls) == 8
+    )
     for read in ("wall", "earthquakes.step", "earthquakes.check.histories"):
         section, _, key = f"part.{read}".rpartition(".")
         with pytest.raises(AttributeError):
@@ -41,7 +51,9 @@ def test_a_part_has_what_its_keys_name_and_nothing_else():
 
 
 def test_leaves_are_plain_values_by_their_keys_and_walls_by_their_names():
-    leaves = configured({"solver": {"step": "1e-3"}}).leaves("solver", "restitution.stop", "earthquakes.walls")
+    leaves = configured({"solver": {"step": "1e-3"}}).leaves(
+        "solver", "restitution.stop", "earthquakes.walls"
+    )
     assert {key: leaves[key] for key in list(leaves)[:4]} == {
         "solver.scheme": "newmark",
         "solver.step": 0.001,
@@ -61,28 +73,47 @@ def test_a_study_varies_its_parameter_and_nothing_else(name):
     for index, value in enumerate(values):
         a1 = value if name == "cracked_stiffness" else 0.04
         own = study.curve.map(lambda p, index=index: p[index])
-        assert (own.yield_displacement_ratio, own.strength_ratio) == (a1, 0.75 if a1 >= 0.15 else 0.85)
+        assert (own.yield_displacement_ratio, own.strength_ratio) == (
+            a1,
+            0.75 if a1 >= 0.15 else 0.85,
+        )
         assert study.release_amplitude[index] == (value if name == "amplitude" else 0.5)
-        own_wall = configured({"wall": {STUDIES[name]: value} if study.varies_wall else {}}).wall.make()
+        own_wall = configured(
+            {"wall": {STUDIES[name]: value} if study.varies_wall else {}}
+        ).wall.make()
         assert study.frequency_parameter[index] == own_wall.frequency_parameter
 
 
 def test_grids_include_their_ends_round():
     config = configured()
     assert config.restitution.values().tolist() == [round(0.70 + 0.01 * i, 2) for i in range(29)]
-    np.testing.assert_allclose(config.earthquakes.velocity_ratio.values(), np.geomspace(0.2, 5, 14), rtol=1e-15)
+    np.testing.assert_allclose(
+        config.earthquakes.velocity_ratio.values(), np.geomspace(0.2, 5, 14), rtol=1e-15
+    )
 
 
 def test_walls_under_earthquakes_have_a_hinge_or_are_parapets_with_a_preset_or_their_own_curve():
     walls = {named.name: named for named in configured().earthquakes.walls}
     assert [name for name, named in walls.items() if isinstance(named.wall, Parapet)] == ["parapet"]
-    assert float(walls["degraded"].curve.strength_ratio) == 0.50 and float(walls["church"].curve.strength_ratio) == 0.85
-    assert float(walls["degraded"].wall.height) == 4.0 and float(walls["degraded"].wall.hinge_ratio) == 0.6
+    assert (
+        float(walls["degraded"].curve.strength_ratio) == 0.50
+        and float(walls["church"].curve.strength_ratio) == 0.85
+    )
+    assert (
+        float(walls["degraded"].wall.height) == 4.0
+        and float(walls["degraded"].wall.hinge_ratio) == 0.6
+    )
 
 
 # --- bad input --------------------------------------------------------------------------------------------------------
 
-WALL = {"name": "mine", "thickness": 0.2, "slenderness": 15, "overburden_ratio": 0.0, "hinge_ratio": 0.5}
+WALL = {
+    "name": "mine",
+    "thickness": 0.2,
+    "slenderness": 15,
+    "overburden_ratio": 0.0,
+    "hinge_ratio": 0.5,
+}
 WALL |= {"yield_displacement_ratio": 0.04, "strength_ratio": 0.85}
 NO_HINGE = {key: value for key, value in WALL.items() if key != "hinge_ratio"}
 

@@ -14,7 +14,9 @@ TABLES = {
     for page in doc_tables.pages()
     for block in doc_tables.BLOCK.finditer(page.read_text(encoding="utf-8"))
 }
-full_build = pytest.mark.skipif(not (doc_tables.RESULTS / "report.html").exists(), reason="no full build")
+full_build = pytest.mark.skipif(
+    not (doc_tables.RESULTS / "report.html").exists(), reason="no full build"
+)
 
 
 def numbers(text):
@@ -31,7 +33,9 @@ def test_table_of_the_full_build(name):
     written = doc_tables.TABLES[name]()
     assert NUMBER.sub("x", TABLES[name]) == NUMBER.sub("x", written)
     # Another processor may round a last digit otherwise; small percentages have only one.
-    np.testing.assert_allclose(numbers(TABLES[name]), numbers(written), rtol=0.1, atol=0.11 * (name == "closed_form"))
+    np.testing.assert_allclose(
+        numbers(TABLES[name]), numbers(written), rtol=0.1, atol=0.11 * (name == "closed_form")
+    )
 
 
 @full_build
@@ -39,6 +43,7 @@ def test_shipped_tables_of_the_full_build():
     shipped = pd.read_csv(shipped_tables.SHIPPED / "missed_collapses.csv")
     pd.testing.assert_frame_equal(shipped, shipped_tables.missed_collapses())
     coefficients = (
-        pd.read_csv(f"{folder}/coefficients.csv") for folder in (shipped_tables.SHIPPED, shipped_tables.RESULTS)
+        pd.read_csv(f"{folder}/coefficients.csv")
+        for folder in (shipped_tables.SHIPPED, shipped_tables.RESULTS)
     )
     pd.testing.assert_frame_equal(*coefficients, rtol=1e-6)

@@ -12,7 +12,11 @@ from page_blocks import Checker
 
 import rockdamp as rd
 
-MODULES = [module.name for module in walk_packages(rd.__path__, "rockdamp.") if not module.name.endswith(".__main__")]
+MODULES = [
+    module.name
+    for module in walk_packages(rd.__path__, "rockdamp.")
+    if not module.name.endswith(".__main__")
+]
 PUBLIC = {name: getattr(rd, name) for name in rd.__all__}
 CLASSES = {name: thing for name, thing in PUBLIC.items() if inspect.isclass(thing)}
 MEMBERS = {
@@ -27,7 +31,9 @@ FUNCTIONS = {
     if inspect.isfunction(thing) and thing.__module__.startswith("rockdamp")
 }
 PROPERTIES = {name: member.fget for name, member in MEMBERS.items() if isinstance(member, property)}
-PROPERTIES |= {name: member.func for name, member in MEMBERS.items() if isinstance(member, cached_property)}
+PROPERTIES |= {
+    name: member.func for name, member in MEMBERS.items() if isinstance(member, cached_property)
+}
 
 
 @pytest.mark.parametrize("name", ["rockdamp", *MODULES])
@@ -43,14 +49,18 @@ def test_every_argument_of_a_public_function_is_described(name):
     assert name not in PUBLIC or ">>> " in text
     arguments = set(inspect.signature(FUNCTIONS[name]).parameters) - {"self", "cls"}
     if "parameters are those of `" not in text:
-        assert {argument for argument in arguments if not re.search(rf"\b{argument}\b", text)} == set()
+        assert {
+            argument for argument in arguments if not re.search(rf"\b{argument}\b", text)
+        } == set()
 
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_field_of_a_public_class_is_described(name):
     """In the docstring of the class or of one that it is made from, or at the head of the module."""
     bases = [base for base in CLASSES[name].__mro__ if base.__module__.startswith("rockdamp")]
-    fields = {field for base in bases for field in base.__annotations__ if not field.startswith("_")}
+    fields = {
+        field for base in bases for field in base.__annotations__ if not field.startswith("_")
+    }
     text = "\n".join(f"{inspect.getdoc(base)}\n{inspect.getmodule(base).__doc__}" for base in bases)
     assert {field for field in fields if not re.search(rf"\b{field}\b", text)} == set()
 

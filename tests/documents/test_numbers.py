@@ -40,14 +40,19 @@ def pulse(tau):
 def python_listing(h, steps, *, lag=False):
     """Return x at each step under the pulse, by the page's own lines in explicit Newmark."""
     names = {}
-    exec(re.findall(r"^```python\n(.*?)^```$", read(DAMPER), flags=re.MULTILINE | re.DOTALL)[0], names)
+    exec(
+        re.findall(r"^```python\n(.*?)^```$", read(DAMPER), flags=re.MULTILINE | re.DOTALL)[0],
+        names,
+    )
     x, v, a, found = 0.0, 0.0, 0.0, [0.0]
     for n in range(1, steps + 1):
         half, at = v + h / 2 * a, (x, v)
         x, expected = x + h * v + h * h / 2 * a, v + h * a
         c = names["coefficient"](*(at if lag else (x, expected)), 1.0, E, W1)
         z = abs(x)
-        a = (pulse(n * h) - copysign(max(0.0, min(0.85 / 0.04 * z, 0.85, 1 - z)), x) - c * half) / (1 + c * h / 2)
+        a = (pulse(n * h) - copysign(max(0.0, min(0.85 / 0.04 * z, 0.85, 1 - z)), x) - c * half) / (
+            1 + c * h / 2
+        )
         v = half + h / 2 * a
         found.append(x)
     return np.array(found)
@@ -64,14 +69,29 @@ def test_the_python_listing_is_the_kernel_s_damper(kernel):
     np.testing.assert_allclose(python_listing(0.002, 2000), kernel, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize(("compiler", "source", "libraries"), [("cc", "band.c", ["-lm"]), ("gfortran", "band.f90", [])])
-def test_the_files_in_other_languages_are_the_kernel_s_damper(kernel, compiler, source, libraries, tmp_path):
+@pytest.mark.parametrize(
+    ("compiler", "source", "libraries"), [("cc", "band.c", ["-lm"]), ("gfortran", "band.f90", [])]
+)
+def test_the_files_in_other_languages_are_the_kernel_s_damper(
+    kernel, compiler, source, libraries, tmp_path
+):
     if not shutil.which(compiler):
         pytest.skip(f"there is no {compiler}")
-    command = [compiler, "-O2", "-Wall", "-Werror", str(ROOT / "examples" / source), "-o", "band", *libraries]
+    command = [
+        compiler,
+        "-O2",
+        "-Wall",
+        "-Werror",
+        str(ROOT / "examples" / source),
+        "-o",
+        "band",
+        *libraries,
+    ]
     subprocess.run(command, check=True, cwd=tmp_path)  # Fortran writes its module beside
     printed = subprocess.run([tmp_path / "band"], check=True, capture_output=True, text=True).stdout
-    np.testing.assert_allclose(np.array(printed.split(), dtype=float), [kernel[:1000].max(), kernel[-1]], atol=1e-12)
+    np.testing.assert_allclose(
+        np.array(printed.split(), dtype=float), [kernel[:1000].max(), kernel[-1]], atol=1e-12
+    )
 
 
 def test_the_number_to_check():
@@ -101,14 +121,19 @@ def test_the_step_that_the_damper_needs_and_what_a_lag_costs():
 def test_what_a_damping_ratio_stands_for():
     rows = table(DAMPER, "ξ [%]")
     xi = np.array([float(row[0]) for row in rows]) / 100
-    for column, x in ((1, xi / np.sqrt(1 - xi**2)), (2, xi)):  # BAND has the formula of the orders above 0
+    for column, x in (
+        (1, xi / np.sqrt(1 - xi**2)),
+        (2, xi),
+    ):  # BAND has the formula of the orders above 0
         assert [row[column] for row in rows] == [f"{e:.4f}" for e in np.exp(-np.pi * x)]
     every_e = np.linspace(0.5, 0.98, 17)
     matched = rd.equivalent(every_e, CURVE)
     for column, model in enumerate(("CDC", "CDR", "SDR"), start=3):
         ratio = np.array([one["damping_ratio"] for one in matched if one["damping_model"] == model])
         e = CubicSpline(ratio[::-1], every_e[::-1])(xi)
-        np.testing.assert_allclose([float(row[column]) for row in rows], e, atol=0.002)  # CDC's are rough in e
+        np.testing.assert_allclose(
+            [float(row[column]) for row in rows], e, atol=0.002
+        )  # CDC's are rough in e
 
 
 def test_published_restitutions():
@@ -128,10 +153,14 @@ def test_presets():
 
 def test_measured_restitutions_over_the_analytical_one():
     """Those that the paper quotes: mean, lowest and highest, of a wall of slenderness 27 with its hinge at 0.57."""
-    analytical = float(rd.Wall(thickness=0.102, height=27 * 0.102, hinge_ratio=0.57).restitution_rigid)
+    analytical = float(
+        rd.Wall(thickness=0.102, height=27 * 0.102, hinge_ratio=0.57).restitution_rigid
+    )
     assert SORRENTINO_RATIO == 0.90
     assert_stated(
-        WALL, r"tests of walls gave ([\d.]+) \(([\d.]+) to ([\d.]+)\)", *(e / analytical for e in (0.852, 0.84, 0.90))
+        WALL,
+        r"tests of walls gave ([\d.]+) \(([\d.]+) to ([\d.]+)\)",
+        *(e / analytical for e in (0.852, 0.84, 0.90)),
     )
 
 
@@ -148,16 +177,22 @@ def test_a_gable_beside_a_rectangle():
 def test_small_releases_overstate_the_intensity():
     """A test keeps the constant to its table in docs/earthquakes.md."""
     overstated = re.findall(r"\d+", SMALL_RELEASE_OVERSTATES)[:2]
-    assert_stated(WALL, r"overstates the median intensity by (\d+) to (\d+) %", *map(float, overstated))
+    assert_stated(
+        WALL, r"overstates the median intensity by (\d+) to (\d+) %", *map(float, overstated)
+    )
 
 
 def test_force_at_the_crossing():
     force = read_full("order")["crossing_force"].sel(wall="paper", restitution=E)
     words = r"([\d.]+) F0 at the crossing with 0.2, ([\d.]+) F0 with 0.4"
-    assert_stated(DAMPER, words, *(float(force.sel(damper=damper)) for damper in ("BAND0.2", "BAND0.4")))
+    assert_stated(
+        DAMPER, words, *(float(force.sel(damper=damper)) for damper in ("BAND0.2", "BAND0.4"))
+    )
 
 
 def test_floors_lower_every_wall():
     supports = read_full("supports").drop_sel(wall="all")
-    floors = supports.isel(assumption=supports["diaphragm_period"].isin([0.2, 0.3, 0.4, 0.6]).values)
+    floors = supports.isel(
+        assumption=supports["diaphragm_period"].isin([0.2, 0.3, 0.4, 0.6]).values
+    )
     assert floors.sizes["assumption"] == 4 and (floors["median_intensity_ratio"] < 1).all()

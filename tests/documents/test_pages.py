@@ -8,8 +8,21 @@ from page_blocks import FULL, PAGES, link_results, make_tree, read, reads_result
 from repository import ROOT
 
 LONG = ("docs/reproduce.md", "docs/extend.md")
-LONG += tuple(f"docs/howto/{name}.md" for name in ("one-wall", "floors", "free-rocking-test", "records"))
-FOLDERS = ("src/rockdamp", "tests", "tools", "data", "config", "workflow", "profiles", "examples", "benchmarks", ".ci")
+LONG += tuple(
+    f"docs/howto/{name}.md" for name in ("one-wall", "floors", "free-rocking-test", "records")
+)
+FOLDERS = (
+    "src/rockdamp",
+    "tests",
+    "tools",
+    "data",
+    "config",
+    "workflow",
+    "profiles",
+    "examples",
+    "benchmarks",
+    ".ci",
+)
 FILE = re.compile(r"`((?:[\w.-]+/)+(?:[\w.-]+\.\w+)?)`")
 MADE = ("results/", "logs/", "build/", "my-")  # by builds, and by the reader
 
@@ -39,5 +52,7 @@ def test_files_modules_and_targets_exist(page):
         assert name.startswith(MADE) or any((root / name).exists() for root in roots), name
     for name in re.findall(r"\]\(([^)#:]+?)(?:#[\w-]+)?\)", text):
         assert (ROOT / page).parent.joinpath(name).exists(), name
-    targets = re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    targets = re.findall(
+        r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE
+    )
     assert set(re.findall(r"(?:`|^)make ([a-z-]+)", text, re.MULTILINE)) <= set(targets)

@@ -22,7 +22,15 @@ NOTEBOOK = ROOT / "docs/notebooks/explore.ipynb"
 def site(tmp_path_factory):
     """The documents as HTML; every broken reference and link within them is an error."""
     folder = tmp_path_factory.mktemp("site")
-    options = ["-W", "--keep-going", "--quiet", "-D", "nb_execution_mode=off", "-d", str(folder / "doctrees")]
+    options = [
+        "-W",
+        "--keep-going",
+        "--quiet",
+        "-D",
+        "nb_execution_mode=off",
+        "-d",
+        str(folder / "doctrees"),
+    ]
     command = [sys.executable, "-m", "sphinx", *options, "-b", "html", "docs", str(folder / "html")]
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
     run = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
@@ -32,12 +40,18 @@ def site(tmp_path_factory):
 
 def find_keys(config, path=()):
     for name, value in config.items():
-        yield from find_keys(value, (*path, name)) if isinstance(value, dict) else [".".join((*path, name))]
+        yield from (
+            find_keys(value, (*path, name))
+            if isinstance(value, dict)
+            else [".".join((*path, name))]
+        )
 
 
 def test_the_site_is_whole_without_a_network(site):
     for page in site.rglob("*.html"):
-        loaded = re.findall(r'<(?:script|img|iframe|link)\b[^>]*?\b(?:src|href)="([^"]+)"', page.read_text("utf-8"))
+        loaded = re.findall(
+            r'<(?:script|img|iframe|link)\b[^>]*?\b(?:src|href)="([^"]+)"', page.read_text("utf-8")
+        )
         assert not [address for address in loaded if re.match(r"(?:https?:)?//", address)], page
     theory, python, shell, config = (
         (site / f"{page}.html").read_text("utf-8")
@@ -47,7 +61,10 @@ def test_the_site_is_whole_without_a_network(site):
     assert all(f'id="rockdamp.{name}"' in python for name in rockdamp.__all__)
     assert all(f'id="rockdamp-{name}"' in shell for name in main.commands)
     text = re.sub(r"<[^>]+>", "", config)
-    assert all(key in text for key in find_keys(yaml.safe_load((ROOT / "config/default.yaml").read_text("utf-8"))))
+    assert all(
+        key in text
+        for key in find_keys(yaml.safe_load((ROOT / "config/default.yaml").read_text("utf-8")))
+    )
 
 
 def test_the_notebook_runs(tmp_path, request, monkeypatch):

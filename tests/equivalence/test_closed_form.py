@@ -5,7 +5,11 @@ import numpy as np
 import pytest
 
 from rockdamp.constants import VISCOUS_MODELS
-from rockdamp.equivalence.closed_form import damping_ratio_energy, equivalence_factor, giannini_masiani
+from rockdamp.equivalence.closed_form import (
+    damping_ratio_energy,
+    equivalence_factor,
+    giannini_masiani,
+)
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -47,7 +51,9 @@ def factor_by_mpmath(curve, model, x0):
 def test_the_factor_equals_adaptive_quadrature_and_of_ecd_it_is_one_over_pi(curve, model):
     x0 = np.array([0.03, 0.3, 0.85])
     factor = equivalence_factor(curve, Damping(model, 1.0), x0)
-    np.testing.assert_allclose(factor, [factor_by_mpmath(curve, model, one) for one in x0], rtol=1e-9)
+    np.testing.assert_allclose(
+        factor, [factor_by_mpmath(curve, model, one) for one in x0], rtol=1e-9
+    )
     if model == "ECD":
         np.testing.assert_allclose(factor, 1 / np.pi, rtol=1e-9)
     alone = [equivalence_factor(curve, Damping(model, 1.0), one).item() for one in x0]
@@ -62,7 +68,9 @@ def test_the_factor_is_what_a_lightly_damped_half_cycle_loses(model, x0):
     steps = int(0.55 * float(curve.period(x0)) / step)
     response = simulate(curve, Damping(model, xi), release_amplitude=x0, step=step, steps=steps)
     decrement = -0.5 * np.log(curve.energy(-response.displacement.min()) / curve.energy(x0))
-    assert decrement * equivalence_factor(curve, Damping(model, 1.0), x0).item() == pytest.approx(xi, rel=0.02)
+    assert decrement * equivalence_factor(curve, Damping(model, 1.0), x0).item() == pytest.approx(
+        xi, rel=0.02
+    )
 
 
 def test_the_ratio_is_the_factor_times_the_logarithm_and_exact_for_ecd_and_band():
@@ -88,7 +96,13 @@ def test_giannini_and_masiani_is_eq_15_and_tends_to_the_exact_ratio():
         *((lambda e=e: giannini_masiani(e), "restitution") for e in (0.0, 1.01)),
         (lambda: damping_ratio_energy(CURVES[0], "CDR", 1.01, 0.5), "restitution"),
         (lambda: equivalence_factor(CURVES[0], Damping("CR", 0.9), 0.5), "damping_model"),
-        *((lambda x0=x0: equivalence_factor(CURVES[0], Damping("CDR", 1.0), x0), "release_amplitude") for x0 in (0, 1)),
+        *(
+            (
+                lambda x0=x0: equivalence_factor(CURVES[0], Damping("CDR", 1.0), x0),
+                "release_amplitude",
+            )
+            for x0 in (0, 1)
+        ),
     ],
 )
 def test_what_is_outside_its_range_is_named(compute, named):

@@ -28,12 +28,18 @@ def release(restitution, amplitude=0.5, step=0.005, length=8.0, **scheme):
     """Decays of the reference curve, one for each e."""
     e = np.atleast_1d(restitution).astype(float)
     curve = TrilinearCurve(np.full(e.size, 0.04), np.full(e.size, 0.85))
-    return Cases.release(curve, np.full(e.size, amplitude), e, step=step, steps=round(length / step), **scheme)
+    return Cases.release(
+        curve, np.full(e.size, amplitude), e, step=step, steps=round(length / step), **scheme
+    )
 
 
 def history(damping, cases):
     """u of the reference curve at each step of the cases, under damping ratios in the place of restitution."""
-    start = {"release_amplitude": float(cases.release_amplitude[0]), "step": cases.step, "steps": cases.steps}
+    start = {
+        "release_amplitude": float(cases.release_amplitude[0]),
+        "step": cases.step,
+        "steps": cases.steps,
+    }
     return np.abs(simulate(CURVE, damping, **start).displacement)
 
 
@@ -55,14 +61,18 @@ def test_a_viscous_decay_is_matched_by_its_own_damping_ratio(model):
 def test_the_matched_ratio_is_that_of_an_independent_integration(model):
     """Event-driven decays sampled finely, and a bounded scalar minimiser: no code of the kernel or of the scan."""
     e, x0, times = 0.85, 0.5, np.arange(1, 1601) * 0.005
-    reference = np.abs(exact_history(CURVE, Damping("CR", e), times, release_amplitude=x0).displacement)
+    reference = np.abs(
+        exact_history(CURVE, Damping("CR", e), times, release_amplitude=x0).displacement
+    )
 
     def err(xi):
         found = exact_history(CURVE, Damping(model, xi), times, release_amplitude=x0).displacement
         return np.sum((reference - np.abs(found)) ** 2)
 
     guess = damping_ratio_energy(CURVE, model, e, x0).item()
-    independent = minimize_scalar(err, bounds=(0.6 * guess, 1.8 * guess), method="bounded", options={"xatol": 1e-5})
+    independent = minimize_scalar(
+        err, bounds=(0.6 * guess, 1.8 * guess), method="bounded", options={"xatol": 1e-5}
+    )
     best = global_minima(release(e, step=0.00125), model, [6400])
     assert best.damping_ratio[0, 0] == pytest.approx(independent.x, rel=3e-3)
 
@@ -103,7 +113,9 @@ def test_where_no_damping_ratio_is_defined_it_is_refused(monkeypatch):
 
 
 @pytest.mark.parametrize(("deeper", "taken"), [(0.0, 0), (0.004, 1)])
-def test_of_two_minima_the_lower_is_taken_though_the_scan_passes_it_and_of_equal_ones_the_smaller_ratio(deeper, taken):
+def test_of_two_minima_the_lower_is_taken_though_the_scan_passes_it_and_of_equal_ones_the_smaller_ratio(
+    deeper, taken
+):
     """The first is at a point of the scan, the second between two points, where it seems to be the higher one."""
     guess = damping_ratio_energy(CURVE, "CDR", 0.85, 0.5).item()
     bottoms = np.log(matching.SCAN[60]), 0.5 * np.log(matching.SCAN[140] * matching.SCAN[141])
@@ -111,7 +123,10 @@ def test_of_two_minima_the_lower_is_taken_though_the_scan_passes_it_and_of_equal
     class TwoBasins(Cases):
         def errors(self, damping_model, damping_ratio, case, marks, every=1):
             first, second = (np.abs(np.log(damping_ratio / guess) - bottom) for bottom in bottoms)
-            return np.minimum(np.maximum(first, 0.001), np.maximum(second, 0.001) - deeper)[None] + 0.01
+            return (
+                np.minimum(np.maximum(first, 0.001), np.maximum(second, 0.001) - deeper)[None]
+                + 0.01
+            )
 
     one = release(0.85)
     cases = TwoBasins(one.curve, one.release_amplitude, one.restitution, one.displacement, one.step)
@@ -139,10 +154,14 @@ def exact_minimum(model, restitution, amplitude, near):
         squared = (wanted - np.abs(found.displacement)) ** 2
         at_crossings = np.interp(found.impacts, nodes, wanted) ** 2
         place = np.searchsorted(nodes, found.impacts)
-        return np.trapezoid(np.insert(squared, place, at_crossings), np.insert(nodes, place, found.impacts))
+        return np.trapezoid(
+            np.insert(squared, place, at_crossings), np.insert(nodes, place, found.impacts)
+        )
 
     ends = 0.99 * near, 1.01 * near
-    return minimize_scalar(distance, bounds=ends, method="bounded", options={"xatol": 1e-6 * near}).x
+    return minimize_scalar(
+        distance, bounds=ends, method="bounded", options={"xatol": 1e-6 * near}
+    ).x
 
 
 @pytest.mark.parametrize("restitution", [0.72, 0.79, 0.85])
@@ -170,7 +189,9 @@ class KnownIntegral:
 @pytest.mark.parametrize("start", [0.045, 0.05, 0.06, 0.2])
 def test_a_smooth_minimum_is_found_from_where_no_range_around_the_start_holds_it(start):
     known = KnownIntegral(lambda xi: 1 + (np.log(xi / 0.05)) ** 2)
-    np.testing.assert_allclose(integral_minima(known, "CDC", 100, np.array([start])), 0.05, rtol=1e-4)
+    np.testing.assert_allclose(
+        integral_minima(known, "CDC", 100, np.array([start])), 0.05, rtol=1e-4
+    )
 
 
 def test_of_a_ripple_little_is_left():
@@ -207,9 +228,13 @@ def test_the_integral_s_minimum_is_followed_from_the_global_one_to_the_finest_st
             ratio = found[-1][0]
         largest = np.abs(np.concatenate(found) - ratio).max(axis=0)
         np.testing.assert_array_equal(published.damping_ratio, ratio)
-        np.testing.assert_array_equal(published.uncertainty, np.maximum(2 * largest, RESOLUTION * ratio))
+        np.testing.assert_array_equal(
+            published.uncertainty, np.maximum(2 * largest, RESOLUTION * ratio)
+        )
         np.testing.assert_array_equal(published.local_minima, best.local_minima[0])
-        error = np.sum((np.abs(finer.displacement[0]) - history(Damping(model, ratio[0]), finer)) ** 2)
+        error = np.sum(
+            (np.abs(finer.displacement[0]) - history(Damping(model, ratio[0]), finer)) ** 2
+        )
         np.testing.assert_allclose(published.error[[0, 2]], error, rtol=1e-12)
         np.testing.assert_allclose(published.rms_error, np.sqrt(published.error / (4 * steps)))
         assert (published.step, published.steps) == (0.01 / 4, 4 * steps)
@@ -229,12 +254,17 @@ def test_any_of_the_minima_that_differs_widens_the_uncertainty(monkeypatch, off)
 
     monkeypatch.setattr(matching, "integral_minima", minima)
     matched = match_dampers(release([0.75, 0.9], step=0.01), ["CDR"], 800, refinement=2)["CDR"]
-    np.testing.assert_allclose(matched.uncertainty, RESOLUTION * 0.05 if off is None else 2 * 0.01 * 0.05)
+    np.testing.assert_allclose(
+        matched.uncertainty, RESOLUTION * 0.05 if off is None else 2 * 0.01 * 0.05
+    )
 
 
 def test_the_scheme_is_that_of_the_cases_and_the_scan_changes_nothing(monkeypatch):
     newmark, paper = (release(0.75, step=0.01, scheme=scheme) for scheme in ("newmark", "paper"))
-    one, other = (match_dampers(cases, ["CDR"], 800, refinement=2)["CDR"].damping_ratio for cases in (newmark, paper))
+    one, other = (
+        match_dampers(cases, ["CDR"], 800, refinement=2)["CDR"].damping_ratio
+        for cases in (newmark, paper)
+    )
     assert 1e-3 < abs(other[0] / one[0] - 1) < 0.05
     monkeypatch.setattr(matching, "SCAN", np.geomspace(0.5, 2.0, 30))
     few = match_dampers(newmark, ["CDR"], 800, refinement=2)["CDR"].damping_ratio

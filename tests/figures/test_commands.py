@@ -8,7 +8,10 @@ from scipy.stats import norm
 import rockdamp as rd
 from rockdamp.figures.commands import decay_figure, fragility_figure, response_figure
 
-CURVE, WALL = rd.TrilinearCurve(0.04, 0.85), rd.Wall(0.25, 3.0, hinge_ratio=0.6, overburden_ratio=0.5)
+CURVE, WALL = (
+    rd.TrilinearCurve(0.04, 0.85),
+    rd.Wall(0.25, 3.0, hinge_ratio=0.6, overburden_ratio=0.5),
+)
 DAMPINGS = [rd.Damping("CR", 0.85), rd.Damping("SDR", 0.0625)]
 
 
@@ -19,7 +22,10 @@ def test_a_decay_is_drawn_against_tau_or_seconds(wall):
     for line, damper in zip(axes.get_lines(), range(2), strict=False):
         np.testing.assert_array_equal(line.get_xdata(), decay["tau" if wall is None else "elapsed"])
         np.testing.assert_array_equal(line.get_ydata(), decay["displacement"][damper])
-    assert [line.get_label() for line in axes.get_lines()[:2]] == ["CR, $e = 0.85$", "SDR, $\\xi = 0.0625$"]
+    assert [line.get_label() for line in axes.get_lines()[:2]] == [
+        "CR, $e = 0.85$",
+        "SDR, $\\xi = 0.0625$",
+    ]
 
 
 def test_a_response_is_drawn_in_millimetres_up_to_a_collapse():
@@ -28,12 +34,16 @@ def test_a_response_is_drawn_in_millimetres_up_to_a_collapse():
     response = rd.respond(WALL, CURVE, DAMPINGS, record, scale=2.0)
     figure = response_figure(response)
     ground, axes = figure.axes
-    np.testing.assert_array_equal(ground.get_lines()[0].get_ydata(), response["ground_acceleration"])
+    np.testing.assert_array_equal(
+        ground.get_lines()[0].get_ydata(), response["ground_acceleration"]
+    )
     lines = {line.get_label().split(",")[0]: line for line in axes.get_lines()}
     for model in ("CR", "SDR"):
         run = response.sel(damping_model=model)
         np.testing.assert_allclose(lines[model].get_ydata(), 1000 * run["control_displacement"])
-        assert run["collapsed"] and lines[model].get_label().endswith(f"at {float(run['end_elapsed']):.2f} s")
+        assert run["collapsed"] and lines[model].get_label().endswith(
+            f"at {float(run['end_elapsed']):.2f} s"
+        )
     assert sum(line.get_marker() == "x" for line in axes.get_lines()) == 2
     figure.draw_without_rendering()
     over_u_ins = axes.get_ylim()[1] / (1000 * float(WALL.instability_displacement))
@@ -60,10 +70,14 @@ def test_fragility_has_its_curve_stripes_and_interval(measure):
         attrs={"intensity_measure": measure.upper()},
     )
     (axes,) = fragility_figure(answer).axes
-    curve = next(line for line in axes.get_lines() if str(line.get_label()).startswith("CR: median 0.5"))
+    curve = next(
+        line for line in axes.get_lines() if str(line.get_label()).startswith("CR: median 0.5")
+    )
     np.testing.assert_allclose(curve.get_ydata(), norm.cdf(np.log(curve.get_xdata() / 0.5) / 0.4))
     assert "BAND: no lognormal curve" in axes.get_legend_handles_labels()[1]
     stripes = [line.get_ydata() for line in axes.get_lines() if len(line.get_xdata()) == 16]
     np.testing.assert_allclose(stripes, counts / 40)
-    np.testing.assert_allclose([bar[:, 1] for bar in axes.containers[0][2][0].get_segments()], interval[0])
+    np.testing.assert_allclose(
+        [bar[:, 1] for bar in axes.containers[0][2][0].get_segments()], interval[0]
+    )
     assert measure.upper() in axes.get_xlabel() and "40 records" in axes.get_ylabel()

@@ -42,7 +42,11 @@ def texts(figure):
                 seen += [tick.label1, tick.label2]
     others = [text for text in figure.findobj(Text) if text not in on_ticks]
     hidden = {axis.label for axis in figure.findobj(Axis) if not axis.axes.axison}
-    return [text for text in (*seen, *others) if text.get_text() and text.get_visible() and text not in hidden]
+    return [
+        text
+        for text in (*seen, *others)
+        if text.get_text() and text.get_visible() and text not in hidden
+    ]
 
 
 def test_every_axis_with_numbers_has_a_label_with_its_unit(figure):
@@ -62,7 +66,9 @@ def test_text_is_large_enough_lies_inside_and_on_no_other_text(figure):
         assert text.get_fontsize() >= SMALLEST_TEXT, text.get_text()
         box = text.get_window_extent()
         inside = figure.bbox.x0 <= box.x0 + 1 and box.x1 - 1 <= figure.bbox.x1
-        assert inside and figure.bbox.y0 <= box.y0 + 1 and box.y1 - 1 <= figure.bbox.y1, text.get_text()
+        assert inside and figure.bbox.y0 <= box.y0 + 1 and box.y1 - 1 <= figure.bbox.y1, (
+            text.get_text()
+        )
         boxes.append((text.get_text(), box))
     for (one, a), (other, b) in combinations(boxes, 2):
         overlap = min(a.x1, b.x1) - max(a.x0, b.x0), min(a.y1, b.y1) - max(a.y0, b.y0)
@@ -71,14 +77,23 @@ def test_text_is_large_enough_lies_inside_and_on_no_other_text(figure):
 
 def test_no_text_and_no_legend_covers_a_curve(figure):
     written = [text for text in texts(figure) if text.axes is None or text in text.axes.texts]
-    written += [legend for legend in (*figure.legends, *(axes.get_legend() for axes in figure.axes)) if legend]
+    written += [
+        legend
+        for legend in (*figure.legends, *(axes.get_legend() for axes in figure.axes))
+        if legend
+    ]
     for axes in figure.axes:
-        boxes = [Bbox.intersection(artist.get_window_extent().padded(-1), axes.bbox) for artist in written]
+        boxes = [
+            Bbox.intersection(artist.get_window_extent().padded(-1), axes.bbox)
+            for artist in written
+        ]
         for line in axes.get_lines():
             path = line.get_transform().transform_path(line.get_path())
             guide = len(line.get_xdata()) <= 3
             for box in boxes:
-                assert guide or box is None or not path.intersects_bbox(box, filled=False), line.get_label()
+                assert guide or box is None or not path.intersects_bbox(box, filled=False), (
+                    line.get_label()
+                )
 
 
 def test_a_figure_has_the_width_of_one_or_two_columns_and_fits_on_a_page(figure):
@@ -93,11 +108,19 @@ def test_a_figure_has_the_resolution_asked_for_and_the_same_bytes_again(name, mi
     save(figure, files, 80)  # as config/minimal.yaml says
     for file in files:
         assert file.read_bytes() == (minimal / "figures" / file.name).read_bytes()
-    assert int.from_bytes(files[0].read_bytes()[16:20], "big") == int(80 * figure.get_size_inches()[0])
+    assert int.from_bytes(files[0].read_bytes()[16:20], "big") == int(
+        80 * figure.get_size_inches()[0]
+    )
 
 
 def test_models_and_walls_differ_without_colour():
     for one, other in combinations(LOOK, 2):
-        assert look(one)["linestyle"] != look(other)["linestyle"] and look(one)["marker"] != look(other)["marker"]
+        assert (
+            look(one)["linestyle"] != look(other)["linestyle"]
+            and look(one)["marker"] != look(other)["marker"]
+        )
     assert len({(line["color"], line["marker"]) for line in map(series, range(24))}) == 24
-    assert look("ECD16") == look("ECD") and look("BAND0.4", marker="")["color"] == look("BAND")["color"]
+    assert (
+        look("ECD16") == look("ECD")
+        and look("BAND0.4", marker="")["color"] == look("BAND")["color"]
+    )

@@ -32,13 +32,19 @@ def draw(minimal):
 def assert_shown(axes, x, y):
     """One of the lines of a panel is these points."""
     lines = [line for line in axes.get_lines() if np.shape(line.get_xdata()) == np.shape(x)]
-    assert any(np.allclose([line.get_xdata(), line.get_ydata()], [x, y], equal_nan=True) for line in lines)
+    assert any(
+        np.allclose([line.get_xdata(), line.get_ydata()], [x, y], equal_nan=True) for line in lines
+    )
 
 
 def middle(study):
     """Select the middle e, and the damping ratio of least error if there are several."""
     found = study.sel(restitution=0.85, method="nearest")
-    return found.sel(damping_ratio_source="least error") if "damping_ratio_source" in found.dims else found
+    return (
+        found.sel(damping_ratio_source="least error")
+        if "damping_ratio_source" in found.dims
+        else found
+    )
 
 
 def curves(panel, x, variable, values, dim="damping_model"):
@@ -49,7 +55,9 @@ def curves(panel, x, variable, values, dim="damping_model"):
 def order_curves(data):
     study = middle(data)
     for family in ("ECD", "BAND", "CQD"):
-        rows = study.isel(damper=[str(damper).startswith(family) for damper in study["damper"].values])
+        rows = study.isel(
+            damper=[str(damper).startswith(family) for damper in study["damper"].values]
+        )
         for panel, name in enumerate(("log_error_median", "log_error_90")):
             yield panel, rows["crossing_force"].sel(wall="paper"), rows[name]
 
@@ -58,29 +66,55 @@ def convergence_curves(data):
     for row, scheme in enumerate(("newmark", "paper")):
         for column, excitation in enumerate(("free", "forced")):
             errors = data["solver_error"].sel(scheme=scheme, excitation=excitation)
-            yield from curves(2 * row + column, data["step"], errors, errors["damping_model"].values)
+            yield from curves(
+                2 * row + column, data["step"], errors, errors["damping_model"].values
+            )
 
 
 def amplitude_curves(data):
     ratio = middle(data)["damping_ratio_peaks"]
-    return curves(0, data["release_amplitude"], ratio / ratio.sel(damping_model="ECD"), (*PAPER, "ECD"))
+    return curves(
+        0, data["release_amplitude"], ratio / ratio.sel(damping_model="ECD"), (*PAPER, "ECD")
+    )
 
 
 def rocking_curves(data):
     likelihood = data["log_likelihood"]
-    return curves(1, data["impacts_used"], likelihood - likelihood.sel(damping_model="power law"), TRACES)
+    return curves(
+        1, data["impacts_used"], likelihood - likelihood.sel(damping_model="power law"), TRACES
+    )
 
 
 # For a figure a function of its datasets that returns curves: panel, x, y.
 CURVES = {
     "fig2": lambda data: [
         *curves(0, data["displacement"], data["force"], ("bi-linear", "tri-linear"), "curve_name"),
-        *curves(1, data["displacement"], data["force"], ("bi-linear", "steeper", "translated"), "curve_name"),
-        *curves(2, data["displacement"], data["force"], ("bi-linear", "new", "moderate", "severe"), "curve_name"),
+        *curves(
+            1,
+            data["displacement"],
+            data["force"],
+            ("bi-linear", "steeper", "translated"),
+            "curve_name",
+        ),
+        *curves(
+            2,
+            data["displacement"],
+            data["force"],
+            ("bi-linear", "new", "moderate", "severe"),
+            "curve_name",
+        ),
     ],
-    "fig3": lambda data: curves(0, data["frequency_ratio"], data["damping_ratio_law"], PAPER, "viscous_model"),
+    "fig3": lambda data: curves(
+        0, data["frequency_ratio"], data["damping_ratio_law"], PAPER, "viscous_model"
+    ),
     "fig4": lambda data: [
-        *curves(0, data["tau"], data["rocking_displacement"], data["rocking_model"].values, "rocking_model"),
+        *curves(
+            0,
+            data["tau"],
+            data["rocking_displacement"],
+            data["rocking_model"].values,
+            "rocking_model",
+        ),
         *curves(1, data["tau"], data["displacement"], ("CR", "CDR")),
         *curves(2, data["tau"], data["velocity"], ("CR", "CDR")),
     ],
@@ -95,10 +129,15 @@ CURVES = {
         for row, study in enumerate(studies)
         for panel, model in enumerate(PAPER)
     ],
-    "fig6_error": lambda data: curves(0, data["restitution"], data["error"].sel(release_amplitude=0.5) ** 0.5, PAPER),
+    "fig6_error": lambda data: curves(
+        0, data["restitution"], data["error"].sel(release_amplitude=0.5) ** 0.5, PAPER
+    ),
     "fig7": lambda data: [
         *((panel, data["restitution"], data["giannini_masiani"]) for panel in range(4)),
-        *((2, data["restitution"], curve) for curve in data["damping_ratio_fit"].sel(damping_model="CDR")),
+        *(
+            (2, data["restitution"], curve)
+            for curve in data["damping_ratio_fit"].sel(damping_model="CDR")
+        ),
     ],
     "fig8": lambda data: [
         (0, data["elapsed"], data["ground_acceleration"]),
@@ -107,7 +146,11 @@ CURVES = {
     ],
     "fig_amplitude": amplitude_curves,
     "fig_fragility": lambda data: [
-        (panel, data["velocity_ratio"], middle(data)["collapse_fraction"].sel(wall=wall, damping_model="CR"))
+        (
+            panel,
+            data["velocity_ratio"],
+            middle(data)["collapse_fraction"].sel(wall=wall, damping_model="CR"),
+        )
         for panel, wall in enumerate(data["wall"].values)
     ],
     "fig_order": order_curves,
@@ -131,18 +174,28 @@ BARS = {
         for index, model in enumerate(("CDC", "CDR", "SDR", "ECD", "BAND"))
     ],
     "fig_supports": lambda data: [
-        (panel, 0, data["median_intensity_ratio_interval"].sel(wall="all").isel(assumption=assumptions), axis)
+        (
+            panel,
+            0,
+            data["median_intensity_ratio_interval"].sel(wall="all").isel(assumption=assumptions),
+            axis,
+        )
         for panel, assumptions, axis in (
             (0, np.isfinite(data["diaphragm_period"].values), 1),
             (1, np.isnan(data["diaphragm_period"].values), 0),
         )
     ],
     "fig_loss_law": lambda data: [
-        *((0, i, interval, 1) for i, interval in enumerate(data["median_intensity_ratio_interval"].sel(wall="all"))),
+        *(
+            (0, i, interval, 1)
+            for i, interval in enumerate(data["median_intensity_ratio_interval"].sel(wall="all"))
+        ),
         *(
             (1, i, interval, 1)
             for i, interval in enumerate(
-                data["median_ratio_interval"].sel(wall="all", loss_exponent=0.26).transpose("reference_amplitude", ...)
+                data["median_ratio_interval"]
+                .sel(wall="all", loss_exponent=0.26)
+                .transpose("reference_amplitude", ...)
             )
         ),
     ],
@@ -157,9 +210,13 @@ BARS = {
 def test_error_bars_end_at_the_intervals(draw, name):
     panels, data = draw(name)
     for panel, index, interval, axis in BARS[name](data):
-        bars = [container for container in panels[panel].containers if len(container) == 3][index][2][0]
+        bars = [container for container in panels[panel].containers if len(container) == 3][index][
+            2
+        ][0]
         ends = [segment[:, axis] for segment in bars.get_segments() if len(segment)]
-        np.testing.assert_allclose(np.reshape(ends, (-1, 2)), interval.values[np.isfinite(interval.values).all(-1)])
+        np.testing.assert_allclose(
+            np.reshape(ends, (-1, 2)), interval.values[np.isfinite(interval.values).all(-1)]
+        )
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.05, 0.2])
@@ -170,7 +227,9 @@ def test_the_drawn_bodies_keep_their_shape_and_touch_at_the_hinge(offset):
         np.testing.assert_allclose(sides, [0.3, height, 0.3, height])
     np.testing.assert_allclose(lower[3], upper[3], atol=1e-12)  # the hinge
     np.testing.assert_allclose(lower[3, 0], offset - 0.15, atol=1e-12)
-    np.testing.assert_allclose(lower[1], [0.15, 0.0], atol=1e-12)  # the base corner that it turns about
+    np.testing.assert_allclose(
+        lower[1], [0.15, 0.0], atol=1e-12
+    )  # the base corner that it turns about
     np.testing.assert_allclose(upper[1, 0], 0.15)  # the support holds the top
 
 
@@ -186,7 +245,9 @@ def test_a_calibration_is_drawn_with_its_residual(minimal):
     run = fit.isel(sample=(fit["sample_run"] == 1).values)
     assert_shown(history, run["elapsed"], 1000 * run["control_displacement"])
     assert_shown(residual, run["elapsed"], 1000 * (run["measured"] - run["control_displacement"]))
-    assert f"$e$ = {float(fit['estimate'].sel(parameter='restitution')):.4f} ±" in history.get_title()
+    assert (
+        f"$e$ = {float(fit['estimate'].sel(parameter='restitution')):.4f} ±" in history.get_title()
+    )
 
 
 def test_small_changes_of_cr_are_bars(draw):
@@ -202,11 +263,19 @@ def test_fragility_curves_are_lognormal_and_their_band_holds_all_within_both_int
         for model in data["damping_model"].values:
             one = middle(data).sel(wall=wall, damping_model=model)
             curve = next(line for line in axes.get_lines() if line.get_label() == model)
-            depth = np.log(curve.get_xdata() / float(one["wall_median_velocity_ratio"])) / float(one["wall_dispersion"])
+            depth = np.log(curve.get_xdata() / float(one["wall_median_velocity_ratio"])) / float(
+                one["wall_dispersion"]
+            )
             np.testing.assert_allclose(curve.get_ydata(), norm.cdf(depth))
     level, median, dispersion = np.geomspace(0.2, 5, 41), np.array([0.7, 0.9]), np.array([0.3, 0.5])
-    curves = [norm.cdf(np.log(level / m) / s) for m in np.linspace(*median, 9) for s in np.linspace(*dispersion, 9)]
-    np.testing.assert_allclose(envelope(level, median, dispersion), [np.min(curves, axis=0), np.max(curves, axis=0)])
+    curves = [
+        norm.cdf(np.log(level / m) / s)
+        for m in np.linspace(*median, 9)
+        for s in np.linspace(*dispersion, 9)
+    ]
+    np.testing.assert_allclose(
+        envelope(level, median, dispersion), [np.min(curves, axis=0), np.max(curves, axis=0)]
+    )
 
 
 def test_force_and_velocity_at_the_crossing(draw):
@@ -221,4 +290,7 @@ def test_a_model_has_one_colour_in_every_figure(draw):
     for name in ("fig4", "fig8", "fig_amplitude", "fig_convergence", "fig_fragility"):
         for axes in draw(name)[0]:
             for line in axes.get_lines():
-                assert line.get_color() == LOOK.get(line.get_label(), {"color": line.get_color()})["color"]
+                assert (
+                    line.get_color()
+                    == LOOK.get(line.get_label(), {"color": line.get_color()})["color"]
+                )

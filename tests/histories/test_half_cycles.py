@@ -47,16 +47,23 @@ def test_noise_near_zero_makes_no_half_cycles():
     assert np.count_nonzero(np.diff(np.sign(decaying(elapsed) + noise))) > 2 * quiet.peak.size
     assert noisy.peak.size == quiet.peak.size
     # Six standard deviations of noise over the slope at the crossing, the least of which is 10 pi 0.8^7.
-    np.testing.assert_allclose(noisy.start[1:], quiet.start[1:], atol=6 * 0.01 / (10 * np.pi * 0.8**7))
+    np.testing.assert_allclose(
+        noisy.start[1:], quiet.start[1:], atol=6 * 0.01 / (10 * np.pi * 0.8**7)
+    )
 
 
 def test_turning_points_are_where_and_when_the_motion_turns_to_second_order_and_the_release_is_none():
-    lanes = np.array([[1.0], [2.5]])  # a linear spring of two stiffnesses: turns at every half period, in amplitude 1
+    lanes = np.array(
+        [[1.0], [2.5]]
+    )  # a linear spring of two stiffnesses: turns at every half period, in amplitude 1
     away = []
     for step in (0.04, 0.02):
         tau = step * np.arange(round(8.0 / step) + 1)
         found, elapsed = turning_points(np.cos(lanes * tau), -lanes * np.sin(lanes * tau), step)
-        assert np.isfinite(found).sum(axis=1).tolist() == [2, 6] and found.shape == elapsed.shape == (2, 6)
+        assert np.isfinite(found).sum(axis=1).tolist() == [
+            2,
+            6,
+        ] and found.shape == elapsed.shape == (2, 6)
         expected = np.pi / lanes * np.arange(1, 7)
         away.append([np.nanmax(np.abs(elapsed - expected)), np.nanmax(np.abs(np.abs(found) - 1))])
         assert np.sign(found[1]).tolist() == [-1, 1] * 3
@@ -71,4 +78,6 @@ def test_between_two_half_cycles_the_crossing_is_the_middle_of_the_first_and_las
     np.testing.assert_allclose(found.end[0], 3.0)
     np.testing.assert_allclose(found.start[1], 3.0)
     assert half_cycles(np.arange(3.0), np.array([0.1, -0.1, 0.1]), 0.5).peak.size == 0
-    np.testing.assert_array_equal(half_cycles(np.arange(3.0), np.array([1.0, -1.0, 1.0]), 0.5).end[:2], [0.5, 1.5])
+    np.testing.assert_array_equal(
+        half_cycles(np.arange(3.0), np.array([1.0, -1.0, 1.0]), 0.5).end[:2], [0.5, 1.5]
+    )

@@ -25,7 +25,12 @@ def peak(record):
 
 
 def test_steps_are_the_fewest_that_are_no_longer_than_the_longest():
-    assert count_steps([1.0, 1.0, 2.1, 1e-9], [0.25, 0.24, 0.3, 1.0]).tolist() == [4, 5, 7, 1]  # 2.1/0.3 is above 7
+    assert count_steps([1.0, 1.0, 2.1, 1e-9], [0.25, 0.24, 0.3, 1.0]).tolist() == [
+        4,
+        5,
+        7,
+        1,
+    ]  # 2.1/0.3 is above 7
     with pytest.raises(rd.InputError, match="number of steps"):
         count_steps(1.0, 1e-300)
 
@@ -37,12 +42,18 @@ def test_the_motion_of_a_test_is_smooth_between_its_samples_and_an_accelerogram_
     assert abs(peak(pulse(64, measured=False)) / true - 1) > 0.01
     linear = make_load(WALL, pulse(64, measured=False), substeps=5)
     assert linear.substeps == 5
-    assert [make_load(WALL, pulse(64), substeps=number).ground.shape[1] for number in (1, 2)] == [129, 257]
+    assert [make_load(WALL, pulse(64), substeps=number).ground.shape[1] for number in (1, 2)] == [
+        129,
+        257,
+    ]
     np.testing.assert_array_equal(linear.ground[0], pulse(64).ground_acceleration)
 
 
 def test_a_one_sided_wall_is_shaken_both_ways_and_a_factor_below_0_turns_them():
-    wall, motion = rd.OneSidedWall(WALL), GroundMotion("pulse", "pulse", "own", pulse(64, measured=False))
+    wall, motion = (
+        rd.OneSidedWall(WALL),
+        GroundMotion("pulse", "pulse", "own", pulse(64, measured=False)),
+    )
     rows = list(respond_one_sided([motion], wall, CURVE, 0.8, {"scale": [0.5, -0.5]}, 0.5))
     peaks, pga = [row["peak"] for row in rows], [row["pga"] for row in rows]
     assert peaks == [peaks[0], peaks[1], peaks[1], peaks[0]] and peaks[0] != peaks[1]
@@ -52,7 +63,9 @@ def test_a_one_sided_wall_is_shaken_both_ways_and_a_factor_below_0_turns_them():
 def test_both_solvers_follow_the_same_smooth_motion():
     record = pulse(128)
     load = make_load(WALL, record, substeps=64, tail=0.5)
-    exact = exact_history(CURVE, DAMPING, [float(load.sampling) * (load.ground.shape[1] - 1)], **sample_load(load))
+    exact = exact_history(
+        CURVE, DAMPING, [float(load.sampling) * (load.ground.shape[1] - 1)], **sample_load(load)
+    )
     assert exact.peak == pytest.approx(peak(record), rel=1e-3)
 
 
@@ -71,7 +84,10 @@ RATIOS, E = np.array([[0.03, 0.04, 0.02], [0.8, 0.85, 0.9]]), np.array([0.8, 0.8
 
 
 def one_wall(i):
-    return rd.Wall(*(values[i] for values in list(WALLS.values())[:2]), overburden_ratio=WALLS["overburden_ratio"][i])
+    return rd.Wall(
+        *(values[i] for values in list(WALLS.values())[:2]),
+        overburden_ratio=WALLS["overburden_ratio"][i],
+    )
 
 
 @pytest.mark.parametrize("halvings", [0, 1])

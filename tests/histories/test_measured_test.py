@@ -13,18 +13,24 @@ ELAPSED = np.arange(600) / 200
 
 def record(noise, seed=1, centre=1.5):
     motion = ricker(ELAPSED - centre, 2.0, 1.0)
-    return Record(ELAPSED, motion + noise * np.random.RandomState(seed).standard_normal(ELAPSED.size))
+    return Record(
+        ELAPSED, motion + noise * np.random.RandomState(seed).standard_normal(ELAPSED.size)
+    )
 
 
 def test_of_a_quiet_accelerometer_the_rest_ends_at_a_share_of_the_peak():
     assert quiet_level(record(1e-4)) == pytest.approx(QUIET, rel=1e-3)
-    assert ELAPSED[rest_samples(record(1e-4))] == pytest.approx(ELAPSED[rest_samples(record(0))], abs=0.01)
+    assert ELAPSED[rest_samples(record(1e-4))] == pytest.approx(
+        ELAPSED[rest_samples(record(0))], abs=0.01
+    )
 
 
 def test_noise_beyond_that_share_does_not_end_the_rest():
     begins = ELAPSED[rest_samples(record(0))]
     rests = [ELAPSED[rest_samples(record(0.03, seed))] for seed in range(20)]
-    assert np.median(rests) > begins - 0.1  # the noise of ten samples is known to a quarter: some rests end earlier
+    assert (
+        np.median(rests) > begins - 0.1
+    )  # the noise of ten samples is known to a quarter: some rests end earlier
     assert max(rests) < 1.5 - 1 / (np.sqrt(2) * np.pi * 2.0)  # before the main lobe
 
 

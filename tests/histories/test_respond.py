@@ -17,26 +17,38 @@ DAMPERS = [rd.Damping("CR", 0.85), rd.Damping("SDR", 0.06), rd.Damping("ECD", 0.
 
 def pulse(start=0.0):
     elapsed = 0.01 * np.arange(300)
-    return rd.Record(start + elapsed, np.where(elapsed < 0.6, 3 * np.sin(2 * np.pi * elapsed / 0.6), 0.0))
+    return rd.Record(
+        start + elapsed, np.where(elapsed < 0.6, 3 * np.sin(2 * np.pi * elapsed / 0.6), 0.0)
+    )
 
 
 def test_a_decay_is_what_the_solver_returns_and_a_wall_adds_metres_and_seconds():
-    decay = rd.free_decay(CURVE, rd.Damping("CR", 0.9), release_amplitude=0.6, length=10.0, step=0.002)
+    decay = rd.free_decay(
+        CURVE, rd.Damping("CR", 0.9), release_amplitude=0.6, length=10.0, step=0.002
+    )
     same = rd.simulate(CURVE, rd.Damping("CR", 0.9), release_amplitude=0.6, step=0.002, steps=5000)
     for name, values in vars(same).items():
         np.testing.assert_array_equal(decay[name], values)
     np.testing.assert_allclose(decay.tau, 0.002 * np.arange(5001))
-    full = rd.free_decay(CURVE, rd.Damping("CR", 0.9), wall=WALL, release_amplitude=0.6, length=10.0, step=0.002)
+    full = rd.free_decay(
+        CURVE, rd.Damping("CR", 0.9), wall=WALL, release_amplitude=0.6, length=10.0, step=0.002
+    )
     xr.testing.assert_identical(full[list(decay.data_vars)].drop_vars("elapsed"), decay)
     np.testing.assert_allclose(full.elapsed * P, decay.tau)
     np.testing.assert_allclose(full.control_displacement, U_INS * decay.displacement)
     np.testing.assert_allclose(full.control_velocity, U_INS * P * decay.velocity)
-    assert full.peak_displacement == U_INS * 0.6 and full.peak_elapsed == 0 and full.end_elapsed == 10.0 / P
+    assert (
+        full.peak_displacement == U_INS * 0.6
+        and full.peak_elapsed == 0
+        and full.end_elapsed == 10.0 / P
+    )
 
 
 def test_the_default_step_is_that_of_the_studies_or_less_on_a_stiff_curve():
     stiff = rd.TrilinearCurve(yield_displacement_ratio=0.001, strength_ratio=0.85)
-    steps = [rd.free_decay(curve, DAMPERS[0], length=1.0).sizes["tau"] - 1 for curve in (CURVE, stiff)]
+    steps = [
+        rd.free_decay(curve, DAMPERS[0], length=1.0).sizes["tau"] - 1 for curve in (CURVE, stiff)
+    ]
     assert steps == [400, np.ceil(60 / float(rd.stable_step(stiff)))]
 
 
@@ -50,7 +62,9 @@ def test_dampers_stand_side_by_side_as_each_alone():
         alone = rd.respond(WALL, CURVE, damping, pulse(), scale=20.0, tail=1.0)
         same = together.sel(damping_model=damping.label, scale_factor=20.0)
         assert alone.sizes == {"elapsed": 400}
-        xr.testing.assert_equal(alone, same.drop_vars({"restitution", "damping_ratio"} - {*alone.coords}))
+        xr.testing.assert_equal(
+            alone, same.drop_vars({"restitution", "damping_ratio"} - {*alone.coords})
+        )
     for name, variable in together.variables.items():
         assert variable.attrs["units"] and variable.attrs["long_name"], name
 
@@ -61,22 +75,31 @@ def test_a_damper_of_several_values_has_them_as_coordinates(model, name):
     many = rd.respond(WALL, CURVE, rd.Damping(model, values), pulse(), scale=[1.0, 2.0, 20.0])
     assert many.displacement.dims == ("scale_factor", name, "elapsed")
     one = rd.respond(WALL, CURVE, rd.Damping(model, 0.2), pulse(), scale=2.0)
-    np.testing.assert_array_equal(many.displacement.sel({name: 0.2, "scale_factor": 2.0}), one.displacement)
+    np.testing.assert_array_equal(
+        many.displacement.sel({name: 0.2, "scale_factor": 2.0}), one.displacement
+    )
 
 
 def test_a_response_is_the_solvers_to_the_record_with_a_rest_behind_it():
-    response = rd.respond(WALL, CURVE, rd.Damping("SDR", 0.06), pulse(), scale=0.5, tail=1.0, step=P * 0.002)
+    response = rd.respond(
+        WALL, CURVE, rd.Damping("SDR", 0.06), pulse(), scale=0.5, tail=1.0, step=P * 0.002
+    )
     ground = np.concatenate([pulse().ground_acceleration, np.zeros(100)])
     load = rd.Load(ground, 0.5 * WALL.load_factor, P * 0.01, substeps=5)
     same = rd.simulate(CURVE, rd.Damping("SDR", 0.06), load=load, store_every=5)
     np.testing.assert_allclose(response.displacement, same.displacement, rtol=1e-9, atol=1e-12)
     np.testing.assert_array_equal(response.ground_acceleration, 0.5 * ground)
     assert float(response.elapsed[-1]) == pytest.approx(3.99)
-    assert response.end_elapsed == pytest.approx(3.99) and response.end_tau == pytest.approx(3.99 * P)
+    assert response.end_elapsed == pytest.approx(3.99) and response.end_tau == pytest.approx(
+        3.99 * P
+    )
 
 
 def test_a_record_that_starts_later_moves_every_time_and_no_size():
-    early, late = (rd.respond(WALL, CURVE, DAMPERS[0], pulse(start), scale=20.0, tail=1.0) for start in (0.0, 5.0))
+    early, late = (
+        rd.respond(WALL, CURVE, DAMPERS[0], pulse(start), scale=20.0, tail=1.0)
+        for start in (0.0, 5.0)
+    )
     for name in ("peak_elapsed", "end_elapsed", "elapsed"):
         np.testing.assert_allclose(late[name] - 5.0, early[name], atol=1e-9)
     for name in ("peak_displacement", "peak_tau", "end_tau", "tau"):
@@ -88,8 +111,12 @@ def test_after_a_collapse_there_is_no_number():
     assert response.collapsed.values.tolist() == [0, 1]
     stands, fell = (response.isel(scale_factor=index) for index in (0, 1))
     assert np.isfinite(stands.control_displacement).all()
-    assert np.isnan(fell.control_displacement.where(fell.elapsed > fell.end_elapsed, drop=True)).all()
-    assert np.isfinite(fell.control_displacement.where(fell.elapsed < fell.end_elapsed, drop=True)).all()
+    assert np.isnan(
+        fell.control_displacement.where(fell.elapsed > fell.end_elapsed, drop=True)
+    ).all()
+    assert np.isfinite(
+        fell.control_displacement.where(fell.elapsed < fell.end_elapsed, drop=True)
+    ).all()
 
 
 def test_a_table_has_a_row_for_each_record_scale_and_damper():
@@ -99,11 +126,20 @@ def test_a_table_has_a_row_for_each_record_scale_and_damper():
     assert [row["damping_model"] for row in rows] == 4 * ["CR", "SDR"]
     assert [row["damping_ratio"] for row in rows] == 4 * [None, 0.06]
     np.testing.assert_allclose([row["pgv"] for row in rows], 2 * [0.2, 0.2, 8.0, 8.0])
-    assert [row["outcome"] for row in rows] == 2 * ["completed", "completed", "collapsed", "collapsed"]
+    assert [row["outcome"] for row in rows] == 2 * [
+        "completed",
+        "completed",
+        "collapsed",
+        "collapsed",
+    ]
     measures = intensity_measures(pulse())
     assert rows[3]["pga"] == pytest.approx(8.0 / measures.pgv * measures.pga)
     same = rd.respond(WALL, CURVE, DAMPERS[1], pulse(), scale=8.0 / measures.pgv, tail=1.0)
-    for name, variable in {"peak": "peak", "peak_elapsed": "peak_elapsed", "outcome_elapsed": "end_elapsed"}.items():
+    for name, variable in {
+        "peak": "peak",
+        "peak_elapsed": "peak_elapsed",
+        "outcome_elapsed": "end_elapsed",
+    }.items():
         assert rows[3][name] == same[variable].item()
 
 

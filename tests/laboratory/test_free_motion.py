@@ -25,7 +25,12 @@ def test_free_motion_solves_its_equation(curve, share):
     tau = np.linspace(0, quarter, 25)
     x = displacement_from_peak(curve, x0, tau)
     exact = solve_ivp(
-        lambda _, y: [y[1], -float(curve.force(y[0]))], (0, quarter), [x0, 0], t_eval=tau, rtol=1e-10, atol=1e-13
+        lambda _, y: [y[1], -float(curve.force(y[0]))],
+        (0, quarter),
+        [x0, 0],
+        t_eval=tau,
+        rtol=1e-10,
+        atol=1e-13,
     )
     np.testing.assert_allclose(x, exact.y[0], atol=1e-7)
     assert x[0] == pytest.approx(x0) and abs(x[-1]) < 1e-12

@@ -20,7 +20,9 @@ ELAPSED = 0.002 * np.arange(3000)
 
 def decay(damping=None, release=0.5, sign=1.0, seed=1, noise=2e-4, before=250):
     """A release of WALL by the event-driven solver, with noise and a zero; held before it."""
-    history = exact_history(CURVE, damping or rd.Damping("CR", E), P * ELAPSED, release_amplitude=release)
+    history = exact_history(
+        CURVE, damping or rd.Damping("CR", E), P * ELAPSED, release_amplitude=release
+    )
     moved = np.concatenate([np.full(before, release), history.displacement, np.zeros(300)])
     random = np.random.RandomState(seed)
     return sign * U_INS * moved + 0.003 + noise * random.standard_normal(moved.size)
@@ -40,9 +42,15 @@ def fitted():
 def test_releases_of_one_specimen_are_one_estimate(fitted):
     assert fitted.sizes["release"] == 3
     error = np.abs(fitted["estimate"].values - [0.05, 0.8, E])
-    assert (error < 4 * fitted["standard_error"].values).all() and (error < [1e-4, 1e-3, 2e-3]).all()
-    reach = (fitted["interval"].values - fitted["estimate"].values) / fitted["standard_error"].values
-    np.testing.assert_allclose(reach[:, :2], [[-1.645] * 2, [1.645] * 2], rtol=1e-3)  # of a1 and b1, 90 %
+    assert (error < 4 * fitted["standard_error"].values).all() and (
+        error < [1e-4, 1e-3, 2e-3]
+    ).all()
+    reach = (fitted["interval"].values - fitted["estimate"].values) / fitted[
+        "standard_error"
+    ].values
+    np.testing.assert_allclose(
+        reach[:, :2], [[-1.645] * 2, [1.645] * 2], rtol=1e-3
+    )  # of a1 and b1, 90 %
     released = fitted["release_displacement"].values / U_INS
     np.testing.assert_allclose(released, [0.5, 0.3, -0.5], rtol=2e-3)
     np.testing.assert_allclose(fitted["release_elapsed"][0], 0.5, atol=2e-3)
@@ -56,7 +64,9 @@ def test_measured_history_is_the_record_less_zero_and_drift(fitted, release, see
     shown = decay(seed=seed, sign=sign)[np.rint(elapsed / 0.002).astype(int)]
     drift = float(sensor["sensor_drift"]) * (elapsed - (elapsed[0] + elapsed[-1]) / 2)
     assert np.ptp(drift) > 1e-7
-    np.testing.assert_allclose(shown - samples["measured"], float(sensor["sensor_zero"]) + drift, atol=1e-12)
+    np.testing.assert_allclose(
+        shown - samples["measured"], float(sensor["sensor_zero"]) + drift, atol=1e-12
+    )
 
 
 def test_impacts_have_their_e_within_intervals(fitted):
@@ -87,9 +97,13 @@ def test_exponent_of_a_damper_is_that_of_its_half_cycles(fitted, model):
         run = exact_history(CURVE, rd.Damping(model, 1e-3), end, release_amplitude=float(x0))
         losses.append(np.log(energy / CURVE.energy(run.turning_displacement[0])))
     expected = -np.polyfit(np.log(energies), np.log(losses), 1)[0]
-    assert float(fitted["expected_exponent"].sel(damping_model=model)) == pytest.approx(expected, rel=0.2)
+    assert float(fitted["expected_exponent"].sel(damping_model=model)) == pytest.approx(
+        expected, rel=0.2
+    )
     assert abs(expected) > 0.05
-    assert float(fitted["expected_exponent"].sel(damping_model="BAND")) == pytest.approx(0, abs=1e-9)
+    assert float(fitted["expected_exponent"].sel(damping_model="BAND")) == pytest.approx(
+        0, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(("model", "ratio"), [("CDC", 0.03), ("SDR", 0.05)])
@@ -98,15 +112,22 @@ def test_damper_of_a_test_is_the_most_likely(model, ratio):
     damping, times = rd.Damping(model, ratio), {"length": 6.0 * p, "step": 0.002 * p}
     history = free_decay(CURVE, damping, wall=WALL, release_amplitude=0.6, **times)
     shown = np.concatenate([np.full(200, 0.6 * U_INS), history["control_displacement"].values])
-    fit = rd.fit_free_rocking(make_test(shown + 2e-4 * np.random.RandomState(4).standard_normal(shown.size)), WALL)
+    fit = rd.fit_free_rocking(
+        make_test(shown + 2e-4 * np.random.RandomState(4).standard_normal(shown.size)), WALL
+    )
     assert str(fit["relative_log_likelihood"].idxmax("damping_model").item()) == model
-    assert float(fit["relative_log_likelihood"].sel(damping_model="CR")) < float(fit["log_likelihood_threshold"])
+    assert float(fit["relative_log_likelihood"].sel(damping_model="CR")) < float(
+        fit["log_likelihood_threshold"]
+    )
 
 
 def test_restitution_by_amplitude():
     """A specimen that loses more as it fades: e is 0.86 at 0.3 u_ins, smaller below and larger above."""
     law = rd.Damping("CR", E, loss_exponent=0.26, reference_amplitude=0.3)
-    tests = [make_test(decay(law, release=0.6, seed=1)), make_test(decay(law, release=0.6, seed=2, sign=-1.0))]
+    tests = [
+        make_test(decay(law, release=0.6, seed=1)),
+        make_test(decay(law, release=0.6, seed=2, sign=-1.0)),
+    ]
     found = rd.fit_free_rocking(tests, WALL)
     power = (CURVE.energy(np.array([0.1, 0.3, 0.5])) / CURVE.energy(0.3)) ** -0.26
     true = (1 - power * (1 - E**0.52)) ** (1 / 0.52)
@@ -117,8 +138,12 @@ def test_restitution_by_amplitude():
 
 def test_rotation_is_displacement_over_height():
     displacement = decay()
-    turned = rd.FreeRocking(0.002 * np.arange(displacement.size), rotation=displacement / float(WALL.lower_height))
-    by_rotation, by_displacement = (rd.fit_free_rocking(test, WALL) for test in (turned, make_test(displacement)))
+    turned = rd.FreeRocking(
+        0.002 * np.arange(displacement.size), rotation=displacement / float(WALL.lower_height)
+    )
+    by_rotation, by_displacement = (
+        rd.fit_free_rocking(test, WALL) for test in (turned, make_test(displacement))
+    )
     np.testing.assert_allclose(by_rotation["estimate"], by_displacement["estimate"], rtol=1e-6)
 
 
@@ -127,19 +152,34 @@ def test_intervals_hold_90_per_cent():
     inside = []
     for number in range(6):
         random = np.random.RandomState([11, number])
-        thickness, a1, b1, e = (random.uniform(*ends) for ends in ((0.1, 0.4), (0.02, 0.1), (0.65, 0.88), (0.8, 0.93)))
+        thickness, a1, b1, e = (
+            random.uniform(*ends) for ends in ((0.1, 0.4), (0.02, 0.1), (0.65, 0.88), (0.8, 0.93))
+        )
         sizes = {"hinge_ratio": random.uniform(0.5, 0.7), "overburden_ratio": random.uniform(0, 6)}
         wall = rd.Wall(thickness, thickness * random.uniform(8, 25), **sizes)
         u_ins = float(wall.instability_displacement)
         moved = calibration_check.free_rocking(
-            wall, rd.TrilinearCurve(a1, b1), e, random.uniform(0, 0.03), 0.5, ELAPSED[:2000], 5e-3 * u_ins, random
+            wall,
+            rd.TrilinearCurve(a1, b1),
+            e,
+            random.uniform(0, 0.03),
+            0.5,
+            ELAPSED[:2000],
+            5e-3 * u_ins,
+            random,
         )
         fit = rd.fit_free_rocking(
-            make_test(calibration_check.sensor(moved, 0.002, 0.4, 1e-3 * u_ins, 1e-3 * u_ins, random)), wall
+            make_test(
+                calibration_check.sensor(moved, 0.002, 0.4, 1e-3 * u_ins, 1e-3 * u_ins, random)
+            ),
+            wall,
         )
         at = fit["restitution_at_amplitude_interval"].sel(amplitude=0.3).values
         intervals = [*fit["interval"].values.T[:2], at, fit["loss_exponent_interval"].values]
-        inside += [low <= value <= high for value, (low, high) in zip((a1, b1, e, 0.0), intervals, strict=True)]
+        inside += [
+            low <= value <= high
+            for value, (low, high) in zip((a1, b1, e, 0.0), intervals, strict=True)
+        ]
     assert np.mean(inside) >= 0.71
 
 
@@ -167,7 +207,10 @@ REFUSED = {
     "degrees": ({"rotation": SHOWN / 1.8 * 180 / np.pi}, "largest peak"),
     "one side": ({"displacement": np.abs(decay(before=0) - 0.003)}, "middle"),
     "too short": ({"displacement": SHOWN[:700]}, "clear peaks"),
-    "noise": ({"displacement": 1e-4 * np.random.RandomState(5).standard_normal(2000)}, "clear peaks"),
+    "noise": (
+        {"displacement": 1e-4 * np.random.RandomState(5).standard_normal(2000)},
+        "clear peaks",
+    ),
 }
 
 
@@ -185,7 +228,9 @@ def test_half_periods_of_another_wall_are_refused():
 
 
 def test_rigid_block_is_refused():
-    history = exact_history(rd.TrilinearCurve(0.001, 0.995), rd.Damping("CR", E), P * ELAPSED, release_amplitude=0.5)
+    history = exact_history(
+        rd.TrilinearCurve(0.001, 0.995), rd.Damping("CR", E), P * ELAPSED, release_amplitude=0.5
+    )
     moved = np.concatenate([np.full(250, 0.5), history.displacement, np.zeros(300)])
     noise = 2e-4 * np.random.RandomState(1).standard_normal(moved.size)
     with pytest.raises(rd.InputError, match="b1"):
@@ -213,7 +258,9 @@ def test_filtered_noise_makes_no_peaks():
     displacement = np.convolve(decay(noise=1e-3), np.full(25, 1 / 25), mode="valid")
     (release,) = find_releases(0.002 * np.arange(displacement.size), displacement)
     assert sensor_noise(displacement) > 5e-5
-    assert np.abs(release.peaks).min() > 5e-4 and release.elapsed[-1] < 6.6  # the rest begins at 6.5 s
+    assert (
+        np.abs(release.peaks).min() > 5e-4 and release.elapsed[-1] < 6.6
+    )  # the rest begins at 6.5 s
     fit = rd.fit_free_rocking(make_test(displacement), WALL)
     assert float(fit["estimate"].sel(parameter="restitution")) == pytest.approx(E, abs=5e-3)
 
@@ -221,11 +268,19 @@ def test_filtered_noise_makes_no_peaks():
 def test_uncertain_size_adds_its_change_of_the_estimates():
     test = make_test(decay(release=0.4))
     exact, uncertain = (
-        rd.fit_free_rocking(test, WALL, least_peak=0.01, uncertain=sizes) for sizes in (None, {"thickness": 0.002})
+        rd.fit_free_rocking(test, WALL, least_peak=0.01, uncertain=sizes)
+        for sizes in (None, {"thickness": 0.002})
     )
-    thick, thin = (rd.Wall(thickness=0.25 + side, height=3.0, hinge_ratio=0.6) for side in (0.002, -0.002))
-    change = [rd.fit_free_rocking(test, wall, least_peak=0.01)["estimate"].values for wall in (thick, thin)]
+    thick, thin = (
+        rd.Wall(thickness=0.25 + side, height=3.0, hinge_ratio=0.6) for side in (0.002, -0.002)
+    )
+    change = [
+        rd.fit_free_rocking(test, wall, least_peak=0.01)["estimate"].values
+        for wall in (thick, thin)
+    ]
     added = uncertain["standard_error"].values ** 2 - exact["standard_error"].values ** 2
     np.testing.assert_allclose(np.sqrt(added), np.abs(change[0] - change[1]) / 2, rtol=1e-6)
     low, high = uncertain["interval"].sel(parameter="strength_ratio").values
-    assert high - low > 5 * float(np.diff(exact["interval"].sel(parameter="strength_ratio").values)[0])
+    assert high - low > 5 * float(
+        np.diff(exact["interval"].sel(parameter="strength_ratio").values)[0]
+    )

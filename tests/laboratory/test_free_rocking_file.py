@@ -30,7 +30,10 @@ def read(tmp_path):
         (f"\ufefft;x\r\n{ROWS}".replace(",", ";").replace("\n", "\r\n"), {}),
         (f'"Time (s)"\t"x (m)"\n{ROWS}'.replace(",", "\t"), {}),
         ("mass A\nt [ms]  x [mm]\n0 50\n2   49.9\n4 4.95e1\n", {}),
-        ("t,x,note\n0,0.05,held\n0.001,,lost\n0.002,0.0499,\n0.003,NaN,\n0.004,0.0495,# end\n\n", {}),
+        (
+            "t,x,note\n0,0.05,held\n0.001,,lost\n0.002,0.0499,\n0.003,NaN,\n0.004,0.0495,# end\n\n",
+            {},
+        ),
         ("t x\n0 0.05\n0.001\n0.002 0.0499\n0.004 0.0495\n", {}),
         ("frame,x\n0,50\n1,49.9\n2,49.5\n", {"frame_rate": 500, "pixel": 0.001}),
         ("frame,x [px]\n0,50\n1,49.9\n2,49.5\n", {"frame_rate": 500, "pixel": 0.001}),
@@ -43,7 +46,9 @@ def test_the_first_two_columns_are_times_and_displacements(text, options, read):
     assert test.header.get("specimen", "a block") == "a block"
 
 
-@pytest.mark.parametrize(("head", "factor"), [("rotation_rad", 1), ("theta (deg)", np.pi / 180), ("a [mrad]", 1e-3)])
+@pytest.mark.parametrize(
+    ("head", "factor"), [("rotation_rad", 1), ("theta (deg)", np.pi / 180), ("a [mrad]", 1e-3)]
+)
 def test_a_column_in_a_unit_of_angles_is_a_rotation(head, factor, read):
     test = read(f"t,{head}\n{ROWS}")
     np.testing.assert_allclose(test.rotation, factor * np.array(VALUES), rtol=1e-12)
@@ -71,7 +76,9 @@ def test_a_file_that_is_none_is_refused_in_one_line(text, options, part, read, t
     with pytest.raises(rd.InputError) as refused:
         read(text, **options)
     message = str(refused.value)
-    assert message.startswith(f"{tmp_path / 'test.csv'}: ") and part in message and "\n" not in message
+    assert (
+        message.startswith(f"{tmp_path / 'test.csv'}: ") and part in message and "\n" not in message
+    )
 
 
 def test_a_test_has_a_displacement_or_a_rotation_of_as_many_samples_as_times():
@@ -92,8 +99,12 @@ FRAMES = np.arange(420) / 60
 def release(elapsed, printed="{:.6f},{:.6f}"):
     """The file of a release, held for half a second, by the event-driven solver."""
     free = elapsed[elapsed >= 0.5] - 0.5
-    moved = exact_history(rd.TrilinearCurve(*TRUE[:2]), rd.Damping("CR", TRUE[2]), P * free, release_amplitude=0.5)
-    displacement = U_INS * np.concatenate([np.full(elapsed.size - free.size, 0.5), moved.displacement])
+    moved = exact_history(
+        rd.TrilinearCurve(*TRUE[:2]), rd.Damping("CR", TRUE[2]), P * free, release_amplitude=0.5
+    )
+    displacement = U_INS * np.concatenate(
+        [np.full(elapsed.size - free.size, 0.5), moved.displacement]
+    )
     shown = displacement + 2e-4 * np.random.RandomState(1).standard_normal(elapsed.size)
     return [printed.format(time, value) for time, value in zip(elapsed, shown, strict=True)]
 
@@ -104,7 +115,10 @@ def release(elapsed, printed="{:.6f},{:.6f}"):
         release(FRAMES, "{:.2f},{:.4f}"),
         release(np.cumsum(np.random.RandomState(3).choice([0.8, 1, 1, 1.6], 400)) / 60),
         release(np.delete(FRAMES, [*range(90, 95), *range(200, 205)])),
-        [row if index % 25 else row.partition(",")[0] + "," for index, row in enumerate(release(FRAMES))],
+        [
+            row if index % 25 else row.partition(",")[0] + ","
+            for index, row in enumerate(release(FRAMES))
+        ],
     ],
     ids=["rounded", "variable rate", "five frames lost", "rows without a value"],
 )

@@ -16,7 +16,9 @@ def test_equal_errors_give_the_plain_mean():
     mean = regress(losses, 1e-12 * np.eye(COUNT), ONES)
     assert mean.coefficients[0] == pytest.approx(losses.mean())
     assert mean.scatter == pytest.approx(losses.std(ddof=1), rel=1e-3)
-    assert np.sqrt(mean.covariance[0, 0]) == pytest.approx(losses.std(ddof=1) / np.sqrt(COUNT), rel=1e-3)
+    assert np.sqrt(mean.covariance[0, 0]) == pytest.approx(
+        losses.std(ddof=1) / np.sqrt(COUNT), rel=1e-3
+    )
 
 
 def test_without_scatter_generalised_least_squares():
@@ -62,4 +64,6 @@ def test_power_g_of_the_energy_falls_by_the_same_each_time(g):
     left = energy * np.exp(-2 * law_of_loss(np.log(energy), decrement, g))
     np.testing.assert_allclose(energy**g - left**g, 1 - 0.85 ** (2 * g), rtol=1e-10)
     np.testing.assert_allclose(law_of_loss(np.log(energy), decrement, 0.0), decrement)
-    assert law_of_loss(np.array([-60.0]), decrement, g)[0] == LARGEST_LOSS  # the impact stops the wall
+    assert (
+        law_of_loss(np.array([-60.0]), decrement, g)[0] == LARGEST_LOSS
+    )  # the impact stops the wall

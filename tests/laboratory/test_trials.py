@@ -7,14 +7,24 @@ from repository import ROOT
 from rockdamp.constants import BLOCK_RESTITUTION_DEVIATION
 from rockdamp.errors import InputError
 from rockdamp.laboratory import trials as blocks
-from rockdamp.laboratory.trials import losses_by_impact, make_trials, power_law, predict_damper, read_rocking_trials
+from rockdamp.laboratory.trials import (
+    losses_by_impact,
+    make_trials,
+    power_law,
+    predict_damper,
+    read_rocking_trials,
+)
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history
 from rockdamp.storage import dataset
 
 COLUMNS = "# synthetic: no\ngroup,trial,duplicate_of_trial,thickness_m,height_m,depth_m,mass_kg,impact,ratio\n"
-ROWS = ["1,1,,0.05,0.2,0.1,3.0,1,0.95", "1,1,,0.05,0.2,0.1,3.0,2,0.90", "2,1,,0.05,0.3,0.1,4.0,1,0.97"]
+ROWS = [
+    "1,1,,0.05,0.2,0.1,3.0,1,0.95",
+    "1,1,,0.05,0.2,0.1,3.0,2,0.90",
+    "2,1,,0.05,0.3,0.1,4.0,1,0.97",
+]
 COPY = ["1,2,1,0.05,0.2,0.1,3.0,1,0.95", "1,2,1,0.05,0.2,0.1,3.0,2,0.90"]
 LOSS = np.array([0.01, 0.03, 0.08])
 
@@ -88,7 +98,9 @@ def test_dampers_of_the_paper_follow_a_power_law(model, exponent, monkeypatch):
 @pytest.mark.parametrize(("model", "value"), [("CR", 0.93), ("CDR", 0.03), ("SDR", 0.3)])
 def test_losses_are_those_of_the_event_driven_solver(model, value):
     found = losses_by_impact(Damping(model, [value]), 5)[0]
-    exact = exact_history(blocks.CURVE, Damping(model, value), [20.0], release_amplitude=blocks.RELEASE)
+    exact = exact_history(
+        blocks.CURVE, Damping(model, value), [20.0], release_amplitude=blocks.RELEASE
+    )
     peaks = np.abs(np.concatenate([[blocks.RELEASE], exact.turning_displacement[:5]]))
     np.testing.assert_allclose(found, -0.5 * np.diff(np.log(blocks.CURVE.energy(peaks))), atol=3e-4)
 

@@ -27,7 +27,9 @@ def simulated(count, random, exponent=0.0):
     values, geometry = parameter_values(TRUTH), np.arange(count) % HOUSNER.size
     centre = HOUSNER + values["centre"] + values["between"] * random.standard_normal(HOUSNER.size)
     lowest = ndtr(-centre / values["within"])[geometry]  # a loss below 0 is cut off
-    loss = centre[geometry] + values["within"] * ndtri(lowest + (1 - lowest) * random.uniform(size=count))
+    loss = centre[geometry] + values["within"] * ndtri(
+        lowest + (1 - lowest) * random.uniform(size=count)
+    )
     level = values["noise"] * np.exp(values["noise_deviation"] * random.standard_normal(count))
     lean = values["lean"] + values["alternation"] * random.standard_normal(count)
     prediction = power_law(loss, exponent, IMPACTS)
@@ -60,18 +62,27 @@ def test_likelihood_is_the_integral_over_loss_alternation_and_noise(made, fitted
     for t in (0, 37):
         ratio, housner = made.trials.ratio[t : t + 1], HOUSNER[[t % 4]]
         one = Likelihood(Trials(ratio, np.zeros(1, int), housner), law)
-        nodes = type(fitted.nodes)(*(part[t : t + 1] if part.shape[0] > 1 else part for part in fitted.nodes))
+        nodes = type(fitted.nodes)(
+            *(part[t : t + 1] if part.shape[0] > 1 else part for part in fitted.nodes)
+        )
         found = one.centre_likelihood(values, nodes)[0] - CENTRES[1]
         density = 1.0
         for k in range(np.isfinite(ratio).sum()):
-            deviation = np.exp(level) * np.exp(-0.5 * values["growth"] * prediction.log_energy[k])[:, None, None]
+            deviation = (
+                np.exp(level)
+                * np.exp(-0.5 * values["growth"] * prediction.log_energy[k])[:, None, None]
+            )
             mean = prediction.ratio[k][:, None, None] + (-1) ** k * lean[:, None]
             density = density * stats.t.pdf(ratio[0, k], values["freedom"], mean, deviation)
         by_loss = np.einsum("cal,a,l->c", density, lean_weight, level_weight)
         centre = housner[0] + values["centre"] + values["between"] * CENTRES[0]
-        prior = stats.norm.pdf(loss[:, None], centre, values["within"]) / stats.norm.sf(0, centre, values["within"])
+        prior = stats.norm.pdf(loss[:, None], centre, values["within"]) / stats.norm.sf(
+            0, centre, values["within"]
+        )
         expected = np.log((by_loss[:, None] * prior).sum(axis=0) * (loss[1] - loss[0]))
-        np.testing.assert_allclose(found[3:12], expected[3:12], atol=0.03)  # centres further out have no weight
+        np.testing.assert_allclose(
+            found[3:12], expected[3:12], atol=0.03
+        )  # centres further out have no weight
 
 
 def grid(mean, deviation):
@@ -84,9 +95,14 @@ def test_maximum_is_one_and_near_the_truth(made, fitted):
     assert fitted.log_likelihood > made.log_likelihood(TRUTH, fitted.nodes)
     for step in np.diag([0.5 * scale for *_, scale in START.values()][:-1]):
         for sign in (1, -1):
-            assert made.log_likelihood(fitted.point + sign * step, fitted.nodes) < fitted.log_likelihood + 1e-3
+            assert (
+                made.log_likelihood(fitted.point + sign * step, fitted.nodes)
+                < fitted.log_likelihood + 1e-3
+            )
     found, true = parameter_values(fitted.point), parameter_values(TRUTH)
-    assert 0.7 < found["noise"] / true["noise"] < 1.4 and abs(found["centre"] - true["centre"]) < 0.03
+    assert (
+        0.7 < found["noise"] / true["noise"] < 1.4 and abs(found["centre"] - true["centre"]) < 0.03
+    )
 
 
 def test_exponent_is_found_within_its_error():
@@ -103,12 +119,25 @@ def test_exponent_is_found_within_its_error():
 
 def fitted_restitution(ratio, geometry, housner, **changes):
     """Return e over Housner's by a fit that nobody made."""
-    values = {"noise": 0.03, "freedom": 1.0, "alternation": 1e-3, "lean": 0.0, "noise_deviation": 0.1, "growth": 1e-9}
+    values = {
+        "noise": 0.03,
+        "freedom": 1.0,
+        "alternation": 1e-3,
+        "lean": 0.0,
+        "noise_deviation": 0.1,
+        "growth": 1e-9,
+    }
     values |= {"centre": 0.0} | changes
     plain = ("lean", "growth", "centre")
-    point = np.array([values[name] if name in plain else np.log(values[name]) for name in [*START][:-1]])
-    likelihood = Likelihood(Trials(ratio, geometry, housner), partial(power_law, impacts=ratio.shape[1]))
-    return restitution(likelihood, TrialsFit(0.0, point, likelihood.spread_nodes(parameter_values(point))))
+    point = np.array(
+        [values[name] if name in plain else np.log(values[name]) for name in [*START][:-1]]
+    )
+    likelihood = Likelihood(
+        Trials(ratio, geometry, housner), partial(power_law, impacts=ratio.shape[1])
+    )
+    return restitution(
+        likelihood, TrialsFit(0.0, point, likelihood.spread_nodes(parameter_values(point)))
+    )
 
 
 def test_restitution_over_housner_and_its_spreads():
@@ -122,7 +151,9 @@ def test_restitution_over_housner_and_its_spreads():
     ratio = np.repeat(np.exp(log_e)[:, None], 10, axis=1)
     ratio[:, 0] += 0.03
     found = fitted_restitution(ratio, geometry, housner, within=0.012, between=0.03)
-    np.testing.assert_allclose(found["restitution_over_housner"][1], np.exp([0.02, -0.02]), atol=0.008)
+    np.testing.assert_allclose(
+        found["restitution_over_housner"][1], np.exp([0.02, -0.02]), atol=0.008
+    )
     assert found["restitution_over_housner_mean"] == pytest.approx(1.0, abs=0.002)
     assert found["first_ratio_deviation_within"] == pytest.approx(
         np.log(ratio[:, 0]).reshape(2, 4).std(axis=1).mean(), rel=0.01
@@ -146,7 +177,12 @@ def test_intervals_hold_90_per_cent():
     """Trials that say nothing, as their noise is huge: 1.645 of the spread between blocks, or of all of it."""
     within, between = 0.03, 0.004
     found = fitted_restitution(
-        np.full((4, 2), 0.85), np.zeros(4, int), np.array([0.16]), noise=5.0, within=within, between=between
+        np.full((4, 2), 0.85),
+        np.zeros(4, int),
+        np.array([0.16]),
+        noise=5.0,
+        within=within,
+        between=between,
     )
     for name, deviation in (("restitution", between), ("trial", np.hypot(within, between))):
         ends = np.log(found[f"{name}_over_housner_interval"][1][0])

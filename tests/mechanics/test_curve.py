@@ -50,22 +50,39 @@ def test_the_energy_is_the_integral_of_the_force_and_the_amplitude_its_inverse(c
 @curves
 def test_the_free_period_is_the_quadrature_of_its_integral_on_every_branch(case, quarter_period):
     curve, (at, _) = TrilinearCurve(*case), corners(case)
-    for x0 in (0.5 * at[1], at[1], 0.5 * (at[1] + at[2]), at[2], 0.5 * (at[2] + at[3]), 0.98 * at[3]):
+    for x0 in (
+        0.5 * at[1],
+        at[1],
+        0.5 * (at[1] + at[2]),
+        at[2],
+        0.5 * (at[2] + at[3]),
+        0.98 * at[3],
+    ):
         # At a corner x0 - a1 is rounding, and the period moves as its root.
         tolerance = 1e-7 if x0 in at else 1e-12
         with mp.workdps(30):
-            expected = 4 * quarter_period(*([mp.mpf(float(v)) for v in values] for values in corners(case)), mp.mpf(x0))
+            expected = 4 * quarter_period(
+                *([mp.mpf(float(v)) for v in values] for values in corners(case)), mp.mpf(x0)
+            )
         assert curve.period(x0) == pytest.approx(float(expected), rel=tolerance)
     # Ten times nearer to the end takes 4 ln(10)/sqrt(ks) longer: the state leaves a saddle exponentially.
     near = curve.period(curve.ultimate_displacement_ratio - np.array([1e-6, 1e-7]))
-    assert np.diff(near) == pytest.approx(4 * np.log(10) / np.sqrt(curve.softening_stiffness), rel=1e-6)
+    assert np.diff(near) == pytest.approx(
+        4 * np.log(10) / np.sqrt(curve.softening_stiffness), rel=1e-6
+    )
 
 
 def test_the_presets_are_doherty_s_three_stages():
-    for name, b1, a1 in (("new", 0.72, 0.06), ("moderate", 0.60, 0.13), ("severe", 0.50, 0.20)):  # section 3
+    for name, b1, a1 in (
+        ("new", 0.72, 0.06),
+        ("moderate", 0.60, 0.13),
+        ("severe", 0.50, 0.20),
+    ):  # section 3
         curve = TrilinearCurve.preset(name)
         assert (curve.strength_ratio, curve.yield_displacement_ratio) == (b1, a1)
-    softer = TrilinearCurve.preset("severe", ultimate_displacement_ratio=0.9, softening="translated")
+    softer = TrilinearCurve.preset(
+        "severe", ultimate_displacement_ratio=0.9, softening="translated"
+    )
     assert softer.plateau_end == pytest.approx(0.4)
 
 

@@ -12,7 +12,9 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import CAP, DAMPERS, Damping, critical_damping_ratio, normalisation
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)
-X = np.array([-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2])
+X = np.array(
+    [-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2]
+)
 XI = 0.07
 
 
@@ -23,23 +25,33 @@ def test_the_paper_s_three_coefficients_are_eqs_10_11_and_12():
     with np.errstate(divide="ignore", invalid="ignore"):
         w = np.sqrt(np.where(X == 0, CURVE.initial_stiffness, CURVE.force(X) / X))  # Eq. (9)
     w1 = CURVE.initial_frequency
-    expected = {"CDC": 2 * w1 * XI * np.ones_like(X), "CDR": 2 * w * XI, "SDR": 2 * w * (XI * w / w1)}
+    expected = {
+        "CDC": 2 * w1 * XI * np.ones_like(X),
+        "CDR": 2 * w * XI,
+        "SDR": 2 * w * (XI * w / w1),
+    }
     for model in PAPER_MODELS:
-        np.testing.assert_allclose(Damping(model, XI).coefficient(CURVE, X), expected[model], rtol=1e-14, atol=1e-300)
+        np.testing.assert_allclose(
+            Damping(model, XI).coefficient(CURVE, X), expected[model], rtol=1e-14, atol=1e-300
+        )
 
 
 def test_the_energy_consistent_coefficient_holds_the_force_over_the_root_of_the_stored_energy():
     for x in (0.02, 0.06, 0.2, 0.5, 0.85):
         energy, _ = quad(CURVE.force, 0, x, points=[0.06, 0.28], epsabs=1e-13)
         expected = 2 * XI * CURVE.force(x) / np.sqrt(2 * energy)
-        assert Damping("ECD", XI).coefficient(CURVE, [x, -x]) == pytest.approx([expected, expected], rel=1e-11)
+        assert Damping("ECD", XI).coefficient(CURVE, [x, -x]) == pytest.approx(
+            [expected, expected], rel=1e-11
+        )
 
 
 def test_dampers_are_the_linear_oscillator_s_on_the_first_branch_and_cdc_alone_damps_beyond_the_end():
     inside = CURVE.yield_displacement_ratio * np.array([0.0, 1e-200, 1e-12, 0.3, 1.0])
     for model in (*PAPER_MODELS, "ECD"):
         expected = 2 * CURVE.initial_frequency * XI
-        np.testing.assert_allclose(Damping(model, XI).coefficient(CURVE, inside), expected, rtol=1e-14)
+        np.testing.assert_allclose(
+            Damping(model, XI).coefficient(CURVE, inside), expected, rtol=1e-14
+        )
         assert (Damping(model, XI).coefficient(CURVE, 1.5) > 0) == (model == "CDC")
 
 
@@ -74,7 +86,9 @@ def test_the_normalisation_is_half_pi_over_the_integral_of_the_cosine_s_power_at
     orders = np.array([0, 1e-9, 0.25, 0.5, 1.7, 12.3, 64, 169.5, 1000])
     with mpmath.workdps(30):
         half_root = mpmath.sqrt(mpmath.pi) / 2
-        expected = [float(half_root * mpmath.gammaprod([m + 2], [m + mpmath.mpf(3) / 2])) for m in orders]
+        expected = [
+            float(half_root * mpmath.gammaprod([m + 2], [m + mpmath.mpf(3) / 2])) for m in orders
+        ]
     np.testing.assert_allclose(normalisation(orders), expected, rtol=2e-12)
     assert normalisation(0) == 1.0  # to the bit: order 0 is ECD
 
@@ -111,9 +125,17 @@ def test_the_defaults_the_label_and_the_shape():
     }
     for label, damping in labels.items():
         assert damping.label == label and damping.shape == ()
-    assert labels["BAND"].width == 0.2 and labels["CQD"].width == 0.25 and labels["CR"].reference_amplitude == 0.3
+    assert (
+        labels["BAND"].width == 0.2
+        and labels["CQD"].width == 0.25
+        and labels["CR"].reference_amplitude == 0.3
+    )
     many = Damping("ECD", [XI, XI], order=[[1.0], [2.0], [3.0]])
-    assert many.shape == (3, 2) and many.label == "ECD" and many.map(lambda values: values[:, :1]).shape == (3, 1)
+    assert (
+        many.shape == (3, 2)
+        and many.label == "ECD"
+        and many.map(lambda values: values[:, :1]).shape == (3, 1)
+    )
 
 
 BAD = [

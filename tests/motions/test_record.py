@@ -23,7 +23,9 @@ def at2(unit=UNIT, count=COUNT):
 
 
 def csv(times, printed):
-    rows = "".join(f"{printed.format(each)},{index % 7 - 3}\n" for index, each in enumerate(times.tolist()))
+    rows = "".join(
+        f"{printed.format(each)},{index % 7 - 3}\n" for index, each in enumerate(times.tolist())
+    )
     return f"elapsed_s,ground_acceleration_m_s2\n{rows}"
 
 
@@ -77,7 +79,10 @@ def test_what_is_written_is_read_back_to_the_same_bits(tmp_path):
         (CSV.replace(",", ";"), 1),
         (CSV.replace(",", " \t "), 1),
         (CSV.replace("0.005", '"0.005"').replace("0.1\n", "0.1 # here\n") + "\n\n# the end\n", 1),
-        ("ground_acceleration_m_s2,note,elapsed_s\n0,9,0\n.1,9,5e-3\n-.2,9,1e-2\n.3,9,1.5e-2\n0,9,2e-2\n", 1),
+        (
+            "ground_acceleration_m_s2,note,elapsed_s\n0,9,0\n.1,9,5e-3\n-.2,9,1e-2\n.3,9,1.5e-2\n0,9,2e-2\n",
+            1,
+        ),
     ],
 )
 def test_a_csv_has_separators_line_ends_and_remarks_of_any_program(text, factor, read):
@@ -159,7 +164,9 @@ def test_200_000_samples_are_read_at_once(printed, read):
     text = csv(np.arange(200_000) / 128, printed)
     start = time.process_time()
     assert read(text).elapsed.size == 200_000
-    assert time.process_time() - start < 2  # 0.8 alone; processes that share a processor slow each other
+    assert (
+        time.process_time() - start < 2
+    )  # 0.8 alone; processes that share a processor slow each other
 
 
 # --- what is refused -------------------------------------------------------------------------------------------------
@@ -168,8 +175,16 @@ def test_200_000_samples_are_read_at_once(printed, read):
 @pytest.mark.parametrize(
     ("times", "printed", "parts"),
     [
-        (np.delete(0.01 * N, 1000), "{:.2f}", ["from 9.99 to 10.01", "1 sample is missing after 9.99"]),
-        (np.delete(N / 240, [900, 901, 902]), "{:.3f}", ["to 3.763", "3 samples are missing after 3.746"]),
+        (
+            np.delete(0.01 * N, 1000),
+            "{:.2f}",
+            ["from 9.99 to 10.01", "1 sample is missing after 9.99"],
+        ),
+        (
+            np.delete(N / 240, [900, 901, 902]),
+            "{:.3f}",
+            ["to 3.763", "3 samples are missing after 3.746"],
+        ),
         (np.delete(N / 60, 1000), "{:.2f}", ["1 sample is missing after 16.65"]),
         (np.delete(N, 700), "{:d}", ["from 699.0 to 701.0", "1 sample is missing after 699.0"]),
         (np.insert(0.01 * N, 5, 0.04), "{:.2f}", ["from 0.04 to 0.04"]),
@@ -193,8 +208,16 @@ def test_a_gap_a_double_or_a_swap_is_named_with_its_place(times, printed, parts,
         ("elapsed_s,ground_acceleration_m_s2\n", {}, ["numbers"]),
         ("elapsed_s,ground_acceleration_m_s2\n0,0\n", {}, ["1 samples"]),
         ("elapsed_s,displacement_m\n0,1\n1,2\n", {}, ["elapsed_s, displacement_m"]),
-        ("elapsed_s,ground_acceleration_m_s2,ground_acceleration_g\n0,1,1\n1,2,2\n", {}, ["columns"]),
-        (f"elapsed_s,{','.join(f'channel_{k}' for k in range(20))}\n0{',1' * 20}\n", {}, ["elapsed_s, channel_0"]),
+        (
+            "elapsed_s,ground_acceleration_m_s2,ground_acceleration_g\n0,1,1\n1,2,2\n",
+            {},
+            ["columns"],
+        ),
+        (
+            f"elapsed_s,{','.join(f'channel_{k}' for k in range(20))}\n0{',1' * 20}\n",
+            {},
+            ["elapsed_s, channel_0"],
+        ),
         (CSV + "0.04\n", {}, ["line 7 is '0.04'"]),
         (CSV + "0.04,1,2\n", {}, ["line 7"]),
         (CSV + "0.04,nan\n", {}, ["line 7"]),
@@ -214,11 +237,23 @@ def test_a_gap_a_double_or_a_swap_is_named_with_its_place(times, printed, parts,
         (at2(), {"unit": "cm/s2"}, ["unit"]),
         (at2(), {"step": 0.01}, ["step is 0.01", "0.005"]),
         (at2().replace(".1D0 -2E-1", "0.1E-01-0.2E-01"), {}, ["line 5 is '.0 0.1E-01-0.2E-01"]),
-        ("0 .1 -.2 .3 0\n", {}, ["(0, 0.1, -0.2, ...)", "step", "unit", "elapsed_s, ground_acceleration_m_s2"]),
+        (
+            "0 .1 -.2 .3 0\n",
+            {},
+            ["(0, 0.1, -0.2, ...)", "step", "unit", "elapsed_s, ground_acceleration_m_s2"],
+        ),
         ("0 .1 -.2 .3 0\n", {"step": 0.01}, ["unit"]),
         ("5 .005\n0 .1 -.2 .3 0\n", {"step": 0.01, "unit": "g"}, ["step is 0.01", "0.005"]),
-        ("0 0\n.005 .1\n.02 -.2\n.025 .3\n.03 0\n", STEP_AND_UNIT, ["from 0.005 to 0.02", "2 samples are missing"]),
-        ("".join(f"{k} {k % 3}\n" for k in [*range(20), 21, 20, *range(22, 40)]), STEP_AND_UNIT, ["from 19.0 to 21.0"]),
+        (
+            "0 0\n.005 .1\n.02 -.2\n.025 .3\n.03 0\n",
+            STEP_AND_UNIT,
+            ["from 0.005 to 0.02", "2 samples are missing"],
+        ),
+        (
+            "".join(f"{k} {k % 3}\n" for k in [*range(20), 21, 20, *range(22, 40)]),
+            STEP_AND_UNIT,
+            ["from 19.0 to 21.0"],
+        ),
         ("t N E\n0 0 0\n.005 .1 .2\n.01 -.2 .1\n", STEP_AND_UNIT, ["3 columns"]),
         ("0,000\n0,125\n-0,250\n", STEP_AND_UNIT, ["point"]),
         ("0 .1\n", {"step": 0, "unit": "g"}, ["elapsed"]),

@@ -12,7 +12,17 @@ from html_page import Page, words
 from rockdamp.report import tables
 from rockdamp.storage import dataset
 
-REFERENCES = ("src", "href", "srcset", "action", "poster", "data", "xlink:href", "background", "cite")
+REFERENCES = (
+    "src",
+    "href",
+    "srcset",
+    "action",
+    "poster",
+    "data",
+    "xlink:href",
+    "background",
+    "cite",
+)
 PAPER = ["question", "paper", "claims", "errata", "versions"]
 BEYOND = ["use", "dampers", "force", "earthquakes", "rocking", "assumptions"]
 
@@ -29,11 +39,18 @@ def report(minimal):
 
 def test_nothing_is_loaded_from_outside(page):
     loaded = [element for element in page.elements if element["tag"] != "a"]
-    links = [element["attrs"][name] for element in loaded for name in REFERENCES if name in element["attrs"]]
+    links = [
+        element["attrs"][name]
+        for element in loaded
+        for name in REFERENCES
+        if name in element["attrs"]
+    ]
     assert links and all(value.startswith(("#", "data:")) for value in links)
     styles = "".join(element["text"] for element in page.all("style"))
     assert "@import" not in styles and "url(" not in styles
-    (policy,) = [one["attrs"]["content"] for one in page.all("meta") if "http-equiv" in one["attrs"]]
+    (policy,) = [
+        one["attrs"]["content"] for one in page.all("meta") if "http-equiv" in one["attrs"]
+    ]
     rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
     assert rules["default-src"] == "'none'"
     assert all("http" not in sources and "*" not in sources for sources in rules.values())
@@ -58,7 +75,9 @@ def test_headings_descend_one_level_at_a_time(page):
 def test_pictures_and_sliders_have_names(page):
     alternatives = [image["attrs"]["alt"] for image in page.all("img")]
     assert all(alternatives) and len(set(alternatives)) == len(alternatives)
-    assert {one["attrs"]["id"] for one in page.all("input")} <= {one["attrs"]["for"] for one in page.all("label")}
+    assert {one["attrs"]["id"] for one in page.all("input")} <= {
+        one["attrs"]["for"] for one in page.all("label")
+    }
 
 
 def contrast(one, other):
@@ -75,14 +94,20 @@ def test_text_has_the_contrast_of_wcag_aa_by_day_and_night(report):
     light, _, dark = report.all("style")[0]["text"].partition("prefers-color-scheme: dark")
     for part in (light, dark.partition("figure img")[0]):
         colours = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", part))
-        pairs = [(text, ground) for text in ("ink", "quiet", "accent") for ground in ("paper", "tint")]
+        pairs = [
+            (text, ground) for text in ("ink", "quiet", "accent") for ground in ("paper", "tint")
+        ]
         pairs += [
-            (f"{kind}-ink", ground) for kind, _ in tables.MARKS.values() for ground in ("paper", f"{kind}-ground")
+            (f"{kind}-ink", ground)
+            for kind, _ in tables.MARKS.values()
+            for ground in ("paper", f"{kind}-ground")
         ]
         assert all(contrast(colours[text], colours[ground]) >= 4.5 for text, ground in pairs)
 
 
-def test_the_page_of_the_paper_has_the_parts_of_the_report_without_what_goes_beyond(minimal, report):
+def test_the_page_of_the_paper_has_the_parts_of_the_report_without_what_goes_beyond(
+    minimal, report
+):
     sections = [section["attrs"]["id"] for section in report.all("section")]
     assert sections[:2] == ["question", "use"] and sorted(sections) == sorted(PAPER + BEYOND)
     paper = Page((minimal / "paper.html").read_text(encoding="utf-8"))
@@ -90,7 +115,9 @@ def test_the_page_of_the_paper_has_the_parts_of_the_report_without_what_goes_bey
 
 
 def test_every_claim_is_there_with_its_verdict_what_fails_first(minimal, page):
-    rows = {row["attrs"]["id"]: words(row["text"]) for row in page.all("tr") if "id" in row["attrs"]}
+    rows = {
+        row["attrs"]["id"]: words(row["text"]) for row in page.all("tr") if "id" in row["attrs"]
+    }
     for claim in tables.read_rows(minimal / "claims.csv"):
         for name in ("section", "claim", "verdict", "measured", "finding"):
             cell = words(Page(f"<p>{tables.inline(claim[name])}</p>").all("p")[0]["text"])
@@ -102,7 +129,10 @@ def test_every_claim_is_there_with_its_verdict_what_fails_first(minimal, page):
 
 def test_every_figure_is_there_once(minimal, report):
     names = [figure["attrs"]["id"] for figure in report.all("figure")]
-    assert sorted(names) == sorted(path.stem for path in (minimal / "figures").glob("*.png")) and names[0] == "fig4"
+    assert (
+        sorted(names) == sorted(path.stem for path in (minimal / "figures").glob("*.png"))
+        and names[0] == "fig4"
+    )
     for name, image in zip(names, report.all("img"), strict=True):
         png = base64.b64decode(image["attrs"]["src"].removeprefix("data:image/png;base64,"))
         assert png == (minimal / f"figures/{name}.png").read_bytes()
@@ -115,7 +145,11 @@ def test_the_numbers_of_the_datasets_stand_in_the_page(minimal, report):
     names = ("comparison", "earthquakes/walls", "order", "measured_rocking")
     compared, walls, order, rocking = (dataset.read(minimal / f"{name}.nc") for name in names)
     shown = tables.earthquakes(compared, walls)
-    rows = [cells for *_, cells in shown["errors"]] + shown["walls"] + [cells for _, cells in shown["by_band"]]
+    rows = (
+        [cells for *_, cells in shown["errors"]]
+        + shown["walls"]
+        + [cells for _, cells in shown["by_band"]]
+    )
     rows += [row["errors"] for row in tables.order(order)["rows"]]
     for cell in np.concatenate(rows):
         assert words(Page(f"<p>{cell}</p>").all("p")[0]["text"]) in text
@@ -130,5 +164,11 @@ def test_the_sliders_begin_at_the_study_s_e_and_the_curve_s_a1(minimal, report):
     first = e[len(e) // 2]
     assert report.by_id("slider-e")["attrs"]["value"] == str(first)
     assert report.by_id("slider-a1")["attrs"]["value"] == "0.04"
-    cells = {one["attrs"]["data-model"]: one["text"] for one in report.all("td") if "data-model" in one["attrs"]}
-    assert cells == {model: tables.ratio_at(stored, model, first, 0.04) for model in cells} and cells
+    cells = {
+        one["attrs"]["data-model"]: one["text"]
+        for one in report.all("td")
+        if "data-model" in one["attrs"]
+    }
+    assert (
+        cells == {model: tables.ratio_at(stored, model, first, 0.04) for model in cells} and cells
+    )

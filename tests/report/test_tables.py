@@ -19,7 +19,10 @@ def read(minimal):
 
 def test_code_in_a_cell_is_shown_as_code_and_markup_as_text():
     assert tables.inline("`solve` if a < b") == "<code>solve</code> if a &lt; b"
-    assert tables.inline("-3% of u_ins, large-rotation, -a") == "−3&nbsp;% of u<sub>ins</sub>, large-rotation, -a"
+    assert (
+        tables.inline("-3% of u_ins, large-rotation, -a")
+        == "−3&nbsp;% of u<sub>ins</sub>, large-rotation, -a"
+    )
 
 
 # --- dampers ---------------------------------------------------------------------------------------------------------
@@ -30,10 +33,20 @@ def test_each_damper_of_the_table_has_its_force_errors_and_step(read):
     study["largest_step"][:] = 0.05
     at_e, shown = study.sel(restitution=RESTITUTION, method="nearest"), tables.order(study)
     rows = {row["damper"]: row for row in shown["rows"]}
-    assert list(rows) == ["ECD", "ECD16", "BAND0.4", "BAND0.2", "CQD0.25", "CR, e - 0.01", "CR, e + 0.01"]
+    assert list(rows) == [
+        "ECD",
+        "ECD16",
+        "BAND0.4",
+        "BAND0.2",
+        "CQD0.25",
+        "CR, e - 0.01",
+        "CR, e + 0.01",
+    ]
     for damper in ("ECD", "BAND0.2", "CQD0.25"):
         one, row = at_e.sel(damper=damper), rows[damper]
-        assert float(row["force"]) == pytest.approx(float(one["crossing_force"].sel(wall="paper")), rel=0.06)
+        assert float(row["force"]) == pytest.approx(
+            float(one["crossing_force"].sel(wall="paper")), rel=0.06
+        )
         for text, variable in zip(row["errors"], tables.ORDER_COLUMNS.values(), strict=True):
             assert str(text).startswith(percent(one[variable]))
         assert row["step"] == "0.05"
@@ -50,14 +63,18 @@ def test_a_program_s_damper_has_its_errors_with_the_recommended_ratio(read):
     assert [row["model"] for row in rows] == list(REQUIREMENT)
     for row in rows:
         for errors, name in zip(row["errors"], tables.PROGRAM_COLUMNS, strict=True):
-            assert errors == [percent(value) for value in leading[name].sel(damping_model=row["model"]).values]
+            assert errors == [
+                percent(value) for value in leading[name].sel(damping_model=row["model"]).values
+            ]
 
 
 def test_the_selection_of_histories_counts_walls_and_records(read):
     compared = read("comparison").assign(records=7)
     compared["pooled"][:] = 1
     compared["pooled"][0] = 0
-    assert tables.selection(compared).startswith("1 wall under 7 earthquake records, peaks of 0.01 to 1 ")
+    assert tables.selection(compared).startswith(
+        "1 wall under 7 earthquake records, peaks of 0.01 to 1 "
+    )
 
 
 def test_the_sliders_have_the_stored_ratios_and_what_lies_between(read):
@@ -70,7 +87,9 @@ def test_the_sliders_have_the_stored_ratios_and_what_lies_between(read):
         np.testing.assert_allclose(stored["ratio"][model], xi.sel(damping_model=model), atol=1e-6)
         e, a1 = np.mean(stored["e"][:2]), np.mean(stored["a1"][:2])
         between = float(xi.sel(damping_model=model)[:2, :2].mean())
-        assert float(tables.ratio_at(stored, model, e, a1)) == pytest.approx(100 * between, abs=0.006)
+        assert float(tables.ratio_at(stored, model, e, a1)) == pytest.approx(
+            100 * between, abs=0.006
+        )
     fits["damping_ratio"].loc[{"damping_model": "CDC"}] = np.nan
     assert tables.ratio_at(tables.ratios(fits), "CDC", 0.85, 0.04) == "–"
 
@@ -86,22 +105,33 @@ def test_errors_collapses_and_bands_are_those_of_the_recommended_ratio(read):
     compared["missed_collapse_rate"].loc[at], compared["added_collapse_rate"].loc[at] = 0.03, 0.02
     shown = tables.earthquakes(compared.assign(converged_share=0.99), walls)
     e = compared["restitution"].values
-    assert [row[:2] for row in shown["errors"]] == [(f"{value:g}", model) for value in e for model in VISCOUS_MODELS]
+    assert [row[:2] for row in shown["errors"]] == [
+        (f"{value:g}", model) for value in e for model in VISCOUS_MODELS
+    ]
     for _, model, (median, at_median, at_90, missed, added, _) in shown["errors"]:
         if model == "CDR":
-            assert (at_median, at_90) == (number(0.45), number(0.67)) and str(median).startswith("1.23")
+            assert (at_median, at_90) == (number(0.45), number(0.67)) and str(median).startswith(
+                "1.23"
+            )
             assert str(missed).startswith("3\u00a0%") and str(added).startswith("2\u00a0%")
-    assert dict(shown["by_band"])["CDR"][1] == number(0.67) and shown["middle"] == f"{e[e.size // 2]:g}"
+    assert (
+        dict(shown["by_band"])["CDR"][1] == number(0.67)
+        and shown["middle"] == f"{e[e.size // 2]:g}"
+    )
     runs = int(np.isfinite(walls["damping_ratio"]).sum()) + walls.sizes["wall"] * e.size
     histories = int(compared["records"]) * compared.sizes["velocity_ratio"] * runs
-    assert shown["histories"].replace("\u202f", "") == str(histories) and shown["converged"] == "99.00"
+    assert (
+        shown["histories"].replace("\u202f", "") == str(histories) and shown["converged"] == "99.00"
+    )
     assert [row[0] for row in shown["walls"]] == walls["wall"].values.tolist() and shown["few"]
 
 
 def test_a_study_too_small_for_any_number_has_dashes(read):
     compared = read("comparison")
     statistics = [key for key, values in compared.data_vars.items() if values.dtype.kind == "f"]
-    compared = compared.assign({key: compared[key] * np.nan for key in statistics} | {"converged_share": 1.0})
+    compared = compared.assign(
+        {key: compared[key] * np.nan for key in statistics} | {"converged_share": 1.0}
+    )
     shown = str(tables.earthquakes(compared, read("earthquakes/walls"))["errors"])
     assert "nan" not in shown and "–" in shown
 
@@ -135,7 +165,12 @@ def test_a_constant_e_of_small_releases_overstates_by_the_inverse_of_the_ratio()
 
 
 def test_measured_trials_reject_one_e_by_the_likelihood_ratio():
-    likelihood = {"CR": [100.0, 196.0], "CDC": [90.0, 180.0], "CDR": [98.0, 195.0], "SDR": [99.0, 199.0]}
+    likelihood = {
+        "CR": [100.0, 196.0],
+        "CDC": [90.0, 180.0],
+        "CDR": [98.0, 195.0],
+        "SDR": [99.0, 199.0],
+    }
     likelihood["power law"] = [100.5, 200.0]
     shown = tables.measured_rocking(
         xr.Dataset(

@@ -21,8 +21,13 @@ CURVE = TrilinearCurve(0.04, 0.85)  # the wall of Fig. 5
 DAMPERS = {
     "CR": lambda size: Damping("CR", 1 - 2 * size),
     **{model: lambda size, model=model: Damping(model, size) for model in (*MODELS[1:], "CQD")},
-    **{f"ECD{order:g}": lambda size, order=order: Damping("ECD", size, order=order) for order in (2.5, 8, 16)},
-    "CR, law": lambda size: Damping("CR", 1 - 2 * size, loss_exponent=np.where(size > 0.05, 0.2, 0.0)),
+    **{
+        f"ECD{order:g}": lambda size, order=order: Damping("ECD", size, order=order)
+        for order in (2.5, 8, 16)
+    },
+    "CR, law": lambda size: Damping(
+        "CR", 1 - 2 * size, loss_exponent=np.where(size > 0.05, 0.2, 0.0)
+    ),
     "ECD, law": lambda size: Damping("ECD", size, order=4, loss_exponent=0.1),
 }
 every_damper = pytest.mark.parametrize("damper", DAMPERS.values(), ids=DAMPERS)
@@ -30,7 +35,9 @@ every_scheme = pytest.mark.parametrize("scheme", SCHEMES)
 LANES = 150  # of three blocks, the last one not full
 CURVES = TrilinearCurve(np.linspace(0.03, 0.12, LANES), np.linspace(0.85, 0.6, LANES), 0.95)
 SIZES = np.linspace(0.01, 0.15, LANES)
-SHAKES = np.concatenate([np.full(150, 0.2), np.full(300, 0.02), np.full(151, 1.0)])  # the strongest comes last
+SHAKES = np.concatenate(
+    [np.full(150, 0.2), np.full(300, 0.02), np.full(151, 1.0)]
+)  # the strongest comes last
 GROUND = SHAKES * np.convolve(np.random.default_rng(3).normal(size=630), np.ones(30) / 6, "valid")
 STRENGTH = np.random.default_rng(5).permutation(np.geomspace(0.02, 4.0, LANES))
 RUNS = {
@@ -41,7 +48,9 @@ RUNS = {
         "steps": 1800,
     },
     "record": {"load": Load(GROUND, STRENGTH, 0.06, 3)},
-    "two motions": {"load": Load(np.stack([GROUND, GROUND[::-1]]), np.stack([STRENGTH, STRENGTH / 3]), 0.06, 3)},
+    "two motions": {
+        "load": Load(np.stack([GROUND, GROUND[::-1]]), np.stack([STRENGTH, STRENGTH / 3]), 0.06, 3)
+    },
 }
 
 
@@ -49,7 +58,9 @@ def assert_same(found, expected, lanes=slice(None)):
     for field in fields(found):
         if getattr(found, field.name) is not None:
             values, others = getattr(found, field.name), getattr(expected, field.name)
-            np.testing.assert_array_equal(values, others[:, lanes] if field.name == "error" else others[lanes])
+            np.testing.assert_array_equal(
+                values, others[:, lanes] if field.name == "error" else others[lanes]
+            )
 
 
 # --- what is reported -------------------------------------------------------------------------------------------------
@@ -71,9 +82,16 @@ def test_peaks_are_those_of_the_histories_to_the_bit(run, damper, scheme):
 def test_without_loss_and_at_coarse_steps_no_lane_leaves_too_early(share):
     """At a twentieth of the limit the scheme changes the energy most where lanes may still leave; beyond none does."""
     curve = TrilinearCurve(0.05, 0.7)
-    run = {"step": share * float(stable_step(curve)), "steps": 4000, "release_velocity": np.linspace(0.01, 1.1, 40)}
+    run = {
+        "step": share * float(stable_step(curve)),
+        "steps": 4000,
+        "release_velocity": np.linspace(0.01, 1.1, 40),
+    }
     for damping in (Damping("CR", 1.0), Damping("CDC", 0.001), Damping("ECD", 1e-4, order=16)):
-        full, found = simulate(curve, damping, store_every=4000, **run), peaks(curve, damping, **run)
+        full, found = (
+            simulate(curve, damping, store_every=4000, **run),
+            peaks(curve, damping, **run),
+        )
         np.testing.assert_array_equal(found.peak, np.where(full.collapsed, 1.0, full.peak))
 
 
@@ -83,9 +101,13 @@ def test_the_error_is_eq_17_summed_from_stored_histories_at_every_checkpoint(dam
     decays = simulate(CURVE, Damping("CR", 0.85), **run).displacement[:, 0]
     checkpoints, damping = [1, 128, 999, 1500], damper(np.linspace(0.01, 0.15, 40))
     x = simulate(CURVE, damping, **run).displacement
-    found = peaks(CURVE, damping, reference=Reference(decays, np.array([[0], [1]]), checkpoints), **run).error
+    found = peaks(
+        CURVE, damping, reference=Reference(decays, np.array([[0], [1]]), checkpoints), **run
+    ).error
     sums = np.cumsum((np.abs(decays[:, None, 1:]) - np.abs(x[..., 1:])) ** 2, axis=-1)
-    np.testing.assert_allclose(np.moveaxis(found, 0, -1), sums[..., np.array(checkpoints) - 1], rtol=1e-12, atol=1e-30)
+    np.testing.assert_allclose(
+        np.moveaxis(found, 0, -1), sums[..., np.array(checkpoints) - 1], rtol=1e-12, atol=1e-30
+    )
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -93,7 +115,9 @@ def test_the_error_is_eq_17_summed_from_stored_histories_at_every_checkpoint(dam
 @pytest.mark.parametrize("model", MODELS)
 def test_a_collapse_is_reported_with_its_time_and_ends_the_history(model, scheme, sign):
     damping, step = Damping(model, 0.9 if model == "CR" else 0.02), 1e-3
-    exact = exact_history(CURVE, damping, [4.0], release_amplitude=sign * 0.5, release_velocity=sign * 0.9)
+    exact = exact_history(
+        CURVE, damping, [4.0], release_amplitude=sign * 0.5, release_velocity=sign * 0.9
+    )
     start = {"release_amplitude": [sign * 0.5, 0.5], "release_velocity": [sign * 0.9, 0.0]}
     found = simulate(CURVE, damping, step=step, steps=4000, scheme=scheme, **start)
     assert found.collapsed.tolist() == [True, False]
@@ -103,7 +127,11 @@ def test_a_collapse_is_reported_with_its_time_and_ends_the_history(model, scheme
     assert 1 < found.peak[0] < 1.002 and found.peak_tau[0] == found.end_tau[0]
     last = round(found.end_tau[0] / step)
     for stored in (found.displacement, found.velocity):
-        assert np.isfinite(stored[0, :last]).all() and np.isnan(stored[0, last:]).all() and np.isfinite(stored[1]).all()
+        assert (
+            np.isfinite(stored[0, :last]).all()
+            and np.isnan(stored[0, last:]).all()
+            and np.isfinite(stored[1]).all()
+        )
 
 
 def test_a_start_at_rest_is_no_impact_nor_is_a_release_and_one_at_the_end_of_a_step_is_one():
@@ -123,15 +151,24 @@ def test_a_start_at_rest_is_no_impact_nor_is_a_release_and_one_at_the_end_of_a_s
 
 
 def test_shapes_broadcast_and_thinned_histories_are_every_nth_of_the_full_ones():
-    curve, damping = TrilinearCurve(np.array([0.03, 0.05])[:, None, None], 0.8), Damping("CDR", [[0.02], [0.05], [0.1]])
+    curve, damping = (
+        TrilinearCurve(np.array([0.03, 0.05])[:, None, None], 0.8),
+        Damping("CDR", [[0.02], [0.05], [0.1]]),
+    )
     run = {"step": np.array([0.01, 0.02, 0.005, 0.01]), "steps": 400}
     releases = np.array([0.2, 0.3, 0.4, 0.5])
-    full, thin = (simulate(curve, damping, release_amplitude=releases, store_every=n, **run) for n in (1, 7))
+    full, thin = (
+        simulate(curve, damping, release_amplitude=releases, store_every=n, **run) for n in (1, 7)
+    )
     assert full.peak.shape == (2, 3, 4) and thin.displacement.shape == (2, 3, 4, 58)
     np.testing.assert_array_equal(thin.displacement, full.displacement[..., ::7])
     np.testing.assert_array_equal(thin.velocity, full.velocity[..., ::7])
-    alone = simulate(TrilinearCurve(0.05, 0.8), Damping("CDR", 0.1), release_amplitude=0.4, step=0.005, steps=400)
-    assert_same(alone, type(full)(*(getattr(full, field.name)[1, 2, 2] for field in fields(full))), ...)
+    alone = simulate(
+        TrilinearCurve(0.05, 0.8), Damping("CDR", 0.1), release_amplitude=0.4, step=0.005, steps=400
+    )
+    assert_same(
+        alone, type(full)(*(getattr(full, field.name)[1, 2, 2] for field in fields(full))), ...
+    )
     none = {"release_amplitude": np.empty(0), "step": 0.01, "steps": 3}
     assert simulate(CURVE, Damping("CR", 0.9), **none).displacement.shape == (0, 4)
     assert peaks(CURVE, Damping("CR", 0.9), **none).peak.shape == (0,)
@@ -145,7 +182,9 @@ def test_the_load_of_several_motions_is_their_sum_each_times_the_lane_s_factor(s
     for damping in (Damping("CR", 0.8), Damping("CDC", 0.05), Damping("BAND", 0.05)):
         together = simulate(CURVE, damping, load=Load(motions, factors, 0.04, substeps))
         for lane in (0, 8):
-            alone = simulate(CURVE, damping, load=Load(factors[:, lane] @ motions, 1.0, 0.04, substeps))
+            alone = simulate(
+                CURVE, damping, load=Load(factors[:, lane] @ motions, 1.0, 0.04, substeps)
+            )
             np.testing.assert_allclose(together.displacement[lane], alone.displacement, atol=1e-12)
 
 
@@ -154,20 +193,38 @@ def test_the_load_of_several_motions_is_their_sum_each_times_the_lane_s_factor(s
 
 @every_scheme
 @every_damper
-def test_a_result_does_not_depend_on_other_lanes_threads_or_where_a_run_is_cut(damper, scheme, monkeypatch):
-    x0, v0, step = 0.9 * np.cos(np.arange(LANES)), 0.3 * np.sin(np.arange(LANES)), 0.02 + 1e-4 * np.arange(LANES)
+def test_a_result_does_not_depend_on_other_lanes_threads_or_where_a_run_is_cut(
+    damper, scheme, monkeypatch
+):
+    x0, v0, step = (
+        0.9 * np.cos(np.arange(LANES)),
+        0.3 * np.sin(np.arange(LANES)),
+        0.02 + 1e-4 * np.arange(LANES),
+    )
 
     def run(lanes, **options):
         part = CURVES.map(lambda ratio: ratio[lanes]), damper(SIZES[lanes])
         load = Load(GROUND[:200], STRENGTH[lanes], 2 * step[lanes], 2)
-        start = {"release_amplitude": x0[lanes], "release_velocity": v0[lanes], "scheme": scheme, **options}
+        start = {
+            "release_amplitude": x0[lanes],
+            "release_velocity": v0[lanes],
+            "scheme": scheme,
+            **options,
+        }
         reference = Reference(np.zeros((2, 399)), lanes % 2, [1, 100, 398])
-        return simulate(*part, load=load, store_every=3, **start), peaks(*part, load=load, reference=reference, **start)
+        return simulate(*part, load=load, store_every=3, **start), peaks(
+            *part, load=load, reference=reference, **start
+        )
 
     everything = run(np.arange(LANES), threads=1)
     assert 0 < everything[0].collapsed.sum() < LANES
     order = np.random.default_rng(4).permutation(LANES)
-    for lanes in (*(np.arange(count) for count in (1, 2, 3, 5, 9, 33, 64, 65, 129)), order, order[::-1], order[:1]):
+    for lanes in (
+        *(np.arange(count) for count in (1, 2, 3, 5, 9, 33, 64, 65, 129)),
+        order,
+        order[::-1],
+        order[:1],
+    ):
         for found, expected in zip(run(lanes, threads=1), everything, strict=True):
             assert_same(found, expected, lanes)
     monkeypatch.setattr(newmark, "STEPS_PER_CALL", 7)
@@ -238,7 +295,12 @@ def test_a_bad_run_is_refused_with_the_name(name, change):
 
 def test_the_step_is_below_2_over_the_first_branch_s_frequency_of_each_wall_and_two_lie_in_a_band():
     curves = TrilinearCurve(np.array([0.02, 0.2]), 0.5)
-    np.testing.assert_allclose(stable_step(curves), 2 * np.sqrt(np.array([0.02, 0.2]) / 0.5), rtol=1e-15)
-    for curve, damping, step in ((curves, Damping("CDC", 0.0), 0.5), (CURVE, Damping("BAND", 0.05, width=0.1), 0.1)):
+    np.testing.assert_allclose(
+        stable_step(curves), 2 * np.sqrt(np.array([0.02, 0.2]) / 0.5), rtol=1e-15
+    )
+    for curve, damping, step in (
+        (curves, Damping("CDC", 0.0), 0.5),
+        (CURVE, Damping("BAND", 0.05, width=0.1), 0.1),
+    ):
         with pytest.raises(InputError, match="step"):
             simulate(curve, damping, step=step, steps=10)

@@ -29,7 +29,9 @@ def test_cr_peaks_and_their_times_follow_the_energy_of_each_impact(curve, restit
     run = exact_history(curve, Damping("CR", restitution), [60.0], release_amplitude=x0)
     peaks = cr_peaks(curve, restitution, x0, run.turning_tau.size)
     # At y = a3 - x0 = 0.03 an error of 1e-15 in energy is one of 1e-15/y^2 = 1e-12 in time, and it adds up.
-    assert run.turning_displacement == pytest.approx(-peaks * (-1.0) ** np.arange(peaks.size), rel=1e-12)
+    assert run.turning_displacement == pytest.approx(
+        -peaks * (-1.0) ** np.arange(peaks.size), rel=1e-12
+    )
     quarters = curve.period(np.concatenate([[x0], peaks])) / 4
     impacts = np.cumsum(np.concatenate([[quarters[0]], 2 * quarters[1:]]))
     assert run.impacts == pytest.approx(impacts[: run.impacts.size], abs=1e-10)
@@ -37,7 +39,9 @@ def test_cr_peaks_and_their_times_follow_the_energy_of_each_impact(curve, restit
     assert (run.peak, run.peak_tau) == (x0, 0.0) or restitution == 1.0
 
 
-@pytest.mark.parametrize("amplitude", [0.04 * (1 - 1e-12), 0.04, 0.04 * (1 + 1e-12), 0.15, 0.15 + 1e-12])
+@pytest.mark.parametrize(
+    "amplitude", [0.04 * (1 - 1e-12), 0.04, 0.04 * (1 + 1e-12), 0.15, 0.15 + 1e-12]
+)
 @pytest.mark.parametrize("damper", [Damping("CR", 1.0), Damping("CDR", 0.0), Damping("ECD", 0.0)])
 def test_motion_that_only_just_touches_a_corner_keeps_its_amplitude_and_period(amplitude, damper):
     curve = CURVES[0]
@@ -55,7 +59,9 @@ def test_at_the_time_of_an_impact_the_velocity_is_that_after_it():
 
 def test_energy_decides_between_collapse_and_return():
     curve = CURVES[1]
-    needed = float(np.sqrt(2 * (curve.energy(curve.ultimate_displacement_ratio) - curve.energy(0.5))))
+    needed = float(
+        np.sqrt(2 * (curve.energy(curve.ultimate_displacement_ratio) - curve.energy(0.5)))
+    )
     for factor, collapsed in ((1 - 1e-9, False), (1 + 1e-9, True)):
         start = {"release_amplitude": 0.5, "release_velocity": factor * needed}
         assert exact_history(curve, Damping("CR", 1.0), [40.0], **start).collapsed == collapsed
@@ -63,7 +69,9 @@ def test_energy_decides_between_collapse_and_return():
 
 # --- pieces ----------------------------------------------------------------------------------------------------------
 
-PIECES = [(c, k) for c in (0.0, 1e-9, 0.7, 8.0, 30.0) for k in (16.0, 0.0, -1.0)]  # damping and stiffness, of all kinds
+PIECES = [
+    (c, k) for c in (0.0, 1e-9, 0.7, 8.0, 30.0) for k in (16.0, 0.0, -1.0)
+]  # damping and stiffness, of all kinds
 
 
 @pytest.mark.parametrize(("c", "k"), PIECES)
@@ -71,13 +79,19 @@ def test_branch_solution_holds_every_digit_for_any_stiffness_and_damping(c, k):
     x, v, q, slope = 0.3, -0.7, 0.45, 1.9
     times = [1e-6, 0.01, 0.3, 1.7]
     with mpmath.workdps(40):
-        rates = mpmath.matrix([[0, 1, 0, 0], [-mpmath.mpf(k), -mpmath.mpf(c), 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]])
+        rates = mpmath.matrix(
+            [[0, 1, 0, 0], [-mpmath.mpf(k), -mpmath.mpf(c), 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]
+        )
         start = mpmath.matrix([mpmath.mpf(n) for n in (x, v, q, slope)])
-        expected = [[float(n) for n in (mpmath.expm(rates * mpmath.mpf(t)) * start)[:2]] for t in times]
+        expected = [
+            [float(n) for n in (mpmath.expm(rates * mpmath.mpf(t)) * start)[:2]] for t in times
+        ]
     for t, end in zip(times, expected, strict=True):
         # Rounding of the terms, which are up to |x''(0)| = 21, and their growth where k < 0.
         rounding = 21 * np.finfo(float).eps * math.exp(math.sqrt(max(-k, 0)) * t)
-        assert exact.closed_state(x, v, c, k, q, slope, t) == pytest.approx(end, rel=2e-14, abs=rounding)
+        assert exact.closed_state(x, v, c, k, q, slope, t) == pytest.approx(
+            end, rel=2e-14, abs=rounding
+        )
 
 
 def piece_of(c, k):
@@ -90,8 +104,12 @@ def test_a_piece_ends_where_the_velocity_first_changes_sign(c, k):
     turned, rng = 0, np.random.default_rng(1)
     for _ in range(60):
         x, v, q, slope = rng.normal(size=4)
-        stop, turns, *_ = exact.piece(piece_of(c, k), None, (x, v, q, slope), 5.0, 0.0, np.inf, None)
-        velocity = [exact.closed_state(x, v, c, k, q, slope, t)[1] for t in np.linspace(0, stop, 501)]
+        stop, turns, *_ = exact.piece(
+            piece_of(c, k), None, (x, v, q, slope), 5.0, 0.0, np.inf, None
+        )
+        velocity = [
+            exact.closed_state(x, v, c, k, q, slope, t)[1] for t in np.linspace(0, stop, 501)
+        ]
         assert (np.array(velocity[1:-1]) * v > 0).all()
         if turns:
             assert abs(velocity[-1]) < 1e-11
@@ -110,7 +128,9 @@ def test_the_acceleration_is_zero_first_where_it_is_said_and_then_at_equal_times
             return q + 0.7 * t - c * v_at - k * x_at
 
         first, spacing = exact.acceleration_zeros(x, v, c, k, q, 0.7)
-        before = np.array([acceleration(t) for t in np.linspace(1e-6, 0.999 * min(first, 6.0), 200)])
+        before = np.array(
+            [acceleration(t) for t in np.linspace(1e-6, 0.999 * min(first, 6.0), 200)]
+        )
         scale = np.abs(before).max()
         assert (before > -1e-12 * scale).all() or (before < 1e-12 * scale).all()
         zeros = [t for t in (first, first + spacing, first + 2 * spacing) if np.isfinite(t)]
@@ -123,7 +143,11 @@ def test_a_step_of_the_integrator_turns_where_the_closed_form_does(start_velocit
     """A load that grows from pushing against a slow wall to pushing it on: no turn, one, or two in a single step."""
     c, h = 0.05, 0.09
     start = (0.1, way * start_velocity, way * -0.35, way * 10.0)
-    law, by_law, rates = exact.Law(exact.SECANT, (c, 1.0, 0.0, 0.0)), piece_of(-1.0, 0.0), np.zeros((2, 13))
+    law, by_law, rates = (
+        exact.Law(exact.SECANT, (c, 1.0, 0.0, 0.0)),
+        piece_of(-1.0, 0.0),
+        np.zeros((2, 13)),
+    )
     end = exact.advance(by_law, law, start, h, rates)
     rates[:, 12] = end[1], exact.acceleration(by_law, law, start[2] + start[3] * h, *end)
     found, turns = exact.turn(by_law, law, start, h, end, rates)
@@ -142,7 +166,9 @@ def test_coefficients_on_the_branches_are_those_of_the_damper(damper):
                 v = 0.3 * (x - 0.2)
                 expected = float(damper.coefficient(curve, x, v))
                 assert exact.coefficient(branch, law, x, v) == pytest.approx(expected, rel=1e-12)
-                assert branch.stiffness * x + branch.offset == pytest.approx(float(curve.force(x)), abs=1e-14)
+                assert branch.stiffness * x + branch.offset == pytest.approx(
+                    float(curve.force(x)), abs=1e-14
+                )
 
 
 # --- under a load ----------------------------------------------------------------------------------------------------
@@ -165,7 +191,16 @@ def test_forced_history_agrees_with_an_implicit_integrator_that_knows_no_branche
     e = 0.85 if damper.model == "CR" else 1.0
     t, y, expected, impacts = 0.0, [0.2, 0.0], [], []
     while t < times[-1]:
-        part = solve_ivp(rates, (t, times[-1]), y, "Radau", events=crossing, dense_output=True, rtol=1e-8, atol=1e-10)
+        part = solve_ivp(
+            rates,
+            (t, times[-1]),
+            y,
+            "Radau",
+            events=crossing,
+            dense_output=True,
+            rtol=1e-8,
+            atol=1e-10,
+        )
         inside = times[(times >= t) & ((times < part.t[-1]) | (part.status == 0))]
         expected += part.sol(inside)[0].tolist() if inside.size else []
         t, v = part.t[-1], part.y[1, -1]
@@ -197,7 +232,10 @@ def test_collapse_ends_the_run_at_the_time_that_the_batched_solver_finds(curve, 
 # By the law E^g falls by E_r^g (1 - e^2g) at each impact: from E_r the second leaves 2 e^2g - 1 < 0, nothing.
 @pytest.mark.parametrize(("e", "g", "last"), [(0.0, 0.0, 0), (0.3, 0.45, 1)])
 def test_a_wall_that_stops_at_an_impact_starts_again_when_the_load_pushes(e, g, last):
-    load, times = np.concatenate([np.zeros(17), 0.7 * np.sin(0.4 * np.arange(60))]), np.arange(150) / 8
+    load, times = (
+        np.concatenate([np.zeros(17), 0.7 * np.sin(0.4 * np.arange(60))]),
+        np.arange(150) / 8,
+    )
     damping = Damping("CR", e, loss_exponent=g, reference_amplitude=0.5)
     run = exact_history(CURVES[0], damping, times, release_amplitude=0.5, load=load, sampling=0.25)
     before = (times > run.impacts[last]) & (times < 4)  # it rests until the load begins
@@ -213,7 +251,9 @@ def test_the_load_is_linear_between_its_samples_and_zero_afterwards():
     assert run.displacement == pytest.approx(0.1 + 0.1 * times + 0.15 * times**2, abs=1e-14)
     curve, damper, times = CURVES[0], DAMPERS["CDR"], np.linspace(0, 4, 101)
     coarse = exact_history(curve, damper, times, load=[0.0, 0.4, -0.2], sampling=0.5)
-    fine = exact_history(curve, damper, times, load=[0.0, 0.2, 0.4, 0.1, -0.2, 0, 0, 0], sampling=0.25)
+    fine = exact_history(
+        curve, damper, times, load=[0.0, 0.2, 0.4, 0.1, -0.2, 0, 0, 0], sampling=0.25
+    )
     assert coarse.displacement[:26] == pytest.approx(fine.displacement[:26], abs=1e-13)
     state = {"release_amplitude": coarse.displacement[25], "release_velocity": coarse.velocity[25]}
     rest = exact_history(curve, damper, times[25:] - times[25], **state)
@@ -224,8 +264,14 @@ def test_the_load_is_linear_between_its_samples_and_zero_afterwards():
 def test_the_mirrored_motion_is_the_mirror_image_and_does_not_depend_on_the_times_asked_for(damper):
     load, curve = smooth_load(3, 41), CURVES[0]
     right, left, few = (
-        exact_history(curve, damper, times, release_amplitude=way * 0.3, load=way * load, sampling=0.2)
-        for way, times in ((1, np.linspace(0, 4, 201)), (-1, np.linspace(0, 4, 201)), (1, np.linspace(0, 4, 3)))
+        exact_history(
+            curve, damper, times, release_amplitude=way * 0.3, load=way * load, sampling=0.2
+        )
+        for way, times in (
+            (1, np.linspace(0, 4, 201)),
+            (-1, np.linspace(0, 4, 201)),
+            (1, np.linspace(0, 4, 3)),
+        )
     )
     assert left.displacement == pytest.approx(-right.displacement, abs=1e-9)
     np.testing.assert_array_equal(right.displacement[::100], few.displacement)
@@ -236,20 +282,32 @@ def test_the_mirrored_motion_is_the_mirror_image_and_does_not_depend_on_the_time
 def test_a_launch_from_rest_position_is_not_an_impact_and_rest_is_kept(v0):
     run = exact_history(CURVES[0], Damping("CR", 0.6), [0.0, 0.01, 1.0], release_velocity=v0)
     assert run.velocity[0] == v0 and run.displacement[1] == pytest.approx(0.01 * v0, rel=1e-2)
-    assert exact_history(CURVES[0], Damping("CR", 0.6), [0.0], release_velocity=v0).velocity[0] == v0
-    rest = exact_history(CURVES[0], Damping("CR", 0.6), [0.0, 1.0, 2.2], load=[0.0, 0.0, v0], sampling=1.0)
-    assert not rest.displacement[:2].any() and rest.displacement[2] * v0 > 0 and not rest.impacts.size
+    assert (
+        exact_history(CURVES[0], Damping("CR", 0.6), [0.0], release_velocity=v0).velocity[0] == v0
+    )
+    rest = exact_history(
+        CURVES[0], Damping("CR", 0.6), [0.0, 1.0, 2.2], load=[0.0, 0.0, v0], sampling=1.0
+    )
+    assert (
+        not rest.displacement[:2].any() and rest.displacement[2] * v0 > 0 and not rest.impacts.size
+    )
 
 
-@pytest.mark.parametrize("damper", [Damping("CDC", 0.05), Damping("CDR", 0.05)], ids=["closed form", "steps"])
+@pytest.mark.parametrize(
+    "damper", [Damping("CDC", 0.05), Damping("CDR", 0.05)], ids=["closed form", "steps"]
+)
 @pytest.mark.parametrize(("share", "turns"), [(0.9, 2), (1.1, 0)])
 def test_two_turns_close_to_each_other_are_both_found(damper, share, turns):
     """The load slows the wall and pushes it on again within a sample, and just turns it or does not."""
     curve, sample, least, most = CURVES[1], 0.09, -0.35, 0.55
-    slowest = sample * least / (least - most)  # of a wall on the plateau, where the restoring force is constant
+    slowest = (
+        sample * least / (least - most)
+    )  # of a wall on the plateau, where the restoring force is constant
     start = {"release_amplitude": 0.1, "release_velocity": -share * least * slowest / 2}
     load = float(curve.force(0.1)) + np.array([least, most])
-    run = exact_history(curve, damper, np.linspace(0, sample, 2001), **start, load=load, sampling=sample)
+    run = exact_history(
+        curve, damper, np.linspace(0, sample, 2001), **start, load=load, sampling=sample
+    )
     assert run.turning_tau.size == turns
     changes = np.flatnonzero(np.diff(np.sign(run.velocity)))
     np.testing.assert_allclose(run.turning_tau, run.times[changes], atol=2 * sample / 2000)
@@ -262,15 +320,29 @@ def test_two_turns_close_to_each_other_are_both_found(damper, share, turns):
 @every_damper
 def test_compiled_code_does_what_its_source_says(monkeypatch, damper):
     def run_both():
-        for start in ({"release_amplitude": 0.105, "release_velocity": -0.3}, {"release_amplitude": 0.7}):
+        for start in (
+            {"release_amplitude": 0.105, "release_velocity": -0.3},
+            {"release_amplitude": 0.7},
+        ):
             load = smooth_load(4, 5) + 10 * (start["release_amplitude"] > 0.5)
-            run = exact_history(CURVES[4], damper, np.linspace(0, 1.2, 9), **start, load=load, sampling=0.3)
-            yield run.displacement, run.velocity, run.impacts, run.turning_displacement, run.end_tau, run.collapsed
+            run = exact_history(
+                CURVES[4], damper, np.linspace(0, 1.2, 9), **start, load=load, sampling=0.3
+            )
+            yield (
+                run.displacement,
+                run.velocity,
+                run.impacts,
+                run.turning_displacement,
+                run.end_tau,
+                run.collapsed,
+            )
 
     compiled = [*run_both()]
     monkeypatch.setattr(exact, "run", getattr(exact.run, "py_func", exact.run))
     plain = [*run_both()]
-    assert [runs[-1] for runs in plain] == [False, True] and plain[0][2].size == plain[0][3].size == 1
+    assert [runs[-1] for runs in plain] == [False, True] and plain[0][2].size == plain[0][
+        3
+    ].size == 1
     for one, other in zip(compiled, plain, strict=True):
         for found, expected in zip(one, other, strict=True):
             np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14)
@@ -279,6 +351,12 @@ def test_compiled_code_does_what_its_source_says(monkeypatch, damper):
 def test_no_power_of_a_whole_exponent_is_compiled_without_the_liberties_that_the_batched_solver_has():
     # Numba would share it with that solver, whose bits would then depend on which of the two is compiled first.
     tree = ast.parse(Path(exact.__file__).read_text(encoding="utf-8"))
-    powers = [node.right for node in ast.walk(tree) if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)]
+    powers = [
+        node.right
+        for node in ast.walk(tree)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
+    ]
     exponents = [getattr(power, "operand", power) for power in powers]  # without its sign
-    assert exponents and not any(type(getattr(exponent, "value", None)) is int for exponent in exponents)
+    assert exponents and not any(
+        type(getattr(exponent, "value", None)) is int for exponent in exponents
+    )

@@ -34,8 +34,13 @@ LANES = np.array(
 DAMPERS = {
     "cr": Damping("CR", 0.8),
     "cr_law": Damping("CR", 0.8, loss_exponent=0.2),
-    **{model.lower(): Damping(model, 0.12) for model in ("CDC", "CDR", "SDR", "ECD", "BAND", "CQD")},
-    **{f"ecd{order:g}": Damping("ECD", 0.12, order=order) for order in (1, 2, 2.5, 4, 8, 16, 32, 64, 128)},
+    **{
+        model.lower(): Damping(model, 0.12) for model in ("CDC", "CDR", "SDR", "ECD", "BAND", "CQD")
+    },
+    **{
+        f"ecd{order:g}": Damping("ECD", 0.12, order=order)
+        for order in (1, 2, 2.5, 4, 8, 16, 32, 64, 128)
+    },
     "ecd_law": Damping("ECD", 0.12, order=4, loss_exponent=0.1, reference_amplitude=0.5),
 }
 
@@ -52,7 +57,9 @@ class Textbook:
         self.curve = TrilinearCurve(a1, b1, a3)
         self.corners, self.values = np.array([0, a1, 1 - b1, a3]), np.array([0, b1, b1, 0])
         self.parameters = exact.law_parameters(self.curve, damping)[0].parameters
-        self.a = self.factor * GROUND[0] - self.force(self.x) - self.c(self.x, self.v, None) * self.v
+        self.a = (
+            self.factor * GROUND[0] - self.force(self.x) - self.c(self.x, self.v, None) * self.v
+        )
 
     def force(self, x):
         return np.sign(x) * np.interp(abs(x), self.corners, self.values)
@@ -75,9 +82,15 @@ class Textbook:
             return p * max(1 - (z / (q * max(abs(v), 1e-90))) ** 2, 0)
         if self.damping.model == "CQD":
             way = np.clip((z + (h or 0) * away * np.array([-0.5, 0.5])) / q, -1, 1)
-            return p * abs(np.diff(way - way**3 / 3).item()) / h if h else p / q * max(1 - (z / q) ** 2, 0) * abs(v)
+            return (
+                p * abs(np.diff(way - way**3 / 3).item()) / h
+                if h
+                else p / q * max(1 - (z / q) ** 2, 0) * abs(v)
+            )
         if self.damping.model == "ECD":
-            return exact.ecd_coefficient(abs(self.force(z)), 2 * self.energy(z), away, *self.parameters)
+            return exact.ecd_coefficient(
+                abs(self.force(z)), 2 * self.energy(z), away, *self.parameters
+            )
         return p * (self.force(z) / z / q) ** n
 
     def explicit(self, p0, p1):
@@ -86,7 +99,11 @@ class Textbook:
         left = STEP
         if self.damping.model == "CR" and self.x * x <= 0 and self.x != 0:
             roots = np.roots([self.a / 2, self.v, self.x])
-            s = min(root.real for root in roots if abs(root.imag) < 1e-12 and 0 < root.real <= STEP * (1 + 1e-12))
+            s = min(
+                root.real
+                for root in roots
+                if abs(root.imag) < 1e-12 and 0 < root.real <= STEP * (1 + 1e-12)
+            )
             load = p0 + (p1 - p0) * s / STEP
             v = self.v + s / 2 * (self.a + load)
             self.v = exact.kept_velocity(v, *self.parameters[:3]) * v
@@ -108,12 +125,16 @@ class Textbook:
         crossed = self.x * (self.x + dx) <= 0 and self.x != 0
         self.x, self.v = self.x + dx, self.v + dv
         if self.damping.model == "CR" and crossed:
-            self.v *= exact.kept_velocity(self.v, *self.parameters[:3])  # Eq. (8), at the end of the step
+            self.v *= exact.kept_velocity(
+                self.v, *self.parameters[:3]
+            )  # Eq. (8), at the end of the step
         self.a = p1 - self.force(self.x) - self.c(self.x, self.v, h) * self.v
 
     def history(self, scheme):
         """Displacements at all steps, NaN from a collapse on, and the step of the end."""
-        ground = self.factor * np.interp(np.arange(STEPS + 1) / SUBSTEPS, np.arange(GROUND.size), GROUND)
+        ground = self.factor * np.interp(
+            np.arange(STEPS + 1) / SUBSTEPS, np.arange(GROUND.size), GROUND
+        )
         x = np.full(STEPS + 1, np.nan)
         x[0] = self.x
         for step in range(1, STEPS + 1):
@@ -129,7 +150,10 @@ class Textbook:
 @pytest.mark.parametrize("damping", DAMPERS.values(), ids=DAMPERS)
 def test_every_damper_s_march_is_its_textbook_scheme(damping, scheme):
     a1, b1, a3, x0, v0, factor = LANES.T
-    curve, start = TrilinearCurve(a1, b1, a3), {"release_amplitude": x0, "release_velocity": v0, "scheme": scheme}
+    curve, start = (
+        TrilinearCurve(a1, b1, a3),
+        {"release_amplitude": x0, "release_velocity": v0, "scheme": scheme},
+    )
     found = simulate(curve, damping, load=Load(GROUND, factor, STEP * SUBSTEPS, SUBSTEPS), **start)
     expected = [Textbook(damping, lane).history(scheme) for lane in LANES]
     x = np.array([history for history, _ in expected])
@@ -143,7 +167,13 @@ def test_every_damper_s_march_is_its_textbook_scheme(damping, scheme):
     np.testing.assert_allclose(found.peak_tau[:4], np.abs(x[:4]).argmax(axis=1) * STEP, rtol=1e-15)
     checkpoints = [7, 8, 57]
     reference = Reference(np.full((1, STEPS + 1), 0.1), 0, checkpoints)
-    compared = peaks(curve, damping, load=Load(GROUND, factor, STEP * SUBSTEPS, SUBSTEPS), reference=reference, **start)
+    compared = peaks(
+        curve,
+        damping,
+        load=Load(GROUND, factor, STEP * SUBSTEPS, SUBSTEPS),
+        reference=reference,
+        **start,
+    )
     np.testing.assert_array_equal(compared.collapsed, found.collapsed)
     np.testing.assert_array_equal(compared.peak, np.where(found.collapsed, a3, found.peak))
     sums = np.cumsum((0.1 - np.abs(x[:4, 1:])) ** 2, axis=1)[:, np.array(checkpoints) - 1]
@@ -153,17 +183,31 @@ def test_every_damper_s_march_is_its_textbook_scheme(damping, scheme):
 
 @pytest.mark.nojit
 def test_a_free_decay_reads_no_motion():
-    found = peaks(TrilinearCurve(0.04, 0.85), Damping("CR", 0.8), release_amplitude=0.5, step=STEP, steps=STEPS)
+    found = peaks(
+        TrilinearCurve(0.04, 0.85),
+        Damping("CR", 0.8),
+        release_amplitude=0.5,
+        step=STEP,
+        steps=STEPS,
+    )
     assert found.peak == 0.5 and not found.collapsed
 
 
 @pytest.mark.nojit
 def test_an_impact_time_is_the_first_root_of_the_parabola_from_either_side():
-    for x, v, a in [(0.1, -2.0, 0.0), (0.1, -2.0, 9.0), (0.1, 0.5, -40.0), (0.1, 0.0, -80.0), (1e-9, -1.0, 3.0)]:
+    for x, v, a in [
+        (0.1, -2.0, 0.0),
+        (0.1, -2.0, 9.0),
+        (0.1, 0.5, -40.0),
+        (0.1, 0.0, -80.0),
+        (1e-9, -1.0, 3.0),
+    ]:
         roots = np.roots([a / 2, v, x])
         first = min(root.real for root in roots if abs(root.imag) < 1e-12 and root.real > 0)
         for sign in (1, -1):
-            assert kernel.time_to_impact(sign * x, sign * v, sign * a, 0.3) == pytest.approx(first, rel=1e-9)
+            assert kernel.time_to_impact(sign * x, sign * v, sign * a, 0.3) == pytest.approx(
+                first, rel=1e-9
+            )
     # Rounding must not put it beyond the step.
     assert kernel.time_to_impact(0.1, -0.1 / 0.3 * (1 - 1e-15), 0.0, 0.3) == 0.3
 
@@ -172,9 +216,13 @@ def test_the_kernel_and_the_curve_have_the_same_force_and_energy_and_the_tangent
     for curve in (TrilinearCurve(0.06, 0.72, 0.9), TrilinearCurve(0.06, 0.72, 0.9, "translated")):
         x = np.concatenate([np.linspace(0, 1.2, 200), curve.parameters()[3:]])
         np.testing.assert_array_equal(kernel.force(x, curve.parameters()), curve.force(x))
-        slope = (curve.force(x + 1e-9) - curve.force(x)) / 1e-9  # at a corner that of the branch further out
+        slope = (
+            curve.force(x + 1e-9) - curve.force(x)
+        ) / 1e-9  # at a corner that of the branch further out
         np.testing.assert_allclose(kernel.tangent(x, curve.parameters()), slope, atol=1e-5)
-        np.testing.assert_array_equal(kernel.double_energy(x, curve.parameters()), 2 * curve.energy(x))
+        np.testing.assert_array_equal(
+            kernel.double_energy(x, curve.parameters()), 2 * curve.energy(x)
+        )
 
 
 # --- walls of an uneven force -----------------------------------------------------------------------------------------
@@ -186,8 +234,17 @@ SINE = np.sin(0.045 * np.arange(SAMPLES)) * np.hanning(SAMPLES)
 
 def uneven(lift=0.0, side=(1.0, 1.0), load=1.0, rate=1.0, vertical=None):
     """Collapses of many lanes under a sine that grows with the lane."""
-    run = {"step": rate * 0.02, "substeps": 5, "load": load * SIZE, "ground": SINE, "lift": lift, "side": side}
-    return uneven_collapses(CURVE, 0.85, vertical=np.ones(SAMPLES) if vertical is None else vertical, **run)
+    run = {
+        "step": rate * 0.02,
+        "substeps": 5,
+        "load": load * SIZE,
+        "ground": SINE,
+        "lift": lift,
+        "side": side,
+    }
+    return uneven_collapses(
+        CURVE, 0.85, vertical=np.ones(SAMPLES) if vertical is None else vertical, **run
+    )
 
 
 def test_an_even_wall_collapses_as_in_the_solver_and_others_by_the_laws_of_scale():
@@ -195,7 +252,9 @@ def test_an_even_wall_collapses_as_in_the_solver_and_others_by_the_laws_of_scale
     assert 5 < plain.sum() < 55
     many = np.linspace(0.3, 3.0, 3000)
     found = uneven_collapses(CURVE, 0.85, step=0.1, substeps=1, load=many, ground=SINE)
-    np.testing.assert_array_equal(found, peaks(CURVE, Damping("CR", 0.85), load=Load(SINE, many, 0.1)).collapsed)
+    np.testing.assert_array_equal(
+        found, peaks(CURVE, Damping("CR", 0.85), load=Load(SINE, many, 0.1)).collapsed
+    )
     # Twice the force at every u is the wall as it was, in a time that runs by sqrt(2), under half of the load.
     np.testing.assert_array_equal(uneven(lift=1.0, load=2.0, rate=1 / np.sqrt(2)), plain)
     # A curve that is larger by a half in force and displacement alike needs a load that is larger by a half.
@@ -212,9 +271,15 @@ def test_a_wall_without_weight_flies_off_and_both_motions_are_linear_between_sam
     # Nothing restores: x = load t^2/2 passes a3 after sqrt(2 a3/load).
     load, step, ground = 0.05 * np.array([0.99, 1.01]), np.sqrt(2 / 0.05) / 40, np.ones(41)
     run = {"lift": -2.0, "vertical": ground, "ground": ground}
-    assert uneven_collapses(CURVE, 0.85, step=step, substeps=1, load=load, **run).tolist() == [False, True]
+    assert uneven_collapses(CURVE, 0.85, step=step, substeps=1, load=load, **run).tolist() == [
+        False,
+        True,
+    ]
     # A load that grows from 0 over T moves the wall by load T^2/6; the vertical motion grows tenfold meanwhile.
-    load, run = 6 / 25 * np.array([0.99, 1.01]), {"ground": np.array([0.0, 0, 1]), "vertical": np.array([0.0, 1, 10])}
+    load, run = (
+        6 / 25 * np.array([0.99, 1.01]),
+        {"ground": np.array([0.0, 0, 1]), "vertical": np.array([0.0, 1, 10])},
+    )
     found = uneven_collapses(CURVE, 0.85, step=5 / 400, substeps=400, load=load, lift=-2.0, **run)
     assert found.tolist() == [False, True]
 
@@ -236,18 +301,30 @@ for model in sys.argv[1:]:
 
 def test_an_edited_file_finds_no_old_code_and_cached_and_new_code_are_not_mixed_up(tmp_path):
     """CR by the exact solver, the others by the kernel; each file is edited in a function that its entry calls."""
-    shutil.copytree(Path(rockdamp.__file__).parent, tmp_path / "rockdamp", ignore=shutil.ignore_patterns("*.nb?"))
+    shutil.copytree(
+        Path(rockdamp.__file__).parent,
+        tmp_path / "rockdamp",
+        ignore=shutil.ignore_patterns("*.nb?"),
+    )
     environment = {key: value for key, value in os.environ.items() if key != "NUMBA_DISABLE_JIT"}
     environment |= {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
 
     def run(*models):
         command = [sys.executable, "-c", RUN, *models]
-        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
+        return subprocess.run(
+            command, env=environment, capture_output=True, text=True, check=True
+        ).stdout.split()
 
-    (cdr,), mixed = run("CDR"), run("CR", "CDR", "SDR")  # SDR is compiled beside CDR's code from the cache
+    (cdr,), mixed = (
+        run("CDR"),
+        run("CR", "CDR", "SDR"),
+    )  # SDR is compiled beside CDR's code from the cache
     assert mixed == run("CR", "CDR", "SDR") and mixed[1] == cdr
     edits = {"kernel": ("return p[0] * np.sqrt(f / z)", "return 2.0 * p[0] * np.sqrt(f / z)")}
-    edits["exact"] = ("    if g == 0.0:\n        return e\n", "    if g == 0.0:\n        return 0.5 * e\n")
+    edits["exact"] = (
+        "    if g == 0.0:\n        return e\n",
+        "    if g == 0.0:\n        return 0.5 * e\n",
+    )
     for name, (old, new) in edits.items():
         file = tmp_path / f"rockdamp/solvers/{name}.py"
         source = file.read_text(encoding="utf-8")

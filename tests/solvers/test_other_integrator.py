@@ -92,12 +92,18 @@ def histories():
             parts = int(count_steps(wall.frequency_parameter * motion.record.step, STEP / w1))
             load = make_load(wall, motion.record, factor, substeps=parts, tail=2.0)
             for damping, size, band in (
-                (Damping.from_restitution(E, "BAND", width=T_C), 3 * strength * w1 / (4 * T_C), True),
+                (
+                    Damping.from_restitution(E, "BAND", width=T_C),
+                    3 * strength * w1 / (4 * T_C),
+                    True,
+                ),
                 (Damping.from_restitution(E, "ECD", order=ORDER), doubled, False),
             ):
                 runs = peaks(TrilinearCurve(a1, b1), damping, load=load)
                 series = np.multiply.outer(load.factor[0], load.ground[0])
-                own = [march(one, float(load.sampling), parts, a1, b1, size, band) for one in series]
+                own = [
+                    march(one, float(load.sampling), parts, a1, b1, size, band) for one in series
+                ]
                 found.append((own, np.where(runs.collapsed, np.inf, runs.peak)))
     return np.swapaxes(found, 0, 1).reshape(2, -1)
 

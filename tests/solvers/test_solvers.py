@@ -22,8 +22,14 @@ def solve(solver, curve, damping, step, steps, load=(), sampling=0.0, **start):
     """Displacement at each step."""
     if solver == "exact":
         times = step * np.arange(steps + 1)
-        return exact_history(curve, damping, times, load=load, sampling=sampling, **start).displacement
-    run = {"load": Load(load, 1.0, sampling, round(sampling / step))} if len(load) else {"step": step, "steps": steps}
+        return exact_history(
+            curve, damping, times, load=load, sampling=sampling, **start
+        ).displacement
+    run = (
+        {"load": Load(load, 1.0, sampling, round(sampling / step))}
+        if len(load)
+        else {"step": step, "steps": steps}
+    )
     return simulate(curve, damping, **run, **start).displacement
 
 
@@ -39,7 +45,10 @@ def free(xi):
     return np.exp(-xi * W1 * TAU) * (np.cos(W1 * root * TAU) + xi / root * np.sin(W1 * root * TAU))
 
 
-PUSH, RAMP = {"load": 0.01 * K1 * np.ones(2), "sampling": 4.0}, {"load": np.array([0.0, 0.2]), "sampling": 4.0}
+PUSH, RAMP = (
+    {"load": 0.01 * K1 * np.ones(2), "sampling": 4.0},
+    {"load": np.array([0.0, 0.2]), "sampling": 4.0},
+)
 CLOSED = {  # on the curve's first branch, where these are the linear oscillator's damper
     f"{model} {xi}": (Damping(model, xi), {"release_amplitude": 0.03}, 0.03 * free(xi))
     for model in ("CDC", "CDR", "SDR", "ECD")
@@ -68,9 +77,14 @@ def test_the_batched_solver_tends_to_the_exact_one_with_the_square_of_the_step(d
     for curve in (CURVES[0], CURVES[3]):
         release = shares * float(curve.ultimate_displacement_ratio)
         run = {"load": load, "sampling": sampling}
-        exact = [solve("exact", curve, damping, sampling, 40, **run, release_amplitude=x0) for x0 in release]
+        exact = [
+            solve("exact", curve, damping, sampling, 40, **run, release_amplitude=x0)
+            for x0 in release
+        ]
         for substeps in (20, 80):
-            found = simulate(curve, damping, load=Load(load, 1.0, sampling, substeps), release_amplitude=release)
+            found = simulate(
+                curve, damping, load=Load(load, 1.0, sampling, substeps), release_amplitude=release
+            )
             away.append(np.sqrt(np.nanmean((found.displacement[:, ::substeps] - exact) ** 2)))
     # The corners of the curve scatter the fall by 16; steps of CR that hold an impact scatter it more.
     coarse, fine = np.sum(away[::2]), np.sum(away[1::2])
@@ -80,7 +94,9 @@ def test_the_batched_solver_tends_to_the_exact_one_with_the_square_of_the_step(d
 def test_without_damping_the_period_is_the_curve_s_closed_form():
     step, release = 5e-4, np.array([0.015, 0.1, 0.3, 0.5, 0.75])
     for curve in CURVES:
-        x = simulate(curve, Damping("CDR", 0.0), release_amplitude=release, step=step, steps=40000).displacement
+        x = simulate(
+            curve, Damping("CDR", 0.0), release_amplitude=release, step=step, steps=40000
+        ).displacement
         for lane, period in zip(x, curve.period(release), strict=True):
             at = np.nonzero(lane[:-1] * lane[1:] < 0)[0]
             crossing = step * (at + lane[at] / (lane[at] - lane[at + 1]))
@@ -88,17 +104,26 @@ def test_without_damping_the_period_is_the_curve_s_closed_form():
             assert 2 * np.diff(crossing).mean() == pytest.approx(period, rel=4e-5)
 
 
-def test_impact_times_of_a_decay_are_those_rebuilt_with_thirty_digits(quarter_period, stored_energy):
+def test_impact_times_of_a_decay_are_those_rebuilt_with_thirty_digits(
+    quarter_period, stored_energy
+):
     # A decay of CR is known without integration: half periods of amplitudes that the energies give.
     with mp.workdps(30):
         e, x0 = mp.mpf("0.85"), mp.mpf("0.7")
-        drawn = [[mp.mpf(value) for value in values.split()] for values in ("0 0.04 0.15 1", "0 0.85 0.85 0")]
+        drawn = [
+            [mp.mpf(value) for value in values.split()]
+            for values in ("0 0.04 0.15 1", "0 0.85 0.85 0")
+        ]
         tau, x, times = mp.mpf(0), x0, []
         for n in range(1, 8):
             tau += quarter_period(*drawn, x)
             times.append(float(tau))
             target = e ** (2 * n) * stored_energy(*drawn, x0)
-            x = mp.findroot(lambda z, v=target: stored_energy(*drawn, z) - v, (mp.mpf("1e-9"), x), solver="anderson")
+            x = mp.findroot(
+                lambda z, v=target: stored_energy(*drawn, z) - v,
+                (mp.mpf("1e-9"), x),
+                solver="anderson",
+            )
             tau += quarter_period(*drawn, x)
     exact = exact_history(CURVE, Damping("CR", 0.85), [times[-1] + 0.1], release_amplitude=0.7)
     np.testing.assert_allclose(exact.impacts, times, rtol=1e-12)
@@ -108,8 +133,13 @@ def test_as_the_order_grows_the_response_under_a_load_tends_to_restitution():
     tau = np.arange(1601) * 0.005
     load = Load(np.where(tau < 1.5, 1.1 * np.sin(2 * np.pi * tau / 1.5), 0.0), 1.0, 0.005, 4)
     for curve in CURVES[:4]:
-        dampings = [Damping("CR", 0.85), *(Damping.from_restitution(0.85, "ECD", order=m) for m in (8, 64, 512))]
-        impact, *others = (simulate(curve, damping, load=load, store_every=4).displacement for damping in dampings)
+        dampings = [
+            Damping("CR", 0.85),
+            *(Damping.from_restitution(0.85, "ECD", order=m) for m in (8, 64, 512)),
+        ]
+        impact, *others = (
+            simulate(curve, damping, load=load, store_every=4).displacement for damping in dampings
+        )
         away = [np.sqrt(np.nanmean((x - impact) ** 2)) for x in others]
         assert away[0] > 2 * away[1] > 4 * away[2] > 0
 
@@ -136,7 +166,13 @@ def integrate_si(wall, law, damping_ratio, exponent, release, elapsed, ground):
     return solve_ivp(rates, (0, elapsed[-1]), [release * u_ins, 0.0], "LSODA", **accuracy).y[0]
 
 
-SPECIMEN = {"width": 1.438, "density": 1835.0, "hinge_ratio": 0.57, "overburden_ratio": 6.2, "eccentricity": 0.02}
+SPECIMEN = {
+    "width": 1.438,
+    "density": 1835.0,
+    "hinge_ratio": 0.57,
+    "overburden_ratio": 6.2,
+    "eccentricity": 0.02,
+}
 WALLS = {
     "wall": Wall(0.102, 0.102 * 27, **SPECIMEN),
     "parapet": Parapet(0.25, 1.6, overburden_ratio=0.4, eccentricity=-0.05),
@@ -144,18 +180,29 @@ WALLS = {
 
 
 @pytest.mark.parametrize("release", [0.6, 0.0], ids=["free", "forced"])
-@pytest.mark.parametrize(("model", "exponent", "ratio"), [("CDC", 0, 0.03), ("CDR", 1, 0.05), ("SDR", 2, 0.15)])
+@pytest.mark.parametrize(
+    ("model", "exponent", "ratio"), [("CDC", 0, 0.03), ("CDR", 1, 0.05), ("SDR", 2, 0.15)]
+)
 @pytest.mark.parametrize("wall", WALLS.values(), ids=WALLS)
 def test_a_dimensionless_run_is_the_si_run_of_the_same_wall(wall, model, exponent, ratio, release):
     law, elapsed = (0.05, 0.8), np.arange(161) / 64
     s = (np.pi * float(wall.frequency_parameter) / 20 * (elapsed - 1.0)) ** 2  # a Ricker wave
-    ground = (release == 0) * 0.9 * float(wall.rigid_strength / wall.mass) * (1 - 2 * s) * np.exp(-s)
+    ground = (
+        (release == 0) * 0.9 * float(wall.rigid_strength / wall.mass) * (1 - 2 * s) * np.exp(-s)
+    )
     expected = integrate_si(wall, law, ratio, exponent, release, elapsed, ground)
-    load, damping = Load(ground, wall.load_factor, wall.frequency_parameter / 64, 256), Damping(model, ratio)
-    response = simulate(TrilinearCurve(*law), damping, load=load, release_amplitude=release, store_every=256)
+    load, damping = (
+        Load(ground, wall.load_factor, wall.frequency_parameter / 64, 256),
+        Damping(model, ratio),
+    )
+    response = simulate(
+        TrilinearCurve(*law), damping, load=load, release_amplitude=release, store_every=256
+    )
     assert 0.1 < response.peak < 1  # far from nothing and from collapse
     u_ins = wall.instability_displacement
-    np.testing.assert_allclose(response.displacement * u_ins, expected, atol=2e-5 * u_ins)  # (w1 step)^2 is 1e-6
+    np.testing.assert_allclose(
+        response.displacement * u_ins, expected, atol=2e-5 * u_ins
+    )  # (w1 step)^2 is 1e-6
 
 
 # --- load -------------------------------------------------------------------------------------------------------------
@@ -164,7 +211,10 @@ def test_a_dimensionless_run_is_the_si_run_of_the_same_wall(wall, model, exponen
 @pytest.mark.parametrize("scheme", ["newmark", "paper"])
 @pytest.mark.parametrize("model", MODELS)
 def test_substeps_interpolate_the_record_and_one_of_zeros_is_a_free_decay_to_the_bit(model, scheme):
-    damping, ground = Damping(model, 0.85 if model == "CR" else 0.05), np.random.default_rng(11).normal(size=81)
+    damping, ground = (
+        Damping(model, 0.85 if model == "CR" else 0.05),
+        np.random.default_rng(11).normal(size=81),
+    )
     start = {"release_amplitude": 0.2, "scheme": scheme}
     inside = simulate(CURVE, damping, load=Load(ground, 0.02, 0.05, 5), **start)
     resampled = np.interp(np.arange(401) / 5, np.arange(81), ground)
@@ -172,7 +222,9 @@ def test_substeps_interpolate_the_record_and_one_of_zeros_is_a_free_decay_to_the
     np.testing.assert_allclose(inside.displacement, outside.displacement, atol=1e-12)
     decay = simulate(CURVE, damping, step=0.01, steps=400, **start)
     still = simulate(CURVE, damping, load=Load(np.zeros(41), 0.5, 0.1, 10), **start)
-    np.testing.assert_array_equal([still.displacement, still.velocity], [decay.displacement, decay.velocity])
+    np.testing.assert_array_equal(
+        [still.displacement, still.velocity], [decay.displacement, decay.velocity]
+    )
 
 
 @pytest.mark.parametrize("solver", ["newmark", "exact"])
@@ -190,7 +242,9 @@ def test_just_below_the_stability_limit_a_linear_run_is_bounded_as_the_discrete_
     step = 0.999 * float(stable_step(CURVE))
     response = simulate(CURVE, Damping("CDR", 0.0), release_amplitude=0.03, step=step, steps=1000)
     theta = np.arccos(1 - 2 * 0.999**2)
-    np.testing.assert_allclose(response.displacement, 0.03 * np.cos(theta * np.arange(1001)), atol=1e-10)
+    np.testing.assert_allclose(
+        response.displacement, 0.03 * np.cos(theta * np.arange(1001)), atol=1e-10
+    )
 
 
 def first_branch(order, e, step, steps):
@@ -198,7 +252,11 @@ def first_branch(order, e, step, steps):
     curve = TrilinearCurve(0.4, 0.5)
     w1, amplitude = float(curve.initial_frequency), np.linspace(0.2, 0.3, 40)
     damping = Damping.from_restitution(e, "ECD", order=order)
-    return amplitude, w1, simulate(curve, damping, step=step / w1, steps=steps, release_amplitude=amplitude)
+    return (
+        amplitude,
+        w1,
+        simulate(curve, damping, step=step / w1, steps=steps, release_amplitude=amplitude),
+    )
 
 
 @pytest.mark.parametrize("order", [0, 1, 16, 64])

@@ -9,7 +9,13 @@ from scipy.stats import norm
 
 from rockdamp.errors import InputError
 from rockdamp.statistics import fragility
-from rockdamp.statistics.fragility import effective_count, fit_fragility, resample, weighted_quantile, wilson
+from rockdamp.statistics.fragility import (
+    effective_count,
+    fit_fragility,
+    resample,
+    weighted_quantile,
+    wilson,
+)
 
 INTENSITY = np.geomspace(0.2, 5.0, 12)
 
@@ -22,7 +28,9 @@ def most_likely(collapses, runs):
         z = np.log(INTENSITY / median) / dispersion
         return -(collapses * norm.logcdf(z) + (runs - collapses) * norm.logsf(z)).sum()
 
-    found = minimize(minus, [0.0, np.log(0.5)], method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-13})
+    found = minimize(
+        minus, [0.0, np.log(0.5)], method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-13}
+    )
     return np.exp(found.x)
 
 
@@ -82,7 +90,10 @@ def test_stations_are_drawn_whole_and_as_often_as_there_are_stations():
 @given(st.lists(st.floats(-10, 10), max_size=9), st.integers(0, 1000))
 def test_the_weighted_median_is_that_of_the_repeated_values(values, seed):
     values, random = np.array(values), np.random.default_rng(seed)
-    record, weights = random.integers(0, 6, values.size), random.integers(0, 4, (5, 6)).astype(float)
+    record, weights = (
+        random.integers(0, 6, values.size),
+        random.integers(0, 4, (5, 6)).astype(float),
+    )
     found = weighted_quantile(values, record, weights, 0.5)
     for row, median in zip(weights, found, strict=True):
         repeated = np.repeat(values, row[record].astype(int))
@@ -97,7 +108,10 @@ def test_an_interval_leaves_a_fortieth_of_the_replicates_out_on_either_side_and_
     assert (drawn > high).mean() == pytest.approx(1 / 40, abs=1e-3)
     drawn = np.arange(100.0)[:, None] * np.ones(2)
     drawn[:10, 0] = drawn[:11, 1] = np.nan
-    assert np.isfinite(fragility.interval(drawn)[0]).all() and np.isnan(fragility.interval(drawn)[1]).all()
+    assert (
+        np.isfinite(fragility.interval(drawn)[0]).all()
+        and np.isnan(fragility.interval(drawn)[1]).all()
+    )
 
 
 def test_the_bootstrap_interval_of_a_median_covers_it_as_often_as_it_says():
@@ -105,10 +119,14 @@ def test_the_bootstrap_interval_of_a_median_covers_it_as_often_as_it_says():
     rng, inside = np.random.default_rng(8), 0
     for trial in range(200):
         collapsed = rng.lognormal(0.0, 0.4, 50)[:, None] <= INTENSITY
-        drawn = fit_fragility(INTENSITY, resample(np.arange(50), 200, seed=trial) @ collapsed, 50.0).median
+        drawn = fit_fragility(
+            INTENSITY, resample(np.arange(50), 200, seed=trial) @ collapsed, 50.0
+        ).median
         low, high = np.quantile(drawn, [0.025, 0.975])
         inside += low <= 1.0 <= high
-    assert 0.88 * 200 <= inside <= 200  # 95 % less three standard deviations and the bootstrap's own bias
+    assert (
+        0.88 * 200 <= inside <= 200
+    )  # 95 % less three standard deviations and the bootstrap's own bias
 
 
 # --- proportions ------------------------------------------------------------------------------------------------------
@@ -148,7 +166,9 @@ def test_the_effective_count_is_kish_s_between_the_groups_and_the_trials():
     groups = np.repeat(np.arange(3), 4)
     mixed = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0, 0, 1, 0], dtype=bool)
     p, share = mixed.mean(), mixed.reshape(3, 4).mean(axis=1)
-    exact = p * (1 - p) / (share.var() / 2)  # the exact variance over bootstraps, times g/(g - 1) as it is too small
+    exact = (
+        p * (1 - p) / (share.var() / 2)
+    )  # the exact variance over bootstraps, times g/(g - 1) as it is too small
     assert effective_count(mixed, groups, 20000, 1) == pytest.approx(exact, rel=0.05)
     alike, opposite = np.repeat([True, False, False], 4), np.tile([True, False], 6)
     edges = np.stack([alike, opposite, np.zeros(12, bool), np.ones(12, bool)], axis=1)

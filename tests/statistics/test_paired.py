@@ -28,7 +28,9 @@ def histories():
     )
 
 
-def test_the_statistics_are_the_sums_over_pairs_that_stand_in_each_band_and_over_outcomes(histories):
+def test_the_statistics_are_the_sums_over_pairs_that_stand_in_each_band_and_over_outcomes(
+    histories,
+):
     found = compare_pairs(histories, resample(STATION, 20, 1), BANDS)
     reference, peak = histories["reference_peak"], histories["peak"]
     fell, falls = reference > 1, peak > 1
@@ -44,9 +46,13 @@ def test_the_statistics_are_the_sums_over_pairs_that_stand_in_each_band_and_over
             "pairs": logarithm.count(HISTORIES),
         }
         for name, values in expected.items():
-            np.testing.assert_allclose(found[name].isel(band=band), values.transpose("restitution", "damper"), 1e-12)
+            np.testing.assert_allclose(
+                found[name].isel(band=band), values.transpose("restitution", "damper"), 1e-12
+            )
         high = found["log_error_90"].isel(band=band).transpose("damper", "restitution")
-        np.testing.assert_allclose((size <= high).sum(HISTORIES), 0.9 * inside.sum(HISTORIES), atol=1)
+        np.testing.assert_allclose(
+            (size <= high).sum(HISTORIES), 0.9 * inside.sum(HISTORIES), atol=1
+        )
     for name, wrong, ran in (("missed", fell & ~falls, fell), ("added", ~fell & falls, ~fell)):
         expected = (wrong.sum(HISTORIES) / ran.sum(HISTORIES)).transpose("restitution", "damper")
         np.testing.assert_allclose(found[f"{name}_collapse_rate"], expected, rtol=1e-12)
@@ -61,7 +67,9 @@ def test_what_the_alternative_did_not_run_counts_nowhere(histories):
 
 def test_what_is_twice_restitution_has_the_ratio_two_without_doubt(histories):
     both = {"peak": 2 * histories["reference_peak"], "collapsed": histories["reference_collapsed"]}
-    twice = histories.isel(damper=[0]).assign({name: value.expand_dims("damper", -1) for name, value in both.items()})
+    twice = histories.isel(damper=[0]).assign(
+        {name: value.expand_dims("damper", -1) for name, value in both.items()}
+    )
     found = compare_pairs(twice, resample(STATION, 50, 1), BANDS[:1])
     for name, value in (("median_ratio", 2.0), ("log_error", np.log(2))):
         np.testing.assert_allclose(found[f"{name}_interval"], value, rtol=1e-12)
@@ -74,4 +82,6 @@ def test_a_ratio_of_medians_is_that_of_two_fits_and_its_interval_is_narrower_tha
     fitted = compare_fragilities(intensity, counts, 1, weights, (..., slice(0, 1)))
     one, other = (fit_fragility(intensity, counts[:, i].sum(axis=0), 24).median for i in (0, 1))
     np.testing.assert_allclose(fitted["median_intensity_ratio"], [1.0, other / one])
-    assert np.ptp(fitted["median_intensity_ratio_interval"][1]) < 0.3 * np.ptp(fitted["median_interval"][1])
+    assert np.ptp(fitted["median_intensity_ratio_interval"][1]) < 0.3 * np.ptp(
+        fitted["median_interval"][1]
+    )

@@ -23,10 +23,17 @@ BUILT = [path for path in PLACES if path.exists()]
 @pytest.fixture
 def complaints():
     """Errors of the checker; its warnings ask for a history, which would hold the time of the build."""
-    pytest.importorskip("compliance_checker", reason="compliance-checker is absent: `make peers` installs it")
+    pytest.importorskip(
+        "compliance_checker", reason="compliance-checker is absent: `make peers` installs it"
+    )
 
     def errors(paths):
-        command = [Path(sys.executable).with_name("compliance-checker"), "--test=cf:1.11", "--criteria=lenient", *paths]
+        command = [
+            Path(sys.executable).with_name("compliance-checker"),
+            "--test=cf:1.11",
+            "--criteria=lenient",
+            *paths,
+        ]
         run = subprocess.run(command, capture_output=True, text=True)
         return "" if run.returncode == 0 else run.stdout + run.stderr
 
@@ -42,9 +49,32 @@ def test_what_the_command_line_writes_has_no_error(complaints, tmp_path):
     paths = []
     for kind in ("decay", "respond"):
         paths.append(tmp_path / f"{kind}.nc")
-        shape = ["--a1", "0.04", "--b1", "0.85", "--damping-model", "CDR", "--damping-ratio", "0.05"]
-        wall = ["--record", ROOT / "data/sin-03-00-synthetic.csv", "--thickness", "0.1", "--height", "2.7"]
-        command = [sys.executable, "-m", "rockdamp", kind, *shape, *(wall if kind == "respond" else [])]
+        shape = [
+            "--a1",
+            "0.04",
+            "--b1",
+            "0.85",
+            "--damping-model",
+            "CDR",
+            "--damping-ratio",
+            "0.05",
+        ]
+        wall = [
+            "--record",
+            ROOT / "data/sin-03-00-synthetic.csv",
+            "--thickness",
+            "0.1",
+            "--height",
+            "2.7",
+        ]
+        command = [
+            sys.executable,
+            "-m",
+            "rockdamp",
+            kind,
+            *shape,
+            *(wall if kind == "respond" else []),
+        ]
         subprocess.run([*command, "--output", paths[-1]], check=True, capture_output=True)
     assert complaints(paths) == ""
 

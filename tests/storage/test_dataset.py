@@ -15,8 +15,15 @@ from rockdamp.storage import dataset
 @pytest.fixture
 def orders():
     dims = ("scheme", "excitation", "damping_model")
-    coords = {"scheme": ["newmark"], "excitation": ["free", "forced"], "damping_model": ["CR", "ECD"]}
-    orders = {name: (dims, np.full((1, 2, 2), 2.0)) for name in ("convergence_order", "finest_convergence_order")}
+    coords = {
+        "scheme": ["newmark"],
+        "excitation": ["free", "forced"],
+        "damping_model": ["CR", "ECD"],
+    }
+    orders = {
+        name: (dims, np.full((1, 2, 2), 2.0))
+        for name in ("convergence_order", "finest_convergence_order")
+    }
     errors = {"solver_error": ((*dims, "step"), np.arange(8.0).reshape(1, 2, 2, 2))}
     return xr.Dataset(errors | orders, coords | {"step": [1, 2.0]})
 
@@ -27,17 +34,26 @@ def write(data, path):
 
 def test_an_interval_without_an_entry_is_described_by_its_variable():
     variables = dataset.variables("comparison")
-    assert variables["log_error_interval"] == {"units": "1", "long_name": "95 % bootstrap interval of log_error"}
+    assert variables["log_error_interval"] == {
+        "units": "1",
+        "long_name": "95 % bootstrap interval of log_error",
+    }
 
 
 def test_a_name_has_one_unit_in_every_dataset():
     units = {name: entry["units"] for name, entry in dataset.glossary()["names"].items()}
     for kind in dataset.glossary()["datasets"]:
         variables = dataset.variables(kind)
-        assert [name for name, entry in variables.items() if entry["units"] != units.get(name, entry["units"])] == []
+        assert [
+            name
+            for name, entry in variables.items()
+            if entry["units"] != units.get(name, entry["units"])
+        ] == []
 
 
-def test_a_dataset_comes_back_with_units_names_and_its_origin_and_two_writes_are_the_same_bytes(orders, tmp_path):
+def test_a_dataset_comes_back_with_units_names_and_its_origin_and_two_writes_are_the_same_bytes(
+    orders, tmp_path
+):
     for name in ("a.nc", "b.nc"):
         write(orders, tmp_path / name)
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
@@ -46,8 +62,14 @@ def test_a_dataset_comes_back_with_units_names_and_its_origin_and_two_writes_are
     for name, variable in back.variables.items():
         assert variable.attrs["units"] and variable.attrs["long_name"], name
         assert "_FillValue" not in variable.attrs
-        assert name in back.data_vars or "_FillValue" not in variable.encoding or variable.dtype.kind in "US"
-    assert {"title", "source", "references", "Conventions", "config", "code_version"} <= set(back.attrs)
+        assert (
+            name in back.data_vars
+            or "_FillValue" not in variable.encoding
+            or variable.dtype.kind in "US"
+        )
+    assert {"title", "source", "references", "Conventions", "config", "code_version"} <= set(
+        back.attrs
+    )
     assert json.loads(back.attrs["config"]) == {"seed": 1}
 
 
@@ -69,7 +91,9 @@ def test_what_the_glossary_does_not_know_is_not_written(orders, tmp_path):
         (np.arange(5), np.arange(5)),
     ],
 )
-def test_sel_finds_the_values_that_are_printed_and_geometric_grids_keep_their_bits(grid, stored, orders, tmp_path):
+def test_sel_finds_the_values_that_are_printed_and_geometric_grids_keep_their_bits(
+    grid, stored, orders, tmp_path
+):
     write(orders.isel(step=[0] * len(grid)).assign_coords(step=grid), tmp_path / "convergence.nc")
     back = dataset.read(tmp_path / "convergence.nc")
     np.testing.assert_array_equal(back["step"], stored)
@@ -110,5 +134,11 @@ def test_large_variables_are_compressed_but_the_long_histories_of_the_decays(ord
     dataset.write(decays, tmp_path / "decay.nc", "decay", config={}, code_version="0+0")
     write(orders.isel(step=[0]).sel(step=np.ones(many.size)), tmp_path / "convergence.nc")
     for name, compressed in (("displacement", False), ("solver_error", True)):
-        stored = dataset.read(tmp_path / ("convergence.nc" if compressed else "decay.nc"))[name].encoding
-        assert [stored[kind] for kind in ("zlib", "shuffle", "fletcher32")] == [compressed, compressed, True]
+        stored = dataset.read(tmp_path / ("convergence.nc" if compressed else "decay.nc"))[
+            name
+        ].encoding
+        assert [stored[kind] for kind in ("zlib", "shuffle", "fletcher32")] == [
+            compressed,
+            compressed,
+            True,
+        ]

@@ -18,7 +18,9 @@ DIMS = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "dam
 
 def configure(replicates=50, seed=4, bands=(0.01, 0.1, 0.5, 1.0)):
     config = configured({"comparison": {"bands": list(bands)}})
-    bootstrap = Bootstrap.model_construct(replicates=replicates, seed=seed)  # of one replicate too, which no file may
+    bootstrap = Bootstrap.model_construct(
+        replicates=replicates, seed=seed
+    )  # of one replicate too, which no file may
     return changed(config, {"comparison.bootstrap": bootstrap})
 
 
@@ -52,13 +54,20 @@ def histories(peak, station, velocity_ratio, varied=None, collapsed=None, **coor
 
 def proportional(ratio):
     """Of 40 records; the dampers' peaks are those of CR times `ratio`."""
-    scale, capacity = np.geomspace(0.2, 5.0, 12), np.random.default_rng(5).lognormal(0.0, 0.4, (40, 1, 2, 2))
+    scale, capacity = (
+        np.geomspace(0.2, 5.0, 12),
+        np.random.default_rng(5).lognormal(0.0, 0.4, (40, 1, 2, 2)),
+    )
     cr = 0.6 * scale[:, None, None] / capacity
     factor = np.array([1.0] + [ratio] * len(VISCOUS_MODELS))
-    return histories(cr[..., None, None] * factor[:, None] * np.ones(3), [f"s{i // 2}" for i in range(40)], scale)
+    return histories(
+        cr[..., None, None] * factor[:, None] * np.ones(3), [f"s{i // 2}" for i in range(40)], scale
+    )
 
 
-STATION = [f"s{station}" for station in range(12) for _ in range(1 + station % 3)]  # of one, two and three components
+STATION = [
+    f"s{station}" for station in range(12) for _ in range(1 + station % 3)
+]  # of one, two and three components
 
 
 def scattered():
@@ -68,7 +77,9 @@ def scattered():
     cr = 0.6 * scale[:, None, None] / rng.lognormal(0.0, 0.4, (len(STATION), 1, 2, 2))
     scatter = np.arange(len(MODELS))[:, None] * 0.10 * np.array([1.0, 1.1, 1.2])
     common = rng.normal(size=(len(STATION), 1, 1, 1, 1, 1))
-    peaks = cr[..., None, None] * np.exp(scatter * (0.3 * common + rng.normal(size=(*shape, len(MODELS), 3))))
+    peaks = cr[..., None, None] * np.exp(
+        scatter * (0.3 * common + rng.normal(size=(*shape, len(MODELS), 3)))
+    )
     varied = cr[..., None] * np.exp(0.05 * rng.normal(size=(*shape, len(VARIATIONS))))
     return histories(peaks, STATION, scale, varied)
 
@@ -83,8 +94,12 @@ def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it():
     # The scales are stripes, so the median moves by the ratio only as far as the fit sees between them.
     np.testing.assert_allclose(dampers["median_intensity_ratio"], 1 / 0.9, rtol=0.03)
     low, high = dampers["median_intensity_ratio_interval"].transpose("bound", ...)
-    assert (low <= dampers["median_intensity_ratio"]).all() and (dampers["median_intensity_ratio"] <= high).all()
-    assert (dampers["added_collapse_rate"] == 0).all() and (dampers["missed_collapse_rate"] > 0).all()
+    assert (low <= dampers["median_intensity_ratio"]).all() and (
+        dampers["median_intensity_ratio"] <= high
+    ).all()
+    assert (dampers["added_collapse_rate"] == 0).all() and (
+        dampers["missed_collapse_rate"] > 0
+    ).all()
 
 
 def test_each_source_is_compared_on_the_walls_that_have_a_ratio_from_it():
@@ -125,7 +140,11 @@ def test_rates_of_a_source_count_the_histories_that_it_ran():
     }
     made = xr.Dataset({name: (DIMS[:3], values) for name, values in stored.items()})
     found = compare_pairs(made, np.ones((3, 2)), [(0.0, np.inf)])
-    assert (found["missed_collapse_rate"], found["added_collapse_rate"], found["pairs"]) == (1.0, 0.0, 1)
+    assert (found["missed_collapse_rate"], found["added_collapse_rate"], found["pairs"]) == (
+        1.0,
+        0.0,
+        1,
+    )
 
 
 # --- counted by hand -------------------------------------------------------------------------------------------------
@@ -142,28 +161,37 @@ def compare_few(peak, collapsed=None, scale=(1.0,)):
     stations = [f"s{i}" for i in range(len(peaks))]
     made = histories(peaks, stations, list(scale), peaks[..., 0, :], ended, **names)
     found = compare_dampers(configure(60, bands=(0.1, 0.2, 0.4)), made)
-    return made, found.squeeze(["wall", "restitution", "damping_ratio_source"]).sel(damping_model="CDR")
+    return made, found.squeeze(["wall", "restitution", "damping_ratio_source"]).sel(
+        damping_model="CDR"
+    )
 
 
 def test_missed_collapses_are_of_the_collapses_and_added_ones_of_the_survivals():
     """CR collapses in four of ten histories. The damper survives one of the four, and collapses in two of the six."""
     cr, damper = [1, 1, 1, 1, 0, 0, 0, 0, 0, 0], [1, 1, 1, 0, 1, 1, 0, 0, 0, 0]
     _, found = compare_few(np.full((10, 1, 2), 0.15), np.stack([cr, damper], axis=-1)[:, None])
-    assert float(found["missed_collapse_rate"]) == 1 / 4 and float(found["added_collapse_rate"]) == 2 / 6
+    assert (
+        float(found["missed_collapse_rate"]) == 1 / 4
+        and float(found["added_collapse_rate"]) == 2 / 6
+    )
     assert int(found["pairs"].isel(band=0)) == 4
 
 
 def test_a_peak_at_the_edge_of_two_bands_is_in_the_upper_one_and_one_at_the_last_edge_in_none():
     cr = np.array([0.0999, 0.1, 0.2, 0.3, 0.4])
     _, found = compare_few(np.stack([cr, cr * [7, 2, 3, 3, 7]], axis=-1)[:, None])
-    assert found["band_start"].values.tolist() == [0.1, 0.1, 0.2] and found["band_end"].values.tolist() == [
+    assert found["band_start"].values.tolist() == [0.1, 0.1, 0.2] and found[
+        "band_end"
+    ].values.tolist() == [
         0.4,
         0.2,
         0.4,
     ]
     assert found["pairs"].values.tolist() == [3, 1, 2]
     np.testing.assert_allclose(found["median_ratio"], [3, 2, 3])
-    np.testing.assert_allclose(found["log_error"], np.sqrt([np.mean(np.log([2, 3, 3]) ** 2), *np.log([2, 3]) ** 2]))
+    np.testing.assert_allclose(
+        found["log_error"], np.sqrt([np.mean(np.log([2, 3, 3]) ** 2), *np.log([2, 3]) ** 2])
+    )
 
 
 def test_a_damper_that_collapses_with_restitution_has_a_median_of_ratio_one_without_doubt():
@@ -179,7 +207,13 @@ def test_a_history_of_cr_counts_once_however_many_sources_of_a_ratio_there_are()
     """CR, which no step settles, and CDR with two ratios: two of three histories are converged."""
     one, _ = compare_few(np.full((4, 1, 2), 0.15))
     other = one.assign_coords(damping_ratio_source=["closed form"])
-    made = xr.concat([one, other], "damping_ratio_source", data_vars="minimal", coords="minimal", compat="override")
+    made = xr.concat(
+        [one, other],
+        "damping_ratio_source",
+        data_vars="minimal",
+        coords="minimal",
+        compat="override",
+    )
     made["converged"] = xr.ones_like(made["collapsed"]).where(made["damping_model"] != "CR", 0)
     assert float(compare_dampers(configure(), made)["converged_share"]) == pytest.approx(2 / 3)
 
@@ -198,9 +232,13 @@ def test_each_replicate_is_the_study_of_the_records_that_it_draws():
         statistic = again[str(key).removesuffix("_interval")]
         for bound in ("lower", "upper"):
             replicate = found[key].sel(bound=bound).transpose(*statistic.dims)
-            np.testing.assert_allclose(replicate, statistic, rtol=1e-9, atol=1e-12, err_msg=str(key))
+            np.testing.assert_allclose(
+                replicate, statistic, rtol=1e-9, atol=1e-12, err_msg=str(key)
+            )
         whole = found[statistic.name].values
-        judged += int(np.isfinite(whole).any() and not np.array_equal(whole, statistic.values, equal_nan=True))
+        judged += int(
+            np.isfinite(whole).any() and not np.array_equal(whole, statistic.values, equal_nan=True)
+        )
     assert judged >= 3
 
 
@@ -212,11 +250,23 @@ def test_the_excess_is_the_difference_of_errors_over_the_histories_that_survive_
         cr = at.sel(damping_model="CR").isel(damping_ratio_source=0)
         least = at.sel(damping_model=MODELS[1], damping_ratio_source="polynomial")
         other = at.sel(damping_model=MODELS[3], damping_ratio_source="least error")
-        both = (cr["collapsed"] + least["collapsed"] + other["collapsed"] == 0) & (cr["peak"] >= 0.01)
-        errors = [float(np.sqrt((np.log(one["peak"] / cr["peak"]) ** 2).where(both).mean())) for one in (least, other)]
-        excess = found.sel(restitution=e, damping_model=MODELS[3], damping_ratio_source="least error")
+        both = (cr["collapsed"] + least["collapsed"] + other["collapsed"] == 0) & (
+            cr["peak"] >= 0.01
+        )
+        errors = [
+            float(np.sqrt((np.log(one["peak"] / cr["peak"]) ** 2).where(both).mean()))
+            for one in (least, other)
+        ]
+        excess = found.sel(
+            restitution=e, damping_model=MODELS[3], damping_ratio_source="least error"
+        )
         assert float(excess) == pytest.approx(errors[1] - errors[0], rel=1e-12)
-        assert float(found.sel(restitution=e, damping_model=MODELS[1], damping_ratio_source="polynomial")) == 0.0
+        assert (
+            float(
+                found.sel(restitution=e, damping_model=MODELS[1], damping_ratio_source="polynomial")
+            )
+            == 0.0
+        )
 
 
 def test_an_error_that_is_larger_in_every_history_is_certain_however_much_both_scatter():
@@ -224,9 +274,15 @@ def test_an_error_that_is_larger_in_every_history_is_certain_however_much_both_s
     study = scattered()
     cr, first = study["peak"].sel(damping_model="CR"), study["peak"].isel(damping_model=2)
     peaks = xr.where(study["damping_model"] == MODELS[1], first, study["peak"])
-    peaks = xr.where(study["damping_model"] == MODELS[2], cr * (first / cr) ** 1.1, peaks).transpose(*DIMS)
+    peaks = xr.where(
+        study["damping_model"] == MODELS[2], cr * (first / cr) ** 1.1, peaks
+    ).transpose(*DIMS)
     study = study.assign(peak=peaks, collapsed=(peaks > 1).astype(np.int8))
-    found = compare_dampers(configure(200), study).sel(damping_ratio_source="polynomial", restitution=0.8)
-    one, other = (found["log_error_interval"].isel(band=0).sel(damping_model=model) for model in MODELS[1:3])
+    found = compare_dampers(configure(200), study).sel(
+        damping_ratio_source="polynomial", restitution=0.8
+    )
+    one, other = (
+        found["log_error_interval"].isel(band=0).sel(damping_model=model) for model in MODELS[1:3]
+    )
     assert float(one.sel(bound="upper")) > float(other.sel(bound="lower"))
     assert float(found["excess_interval"].sel(damping_model=MODELS[2], bound="lower")) > 0

@@ -14,7 +14,11 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history
 from rockdamp.studies.convergence import convergence, draw, fitted_order, run_ensemble
 
-SAMPLE, SAMPLES, LANES = 0.2, 33, 32  # in tau; the histories are compared at the samples of the load
+SAMPLE, SAMPLES, LANES = (
+    0.2,
+    33,
+    32,
+)  # in tau; the histories are compared at the samples of the load
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +32,9 @@ def exact(ensemble):
 
     def solve(model, excitation, lane):
         e = ensemble.restitution[lane]
-        damping = Damping(model, e if model == "CR" else float(Damping.from_restitution(e, "ECD").value))
+        damping = Damping(
+            model, e if model == "CR" else float(Damping.from_restitution(e, "ECD").value)
+        )
         load = {"load": ensemble.ground * ensemble.load_factor[lane], "sampling": SAMPLE}
         return exact_history(
             ensemble.curve.map(lambda parameter: parameter[lane]),
@@ -38,16 +44,22 @@ def exact(ensemble):
             **(load if excitation == "forced" else {}),
         ).displacement
 
-    return lambda model, excitation: np.array([solve(model, excitation, lane) for lane in range(LANES)])
+    return lambda model, excitation: np.array(
+        [solve(model, excitation, lane) for lane in range(LANES)]
+    )
 
 
 @pytest.mark.parametrize("excitation", ["free", "forced"])
 @pytest.mark.parametrize("model", MODELS)
-def test_both_schemes_tend_to_the_event_driven_solution_at_the_order_of_the_theory(ensemble, exact, model, excitation):
+def test_both_schemes_tend_to_the_event_driven_solution_at_the_order_of_the_theory(
+    ensemble, exact, model, excitation
+):
     reference, errors = exact(model, excitation), {}
     # The printed scheme's first-order part is small for slight damping and shows at fine steps alone.
     for scheme, substeps in (("newmark", 2 ** np.arange(3, 12)), ("paper", 2 ** np.arange(8, 14))):
-        found = [run_ensemble(ensemble, model, excitation, scheme, SAMPLE, int(k)) for k in substeps]
+        found = [
+            run_ensemble(ensemble, model, excitation, scheme, SAMPLE, int(k)) for k in substeps
+        ]
         errors[scheme] = np.sqrt(np.mean((np.array(found) - reference) ** 2, axis=-1))
         expected = 2 if scheme == "newmark" or model == "CDC" else 1
         if model != "BAND" or scheme == "newmark":

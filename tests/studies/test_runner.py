@@ -12,7 +12,10 @@ from rockdamp.histories.loads import run_record
 from rockdamp.statistics.paired import NOT_RUN
 from rockdamp.studies.runner import Case, compare, run, unstack, use
 
-CURVE, LAW = rd.TrilinearCurve(0.04, 0.85), rd.Damping("CR", 0.85, loss_exponent=0.26, reference_amplitude=0.1)
+CURVE, LAW = (
+    rd.TrilinearCurve(0.04, 0.85),
+    rd.Damping("CR", 0.85, loss_exponent=0.26, reference_amplitude=0.1),
+)
 WALLS = {
     "thin": (rd.Wall(0.15, 3.0), CURVE),
     "thick": (rd.Wall(0.35, 3.0, overburden_ratio=1.0), rd.TrilinearCurve(0.06, 0.72)),
@@ -33,7 +36,12 @@ CASES = [
     Case("law", use(LAW), 0.05, "constant e"),
     Case("softer", soften, 0.05, "constant e"),
     Case("band", use(rd.Damping.from_restitution(0.85)), 0.025, "constant e"),
-    Case("no ground", use(LAW), 0.05, motion=lambda motion, parapet: replace_ground(motion.record, 1e-9)),
+    Case(
+        "no ground",
+        use(LAW),
+        0.05,
+        motion=lambda motion, parapet: replace_ground(motion.record, 1e-9),
+    ),
     Case("end of step", use(rd.Damping("CR", 0.85)), 0.05, scheme="paper"),
 ]
 
@@ -62,7 +70,9 @@ def test_a_case_is_each_wall_run_alone_with_its_own_damper_step_and_scheme(motio
             if setup is None:
                 assert (one["collapsed"] == NOT_RUN).all() and one["peak"].isnull().all()
                 continue
-            factor = (RATIO * wall.velocity_scale / pgv)[:, None] * (1e-9 if case.name == "no ground" else 1.0)
+            factor = (RATIO * wall.velocity_scale / pgv)[:, None] * (
+                1e-9 if case.name == "no ground" else 1.0
+            )
             alone = run_record(record, *setup, factor, step=case.step, tail=1.0, scheme=case.scheme)
             np.testing.assert_allclose(one["peak"], alone.peak[:, 0], rtol=1e-9)
             np.testing.assert_array_equal(one["collapsed"], alone.collapsed[:, 0])
@@ -76,11 +86,20 @@ def test_a_comparison_is_of_the_histories_of_a_case_and_of_its_reference(histori
     for name in ("law", "softer"):
         one, whole = histories.sel(case=name), compared.sel(case=name, wall="all")
         ran = (one["collapsed"] != NOT_RUN) & (reference["collapsed"] == 0)
-        assert float(whole["added_collapse_rate"]) == pytest.approx(float((one["collapsed"] == 1).where(ran).mean()))
+        assert float(whole["added_collapse_rate"]) == pytest.approx(
+            float((one["collapsed"] == 1).where(ran).mean())
+        )
         for band, (low, high) in enumerate([(0.01, 0.1), (0.1, 1.0)]):
-            inside = (one["collapsed"] == 0) & ran & (reference["peak"] >= low) & (reference["peak"] < high)
+            inside = (
+                (one["collapsed"] == 0)
+                & ran
+                & (reference["peak"] >= low)
+                & (reference["peak"] < high)
+            )
             logarithm = np.log(one["peak"] / reference["peak"]).where(inside)
-            assert float(whole["median_ratio"][band]) == pytest.approx(np.exp(float(logarithm.median())))
+            assert float(whole["median_ratio"][band]) == pytest.approx(
+                np.exp(float(logarithm.median()))
+            )
             assert int(whole["pairs"][band]) == int(inside.sum())
     assert compared["median_ratio"].sel(case="softer", wall="parapet").isnull().all()
 
@@ -104,10 +123,16 @@ def test_a_case_that_collapses_one_intensity_earlier_has_the_ratio_of_that_step(
     ).astype({"peak": float, "collapsed": np.int8})
     found = compare(histories, COMPARISON).sel(case="other", wall="all")
     assert float(found["median_intensity_ratio"]) == pytest.approx(scale[0] / scale[1], rel=0.05)
-    np.testing.assert_allclose(found["median_intensity_ratio_interval"], found["median_intensity_ratio"])
+    np.testing.assert_allclose(
+        found["median_intensity_ratio_interval"], found["median_intensity_ratio"]
+    )
 
 
 def test_cases_of_two_parameters_become_a_grid_whose_last_parameter_varies_fastest():
     cases = xr.Dataset({"value": ("case", np.arange(6))}, coords={"case": list("abcdef")})
     grid = unstack(cases, first=["b", "a"], second=[0.1, 0.3, 0.5])["value"]
-    assert grid["first"].values.tolist() == ["b", "a"] and grid.sel(first="a").values.tolist() == [3, 4, 5]
+    assert grid["first"].values.tolist() == ["b", "a"] and grid.sel(first="a").values.tolist() == [
+        3,
+        4,
+        5,
+    ]

@@ -60,7 +60,9 @@ def test_the_peak_of_the_tri_linear_wall(small, curves):
     cell = curves.sel(force_curve="tri-linear").isel(record=0, velocity_ratio=0)
     damping = Damping("CR", small.damping_force.restitution)
     ratio = float(curves["velocity_ratio"][0])
-    exact = find_exact_peak(small.wall.make(), small.curve.make(), damping, ratio, small.bilinear.tail)
+    exact = find_exact_peak(
+        small.wall.make(), small.curve.make(), damping, ratio, small.bilinear.tail
+    )
     assert int(cell["collapsed"]) == 0 and float(cell["peak"]) == pytest.approx(exact, rel=0.02)
 
 
@@ -71,19 +73,27 @@ def test_the_peak_of_a_case_with_a_constant_e_and_with_a_loss_law(small, case):
     found = run([some], [load_record(RECORD)], {"thin": (wall, curve)}, np.array([ratio]), tail=0.5)
     damping = some.setup(wall, curve)[2]
     assert (float(damping.loss_exponent) > 0) == (case > 0)
-    assert float(found["peak"].squeeze()) == pytest.approx(find_exact_peak(wall, curve, damping, ratio, 0.5), rel=5e-3)
+    assert float(found["peak"].squeeze()) == pytest.approx(
+        find_exact_peak(wall, curve, damping, ratio, 0.5), rel=5e-3
+    )
 
 
 def test_the_response_to_the_shipped_record():
     record = read_record(ROOT / "data/sin-03-00-synthetic.csv")
     curve, damping = TrilinearCurve(0.03, 0.80), Damping("CR", 0.835)
     load = sample_load(make_load(WALL, record, substeps=64))
-    exact = exact_history(curve, damping, float(WALL.frequency_parameter) * record.elapsed, **load).displacement
-    runs = [respond(WALL, curve, damping, record, step=step)["displacement"] for step in (0.0025, 0.01)]
+    exact = exact_history(
+        curve, damping, float(WALL.frequency_parameter) * record.elapsed, **load
+    ).displacement
+    runs = [
+        respond(WALL, curve, damping, record, step=step)["displacement"] for step in (0.0025, 0.01)
+    ]
     error, coarser = (float(np.abs(found - exact).max()) for found in runs)
     # Second order, erratic in a single history: a quarter of the step takes off the better part of the error.
     assert error < 0.5 * coarser and error < 1e-3 * np.abs(exact).max()
-    straight = Record(record.elapsed, record.ground_acceleration)  # without a response it is no spline
+    straight = Record(
+        record.elapsed, record.ground_acceleration
+    )  # without a response it is no spline
     peaks = [float(respond(WALL, curve, damping, motion)["peak"]) for motion in (record, straight)]
     assert 1e-3 < 1 - peaks[1] / peaks[0] < 5e-3
 
@@ -93,7 +103,9 @@ def test_the_nearly_rigid_history(paper):
     found = damping_force(paper)["rocking_displacement"].sel(rocking_model="tri-linear")
     rigid = paper.damping_force.rigid
     release = {"release_amplitude": rigid.release_amplitude}
-    exact = exact_history(rigid.curve, Damping("CR", rigid.restitution), found["tau"].values, **release)
+    exact = exact_history(
+        rigid.curve, Damping("CR", rigid.restitution), found["tau"].values, **release
+    )
     error = float(np.abs(found.values - exact.displacement).max())
     assert error == pytest.approx(1e-5, rel=0.5)
 
@@ -111,7 +123,9 @@ def test_both_curves_are_run_under_the_same_records(curves):
     assert float(low.sel(force_curve="bi-linear")) < float(low.sel(force_curve="tri-linear"))
 
 
-def test_the_law_is_compared_with_the_constant_e_and_collapses_earlier_where_e_is_of_a_small_amplitude(small):
+def test_the_law_is_compared_with_the_constant_e_and_collapses_earlier_where_e_is_of_a_small_amplitude(
+    small,
+):
     section = small.loss_law
     constant, *laws = cases(section)
     assert constant.reference == "" and {case.reference for case in laws} == {constant.name}
@@ -120,7 +134,10 @@ def test_the_law_is_compared_with_the_constant_e_and_collapses_earlier_where_e_i
     assert [(damping.loss_exponent, damping.reference_amplitude) for damping in dampings] == pairs
     found = loss_law(small)
     dataset.check(found, "loss_law")
-    assert found["wall"].values.tolist() == ["all", *(named.name for named in small.earthquakes.walls)]
+    assert found["wall"].values.tolist() == [
+        "all",
+        *(named.name for named in small.earthquakes.walls),
+    ]
     added = found["added_collapse_rate"].sel(wall="all")
     assert (added.isel(reference_amplitude=0) >= added.isel(reference_amplitude=-1)).all()
 
@@ -129,16 +146,26 @@ def test_curves_are_tabulated_on_the_bi_linear_law_or_below(config, paper):
     found = mechanism(config)
     assert (found["force"] <= found["force"].sel(curve_name="bi-linear") + 1e-12).all()
     severe = found.sel(curve_name="severe")
-    assert (float(severe["strength_ratio"]), float(severe["yield_displacement_ratio"])) == (0.5, 0.2)
-    stored, wall = mechanism(paper).sel(slenderness=10, hinge_height_ratio=0.5), Wall(0.4, 4.0, hinge_ratio=0.5)
+    assert (float(severe["strength_ratio"]), float(severe["yield_displacement_ratio"])) == (
+        0.5,
+        0.2,
+    )
+    stored, wall = (
+        mechanism(paper).sel(slenderness=10, hinge_height_ratio=0.5),
+        Wall(0.4, 4.0, hinge_ratio=0.5),
+    )
     for name in ("restitution_rigid", "restitution_impulsive"):
         assert float(stored[name]) == pytest.approx(float(getattr(wall, name)), rel=1e-14)
 
 
 @pytest.mark.parametrize("a1, b1, lower", [(0.04, 0.85, 0.85), (0.2, 0.75, 0.63)])
-def test_both_variants_of_fig_2_end_where_it_draws_them_on_a_plateau_that_leaves_them_room(a1, b1, lower):
+def test_both_variants_of_fig_2_end_where_it_draws_them_on_a_plateau_that_leaves_them_room(
+    a1, b1, lower
+):
     variants = make_variants(TrilinearCurve(a1, b1))
-    assert [float(variants[name].strength_ratio) for name in ("steeper", "translated")] == pytest.approx([b1, lower])
+    assert [
+        float(variants[name].strength_ratio) for name in ("steeper", "translated")
+    ] == pytest.approx([b1, lower])
     for curve in variants.values():
         assert float(curve.ultimate_displacement_ratio) == 0.93
         assert float(curve.yield_displacement_ratio) == a1 < float(curve.plateau_end)
@@ -148,8 +175,12 @@ def test_the_effective_mass_at_rest_is_that_of_two_bodies_and_tends_to_the_paper
     for r, h_t in ((0.5, 10.0), (0.7, 10.0), (0.6, 25.0)):
         wall = Wall(0.24, 0.24 * h_t, hinge_ratio=r)
         mass = float(wall.weight) / STANDARD_GRAVITY
-        assert effective_mass_ratio(r, h_t) == pytest.approx(2 * TwoBodies(wall).inertia(0.0) / mass, rel=1e-12)
-    assert effective_mass_ratio(0.5, 10.0) == pytest.approx(2 / 3 * 1.16, rel=1e-12)  # 16 % more, at h/t = 10
+        assert effective_mass_ratio(r, h_t) == pytest.approx(
+            2 * TwoBodies(wall).inertia(0.0) / mass, rel=1e-12
+        )
+    assert effective_mass_ratio(0.5, 10.0) == pytest.approx(
+        2 / 3 * 1.16, rel=1e-12
+    )  # 16 % more, at h/t = 10
     assert effective_mass_ratio(0.7, 1e6) == pytest.approx(2 / 3, rel=1e-9)
 
 
@@ -174,7 +205,11 @@ def test_loops_hold_the_force_of_each_damper_and_the_stiff_wall_rocks_like_a_rig
 
 def test_a_length_of_so_many_steps_takes_as_many_whatever_their_rounding():
     assert step_count(0.3, 0.1) == step_count(0.7, 0.1) - 4 == 3  # 0.3/0.1 is a little less than 3
-    assert all(step_count(count * step, step) == count for step in (0.0025, 0.01, 1 / 3) for count in range(1, 400))
+    assert all(
+        step_count(count * step, step) == count
+        for step in (0.0025, 0.01, 1 / 3)
+        for count in range(1, 400)
+    )
 
 
 @pytest.mark.parametrize("name", STUDIES)
@@ -182,9 +217,14 @@ def test_decay_peaks_follow_the_energy_of_each_impact(name, decays, config):
     """V(x_n) = e^{2n} V(x0): the third peak, to the second order of a step of 0.01."""
     study, data = config.study(name), decays[name]
     for i, j in np.ndindex(data["impacts"].shape):
-        curve, u = study.curve.map(lambda parameter, i=i: parameter[i]), np.abs(data["displacement"].values[i, j])
+        curve, u = (
+            study.curve.map(lambda parameter, i=i: parameter[i]),
+            np.abs(data["displacement"].values[i, j]),
+        )
         peaks = u[1:-1][(u[1:-1] >= u[:-2]) & (u[1:-1] > u[2:])]
-        expected = float(curve.energy(study.release_amplitude[i])) * float(data["restitution"][j]) ** 6
+        expected = (
+            float(curve.energy(study.release_amplitude[i])) * float(data["restitution"][j]) ** 6
+        )
         if peaks.size >= 3:
             assert float(curve.energy(peaks[2])) == pytest.approx(expected, rel=0.02)
 

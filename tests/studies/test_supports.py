@@ -40,7 +40,9 @@ def histories(config):
 
 
 def test_a_floor_whose_period_is_that_of_a_rigid_one_is_a_rigid_one(histories):
-    stiff, assumed = (histories["collapsed"].sel(case=name) for name in ("floor of 0.02 s", ASSUMED))
+    stiff, assumed = (
+        histories["collapsed"].sel(case=name) for name in ("floor of 0.02 s", ASSUMED)
+    )
     np.testing.assert_array_equal(stiff, assumed)
 
 
@@ -77,7 +79,13 @@ def test_another_component_with_another_step_is_refused():
 def test_an_overburden_that_keeps_its_side_changes_strength_and_capacity_alike(config):
     """By the part 2 O ecc/(h2 F0), either way."""
     wall = config.earthquakes.walls[0].wall
-    share = 2 * float(wall.overburden) * 0.2 * wall.thickness / float(wall.upper_height * wall.rigid_strength)
+    share = (
+        2
+        * float(wall.overburden)
+        * 0.2
+        * wall.thickness
+        / float(wall.upper_height * wall.rigid_strength)
+    )
     for to in (1, -1):
         assert supports.change_strength(wall, to * 0.2) == pytest.approx(1 + to * share, rel=1e-12)
         moved = replace(wall, eccentricity=to * 0.2 * wall.thickness)
@@ -88,14 +96,27 @@ def test_an_overburden_that_keeps_its_side_changes_strength_and_capacity_alike(c
 def test_the_comparison_finds_the_factor_that_made_the_collapses(config):
     """Capacities of records are lognormal by construction; in a case they are all larger by one factor."""
     ratio, levels, rng = 1.25, np.geomspace(0.25, 8.0, 25), np.random.default_rng(4)
-    references = {ASSUMED: "", MASS: ASSUMED, IMPULSIVE: ASSUMED, "floor of 0.4 s": ASSUMED, WEAKER: ""}
+    references = {
+        ASSUMED: "",
+        MASS: ASSUMED,
+        IMPULSIVE: ASSUMED,
+        "floor of 0.4 s": ASSUMED,
+        WEAKER: "",
+    }
     references |= {VERTICAL: ASSUMED, FIXED: WEAKER}
     capacity = np.exp(0.35 * rng.normal(size=(60, 1, 2)))
     collapsed = {name: (levels[:, None] >= capacity).astype(np.int8) for name in references}
     collapsed[MASS] = (levels[:, None] >= ratio * capacity).astype(np.int8)
-    collapsed[FIXED][..., 1] = collapsed[VERTICAL][30:] = NOT_RUN  # a parapet; records without another component
+    collapsed[FIXED][..., 1] = collapsed[VERTICAL][30:] = (
+        NOT_RUN  # a parapet; records without another component
+    )
     histories = xr.Dataset(
-        {"collapsed": (("case", "record", "velocity_ratio", "wall"), np.stack([*collapsed.values()]))},
+        {
+            "collapsed": (
+                ("case", "record", "velocity_ratio", "wall"),
+                np.stack([*collapsed.values()]),
+            )
+        },
         coords={
             "station": ("record", np.repeat(np.arange(30), 2)),
             "case": list(references),
@@ -112,9 +133,13 @@ def test_the_comparison_finds_the_factor_that_made_the_collapses(config):
     low, high = found["median_intensity_ratio_interval"].sel(assumption=MASS, wall="all").values
     assert low < float(median.sel(assumption=MASS, wall="all")) < high and high - low < 0.1
     fixed = median.sel(assumption=FIXED)
-    assert np.isnan(fixed.sel(wall="parapet")) and float(fixed.sel(wall="all")) == pytest.approx(1.0)
+    assert np.isnan(fixed.sel(wall="parapet")) and float(fixed.sel(wall="all")) == pytest.approx(
+        1.0
+    )
     assert found["stations"].sel(assumption=[MASS, VERTICAL]).values.tolist() == [30, 15]
-    assert found["diaphragm_period"].dropna("assumption").to_series().to_dict() == {"floor of 0.4 s": 0.4}
+    assert found["diaphragm_period"].dropna("assumption").to_series().to_dict() == {
+        "floor of 0.4 s": 0.4
+    }
 
 
 # --- without the package ----------------------------------------------------------------------------------------------
@@ -136,9 +161,14 @@ def marched(motions, levels, cases, substeps=2):
     unit = np.sqrt(2 / 3 * mass / strength * u_ins) * strength / mass  # p u_ins/lambda
     rigid, w, step = period == 0, 2 * np.pi / np.where(period == 0, 1.0, period), motions[0].step
     assert all(motion.step == step for motion in motions)
-    ground, other = np.zeros((2, len(motions), 1, max(motion.elapsed.size for motion in motions) + round(2 / step)))
+    ground, other = np.zeros(
+        (2, len(motions), 1, max(motion.elapsed.size for motion in motions) + round(2 / step))
+    )
     for row, motion in enumerate(motions):
-        a, beside = motion.ground_acceleration, motions[row ^ 1].ground_acceleration  # of the same station
+        a, beside = (
+            motion.ground_acceleration,
+            motions[row ^ 1].ground_acceleration,
+        )  # of the same station
         pgv = np.abs(np.cumsum((a[1:] + a[:-1]) / 2) * step).max()
         ground[row, 0, : a.size], other[row, 0, : beside.size] = a / pgv, beside / pgv
     scale = (levels * unit)[None, :]
@@ -149,7 +179,12 @@ def marched(motions, levels, cases, substeps=2):
         load = -mass * ((2 - r) / 3 * a + (1 + r) / 3 * top - np.where(rigid, 0.0, GRAVITY * y / h))
         side = np.where(u > 0, right, left)
         x = np.abs(u) / (side * u_ins)
-        pull = strength * side * np.sign(u) * np.minimum(np.minimum(b1 * x / a1, b1), np.maximum(1 - x, 0.0))
+        pull = (
+            strength
+            * side
+            * np.sign(u)
+            * np.minimum(np.minimum(b1 * x / a1, b1), np.maximum(1 - x, 0.0))
+        )
         pull = pull * np.maximum(1 + lift * up / GRAVITY, 0.0)
         return np.stack([v, (load - pull) / (2 / 3 * mass * heavier), rate, top - a])
 
@@ -158,7 +193,10 @@ def marched(motions, levels, cases, substeps=2):
     for index in range(ground.shape[-1] - 1):
         for part in range(substeps):
             at = (part + np.array([0.0, 0.5, 1.0]))[:, None, None] / substeps
-            a, up = (scale * (m[..., index] + (m[..., index + 1] - m[..., index]) * at) for m in (ground, other))
+            a, up = (
+                scale * (m[..., index] + (m[..., index + 1] - m[..., index]) * at)
+                for m in (ground, other)
+            )
             k1 = rates(state, a[0], up[0])
             k2 = rates(state + h_s / 2 * k1, a[1], up[1])
             k3 = rates(state + h_s / 2 * k2, a[1], up[1])
@@ -178,12 +216,17 @@ def test_collapses_are_those_of_an_integration_that_calls_nothing_of_the_package
     finer = {"velocity_ratio": GeometricGrid(start=0.5, stop=3.0, count=24)}
     finer |= {"step": 0.025, "diaphragm_period": [0.4, 1.0]}
     settings = config.supports.model_copy(update=finer)
-    quakes = config.earthquakes.model_copy(update={"walls": config.earthquakes.walls[:1], "tail": 2.0})
+    quakes = config.earthquakes.model_copy(
+        update={"walls": config.earthquakes.walls[:1], "tail": 2.0}
+    )
     small = config.model_copy(update={"supports": settings, "earthquakes": quakes})
     found = supports.histories(small)["collapsed"].sel(wall="loaded")
     q, r = 1 / 144, 0.6
     eq_7 = (r * (1 + r) - 3 * q) / (r * (1 + r) + 3 * q)
-    kept, turned = 1 / 3 + q / 12 * (1 / r + 1 / (1 - r)), q / 4 / r + (1 - r) * q * (1 / r + 1 / (2 * (1 - r))) ** 2
+    kept, turned = (
+        1 / 3 + q / 12 * (1 / r + 1 / (1 - r)),
+        q / 4 / r + (1 - r) * q * (1 / r + 1 / (2 * (1 - r))) ** 2,
+    )
     slab, e = q * (1 / r + 0.5 / (1 - r)) ** 2, 0.9 * eq_7
     heavier = 1 + slab / (kept + turned)
     eta = settings.eccentricity * 2 / 0.4 / (4 / 0.6 + 1 / 0.4)  # 2 O ecc/(h2 F0)
@@ -197,7 +240,9 @@ def test_collapses_are_those_of_an_integration_that_calls_nothing_of_the_package
         WEAKER: (e, 0.0, 1.0, 0.0, 1 - eta, 1 - eta),
         FIXED: (e, 0.0, 1.0, 0.0, 1 + eta, 1 - eta),
     }
-    motions = [catalogue.load_record(entry).record for entry in catalogue.record_names(config.records)]
+    motions = [
+        catalogue.load_record(entry).record for entry in catalogue.record_names(config.records)
+    ]
     expected = marched(motions, settings.velocity_ratio.values(), list(cases.values()))
     studied = found.sel(case=list(cases)).transpose("case", "record", "velocity_ratio").values
     differ = np.sum(studied[:, None] != expected[None], axis=(2, 3))

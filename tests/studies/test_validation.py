@@ -32,9 +32,17 @@ def equivalence():
     """Polynomials through the closed form: near the matched ones, and made in no time."""
     e, a1 = np.arange(0.70, 0.985, 0.01), [0.02, 0.04, 0.06]
     curves = [TrilinearCurve(one, 0.85) for one in a1]
-    ratios = [[damping_ratio_energy(curve, model, e, 0.5) for curve in curves] for model in VISCOUS_MODELS]
-    fits = np.polynomial.polynomial.polyfit(e, np.reshape(ratios, (-1, e.size)).T, 2).T.reshape(-1, 3, 3)
-    coords = {"damping_model": list(VISCOUS_MODELS), "yield_displacement_ratio": a1, "degree": [0, 1, 2]}
+    ratios = [
+        [damping_ratio_energy(curve, model, e, 0.5) for curve in curves] for model in VISCOUS_MODELS
+    ]
+    fits = np.polynomial.polynomial.polyfit(e, np.reshape(ratios, (-1, e.size)).T, 2).T.reshape(
+        -1, 3, 3
+    )
+    coords = {
+        "damping_model": list(VISCOUS_MODELS),
+        "yield_displacement_ratio": a1,
+        "degree": [0, 1, 2],
+    }
     return xr.Dataset({"coefficient": ([*coords], fits)}, coords={**coords, "restitution": e})
 
 
@@ -45,7 +53,9 @@ def record():
 
 @pytest.fixture(scope="module")
 def run(equivalence):
-    return lambda record, **estimate: validate(configured(), record, equivalence, calibrated(**estimate))
+    return lambda record, **estimate: validate(
+        configured(), record, equivalence, calibrated(**estimate)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -72,23 +82,33 @@ def test_the_model_that_made_a_record_fits_it(run):
     found = run(synthetic_record(noise=0)).sel(damping_model="CR")
     peak = float(found["measured_peak_displacement"])
     assert float(found["peak_ratio_to_measured"]) == pytest.approx(1, abs=2e-3)
-    assert float(found["decay_peak_misfit"]) < 5e-3 * peak and float(found["rms_misfit"]) < 5e-3 * peak
+    assert (
+        float(found["decay_peak_misfit"]) < 5e-3 * peak and float(found["rms_misfit"]) < 5e-3 * peak
+    )
     assert float(found["period_drift"]) == pytest.approx(0, abs=5e-3)
-    assert float(found["log_decrement"]) == pytest.approx(float(found["measured_log_decrement"]), rel=5e-3)
+    assert float(found["log_decrement"]) == pytest.approx(
+        float(found["measured_log_decrement"]), rel=5e-3
+    )
 
 
 def test_the_shipped_record_tells_the_models_apart_and_leaves_no_metric_undefined(result):
     assert result[METRICS].to_array().notnull().all()
-    peaks, ratios = (result[name].to_series() for name in ("peak_ratio_to_measured", "decay_peak_ratio"))
+    peaks, ratios = (
+        result[name].to_series() for name in ("peak_ratio_to_measured", "decay_peak_ratio")
+    )
     assert peaks["CR"] == pytest.approx(0.99, abs=0.02)
     assert peaks["SDR"] < peaks["CDR"] < peaks["CDC"] < peaks["CR"]
-    assert ratios["SDR"] < ratios["CDR"] < ratios["CR"] < ratios["CDC"]  # SDR damps small amplitudes most, CDC least
+    assert (
+        ratios["SDR"] < ratios["CDR"] < ratios["CR"] < ratios["CDC"]
+    )  # SDR damps small amplitudes most, CDC least
     assert result["decay_peak_misfit"].to_series().idxmin() == "CR"
 
 
 def test_misfits_are_those_of_the_stored_histories(result):
     # The motion passes 2 % of its peak at 1.07 s.
-    difference = (result["control_displacement"] - result["measured"]).sel(elapsed=slice(1.07, None))
+    difference = (result["control_displacement"] - result["measured"]).sel(
+        elapsed=slice(1.07, None)
+    )
     np.testing.assert_allclose(
         result["rms_misfit"], np.sqrt((difference**2).mean("elapsed")), rtol=0.02
     )  # from the rest
@@ -102,12 +122,16 @@ def test_the_decay_is_every_half_cycle_after_the_largest_peak(result):
     measured = np.abs(half_cycles(elapsed, result["measured"].values, 1.54e-3).peak)
     peaks = measured[np.argmax(measured) + 1 :]
     assert peaks.size == 7 and (result["matched_half_cycles"] == 7).all()
-    assert float(result["measured_log_decrement"]) == pytest.approx(np.log(peaks[0] / peaks[-1]) / 6, rel=1e-12)
+    assert float(result["measured_log_decrement"]) == pytest.approx(
+        np.log(peaks[0] / peaks[-1]) / 6, rel=1e-12
+    )
     one = result.sel(damping_model="CR")
     every = np.abs(half_cycles(elapsed, one["control_displacement"].values, 1e-3 * U_INS).peak)
     computed = every[np.argmax(every) + 1 :][:7]
     assert float(one["decay_peak_ratio"]) == pytest.approx(np.mean(computed / peaks), rel=1e-12)
-    assert float(one["decay_peak_misfit"]) == pytest.approx(np.sqrt(np.mean((computed - peaks) ** 2)), rel=1e-12)
+    assert float(one["decay_peak_misfit"]) == pytest.approx(
+        np.sqrt(np.mean((computed - peaks) ** 2)), rel=1e-12
+    )
 
 
 def test_the_sensors_zero_does_not_matter(record, run, result):
@@ -126,7 +150,10 @@ def test_a_decay_whose_half_cycles_last_longer_than_the_measured_has_a_drift_abo
         return 0.02 * np.sin(4 * np.pi * elapsed / slower) * 0.8 ** (2 * elapsed / slower)
 
     scalars = {"instability_displacement": U_INS, "collapsed": 0}
-    response = xr.Dataset({"control_displacement": ("elapsed", decay(stretch)), **scalars}, coords={"elapsed": elapsed})
+    response = xr.Dataset(
+        {"control_displacement": ("elapsed", decay(stretch)), **scalars},
+        coords={"elapsed": elapsed},
+    )
     measured = decay(1.0)
     found = compare(response, measured, half_cycles(elapsed, measured, 0.001)[slice(1, 9)], 0)
     assert float(found["period_drift"]) == pytest.approx(stretch - 1, abs=2e-4)
@@ -139,12 +166,18 @@ def test_a_model_that_collapses_says_so_and_has_no_misfit(record, run):
     assert (int(one["collapsed"]), int(one["matched_half_cycles"])) == (1, 0)
     assert float(one["peak_displacement"]) >= U_INS
     assert one[METRICS].to_array().isnull().all()
-    assert np.isnan(one["control_displacement"][-1]) and not np.isnan(one["control_displacement"][0])
+    assert np.isnan(one["control_displacement"][-1]) and not np.isnan(
+        one["control_displacement"][0]
+    )
 
 
 @pytest.mark.parametrize(
     "estimate, name",
-    [({"e": 0.69}, "restitution"), ({"a1": 0.015}, "yield_displacement_ratio"), ({"a1": 0.07}, "yield_displacement")],
+    [
+        ({"e": 0.69}, "restitution"),
+        ({"a1": 0.015}, "yield_displacement_ratio"),
+        ({"a1": 0.07}, "yield_displacement"),
+    ],
 )
 def test_an_e_or_a1_outside_the_polynomials_is_refused(record, run, estimate, name):
     with pytest.raises(InputError, match=f"{name}.* within the range of the fits"):

@@ -11,7 +11,10 @@ def stated(*changes, minimal=False):
     """Return what the default config states, or the minimal one over it, with changes, nested as in a file."""
     names = ["default", "minimal"] if minimal else ["default"]
     raw = {}
-    for change in (*(yaml.safe_load((ROOT / f"config/{name}.yaml").read_text()) for name in names), *changes):
+    for change in (
+        *(yaml.safe_load((ROOT / f"config/{name}.yaml").read_text()) for name in names),
+        *changes,
+    ):
         update_config(raw, change)
     return raw
 

@@ -15,7 +15,9 @@ class TwoBodiesOnContacts:
     """q = (x1, y1, theta1, x2, y2, theta2, y3) from the upright wall; theta anticlockwise, y3 of the slab if any."""
 
     def __init__(self, wall):
-        t, h1, h2 = (float(np.asarray(x)) for x in (wall.thickness, wall.lower_height, wall.upper_height))
+        t, h1, h2 = (
+            float(np.asarray(x)) for x in (wall.thickness, wall.lower_height, wall.upper_height)
+        )
         m = float(wall.mass) * np.array([h1, h2]) / (h1 + h2)
         turning = m * (t**2 + np.array([h1, h2]) ** 2) / 12
         part = float(wall.overburden_mass) * float(wall.overburden)
@@ -36,7 +38,9 @@ class TwoBodiesOnContacts:
         self.hinge = below[0][0]  # x of the hinge, u
         # No sliding at the foot and between the bodies; the head is held sideways and free to rise.
         self.held = np.array([foot[0][0], above[0][0] - below[0][0], head[0]])
-        self.gaps = np.array([*(f[1] for f in foot), *(a[1] - b[1] for a, b in zip(above, below, strict=True))])
+        self.gaps = np.array(
+            [*(f[1] for f in foot), *(a[1] - b[1] for a, b in zip(above, below, strict=True))]
+        )
         weights = -9.80665 * (m[0] * corner(0, 0, 0)[1] + m[1] * corner(1, 0, 0)[1])
         self.force = weights - (float(wall.overburden) - part) * head[1]
         if slab:
@@ -95,7 +99,9 @@ class TwoBodiesOnContacts:
         """Return the rates of q after the impact of a wall that falls to u = 0 at a unit rate, all contacts closed."""
         before = -self.rocking(1)
         speed = self.gaps @ before
-        impulse = self.impulses((1 + restitution) * np.minimum(speed, 0) + np.maximum(speed, 0), {*range(len(speed))})
+        impulse = self.impulses(
+            (1 + restitution) * np.minimum(speed, 0) + np.maximum(speed, 0), {*range(len(speed))}
+        )
         return before + self.free @ self.inverse @ self.lift.T @ impulse
 
     def peaks(self, release, h, count, restitution=0.0):
@@ -137,8 +143,12 @@ class TwoBodiesOnContacts:
             full = self.free @ q_half + self.tilted * middle[0]
             closed = set(np.flatnonzero(self.gaps @ full <= 1e-12).tolist())
             inertia = self.sideways * ground + self.mass @ self.tilted * middle[2]
-            freely = s + h * (self.inverse @ (self.free.T @ (self.force + self.sinking @ full - inertia)))
-            s = freely + self.inverse @ (self.lift.T @ self.impulses(self.lift @ freely + lifts * end[1], closed))
+            freely = s + h * (
+                self.inverse @ (self.free.T @ (self.force + self.sinking @ full - inertia))
+            )
+            s = freely + self.inverse @ (
+                self.lift.T @ self.impulses(self.lift @ freely + lifts * end[1], closed)
+            )
             q = q_half + h / 2 * s
             found.append(self.hinge @ (self.free @ q))
         return np.array(found)

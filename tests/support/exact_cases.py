@@ -14,7 +14,9 @@ CURVES = (
     TrilinearCurve(0.1, 0.8, 0.85, "steeper"),
 )
 KNOWN = {"CR": 0.85, "CDC": 0.05, "CDR": 0.06, "SDR": 0.07, "ECD": 0.05, "BAND": 0.05, "CQD": 0.05}
-DAMPERS = {model: Damping(model, value) for model, value in (dict.fromkeys(MODELS, 0.05) | KNOWN).items()}
+DAMPERS = {
+    model: Damping(model, value) for model, value in (dict.fromkeys(MODELS, 0.05) | KNOWN).items()
+}
 DAMPERS |= {
     "CR, law": Damping("CR", 0.85, loss_exponent=0.2),
     "ECD16": Damping("ECD", 0.05, order=16),
@@ -30,13 +32,17 @@ def smooth_load(seed: int, samples: int, size: float = 0.08) -> np.ndarray:
 
 def cr_peaks(curve, restitution, release_amplitude, count):
     """First `count` peaks |x_n| of a free CR decay after a release from rest: V(x_n) = e^(2n) V(x0)."""
-    return curve.amplitude(restitution ** (2 * np.arange(1, count + 1)) * curve.energy(release_amplitude))
+    return curve.amplitude(
+        restitution ** (2 * np.arange(1, count + 1)) * curve.energy(release_amplitude)
+    )
 
 
 def random_curve(rng, case, least=1e-3):
     """A curve of either softening, by turns."""
     softening = ("steeper", "translated")[case % 2]
     b1 = rng.uniform(0.2, 0.95)
-    a3 = rng.uniform(1.02 * (1 - b1), 1.0) if softening == "steeper" else rng.uniform(b1 + 0.01, 1.0)
+    a3 = (
+        rng.uniform(1.02 * (1 - b1), 1.0) if softening == "steeper" else rng.uniform(b1 + 0.01, 1.0)
+    )
     a2 = 1 - b1 if softening == "steeper" else a3 - b1
     return TrilinearCurve(a2 * np.exp(rng.uniform(np.log(least), np.log(0.95))), b1, a3, softening)

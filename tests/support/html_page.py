@@ -19,7 +19,12 @@ class Page(HTMLParser):
     def handle_starttag(self, tag, attrs):
         if tag in APART:
             self.handle_data(" ")
-        element = {"tag": tag, "attrs": dict(attrs), "text": "", "within": [one["tag"] for one in self.open]}
+        element = {
+            "tag": tag,
+            "attrs": dict(attrs),
+            "text": "",
+            "within": [one["tag"] for one in self.open],
+        }
         self.elements.append(element)
         if tag not in VOID:
             self.open.append(element)
@@ -30,7 +35,9 @@ class Page(HTMLParser):
             self.open.pop()
 
     def handle_endtag(self, tag):
-        assert self.open and self.open[-1]["tag"] == tag, f"</{tag}> where {[one['tag'] for one in self.open]} are open"
+        assert self.open and self.open[-1]["tag"] == tag, (
+            f"</{tag}> where {[one['tag'] for one in self.open]} are open"
+        )
         self.open.pop()
 
     def handle_data(self, data):

@@ -8,8 +8,14 @@ DECAYS, MATCHES = ([f"{kind}/{study}" for study in STUDIES] for kind in ("decay"
 # What the glossary calls each dataset that the report shows.
 KINDS = {
     **dict.fromkeys(MATCHES, "match"),
-    **{name: name for name in ("mechanism", "damping_force", "response_lengths", "equivalence", "calibration")},
-    **{name: name for name in ("validation", "bilinear", "measured_rocking", "convergence", "amplitude")},
+    **{
+        name: name
+        for name in ("mechanism", "damping_force", "response_lengths", "equivalence", "calibration")
+    },
+    **{
+        name: name
+        for name in ("validation", "bilinear", "measured_rocking", "convergence", "amplitude")
+    },
     **{name: name for name in ("earthquakes", "comparison", "order", "loss_law", "supports")},
     "earthquakes/walls": "earthquake_walls",
     "earthquakes/check": "earthquake_check",

@@ -51,7 +51,11 @@ class Damper:
 
     def coefficient(self, branch, z, v):
         """At z = abs(x) and v away from x = 0."""
-        root = math.sqrt(max(branch.double_energy(z), 1e-300)) if branch.low else math.sqrt(branch.stiffness) * z
+        root = (
+            math.sqrt(max(branch.double_energy(z), 1e-300))
+            if branch.low
+            else math.sqrt(branch.stiffness) * z
+        )
         total = v * v + root * root
         if total <= 0:
             return 0.0
@@ -64,7 +68,10 @@ def of_restitution(e, order):
     """Return the damper that loses in a half cycle what an impact of e loses."""
     delta = -math.log(e)
     return Damper(
-        2 * float(normalisation(order)) * (delta / math.pi if order else delta / math.hypot(math.pi, delta)), order
+        2
+        * float(normalisation(order))
+        * (delta / math.pi if order else delta / math.hypot(math.pi, delta)),
+        order,
     )
 
 
@@ -131,5 +138,7 @@ def forced_peak(curve, damper, load, end):
         return state[1] if tau > 0 else 1.0
 
     turns.terminal, turns.direction = True, -1
-    run = solve_ivp(rates, (0, 1e3), [0.0, 0.0], "RK45", events=turns, rtol=1e-8, atol=1e-10, max_step=end / 50)
+    run = solve_ivp(
+        rates, (0, 1e3), [0.0, 0.0], "RK45", events=turns, rtol=1e-8, atol=1e-10, max_step=end / 50
+    )
     return float(run.y_events[0][0][0])

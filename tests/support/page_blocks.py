@@ -27,7 +27,11 @@ from rockdamp.cli import main
 BLOCK = re.compile(r"^```(sh|console|python|yaml)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PLACE = re.compile(r"# (?P<file>[\w./-]+\.\w+)(?:, (?P<where>before|after): (?P<line>.+))?")
 FULL = (ROOT / "results/report.html").exists()
-PAGES = ["README.md", "CONTRIBUTING.md", *(str(path.relative_to(ROOT)) for path in sorted(ROOT.glob("docs/**/*.md")))]
+PAGES = [
+    "README.md",
+    "CONTRIBUTING.md",
+    *(str(path.relative_to(ROOT)) for path in sorted(ROOT.glob("docs/**/*.md"))),
+]
 
 
 class Checker(doctest.OutputChecker):
@@ -53,8 +57,14 @@ def make_tree(place):
     tree = Tree(place)
     folder = tree.place / ".venv/bin"
     folder.mkdir(parents=True)
-    for name, options in {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp"}.items():
-        (folder / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {options} "$@"\n', encoding="utf-8")
+    for name, options in {
+        "python": "",
+        "snakemake": "-m snakemake",
+        "rockdamp": "-m rockdamp",
+    }.items():
+        (folder / name).write_text(
+            f'#!/bin/sh\nexec "{sys.executable}" {options} "$@"\n', encoding="utf-8"
+        )
         (folder / name).chmod(0o755)
     path = f"{folder}:{tree.environment['PATH']}"  # as `source .venv/bin/activate` leaves it
     tree.environment |= {"PATH": path, "MPLBACKEND": "agg"}
@@ -80,8 +90,18 @@ def edit(tree, place, code):
     if place["where"]:
         lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
         same = [line for line in lines if line.rstrip() == place["line"]] or lines
-        (at,) = [number for number, line in enumerate(lines) if line in same and line.strip() == place["line"]]
-        code = "".join([*lines[: at + (place["where"] == "after")], code, *lines[at + (place["where"] == "after") :]])
+        (at,) = [
+            number
+            for number, line in enumerate(lines)
+            if line in same and line.strip() == place["line"]
+        ]
+        code = "".join(
+            [
+                *lines[: at + (place["where"] == "after")],
+                code,
+                *lines[at + (place["where"] == "after") :],
+            ]
+        )
     path.write_text(code, encoding="utf-8")
 
 
@@ -95,7 +115,9 @@ def run_shell(tree, command, edited):
     command = command.replace("--configfile ", "--configfile config/minimal.yaml ")
     if command.startswith("snakemake ") and "--configfile" not in command:
         command += " --configfile config/minimal.yaml"
-    run = subprocess.run(["sh", "-ec", command], cwd=tree.place, env=tree.environment, capture_output=True, text=True)
+    run = subprocess.run(
+        ["sh", "-ec", command], cwd=tree.place, env=tree.environment, capture_output=True, text=True
+    )
     assert run.returncode == 0, command + run.stdout + run.stderr
     return run.stdout
 
@@ -113,7 +135,9 @@ def run_console(tree, block, edited):
 def run_program(tree, block):
     """Run a program in an interpreter of its own."""
     command = [sys.executable, "-W", "error", "-c", block]
-    run = subprocess.run(command, cwd=tree.place, env=tree.environment, capture_output=True, text=True)
+    run = subprocess.run(
+        command, cwd=tree.place, env=tree.environment, capture_output=True, text=True
+    )
     assert run.returncode == 0, block + run.stderr
 
 

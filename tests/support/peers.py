@@ -11,7 +11,11 @@ def opensees():
     """OpenSeesPy."""
     try:
         return importlib.import_module("openseespy.opensees")
-    except (ImportError, RuntimeError, OSError) as problem:  # absent, or without its system libraries
+    except (
+        ImportError,
+        RuntimeError,
+        OSError,
+    ) as problem:  # absent, or without its system libraries
         pytest.skip(f"OpenSeesPy cannot be imported: {problem}", allow_module_level=True)
 
 

@@ -31,7 +31,9 @@ def alike(one, other):
 def holds(text, part):
     """Whether some lines of a text are those of a part of it."""
     lines, count = text.splitlines(), len(part.splitlines())
-    return any(alike("\n".join(lines[at : at + count]), part) for at in range(len(lines) - count + 1))
+    return any(
+        alike("\n".join(lines[at : at + count]), part) for at in range(len(lines) - count + 1)
+    )
 
 
 def assert_shipped(made, shipped):

@@ -25,7 +25,9 @@ for rows, law in (
         interaction = sk.Interaction(law(), sk.LagrangianLinearTIR(np.array([row])))
         model.link(interaction, bodies)
         kept.append(interaction)
-stepping = sk.TimeStepping(model, sk.TimeDiscretisation(0.0, given["step"]), sk.MoreauJeanOSI(0.5), sk.MLCP())
+stepping = sk.TimeStepping(
+    model, sk.TimeDiscretisation(0.0, given["step"]), sk.MoreauJeanOSI(0.5), sk.MLCP()
+)
 hinge, before = np.array(given["hinge"]), 0.0
 while True:
     stepping.computeOneStep()

@@ -10,4 +10,6 @@ def record(acceleration, step=0.01):
 
 
 def sine(amplitude=2.0, period=0.5, cycles=4, points=1000):
-    return record(amplitude * np.sin(2 * np.pi * np.arange(cycles * points + 1) / points), period / points)
+    return record(
+        amplitude * np.sin(2 * np.pi * np.arange(cycles * points + 1) / points), period / points
+    )

@@ -45,7 +45,9 @@ def test_event_driven_peaks_are_exact(order):
         for e, share in ((0.7, 0.9), (0.9, 0.02)):
             x0 = share * float(curve.ultimate_displacement_ratio)
             damping = Damping.from_restitution(e, "ECD", order=order)
-            run = exact_history(curve, damping, [1.5 * float(curve.period(x0))], release_amplitude=x0)
+            run = exact_history(
+                curve, damping, [1.5 * float(curve.period(x0))], release_amplitude=x0
+            )
             peaks = np.abs(run.turning_displacement)
             assert peaks.size >= 2
             np.testing.assert_allclose(peaks, cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
@@ -55,7 +57,9 @@ def test_peaks_of_a_hundred_random_cases():
     rng = np.random.default_rng(20250)
     for case in range(100):
         curve = random_curve(rng, case)
-        x0 = float(curve.ultimate_displacement_ratio) * np.exp(rng.uniform(np.log(1e-3), np.log(0.98)))
+        x0 = float(curve.ultimate_displacement_ratio) * np.exp(
+            rng.uniform(np.log(1e-3), np.log(0.98))
+        )
         e = rng.choice([0.05, 0.3, 0.5, 0.7, 0.85, 0.95, 0.999])
         order = rng.choice([0, 0.5, 1, 2, 4, 8, 16, 32, 64, rng.uniform(0, 64)])
         turn = half_cycle(curve, of_restitution(e, order), x0)
@@ -67,7 +71,9 @@ def test_coefficient_follows_from_the_loss_at_each_phase():
     kappa, c, s = sp.symbols("kappa", positive=True), sp.cos(phi), sp.sin(phi)
     (solution,) = sp.solve(sp.Eq(D * c**2 / (1 + D * s * c), kappa * c ** (2 * m + 2)), D)
     assert sp.simplify(solution - kappa * c ** (2 * m) / (1 - kappa * c ** (2 * m + 1) * s)) == 0
-    assert sp.simplify(1 / (1 + solution * s * c) - (1 - kappa * c ** (2 * m + 1) * s)) == 0  # ds/d phi
+    assert (
+        sp.simplify(1 / (1 + solution * s * c) - (1 - kappa * c ** (2 * m + 1) * s)) == 0
+    )  # ds/d phi
 
 
 @pytest.mark.parametrize("order", [0.5, 1, 8, 64])
@@ -75,7 +81,9 @@ def test_half_cycles_end_below_the_critical_ratio(order):
     """The phase goes on while kappa cos^(2m+1) sin stays below 1; at its largest, the page's kappa_c is the inverse."""
     angle = np.linspace(0, np.pi / 2, 400001)
     largest = np.max(np.sin(angle) * np.cos(angle) ** (2 * order + 1))
-    assert largest == pytest.approx(((2 * order + 1) / (2 * order + 2)) ** (order + 0.5) / np.sqrt(2 * order + 2))
+    assert largest == pytest.approx(
+        ((2 * order + 1) / (2 * order + 2)) ** (order + 0.5) / np.sqrt(2 * order + 2)
+    )
     critical = float(critical_damping_ratio(order))
     assert 2 * critical * float(normalisation(order)) * largest == pytest.approx(1, rel=1e-9)
     if order >= 1:
@@ -103,11 +111,15 @@ def test_order_zero_differs_in_second_order():
 def test_table_of_orders():
     orders, n, least, force = np.transpose(stated_rows(THEORY, "order m | N_m"))
     np.testing.assert_allclose(n, normalisation(orders), atol=5.1e-4)
-    np.testing.assert_allclose(least[1:], np.exp(-CAP * np.pi * critical_damping_ratio(orders[1:])), atol=5.1e-4)
+    np.testing.assert_allclose(
+        least[1:], np.exp(-CAP * np.pi * critical_damping_ratio(orders[1:])), atol=5.1e-4
+    )
     for i, order in enumerate(orders):
         a = of_restitution(0.85, order).amplitude
         speed = half_cycle(PAPER, of_restitution(0.85, order), 0.5).crossing_speed
-        assert a * float(PAPER.initial_frequency) * speed / 0.85 == pytest.approx(force[i], abs=5.1e-3)
+        assert a * float(PAPER.initial_frequency) * speed / 0.85 == pytest.approx(
+            force[i], abs=5.1e-3
+        )
 
 
 # --- which dampers ---------------------------------------------------------------------------------------------------
@@ -142,7 +154,12 @@ def test_more_damping_beyond_an_amplitude_loses_more():
 
     curve = TrilinearCurve(0.1, 0.85)
     lost = [
-        np.log(np.sqrt(curve.energy(x0) / curve.energy(half_cycle(curve, Stepped(2 * xi, 0), x0).displacement)))
+        np.log(
+            np.sqrt(
+                curve.energy(x0)
+                / curve.energy(half_cycle(curve, Stepped(2 * xi, 0), x0).displacement)
+            )
+        )
         for x0 in (0.05, 0.1, 0.1005, 0.101, 0.105)
     ]
     np.testing.assert_allclose(lost[:2], -np.log(0.85), rtol=1e-9)
@@ -160,7 +177,10 @@ def test_table_of_first_peaks():
             return strength * np.sin(np.pi * tau / duration) if tau < duration else 0.0
 
         free = forced_peak(PAPER, Damper(0.0, 0), load, duration)
-        ordered = [forced_peak(PAPER, of_restitution(0.85, order), load, duration) for order in (0, 4, 16, 64)]
+        ordered = [
+            forced_peak(PAPER, of_restitution(0.85, order), load, duration)
+            for order in (0, 4, 16, 64)
+        ]
         samples = [load(tau) for tau in np.linspace(0, duration, 257)]
         for model, width in (("BAND", 0.2), ("BAND", 0.1), ("CQD", 0.25)):
             damping = Damping.from_restitution(0.85, model, width=width)
@@ -226,7 +246,9 @@ def layer_integral(e):
 def test_limit_of_the_error_after_a_crossing(e, load):
     delta = -np.log(e)
     change = layer_integral(e)
-    assert change == pytest.approx(-(5 / 4) * delta**2 / np.sqrt(2 * np.pi), rel=0.3 * delta**2)  # and even in delta
+    assert change == pytest.approx(
+        -(5 / 4) * delta**2 / np.sqrt(2 * np.pi), rel=0.3 * delta**2
+    )  # and even in delta
     orders = np.array([1024.0, 4096.0, 16384.0])
     runs = [after_crossing(e, order, load) for order in orders]
     scaled = np.array([run[0] for run in runs]) * np.sqrt(orders)[:, None]
@@ -243,7 +265,9 @@ def test_error_after_a_crossing_at_the_orders_in_use():
     away = [np.linalg.norm(after_crossing(0.999, order, 0.3, 0.5)[0]) for order in (64, 256, 1024)]
     np.testing.assert_allclose(np.divide(away[:-1], away[1:]), 4, rtol=0.1)
     away = [np.linalg.norm(after_crossing(0.85, order, 0.3, 0.5)[0]) for order in (8, 16, 32)]
-    np.testing.assert_allclose(np.divide(away[:-1], away[1:]), [1.7, 1.9], atol=0.06)  # at the orders in use
+    np.testing.assert_allclose(
+        np.divide(away[:-1], away[1:]), [1.7, 1.9], atol=0.06
+    )  # at the orders in use
 
 
 def test_limit_of_a_start_from_rest():
@@ -259,7 +283,20 @@ def test_limit_of_a_start_from_rest():
             q = a * (v * v / total) ** order if total else 0.0
             return v, load - y - q * v / (1 - (q * y * v / total if total else 0.0))
 
-        run = solve_ivp(rates, (0, end), [0, 0], "DOP853", rtol=1e-12, atol=1e-15, max_step=0.05 / np.sqrt(order))
+        run = solve_ivp(
+            rates,
+            (0, end),
+            [0, 0],
+            "DOP853",
+            rtol=1e-12,
+            atol=1e-15,
+            max_step=0.05 / np.sqrt(order),
+        )
         scaled.append((load - run.y[0, -1]) * np.sqrt(order))
-    first = 2 * scaled[1] - scaled[0], 2 * scaled[2] - scaled[1]  # what is left is of the order of 1/m
-    assert (4 * first[1] - first[0]) / 3 == pytest.approx(2 * -np.log(e) * load / np.sqrt(np.pi), rel=2e-3)
+    first = (
+        2 * scaled[1] - scaled[0],
+        2 * scaled[2] - scaled[1],
+    )  # what is left is of the order of 1/m
+    assert (4 * first[1] - first[0]) / 3 == pytest.approx(
+        2 * -np.log(e) * load / np.sqrt(np.pi), rel=2e-3
+    )

@@ -29,7 +29,9 @@ def lost(curve, e, g, at):
 def turns(curve, damping, x0, count):
     """Peaks after the release, `count` of them at most."""
     end = (count + 1) * float(curve.period(x0)) / 2 + 1.0
-    return np.abs(exact_history(curve, damping, [end], release_amplitude=x0).turning_displacement)[:count]
+    return np.abs(exact_history(curve, damping, [end], release_amplitude=x0).turning_displacement)[
+        :count
+    ]
 
 
 def test_law_is_the_flow_over_whole_impacts():
@@ -38,7 +40,13 @@ def test_law_is_the_flow_over_whole_impacts():
     k = energy_r**g * (1 - e ** (2 * g))
     energy = (start**g - n * k) ** (1 / g)
     flow = -2 * (1 - e ** (2 * g)) / (2 * g) * energy * (energy_r / energy) ** g
-    numbers = {n: 3, g: sp.Rational(26, 100), e: sp.Rational(85, 100), start: 2, energy_r: sp.Rational(1, 3)}
+    numbers = {
+        n: 3,
+        g: sp.Rational(26, 100),
+        e: sp.Rational(85, 100),
+        start: 2,
+        energy_r: sp.Rational(1, 3),
+    }
     assert abs((sp.diff(energy, n) - flow).subs(numbers).evalf(30)) < 1e-25
     factor = sp.sqrt(energy / start).subs({n: 1, start: energy_r})  # of one impact from E_r
     assert abs(factor.subs(numbers).evalf(30) - numbers[e]) < 1e-25
@@ -50,16 +58,25 @@ def test_peaks_of_a_hundred_random_curves():
     for case in range(100):
         curve = random_curve(rng, case, least=3e-3)
         a3 = float(curve.ultimate_displacement_ratio)
-        e, g, at, x0 = rng.uniform(0.5, 0.98), rng.uniform(0.02, 0.45), a3 * rng.uniform(0.05, 0.9), 0.9 * a3
+        e, g, at, x0 = (
+            rng.uniform(0.5, 0.98),
+            rng.uniform(0.02, 0.45),
+            a3 * rng.uniform(0.05, 0.9),
+            0.9 * a3,
+        )
         k = lost(curve, e, g, at)
         energies = float(curve.energy(x0)) ** g - k * np.arange(1, 5)
         expected = curve.amplitude(np.maximum(energies, 0.0) ** (1 / g))
         found = turns(curve, Damping("CR", e, loss_exponent=g, reference_amplitude=at), x0, 4)
         assert found.size == (energies > 0).sum()
         np.testing.assert_allclose(found, expected[: found.size], rtol=1e-9)
-        regular = np.concatenate([[True], energies[:-1] > 2.2 * k])[: found.size].cumprod().astype(bool)
+        regular = (
+            np.concatenate([[True], energies[:-1] > 2.2 * k])[: found.size].cumprod().astype(bool)
+        )
         order = rng.choice([0.0, 0.5, 1.0, 4.0, 16.0])
-        damping = Damping.from_restitution(e, "ECD", order=order, loss_exponent=g, reference_amplitude=at)
+        damping = Damping.from_restitution(
+            e, "ECD", order=order, loss_exponent=g, reference_amplitude=at
+        )
         damped = turns(curve, damping, x0, 4)[: found.size]
         both = regular[: damped.size] & (float(curve.energy(x0)) ** g > 2.2 * k)
         np.testing.assert_allclose(damped[both], expected[: damped.size][both], rtol=1e-8)
@@ -72,7 +89,9 @@ def test_damper_on_two_different_sides():
     e, g, order, energy_r = 0.85, 0.26, 4.0, 0.2
     kappa_r = 2 * (1 - e ** (2 * g)) / (2 * g * math.pi) * float(normalisation(order))
 
-    def frequency(y):  # of f = x (1 - x^2/4) for x > 0 and a spring of stiffness 9 for x < 0, as a function of y
+    def frequency(
+        y,
+    ):  # of f = x (1 - x^2/4) for x > 0 and a spring of stiffness 9 for x < 0, as a function of y
         if y < 0:
             return 3.0
         x2 = 2 * y * y / (1 + math.sqrt(max(1 - y * y / 2, 0.0)))
@@ -93,7 +112,9 @@ def test_damper_on_two_different_sides():
         sign = -1 if y > 0 else 1
         at_rest.terminal, at_rest.direction = True, -sign
         start = [y, sign * 1e-12]
-        run = solve_ivp(rates, (0, 20), start, "DOP853", events=at_rest, rtol=1e-12, atol=1e-14, max_step=0.02)
+        run = solve_ivp(
+            rates, (0, 20), start, "DOP853", events=at_rest, rtol=1e-12, atol=1e-14, max_step=0.02
+        )
         y = run.y_events[0][0][0]
         found.append((y * y / 2) ** g)
     k = energy_r**g * (1 - e ** (2 * g))
@@ -107,8 +128,12 @@ def test_wall_stops(e, g):
         run = exact_history(PAPER, Damping("CR", e, loss_exponent=g), [60.0], release_amplitude=x0)
         assert run.impacts.size == math.ceil(exact)
         assert run.displacement[0] == 0 and run.velocity[0] == 0
-        batched = simulate(PAPER, Damping("CR", e, loss_exponent=g), release_amplitude=x0, step=0.001, steps=60000)
-        assert abs(int(batched.impacts) - math.ceil(exact)) <= 1  # its last half cycles are a few steps long
+        batched = simulate(
+            PAPER, Damping("CR", e, loss_exponent=g), release_amplitude=x0, step=0.001, steps=60000
+        )
+        assert (
+            abs(int(batched.impacts) - math.ceil(exact)) <= 1
+        )  # its last half cycles are a few steps long
 
 
 def test_thirteenth_impact_is_the_last():
@@ -141,8 +166,12 @@ def test_limit_of_a_constant_coefficient(law):
                 level = g * math.log(e) * math.log(speed**2 / 0.2)
                 assert law(speed, e, g, 0.2) == pytest.approx(e * (1 - away - level), abs=1e-10)
     plain = turns(PAPER, Damping("CR", 0.85), 0.5, 5)
-    np.testing.assert_allclose(turns(PAPER, Damping("CR", 0.85, loss_exponent=1e-11), 0.5, 5), plain, rtol=1e-10)
-    damped = turns(PAPER, Damping.from_restitution(0.85, "ECD", order=8, loss_exponent=1e-11), 0.5, 5)
+    np.testing.assert_allclose(
+        turns(PAPER, Damping("CR", 0.85, loss_exponent=1e-11), 0.5, 5), plain, rtol=1e-10
+    )
+    damped = turns(
+        PAPER, Damping.from_restitution(0.85, "ECD", order=8, loss_exponent=1e-11), 0.5, 5
+    )
     np.testing.assert_allclose(damped, plain, rtol=1e-10)
 
 
@@ -153,7 +182,9 @@ def test_both_forms_of_the_factor():
                 factor = kept_velocity(speed, e, g, 0.16)
                 assert cr_law(speed, (e, g, 0.16)) == pytest.approx(factor, rel=1e-11, abs=1e-300)
                 left = (speed**2) ** g - 0.16**g * (1 - e ** (2 * g))
-                assert (factor * speed) ** (2 * g) == pytest.approx(max(left, 0.0), rel=1e-9, abs=1e-14)
+                assert (factor * speed) ** (2 * g) == pytest.approx(
+                    max(left, 0.0), rel=1e-9, abs=1e-14
+                )
             assert kept_velocity(0.4, e, g, 0.16) == pytest.approx(e, rel=1e-13)  # at E_r it is e_r
 
 
@@ -164,13 +195,20 @@ def test_one_half_is_friction_on_a_linear_spring():
     damper = Damping.from_restitution(
         0.8, "ECD", order=4, loss_exponent=0.5 - 1e-9, reference_amplitude=0.3
     )  # its limit, which itself is refused
-    np.testing.assert_allclose(np.diff([0.45, *turns(curve, damper, 0.45, 5)]), -0.3 * (1 - 0.8), rtol=1e-7)
+    np.testing.assert_allclose(
+        np.diff([0.45, *turns(curve, damper, 0.45, 5)]), -0.3 * (1 - 0.8), rtol=1e-7
+    )
 
 
 def test_e_at_other_amplitudes():
     double_r = 2 * float(PAPER.energy(0.3))
-    found = [kept_velocity(math.sqrt(2 * float(PAPER.energy(x))), 0.85, 0.26, double_r) for x in (0.05, 0.1, 0.2, 0.5)]
-    assert_stated(THEORY, r"\$e\$ is ([\d.]+), ([\d.]+), ([\d.]+) and ([\d.]+) from releases at", *found)
+    found = [
+        kept_velocity(math.sqrt(2 * float(PAPER.energy(x))), 0.85, 0.26, double_r)
+        for x in (0.05, 0.1, 0.2, 0.5)
+    ]
+    assert_stated(
+        THEORY, r"\$e\$ is ([\d.]+), ([\d.]+), ([\d.]+) and ([\d.]+) from releases at", *found
+    )
 
 
 def test_table_of_regular_half_cycles():
@@ -179,8 +217,12 @@ def test_table_of_regular_half_cycles():
     for g, *multiples in stated_rows(THEORY, "g | order 0"):
         for order, multiple in zip((0, 4, 16), multiples, strict=True):
             c, s = np.cos(angle), np.sin(angle)
-            part = np.cumsum(c ** (2 * order + 2)) / np.sum(c ** (2 * order + 2))  # of K, lost so far
-            steepest = float(normalisation(order)) / (np.pi * g) * c ** (2 * order + 1) * s  # times K over E^g
+            part = np.cumsum(c ** (2 * order + 2)) / np.sum(
+                c ** (2 * order + 2)
+            )  # of K, lost so far
+            steepest = (
+                float(normalisation(order)) / (np.pi * g) * c ** (2 * order + 1) * s
+            )  # times K over E^g
 
             def worst(start, part=part, steepest=steepest):
                 return np.max(steepest / (start - part)) - 1
@@ -196,7 +238,9 @@ def test_damping_force_over_energy(g, order):
     x, v = -0.02 * np.array([1.0, 0.1, 1e-3]), 0.1 * np.array([1.0, 0.1, 1e-3])
     q = damping.coefficient(PAPER, x, v) * v
     kappa_q = damping.coefficient(PAPER, 0.0, v) * v  # at the crossing, where nothing is divided
-    np.testing.assert_allclose(kappa_q / kappa_q[0], np.array([1.0, 0.1, 1e-3]) ** (1 - 2 * g), rtol=1e-9)
+    np.testing.assert_allclose(
+        kappa_q / kappa_q[0], np.array([1.0, 0.1, 1e-3]) ** (1 - 2 * g), rtol=1e-9
+    )
     assert np.all(np.diff(q) < 0) and np.all(q > 0)
 
 
@@ -210,7 +254,9 @@ def test_coefficient_is_finite(order):
     double_t, double_v = (size * v) ** 2, 2 * PAPER.energy(np.abs(size * x))
     kappa = (2 * float(PAPER.energy(0.3)) / (double_t + double_v)) ** 0.26
     kappa *= 2 * float(damping.value) * float(normalisation(order))
-    bound = float(PAPER.initial_frequency) * kappa * (double_t / (double_t + double_v)) ** order / 0.05
+    bound = (
+        float(PAPER.initial_frequency) * kappa * (double_t / (double_t + double_v)) ** order / 0.05
+    )
     assert (found <= bound * (1 + 1e-9)).all() and np.isclose(found, bound).any()  # the cap is met
     at_rest = damping.coefficient(PAPER, [0.0, 0.0, 1e-3], [0.0, 1e-9, 0.0])
     assert np.isfinite(at_rest).all()
@@ -227,4 +273,6 @@ def test_exponent_of_sdr_on_a_nearly_rigid_block():
     assert 0.2 < local(0.005, [0.05, 0.1]) < local(0.005, [0.2, 0.5]) < 0.3
     found = [local(a1, [0.05, 0.1]) for a1 in (0.05, 5e-3, 5e-4, 5e-5)]
     assert np.all(np.diff(found) > 0) and found[-1] < 0.5
-    assert np.all(np.diff(0.5 - np.array(found)) / (0.5 - np.array(found[:-1])) > -0.7)  # not faster than this a decade
+    assert np.all(
+        np.diff(0.5 - np.array(found)) / (0.5 - np.array(found[:-1])) > -0.7
+    )  # not faster than this a decade

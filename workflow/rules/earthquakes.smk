@@ -1,7 +1,9 @@
 """Walls under earthquakes, with restitution and with every damper, and what the answer assumes."""
 
 QUAKES = settings("records", "earthquakes.walls", "earthquakes.tail")
-RUNS = settings(*(f"earthquakes.{key}" for key in ("restitution_change", "velocity_ratio", "step", "chunk")))
+RUNS = settings(
+    *(f"earthquakes.{key}" for key in ("restitution_change", "velocity_ratio", "step", "chunk"))
+)
 
 
 rule earthquake_walls:
@@ -12,7 +14,13 @@ rule earthquake_walls:
     log:
         "<logs>/earthquakes/walls.log",
     params:
-        *settings("solver", "earthquakes.walls", "earthquakes.restitution", "release_amplitude", "matching"),
+        *settings(
+            "solver",
+            "earthquakes.walls",
+            "earthquakes.restitution",
+            "release_amplitude",
+            "matching",
+        ),
         *code("studies.earthquakes"),
         *texts("earthquake_walls"),
         function="studies.earthquakes.walls",

@@ -1,7 +1,14 @@
 """The paper: force-displacement curves, decays, matched damping ratios, polynomials, a test, and its claims."""
 
 SOLVER = settings("solver", "curve", "release_amplitude")
-CLAIMED = ["mechanism", "damping_force", "response_lengths", "equivalence", "validation", "bilinear"]
+CLAIMED = [
+    "mechanism",
+    "damping_force",
+    "response_lengths",
+    "equivalence",
+    "validation",
+    "bilinear",
+]
 
 
 rule mechanism:
@@ -159,7 +166,12 @@ rule validation:
     log:
         "<logs>/validation.log",
     params:
-        *settings("validation.wall", "validation.curve", "validation.step", "validation.fit_yield_displacement_ratios"),
+        *settings(
+            "validation.wall",
+            "validation.curve",
+            "validation.step",
+            "validation.fit_yield_displacement_ratios",
+        ),
         *code("studies.validation"),
         *texts("validation"),
         function="studies.validation.validate",

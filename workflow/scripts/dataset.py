@@ -21,7 +21,9 @@ def read(paths):
         return [read(path) for path in paths]
     if paths.endswith(".nc"):
         return dataset.read(paths)
-    return load("motions.record.read_record")(paths)  # not imported: other stages do not depend on it
+    return load("motions.record.read_record")(
+        paths
+    )  # not imported: other stages do not depend on it
 
 
 params, output = snakemake.params, snakemake.output[0]
@@ -33,7 +35,11 @@ result = load(params.function)(*snakemake.wildcards, *config, **inputs)
 if output.endswith(".csv"):
     result.to_csv(output, index=False, lineterminator="\n")
 elif kind := params.get("dataset"):
-    sources = sha256("\n".join(param for param in params if isinstance(param, str)).encode()).hexdigest()[:16]
-    dataset.write(result, output, kind, config=values, code_version=f"{version('rockdamp')}+{sources}")
+    sources = sha256(
+        "\n".join(param for param in params if isinstance(param, str)).encode()
+    ).hexdigest()[:16]
+    dataset.write(
+        result, output, kind, config=values, code_version=f"{version('rockdamp')}+{sources}"
+    )
 else:  # a part, whose variables the stage that joins the parts describes
     result.to_netcdf(output, engine="netcdf4")

@@ -17,7 +17,10 @@ content = Content(
     claims=read_rows(paths.claims),
     errata=yaml.safe_load(Path(paths.errata).read_text(encoding="utf-8"))["errata"],
     figures={Path(path).stem: Path(path).read_bytes() for path in paths.figures},
-    datasets={os.path.relpath(path, results).removesuffix(".nc"): dataset.read(path) for path in paths.datasets},
+    datasets={
+        os.path.relpath(path, results).removesuffix(".nc"): dataset.read(path)
+        for path in paths.datasets
+    },
     yield_displacement_ratio=snakemake.params[0]["curve.yield_displacement_ratio"],
     documents=Path(os.path.relpath("docs", Path(output).parent)).as_posix(),
 )

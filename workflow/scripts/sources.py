@@ -25,14 +25,23 @@ def code(module, script="dataset"):
         if name not in digests:
             digests[name], imported = _read(name)
             libraries |= LIBRARIES & {each.partition(".")[0] for each in imported}
-            waiting += [each for each in imported if each[:9] == "rockdamp." and each.split(".")[1] not in PLUMBING]
-    modules = [f"{name.removeprefix('rockdamp.')} {digest}" for name, digest in sorted(digests.items())]
+            waiting += [
+                each
+                for each in imported
+                if each[:9] == "rockdamp." and each.split(".")[1] not in PLUMBING
+            ]
+    modules = [
+        f"{name.removeprefix('rockdamp.')} {digest}" for name, digest in sorted(digests.items())
+    ]
     return [*modules, *(f"{name} {version(name)}" for name in sorted(libraries))]
 
 
 def texts(dataset):
     """Return params of a rule: ``glossary: restitution 1d0c77ab`` for each name of its dataset, and for its title."""
-    entries = {"title": storage.glossary()["datasets"][dataset]["title"], **storage.variables(dataset)}
+    entries = {
+        "title": storage.glossary()["datasets"][dataset]["title"],
+        **storage.variables(dataset),
+    }
     return [f"glossary: {name} {_digest(json.dumps(entry))}" for name, entry in entries.items()]
 
 
@@ -47,11 +56,16 @@ def _read(name):
             imported |= {each.name for each in node.names}
         elif isinstance(node, ast.ImportFrom):
             inside = {f"{node.module}.{each.name}" for each in node.names}
-            imported |= {each if _file(each) else "rockdamp" if node.level else node.module for each in inside}
+            imported |= {
+                each if _file(each) else "rockdamp" if node.level else node.module
+                for each in inside
+            }
         elif isinstance(getattr(node, "body", None), list):
             node.body = [each for each in node.body if not _is_docstring(each)]
     if "rockdamp" in imported:
-        raise ValueError(f"{file} imports from the package as a whole; it must name the module, from rockdamp on")
+        raise ValueError(
+            f"{file} imports from the package as a whole; it must name the module, from rockdamp on"
+        )
     return _digest(ast.dump(tree)), imported
 
 
@@ -64,7 +78,11 @@ def _file(name):
 
 
 def _is_docstring(node):
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
 
 
 def _digest(text):

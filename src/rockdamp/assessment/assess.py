@@ -11,7 +11,15 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
-from rockdamp.assessment.collapses import STEP, STRIPES, TAIL, UNITS, collapses, damping_pair, run_outcomes
+from rockdamp.assessment.collapses import (
+    STEP,
+    STRIPES,
+    TAIL,
+    UNITS,
+    collapses,
+    damping_pair,
+    run_outcomes,
+)
 from rockdamp.assessment.table import DEFAULT_RULE, BadRow, Row, find_restitution
 from rockdamp.constants import BLOCK_RESTITUTION_DEVIATION, WALL_RESTITUTION_DEVIATION
 from rockdamp.errors import InputError, check
@@ -40,7 +48,9 @@ FEWEST_STATIONS = 4
 METHOD = "Wilson score interval, 95 %, of the effective number of records"
 WEAKEST = 1e-6  # intensity that is assessed: beyond it factors vanish [m s-1 or m s-2]
 CHUNK = 256  # walls that are run at once
-UPPER = 0.84  # share of the records that do not pass the upper peak: one standard deviation of a normal
+UPPER = (
+    0.84  # share of the records that do not pass the upper peak: one standard deviation of a normal
+)
 # Of a row with an error, and of the damper beside restitution against a stop; NaN elsewhere.
 MISSING = {"records": -1, "collapses": -1, "unconverged": -1, "stripe_collapses": -1}
 DIMS = ("wall", "damping_model", "record", "intensity", "restitution_case", "stripe", "bound")
@@ -128,9 +138,18 @@ def assess(
         motions = add_reversed(motions)
     runs = collapses(wall, curve, damping_pair(wall, e, **loss), motions, measure, intensity, **how)
     groups, factor = [motion.group for motion in motions], runs["scale_factor"]
-    answer = summary(runs, wall, curve, measure).squeeze("wall").merge(intervals(runs.squeeze("wall"), groups, measure))
+    answer = (
+        summary(runs, wall, curve, measure)
+        .squeeze("wall")
+        .merge(intervals(runs.squeeze("wall"), groups, measure))
+    )
     answer = answer.assign(
-        restitution=e, records=len(motions), tail=tail, scale_factor=factor, peak=runs["peak"].squeeze("wall"), **loss
+        restitution=e,
+        records=len(motions),
+        tail=tail,
+        scale_factor=factor,
+        peak=runs["peak"].squeeze("wall"),
+        **loss,
     )
     cases = restitution_cases(wall, e)
     dampings = [Damping("CR", value, **loss) for value in cases.values()]
@@ -139,7 +158,10 @@ def assess(
         for motion, factors in zip(motions, factor.values, strict=True)
     ]
     answer["case_restitution"] = ("restitution_case", list(cases.values()))
-    answer["case_collapse_probability"] = (("intensity", "restitution_case"), np.concatenate(fell).mean(axis=0))
+    answer["case_collapse_probability"] = (
+        ("intensity", "restitution_case"),
+        np.concatenate(fell).mean(axis=0),
+    )
     answer = answer.assign_coords(
         record=[motion.name for motion in motions],
         station=("record", groups),
@@ -196,13 +218,22 @@ def assess_rows(
     InputError
         If no row can be computed.
     """
-    loss, errors = _loss(loss_exponent, reference_amplitude), [getattr(row, "error", "") for row in rows]
+    loss, errors = (
+        _loss(loss_exponent, reference_amplitude),
+        [getattr(row, "error", "") for row in rows],
+    )
 
-    def solve(wall: Any, curve: TrilinearCurve, e: Array, supports: Sequence[GroundMotion]) -> xr.Dataset:
+    def solve(
+        wall: Any, curve: TrilinearCurve, e: Array, supports: Sequence[GroundMotion]
+    ) -> xr.Dataset:
         level, how = np.array([intensity]), {"step": step, "tail": tail}
-        runs = collapses(wall, curve, damping_pair(wall, e, **loss), supports, measure, level, **how)
+        runs = collapses(
+            wall, curve, damping_pair(wall, e, **loss), supports, measure, level, **how
+        )
         answer = summary(runs, wall, curve, measure).isel(intensity=0).drop_vars("peak_upper")
-        return answer.assign(restitution=("wall", e), records=("wall", np.full(e.size, len(supports))))
+        return answer.assign(
+            restitution=("wall", e), records=("wall", np.full(e.size, len(supports)))
+        )
 
     parts: list[xr.Dataset] = []
     for numbers, supports in _group_rows(rows, motions, building, diaphragm):
@@ -210,11 +241,17 @@ def assess_rows(
             parts += _solve_rows(rows, numbers[start : start + chunk], supports, solve, errors)
     if not parts:
         raise InputError(f"no row could be computed; {next(iter(errors), 'there is none')}")
-    models = max((part["damping_model"] for part in parts), key=len)  # against a stop there is restitution alone
+    models = max(
+        (part["damping_model"] for part in parts), key=len
+    )  # against a stop there is restitution alone
     parts = [part.reindex(damping_model=models, fill_value=MISSING) for part in parts]
-    answer = xr.concat(parts, "wall", data_vars="minimal", coords="minimal", compat="override", join="exact")
+    answer = xr.concat(
+        parts, "wall", data_vars="minimal", coords="minimal", compat="override", join="exact"
+    )
     answer = answer.reindex(wall=range(len(rows)), fill_value=MISSING)
-    answer = answer.assign(tail=tail, row_error=("wall", errors), **loss).assign_coords(wall=[row.id for row in rows])
+    answer = answer.assign(tail=tail, row_error=("wall", errors), **loss).assign_coords(
+        wall=[row.id for row in rows]
+    )
     return answer.transpose(*DIMS, missing_dims="ignore")
 
 
@@ -245,18 +282,31 @@ def _group_rows(
 
 
 def _solve_rows(
-    rows: Sequence[Any], numbers: list[int], motions: Any, solve: Callable[..., xr.Dataset], errors: list[str]
+    rows: Sequence[Any],
+    numbers: list[int],
+    motions: Any,
+    solve: Callable[..., xr.Dataset],
+    errors: list[str],
 ) -> list[xr.Dataset]:
     """Return the answers for some rows, by their numbers; where they cannot run together, each alone or its error."""
-    wall, curve = (stack_rows([getattr(rows[number], name) for number in numbers]) for name in ("wall", "curve"))
+    wall, curve = (
+        stack_rows([getattr(rows[number], name) for number in numbers])
+        for name in ("wall", "curve")
+    )
     try:
-        answer = solve(wall, curve, np.array([rows[number].restitution for number in numbers]), motions)
+        answer = solve(
+            wall, curve, np.array([rows[number].restitution for number in numbers]), motions
+        )
         return [answer.assign_coords(wall=numbers)]
     except InputError as error:
         if len(numbers) == 1:
             errors[numbers[0]] = str(error)
             return []
-        return [part for number in numbers for part in _solve_rows(rows, [number], motions, solve, errors)]
+        return [
+            part
+            for number in numbers
+            for part in _solve_rows(rows, [number], motions, solve, errors)
+        ]
 
 
 def stack_rows(owners: Sequence[T]) -> T:
@@ -291,7 +341,9 @@ def intensities(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str, Arra
     if len(measures) != 1:
         raise InputError("there must be either pgv or pga, the intensities asked for")
     ((measure, value),) = measures.items()
-    values = check(measure.lower(), value, lambda s: s >= WEAKEST, f"at least {WEAKEST:g} [{UNITS[measure]}]")
+    values = check(
+        measure.lower(), value, lambda s: s >= WEAKEST, f"at least {WEAKEST:g} [{UNITS[measure]}]"
+    )
     return measure, np.unique(values)
 
 
@@ -309,7 +361,9 @@ def ground_motions(records: Records) -> list[GroundMotion]:
 # --- from runs to an answer -------------------------------------------------------------------------------------------
 
 
-def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, measure: str) -> xr.Dataset:
+def summary(
+    runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: TrilinearCurve, measure: str
+) -> xr.Dataset:
     """Return counts, shares, peaks, fragilities and the error of the solver's step of what `collapses` returned."""
     name, records = measure.lower(), runs.sizes["record"]
     fine, coarse = (_fragility(runs[name]) for name in ("stripe_collapsed", "stripe_coarser"))
@@ -330,7 +384,9 @@ def summary(runs: xr.Dataset, wall: Wall | Parapet | OneSidedWall, curve: Trilin
             "dispersion": (dims, fine.dispersion),
             "stripe_collapses": runs["stripe_collapsed"].sum("record"),
             # What the last halving of the step changed near collapse; NaN where either step defines no fragility.
-            "unconverged": (runs["stripe_coarser"] != runs["stripe_collapsed"]).sum(("record", "stripe")),
+            "unconverged": (runs["stripe_coarser"] != runs["stripe_collapsed"]).sum(
+                ("record", "stripe")
+            ),
             "median_uncertainty": (dims, np.abs(np.log(fine.median / coarse.median))),
             "dispersion_uncertainty": (dims, np.abs(fine.dispersion - coarse.dispersion)),
         }
@@ -348,14 +404,22 @@ def peak_quantile(runs: xr.Dataset, share: float) -> xr.DataArray:
     ordered = np.sort(runs["peak"].fillna(np.inf).transpose("record", ...).values, axis=0)
     place = share * len(ordered)
     values = 0.5 * (ordered[int(np.ceil(place)) - 1] + ordered[int(place)])
-    return runs["peak"].isel(record=0, drop=True).copy(data=np.where(np.isfinite(values), values, np.nan))
+    return (
+        runs["peak"]
+        .isel(record=0, drop=True)
+        .copy(data=np.where(np.isfinite(values), values, np.nan))
+    )
 
 
 def intervals(runs: xr.Dataset, groups: Sequence[str], measure: str) -> xr.Dataset:
     """Return the intervals of one wall's shares and fragilities, by a bootstrap over the groups; NaN for few groups."""
-    name, known = f"median_{measure.lower()}", 1.0 if len(set(groups)) >= FEWEST_STATIONS else np.nan
+    name, known = (
+        f"median_{measure.lower()}",
+        1.0 if len(set(groups)) >= FEWEST_STATIONS else np.nan,
+    )
     collapsed, stripes = (
-        runs[name].transpose("record", "damping_model", ...).values for name in ("collapsed", "stripe_collapsed")
+        runs[name].transpose("record", "damping_model", ...).values
+        for name in ("collapsed", "stripe_collapsed")
     )
     _, drawn = fit_resampled(STRIPES, stripes, 1, resample(groups, REPLICATES, SEED))
     effective = effective_count(collapsed, groups, REPLICATES, SEED)
@@ -363,7 +427,10 @@ def intervals(runs: xr.Dataset, groups: Sequence[str], measure: str) -> xr.Datas
     dims, at = ("damping_model",), ("damping_model", "intensity")
     return xr.Dataset(
         {
-            "collapse_probability_interval": ((*at, "bound"), known * wilson(collapsed.mean(axis=0), effective)),
+            "collapse_probability_interval": (
+                (*at, "bound"),
+                known * wilson(collapsed.mean(axis=0), effective),
+            ),
             "effective_records": (at, effective),
             f"{name}_interval": ((*dims, "bound"), known * unit * interval(drawn.median)),
             "dispersion_interval": ((*dims, "bound"), known * interval(drawn.dispersion)),

@@ -32,10 +32,14 @@ def sensitivity(
     """
     measure, e = answer.attrs["intensity_measure"], float(answer["restitution"])
     load, a1 = float(wall.overburden_ratio), float(curve.yield_displacement_ratio)
-    changes: list[tuple[str, str, float]] = [("restitution e", "restitution", e + by) for by in (-E_CHANGE, E_CHANGE)]
+    changes: list[tuple[str, str, float]] = [
+        ("restitution e", "restitution", e + by) for by in (-E_CHANGE, E_CHANGE)
+    ]
     if isinstance(wall, Wall):
         hinge = float(wall.hinge_ratio)
-        changes += [("hinge h₁/h", "hinge_ratio", hinge + by) for by in (-HINGE_CHANGE, HINGE_CHANGE)]
+        changes += [
+            ("hinge h₁/h", "hinge_ratio", hinge + by) for by in (-HINGE_CHANGE, HINGE_CHANGE)
+        ]
     changes += [("a₁", "yield_displacement_ratio", factor * a1) for factor in FACTORS]
     loads = [factor * load for factor in FACTORS] if load else [FIRST_OVERBURDEN]
     changes += [("overburden O/W", "overburden_ratio", value) for value in loads]
@@ -43,18 +47,27 @@ def sensitivity(
     for label, name, value in changes:
         try:
             change: dict[str, Any] = {name: value}
-            changed = replace(wall, **change) if name in ("hinge_ratio", "overburden_ratio") else wall
+            changed = (
+                replace(wall, **change) if name in ("hinge_ratio", "overburden_ratio") else wall
+            )
             bent = replace(curve, **change) if name == "yield_displacement_ratio" else curve
         except InputError:
             continue
         kept = float(np.clip(value, 0.0, 1.0)) if name == "restitution" else e
         rows[label, value] = Row(f"{label} {value}", changed, bent, kept)
     intensity = float(answer[measure.lower()][-1])
-    found = assess_rows(list(rows.values()), motions, measure, intensity, tail=float(answer["tail"]))
+    found = assess_rows(
+        list(rows.values()), motions, measure, intensity, tail=float(answer["tail"])
+    )
     cr = found.sel(damping_model=REFERENCE)
     names = ("collapse_probability", f"median_{measure.lower()}")
     values = zip(rows, *(cr[name].values for name in names), strict=True)
     return [
-        {"input": label, "value": value, "collapse_probability": float(share), "median": float(median)}
+        {
+            "input": label,
+            "value": value,
+            "collapse_probability": float(share),
+            "median": float(median),
+        }
         for (label, value), share, median in values
     ]

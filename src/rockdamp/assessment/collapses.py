@@ -23,7 +23,9 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import available_threads
 
 UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
-ORDER = 16  # of ECD, which stands beside restitution where the loss has an exponent: BAND takes none
+ORDER = (
+    16  # of ECD, which stands beside restitution where the loss has an exponent: BAND takes none
+)
 STEP = 0.05  # of the solver, times the first branch's angular frequency, at most; a quarter of it near collapse
 TAIL = 3.0  # rest after a record [s]
 # Of the stripes: lambda PGV/(p u_ins). The medians of the eight walls of config/default.yaml lie between 0.57 and 2.0,
@@ -31,7 +33,9 @@ TAIL = 3.0  # rest after a record [s]
 STRIPES = np.geomspace(0.15, 8.0, 16)
 NEAR = 0.5  # u/u_ins, from which on a wall that survives is near collapse; the study of earthquakes has it too
 HALVINGS = 2  # of the step near collapse; the last one shows what is left of the error
-LEAST_OF_DAMPER = 1.01 * float(np.exp(-np.pi * CAP * critical_damping_ratio(ORDER)))  # e that the damper is run with
+LEAST_OF_DAMPER = 1.01 * float(
+    np.exp(-np.pi * CAP * critical_damping_ratio(ORDER))
+)  # e that the damper is run with
 
 Outcomes = tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]
 
@@ -83,15 +87,24 @@ def collapses(
         records' accelerations.
     """
     supports = [intensity_measures(motion.record) for motion in motions]
-    levels = np.array([getattr(intensity_measures(motion.intensity_record), measure.lower()) for motion in motions])
+    levels = np.array(
+        [
+            getattr(intensity_measures(motion.intensity_record), measure.lower())
+            for motion in motions
+        ]
+    )
     stripe = np.atleast_1d(wall.velocity_scale)[:, None] * STRIPES
     stripe = stripe * np.median(levels / [level.pgv for level in supports])
-    walls = np.broadcast_shapes(stripe.shape[:1], curve.shape, *(damping.shape for damping in dampings))[0]
+    walls = np.broadcast_shapes(
+        stripe.shape[:1], curve.shape, *(damping.shape for damping in dampings)
+    )[0]
     stripe = np.broadcast_to(stripe, (walls, STRIPES.size))
     wanted = np.concatenate([np.broadcast_to(intensity, (walls, intensity.size)), stripe], axis=1)
     peaks, runs = [], []
     for motion, level in zip(track(motions, "Records"), levels, strict=True):
-        peak, *outcomes = run_outcomes(motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail)
+        peak, *outcomes = run_outcomes(
+            motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail
+        )
         # Of the stripes the peaks are not kept: memory grows with walls and records alone.
         peaks.append(np.where(outcomes[0], np.nan, peak)[:, : intensity.size])
         runs.append(outcomes)
@@ -107,7 +120,10 @@ def collapses(
             "stripe_intensity": (("wall", "stripe"), stripe),
             "asked": ("intensity", intensity),
             "scale_factor": (("record", "intensity"), intensity / levels[:, None]),
-            "damping_ratio": (("damping_model", "wall"), np.array([np.broadcast_to(each, walls) for each in ratio])),
+            "damping_ratio": (
+                ("damping_model", "wall"),
+                np.array([np.broadcast_to(each, walls) for each in ratio]),
+            ),
         },
         coords={"damping_model": [damping.label for damping in dampings]},
     )
@@ -132,11 +148,14 @@ def run_outcomes(
         return refined(record, wall, curve, dampings, factor, step=step, tail=tail)
     one, threads = curve.map(lambda parameter: parameter.reshape(-1)[0]), available_threads()
     ended = [
-        run_one_sided(record, wall, one, float(np.ravel(each.value)[0]), factor[0], tail=tail, threads=threads)
+        run_one_sided(
+            record, wall, one, float(np.ravel(each.value)[0]), factor[0], tail=tail, threads=threads
+        )
         for each in dampings
     ]
     peak, fell = (
-        np.array([[getattr(end, name) for end in ends] for ends in ended]).T[None] for name in ("peak", "collapsed")
+        np.array([[getattr(end, name) for end in ends] for ends in ended]).T[None]
+        for name in ("peak", "collapsed")
     )
     return peak, fell, fell
 
@@ -159,8 +178,13 @@ def refined(
     Arguments are as for `run_record`, with `factor` of the shape (walls, factors). Returned are the peaks [-]
     and collapses at the finest step, and the collapses at twice that step, shape (walls, factors, dampings).
     """
-    ended = [run_record(record, wall, curve, damping, factor.T, step=step, tail=tail) for damping in dampings]
-    peak, collapsed = (np.stack([getattr(end, name).T for end in ended], axis=-1) for name in ("peak", "collapsed"))
+    ended = [
+        run_record(record, wall, curve, damping, factor.T, step=step, tail=tail)
+        for damping in dampings
+    ]
+    peak, collapsed = (
+        np.stack([getattr(end, name).T for end in ended], axis=-1) for name in ("peak", "collapsed")
+    )
     coarser = collapsed.copy()
     near = near_to_collapse(peak, collapsed, factor)
     for column, damping in enumerate(dampings):
@@ -171,10 +195,16 @@ def refined(
         collapsed_last = np.argsort(collapsed[walls, levels, column], kind="stable")
         walls, levels = walls[collapsed_last], levels[collapsed_last]
         lane, count = (walls, levels, column), factor.shape[0]
-        lanes = select(wall, count, walls), select(curve, count, walls), select(damping, count, walls)
+        lanes = (
+            select(wall, count, walls),
+            select(curve, count, walls),
+            select(damping, count, walls),
+        )
         for halvings in range(1, HALVINGS + 1):
             coarser[lane] = collapsed[lane]
-            finer = run_record(record, *lanes, factor[walls, levels], step=step, tail=tail, halvings=halvings)
+            finer = run_record(
+                record, *lanes, factor[walls, levels], step=step, tail=tail, halvings=halvings
+            )
             peak[lane], collapsed[lane] = finer.peak, finer.collapsed
     return peak, collapsed, coarser
 

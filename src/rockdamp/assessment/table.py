@@ -22,7 +22,9 @@ from rockdamp.units import name_and_unit, quantity
 COLUMNS: dict[str, str | None] = {
     **dict.fromkeys(("id", "parapet", "one_sided", "preset", "softening")),
     **dict.fromkeys(("thickness", "height", "width", "eccentricity"), "m"),
-    **dict.fromkeys(("hinge_ratio", "overburden_ratio", "overburden_mass", "a1", "b1", "a3", "restitution"), ""),
+    **dict.fromkeys(
+        ("hinge_ratio", "overburden_ratio", "overburden_mass", "a1", "b1", "a3", "restitution"), ""
+    ),
     "density": "kg m-3",
     "overburden": "N m-1",
     "diaphragm_period": "s",
@@ -43,7 +45,9 @@ def make_wall(values: Mapping[str, Any]) -> Wall | Parapet | OneSidedWall:
             raise InputError(f"{name} is {sizes[name]}; a parapet must have none")
     if values.get("overburden") is not None:
         if "overburden_ratio" in sizes:
-            raise InputError("overburden and overburden_ratio state the same; there must be one of them")
+            raise InputError(
+                "overburden and overburden_ratio state the same; there must be one of them"
+            )
         bare = kind(**sizes)
         sizes["overburden_ratio"] = values["overburden"] * float(bare.width / bare.weight)
     wall = kind(**sizes)
@@ -57,7 +61,9 @@ def make_curve(values: Mapping[str, Any]) -> TrilinearCurve:
     last = {names[name]: values[name] for name in names if values.get(name) is not None}
     if (a1 is None) is not (b1 is None) or (preset is None) is (a1 is None):
         raise InputError("there must be either preset, or a1 and b1")
-    return TrilinearCurve(a1, b1, **last) if preset is None else TrilinearCurve.preset(preset, **last)
+    return (
+        TrilinearCurve(a1, b1, **last) if preset is None else TrilinearCurve.preset(preset, **last)
+    )
 
 
 # --- the rows of a table ----------------------------------------------------------------------------------------------
@@ -105,17 +111,25 @@ def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
         check_choice(f"{path}: a column", name, list(COLUMNS))
     for name in ("id", "thickness", "height"):
         if name not in units:
-            raise InputError(f"{path}: the column {name} is missing; there must be id, thickness and height")
+            raise InputError(
+                f"{path}: the column {name} is missing; there must be id, thickness and height"
+            )
     if len(units) < len(heads):
         raise InputError(f"{path}: a column is there twice; each must be there once")
     rows: dict[str, Row | BadRow] = {}
     for number, cells in enumerate(table.fillna("").itertuples(index=False), 1):
-        filled = {name: cell.strip() for name, cell in zip(units, cells, strict=True) if cell.strip()}
+        filled = {
+            name: cell.strip() for name, cell in zip(units, cells, strict=True) if cell.strip()
+        }
         identifier = filled.pop("id", f"row {number}")
         if identifier in rows:
-            raise InputError(f"{path}: the id {identifier!r} is there twice; each wall must have its own")
+            raise InputError(
+                f"{path}: the id {identifier!r} is there twice; each wall must have its own"
+            )
         try:
-            rows[identifier] = _make_row(identifier, {name: _value(name, filled[name], units[name]) for name in filled})
+            rows[identifier] = _make_row(
+                identifier, {name: _value(name, filled[name], units[name]) for name in filled}
+            )
         except InputError as error:
             rows[identifier] = BadRow(identifier, str(error))
     if not rows:
@@ -128,7 +142,11 @@ def _value(name: str, text: str, head_unit: str) -> Any:
     unit = COLUMNS[name]
     if name in ("parapet", "one_sided"):
         return check_choice(name, text.lower(), ("yes", "no")) == "yes"
-    if unit is None or (name, text) == ("hinge_ratio", "weakest") or (name == "restitution" and text in RULES):
+    if (
+        unit is None
+        or (name, text) == ("hinge_ratio", "weakest")
+        or (name == "restitution" and text in RULES)
+    ):
         return text
     try:
         return quantity(text + head_unit if text[-1].isdigit() else text, unit)
@@ -143,8 +161,12 @@ def _make_row(identifier: str, values: Mapping[str, Any]) -> Row:
     wall, period = make_wall(values), values.get("diaphragm_period")
     e, _ = find_restitution(wall, values.get("restitution", DEFAULT_RULE))
     if period is not None and isinstance(wall, OneSidedWall):
-        raise InputError("a row that is one_sided must have no diaphragm_period: the stop moves as the base does")
-    return Row(identifier, wall, make_curve(values), e, None if period is None else Diaphragm(period))
+        raise InputError(
+            "a row that is one_sided must have no diaphragm_period: the stop moves as the base does"
+        )
+    return Row(
+        identifier, wall, make_curve(values), e, None if period is None else Diaphragm(period)
+    )
 
 
 # --- e by a rule ------------------------------------------------------------------------------------------------------
@@ -161,17 +183,23 @@ HOUSNER = "Housner: one block that rocks on its base"
 SORRENTINO = "Sorrentino, AlShawa and Decanini (2011), second-hand: a block that hits a return wall"
 
 
-def find_restitution(wall: Wall | Parapet | OneSidedWall, restitution: float | str) -> tuple[float, str]:
+def find_restitution(
+    wall: Wall | Parapet | OneSidedWall, restitution: float | str
+) -> tuple[float, str]:
     """Return e, by its rule or as it is given, and the reason for it; for a parapet every rule is Housner's. [-]"""
     if not isinstance(restitution, str):
         check("restitution", restitution, lambda e: (e >= 0) & (e <= 1), "at least 0 and at most 1")
         return float(restitution), "given"
     if isinstance(wall, OneSidedWall):
         if isinstance(wall.mechanism, Wall) or restitution != DEFAULT_RULE:
-            raise InputError(f"restitution is {restitution!r}; it must be a number, or of a one-sided block measured")
+            raise InputError(
+                f"restitution is {restitution!r}; it must be a number, or of a one-sided block measured"
+            )
         return float(wall.restitution_measured), SORRENTINO
     check_choice("restitution", restitution, tuple(RULES))
     e = float(getattr(wall, f"restitution_{restitution}"))
     if np.isnan(e):  # of a mass on the wall
-        raise InputError(f"restitution is {restitution!r}; with overburden_mass it must be a number or another rule")
+        raise InputError(
+            f"restitution is {restitution!r}; with overburden_mass it must be a number or another rule"
+        )
     return e, HOUSNER if isinstance(wall, Parapet) else RULES[restitution]

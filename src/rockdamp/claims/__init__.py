@@ -44,7 +44,9 @@ def judge(claim: dict[str, Any], datasets: Datasets) -> dict[str, str]:
     parts, measured, finding = JUDGES[claim["id"]](datasets, limits)
     verdict = HOLDS if all(parts.values()) else IN_PART if any(parts.values()) else FAILS
     # A record that a model made, or a value that was chosen so that the claim holds, decides nothing.
-    synthetic = claim["id"] == "fig8-sdr" and datasets["validation"].attrs.get("record_synthetic") == "yes"
+    synthetic = (
+        claim["id"] == "fig8-sdr" and datasets["validation"].attrs.get("record_synthetic") == "yes"
+    )
     if synthetic or claim.get("inferred"):
         verdict = UNTESTED
     elif verdict == IN_PART:

@@ -17,13 +17,16 @@ from rockdamp.storage.dataset import Datasets
 from rockdamp.text import join_words, number, percent, plain
 
 Limits: TypeAlias = Mapping[str, Any]
-Judgement: TypeAlias = tuple[dict[str, bool], str, str]  # parts of the claim that hold or not, numbers, a sentence
+Judgement: TypeAlias = tuple[
+    dict[str, bool], str, str
+]  # parts of the claim that hold or not, numbers, a sentence
 
 
 def list_models(values: xr.DataArray, write: Any = percent) -> str:
     """Write a value for each model: ``CDC 48 %, CDR 8.2 %``."""
     return ", ".join(
-        f"{name} {write(value)}" for name, value in zip(values["damping_model"].values, values, strict=True)
+        f"{name} {write(value)}"
+        for name, value in zip(values["damping_model"].values, values, strict=True)
     )
 
 
@@ -41,13 +44,18 @@ def hinge_mass(data: Datasets, limits: Limits) -> Judgement:
     """Compare effective mass and excitation factor at rest between the lowest and the highest hinge."""
     mechanism = data["mechanism"].sortby(["slenderness", "hinge_height_ratio"])
     parts, changes = {}, []
-    for name, variable in (("effective mass", "effective_mass_ratio"), ("excitation factor", "excitation_factor")):
+    for name, variable in (
+        ("effective mass", "effective_mass_ratio"),
+        ("excitation factor", "excitation_factor"),
+    ):
         at_hinge = mechanism[variable].transpose("hinge_height_ratio", "slenderness").values
         change = at_hinge[-1] / at_hinge[0] - 1
         size = np.abs(change)
         parts[name] = bool(((size > limits["none"]) & (size <= limits["slight"])).all())
         changes.append(f"{name} {percent(change[0])} to {percent(change[-1])}")
-    hinge, slenderness = (extremes(mechanism[name], plain) for name in ("hinge_height_ratio", "slenderness"))
+    hinge, slenderness = (
+        extremes(mechanism[name], plain) for name in ("hinge_height_ratio", "slenderness")
+    )
     return (
         parts,
         ", ".join(changes),
@@ -73,10 +81,14 @@ def paired_ratio(pairs: xr.Dataset) -> xr.DataArray:
     A collapse is larger than any peak.
     """
     peak = pairs["peak"].where(pairs["collapsed"] == 0, np.inf)
-    bilinear, trilinear = (peak.sel(force_curve=curve, drop=True) for curve in ("bi-linear", "tri-linear"))
+    bilinear, trilinear = (
+        peak.sel(force_curve=curve, drop=True) for curve in ("bi-linear", "tri-linear")
+    )
     first_branch = float(pairs["yield_displacement_ratio"].sel(force_curve="tri-linear"))
     both = np.isinf(bilinear) & np.isinf(trilinear)
-    return (bilinear / trilinear.where(~both & (trilinear > first_branch))).drop_vars("force_curve", errors="ignore")
+    return (bilinear / trilinear.where(~both & (trilinear > first_branch))).drop_vars(
+        "force_curve", errors="ignore"
+    )
 
 
 def ean_slender(data: Datasets, limits: Limits) -> Judgement:
@@ -108,13 +120,16 @@ def e_measured(data: Datasets, limits: Limits) -> Judgement:
 # --- loops -----------------------------------------------------------------------------------------------------------
 
 
-def half_cycle_areas(histories: xr.Dataset, model: str, response_length: float, inner: float = 1.0) -> Array:
+def half_cycle_areas(
+    histories: xr.Dataset, model: str, response_length: float, inner: float = 1.0
+) -> Array:
     """Return the work of the damping force in each half cycle that ends within `response_length`, over K0 u_ins^2.
 
     Only of displacements up to `inner` times the peak that the half cycle starts from.
     """
     u, v, force = (
-        histories[name].sel(damping_model=model).values for name in ("displacement", "velocity", "damping_force")
+        histories[name].sel(damping_model=model).values
+        for name in ("displacement", "velocity", "damping_force")
     )
     turns = turning_samples(v[histories["tau"].values <= response_length])
     work = 0.5 * (force[1:] + force[:-1]) * np.diff(u)
@@ -134,7 +149,10 @@ def fig3_energy(data: Datasets, limits: Limits) -> Judgement:
     """Compare the areas of the models' loops, one for each whole cycle: over a whole decay they are equal by energy."""
     length = float(data["match/amplitude"]["response_length"])
     halves = [half_cycle_areas(data["damping_force"], model, length) for model in PAPER_MODELS]
-    totals, count = np.array([areas.sum() for areas in halves]), min(areas.size for areas in halves) // 2
+    totals, count = (
+        np.array([areas.sum() for areas in halves]),
+        min(areas.size for areas in halves) // 2,
+    )
     loops = np.stack([areas[: 2 * count].reshape(count, 2).sum(axis=1) for areas in halves])
     apart = np.abs(loops / loops.mean(axis=0) - 1).max(axis=0)
     return (
@@ -155,7 +173,11 @@ def fig3_impact(data: Datasets, limits: Limits) -> Judgement:
         ranges.append(f"{model} {extremes(inner / whole)}")
     concentrated = {model: bool(part > limits["concentrated"]) for model, part in share.items()}
     return (
-        {"CDR": concentrated["CDR"], "SDR": concentrated["SDR"], "CDC does not": not concentrated["CDC"]},
+        {
+            "CDR": concentrated["CDR"],
+            "SDR": concentrated["SDR"],
+            "CDC does not": not concentrated["CDC"],
+        },
         ", ".join(f"{model} {percent(part)}" for model, part in share.items()),
         f"Shares of the decay within the inner {percent(limits['inner'])} of the amplitude; by half cycle"
         f" {join_words(ranges)}.",
@@ -195,13 +217,19 @@ def fig4_smooth(data: Datasets, limits: Limits) -> Judgement:
     histories, length = data["damping_force"], float(data["match/amplitude"]["response_length"])
     matched = histories.isel(tau=histories["tau"].values <= length)
     cr, cdr = (matched.sel(damping_model=model) for model in ("CR", "CDR"))
-    step_cr, step_cdr = (float(np.abs(np.diff(decay["velocity"].values)).max()) for decay in (cr, cdr))
+    step_cr, step_cdr = (
+        float(np.abs(np.diff(decay["velocity"].values)).max()) for decay in (cr, cdr)
+    )
     u, v = (
-        rms(cdr[name].values - cr[name].values) / float(np.abs(cr[name]).max()) for name in ("displacement", "velocity")
+        rms(cdr[name].values - cr[name].values) / float(np.abs(cr[name]).max())
+        for name in ("displacement", "velocity")
     )
     jump = step_cdr / step_cr
     return (
-        {"smooth": jump <= limits["jump"], "follows CR": u <= limits["same"] and v <= limits["same_velocity"]},
+        {
+            "smooth": jump <= limits["jump"],
+            "follows CR": u <= limits["same"] and v <= limits["same_velocity"],
+        },
         f"step {percent(jump)} of CR's, displacement {percent(u)}",
         "The largest change of velocity in a step, and the root mean square difference; the velocity differs by"
         f" {percent(v)} of CR's largest.",

@@ -45,7 +45,9 @@ def mean_spread(xi: xr.DataArray, dim: str) -> xr.DataArray:
 
 def largest(values: xr.DataArray, model: str) -> xr.DataArray:
     """Return true where `model` has the largest of the models' values."""
-    return (values.sel(damping_model=model) > values.drop_sel(damping_model=model)).all("damping_model")
+    return (values.sel(damping_model=model) > values.drop_sel(damping_model=model)).all(
+        "damping_model"
+    )
 
 
 def steady(values: xr.DataArray, dim: str, sign: int) -> xr.DataArray:
@@ -58,7 +60,10 @@ def spans(held: xr.DataArray) -> str:
     values, true = held[held.dims[0]].values, np.flatnonzero(held.values.astype(bool))
     runs = np.split(true, np.flatnonzero(np.diff(true) > 1) + 1) if true.size else []
     ends = [(plain(values[run[0]]), plain(values[run[-1]])) for run in runs]
-    return ", ".join(first if first == last else f"{first} to {last}" for first, last in ends) or "none"
+    return (
+        ", ".join(first if first == last else f"{first} to {last}" for first, last in ends)
+        or "none"
+    )
 
 
 def count_cases(held: xr.DataArray) -> str:
@@ -69,7 +74,10 @@ def count_cases(held: xr.DataArray) -> str:
 def ends(xi: xr.DataArray, dim: str) -> dict[str, str]:
     """Write each model's mean over e at the smallest and at the largest of a parameter."""
     means = xi.sortby(dim).isel({dim: [0, -1]}).mean("restitution").transpose("damping_model", dim)
-    return {model: f"{number(low)} to {number(high)}" for model, (low, high) in zip(MODELS, means.values, strict=True)}
+    return {
+        model: f"{number(low)} to {number(high)}"
+        for model, (low, high) in zip(MODELS, means.values, strict=True)
+    }
 
 
 # --- amplitude -------------------------------------------------------------------------------------------------------
@@ -90,7 +98,8 @@ def amp_cdr(data: Datasets, limits: Limits) -> Judgement:
     """Compare CDR's spread over amplitude with a limit."""
     studied = ratios(data["match/amplitude"])
     paper, wide = (
-        mean_spread(xi, RELEASE).sel(damping_model="CDR") for xi in (paper_amplitudes(data, limits), studied)
+        mean_spread(xi, RELEASE).sel(damping_model="CDR")
+        for xi in (paper_amplitudes(data, limits), studied)
     )
     return (
         {"CDR": bool(paper <= limits["slight"])},
@@ -104,7 +113,8 @@ def amp_sign(data: Datasets, limits: Limits) -> Judgement:
     xi = paper_amplitudes(data, limits)
     signs = {"CDC less": ("CDC", -1), "CDR less": ("CDR", -1), "SDR more": ("SDR", 1)}
     parts = {
-        part: bool(steady(xi.sel(damping_model=model), RELEASE, sign).all()) for part, (model, sign) in signs.items()
+        part: bool(steady(xi.sel(damping_model=model), RELEASE, sign).all())
+        for part, (model, sign) in signs.items()
     }
     sdr = mean_spread(xi, RELEASE).sel(damping_model="SDR")
     return (
@@ -159,7 +169,8 @@ def low_amp(data: Datasets, limits: Limits) -> Judgement:
 
 def _independence(matched: xr.Dataset, dim: str, limits: Limits) -> Judgement:
     tau, seconds = (
-        spread(ratios(matched, variable), dim).max() for variable in ("damping_ratio", "damping_ratio_fixed_seconds")
+        spread(ratios(matched, variable), dim).max()
+        for variable in ("damping_ratio", "damping_ratio_fixed_seconds")
     )
     return (
         {"damping ratios": bool(tau <= limits["same"])},
@@ -213,7 +224,10 @@ def a1_sign(data: Datasets, limits: Limits) -> Judgement:
     xi = ratios(data["match/cracked_stiffness"])
     change, sdr = ends(xi, A1), xi.sel(damping_model="SDR")
     return (
-        {f"{model} less": bool(steady(xi.sel(damping_model=model), A1, 1).all()) for model in ("CDC", "CDR")},
+        {
+            f"{model} less": bool(steady(xi.sel(damping_model=model), A1, 1).all())
+            for model in ("CDC", "CDR")
+        },
         f"CDC {change['CDC']}, CDR {change['CDR']}",
         "Mean ξ at the lowest and at the highest a1. SDR, of which the text says both, needs more at lower a1 at"
         f" {count_cases(steady(sdr, A1, -1))}.",
@@ -223,7 +237,10 @@ def a1_sign(data: Datasets, limits: Limits) -> Judgement:
 def fit_order(data: Datasets, limits: Limits) -> Judgement:
     """Compare the polynomials with Eq. (15)."""
     xi = data["equivalence"]["damping_ratio_fit"].sel(damping_model=MODELS)
-    cdc, cdr, sdr = (xi.sel(damping_model=model) / data["equivalence"]["giannini_masiani"] - 1 for model in MODELS)
+    cdc, cdr, sdr = (
+        xi.sel(damping_model=model) / data["equivalence"]["giannini_masiani"] - 1
+        for model in MODELS
+    )
     apart = float(np.abs(cdr).mean())
     return (
         {
@@ -251,8 +268,14 @@ def matched_error(data: Datasets) -> xr.DataArray:
 
 def err_secant(data: Datasets, limits: Limits) -> Judgement:
     """Compare the errors of CDR and SDR with those of CDC."""
-    error, lengths = matched_error(data), data["response_lengths"]["secant_below_constant"].astype(bool)
-    below = {model: error.sel(damping_model=model) < error.sel(damping_model="CDC") for model in ("CDR", "SDR")}
+    error, lengths = (
+        matched_error(data),
+        data["response_lengths"]["secant_below_constant"].astype(bool),
+    )
+    below = {
+        model: error.sel(damping_model=model) < error.sel(damping_model="CDC")
+        for model in ("CDR", "SDR")
+    }
     return (
         {model: bool(lower.all()) for model, lower in below.items()},
         list_models(error.mean("restitution")),
@@ -264,7 +287,9 @@ def err_secant(data: Datasets, limits: Limits) -> Judgement:
 def err_range(data: Datasets, limits: Limits) -> Judgement:
     """Name the model that errs least at each e, at the length that was inferred from this claim."""
     lengths = data["response_lengths"]
-    inferred = lengths["error"].sel(response_length=float(lengths["inferred_response_length"]), method="nearest")
+    inferred = lengths["error"].sel(
+        response_length=float(lengths["inferred_response_length"]), method="nearest"
+    )
     error = inferred.sel(damping_model=MODELS).transpose("damping_model", "restitution")
     lowest = np.array(MODELS)[error.argmin("damping_model")]
     low, high = limits["range"]
@@ -284,7 +309,9 @@ def err_e(data: Datasets, limits: Limits) -> Judgement:
     error = matched_error(data)
     rising = (error.diff("restitution") < 0).sum("restitution")
     steps = error.sizes["restitution"] - 1
-    together = data["response_lengths"]["error_rises_as_restitution_falls"].sel(damping_model=MODELS)
+    together = data["response_lengths"]["error_rises_as_restitution_falls"].sel(
+        damping_model=MODELS
+    )
     return (
         {model: int(rising.sel(damping_model=model)) == steps for model in MODELS},
         list_models(rising, lambda count: f"{int(count)} of {steps}"),
@@ -298,7 +325,9 @@ def best_cdr(data: Datasets, limits: Limits) -> Judgement:
     error = matched_error(data).mean("restitution")
     amplitude = mean_spread(paper_amplitudes(data, limits), RELEASE)
     stiffness = mean_spread(ratios(data["match/cracked_stiffness"]), A1)
-    length_errors = data["response_lengths"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
+    length_errors = (
+        data["response_lengths"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
+    )
     return (
         {
             "least error": bool(largest(-error, "CDR")),

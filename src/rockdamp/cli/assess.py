@@ -51,7 +51,9 @@ def assess(**inputs: Any) -> None:
     wall, curve = common.build_wall(inputs), common.build_curve(inputs)
     e, _ = common.choose_restitution(wall, inputs["restitution"])
     if inputs["report"] is not None and (inputs["one_sided"] or inputs["exponent"]):
-        raise click.UsageError("--report has no page of a wall against a stop, or of a loss with an exponent")
+        raise click.UsageError(
+            "--report has no page of a wall against a stop, or of a loss with an exponent"
+        )
     motions = common.read_support_motions(inputs)
     answer = rd.assess(
         *(wall, curve, motions),
@@ -63,7 +65,9 @@ def assess(**inputs: Any) -> None:
     if peaks.notnull().all():
         common.warn_of_rest(peaks.max(), curve)
     damping = {} if inputs["one_sided"] else describe_damping(wall, curve, max(e, LEAST_OF_DAMPER))
-    common.write_outputs(answer, "assessment", inputs, "fragility_figure", records=common.digests(motions))
+    common.write_outputs(
+        answer, "assessment", inputs, "fragility_figure", records=common.digests(motions)
+    )
     if inputs["report"] is not None:
         from rockdamp.report.wall_page import write_wall_page
 
@@ -76,16 +80,26 @@ def assess(**inputs: Any) -> None:
         _print(answer, wall, curve, damping)
 
 
-def _print(answer: xr.Dataset, wall: Any, curve: rd.TrilinearCurve, damping: dict[str, Any]) -> None:
+def _print(
+    answer: xr.Dataset, wall: Any, curve: rd.TrilinearCurve, damping: dict[str, Any]
+) -> None:
     """Print what was taken, the shares that collapse the wall, the fragility and the damper to use; the answer last."""
     from rockdamp.assessment.answers import measure_name, reasons
     from rockdamp.equivalence.programs import REQUIREMENT
     from rockdamp.text import count_noun
 
-    measure, cr, models = measure_name(answer), answer.sel(damping_model="CR"), answer["damping_model"].values.tolist()
+    measure, cr, models = (
+        measure_name(answer),
+        answer.sel(damping_model="CR"),
+        answer["damping_model"].values.tolist(),
+    )
     e = float(answer["restitution"])
     size, unit = (STANDARD_GRAVITY, "g") if measure == "pga" else (1.0, "m/s")
-    head, median, records = f"{measure.upper()} [{unit}]", f"median_{measure}", int(answer["records"])
+    head, median, records = (
+        f"{measure.upper()} [{unit}]",
+        f"median_{measure}",
+        int(answer["records"]),
+    )
     stations = count_noun(len(set(answer["station"].values.tolist())), "station")
     click.echo(
         f"{common.describe_wall(wall, curve, e, answer.attrs['restitution_reason'])}\n"
@@ -113,12 +127,16 @@ def _print(answer: xr.Dataset, wall: Any, curve: rd.TrilinearCurve, damping: dic
         click.echo(f"-: {reason}")
     click.echo()
     if damping:
-        common.print_dampers(damping, [row for row in damping["damping"] if row["damping_model"] in REQUIREMENT])
+        common.print_dampers(
+            damping, [row for row in damping["damping"] if row["damping_model"] in REQUIREMENT]
+        )
         click.echo()
     share, others = (cr[f"{case}collapse_probability"].values[-1] for case in ("", "case_"))
     ends = [percent(end) for end in (min(share, *others), max(share, *others))]
     count = f"{cr['collapses'].values[-1]} of {records} collapse the wall, {percent(share)}"
-    click.echo(f"{measure.upper()} {rows[-1][head]:.3g} {unit}: {count}; {' to '.join(ends)} over the range of e")
+    click.echo(
+        f"{measure.upper()} {rows[-1][head]:.3g} {unit}: {count}; {' to '.join(ends)} over the range of e"
+    )
 
 
 def _shares(answer: xr.Dataset, e: float, wall: Any) -> dict[str, Any]:
@@ -127,7 +145,10 @@ def _shares(answer: xr.Dataset, e: float, wall: Any) -> dict[str, Any]:
     less, *more = (
         {f"{'impulsive ' if name == 'impulsive' else ''}e = {case:.3g}": percent(share)}
         for name, case, share in zip(
-            *(answer[name].values for name in ("restitution_case", "case_restitution", "case_collapse_probability")),
+            *(
+                answer[name].values
+                for name in ("restitution_case", "case_restitution", "case_collapse_probability")
+            ),
             strict=True,
         )
     )
@@ -185,5 +206,13 @@ def batch(**inputs: Any) -> None:
     click.echo(f"{len(rows) - len(bad)} of {len(rows)} walls at {measure} {intensity:.4g} {unit}")
     for row in bad:
         click.echo(f"{row['id']}: {row['error']}")
-    names = ("id", "damping_model", "collapses", "records", "median_intensity", "dispersion", "peak_median")
+    names = (
+        "id",
+        "damping_model",
+        "collapses",
+        "records",
+        "median_intensity",
+        "dispersion",
+        "peak_median",
+    )
     common.print_table([{name: row[name] for name in names} for row in table if not row["error"]])

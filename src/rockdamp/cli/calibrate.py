@@ -28,11 +28,27 @@ IMPACTS_PRINTED = 12
     ),
 )
 @options.records_option("File, pattern or folder, with measured displacements", required=False)
-@option("--compare", is_flag=True, help="Fit every damper too, and say what each leaves of the records.")
-@option("--free-rocking", is_flag=True, help="Fit FILES, pull-and-release tests, in place of records.")
-@option("--frame-rate", type=NUMBER, help="Frames a second, where FILES have frame numbers in place of times.")
-@option("--pixel", type=LENGTH, help="Size of a pixel, or of another unit, where FILES are not in metres.")
-@option("--least-peak", type=LENGTH, help="Smallest peak of FILES to use.  [default: ten times the noise]")
+@option(
+    "--compare", is_flag=True, help="Fit every damper too, and say what each leaves of the records."
+)
+@option(
+    "--free-rocking", is_flag=True, help="Fit FILES, pull-and-release tests, in place of records."
+)
+@option(
+    "--frame-rate",
+    type=NUMBER,
+    help="Frames a second, where FILES have frame numbers in place of times.",
+)
+@option(
+    "--pixel",
+    type=LENGTH,
+    help="Size of a pixel, or of another unit, where FILES are not in metres.",
+)
+@option(
+    "--least-peak",
+    type=LENGTH,
+    help="Smallest peak of FILES to use.  [default: ten times the noise]",
+)
 @click.argument("files", nargs=-1, type=options.FILE)
 @options.wall_options(MeasuredQuantity)
 @options.softening_options
@@ -50,8 +66,12 @@ def calibrate(**inputs: Any) -> None:
     free_rocking, video = inputs["free_rocking"], ("frame_rate", "pixel", "least_peak")
     if free_rocking is not bool(inputs["files"]) or free_rocking is bool(inputs["records"]):
         raise click.UsageError("there must be either --record FILE, or --free-rocking FILE ...")
-    if (free_rocking and inputs["compare"]) or (not free_rocking and any(inputs[name] is not None for name in video)):
-        raise click.UsageError("--compare belongs to --record; --frame-rate, --pixel, --least-peak to --free-rocking")
+    if (free_rocking and inputs["compare"]) or (
+        not free_rocking and any(inputs[name] is not None for name in video)
+    ):
+        raise click.UsageError(
+            "--compare belongs to --record; --frame-rate, --pixel, --least-peak to --free-rocking"
+        )
     wall = common.build_wall(inputs)
     curve = {"ultimate_displacement_ratio": inputs["a3"], "softening": inputs["softening"]}
     deviations = {name: getattr(value, "deviation", 0.0) for name, value in inputs.items()}
@@ -81,7 +101,9 @@ def _rows(dataset: xr.Dataset, dim: str) -> list[dict[str, Any]]:
 
 
 def _print(found: dict[str, Any]) -> None:
-    common.print_table([{**row, "interval_90": common.span(row["interval_90"], 5)} for row in found["parameters"]])
+    common.print_table(
+        [{**row, "interval_90": common.span(row["interval_90"], 5)} for row in found["parameters"]]
+    )
     rest = found["residual_over_rest" if "releases" in found else "residual_over_noise"]
     click.echo(
         f"\nthe best fit leaves {1000 * found['residual_rms']:.3g} mm (rms),"
@@ -106,12 +128,21 @@ def _fit_records(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str, dic
     fitted = rd.calibrate(records, wall, **how)
     found = _values(fitted)
     if inputs["compare"]:
-        compared = compare_dampers(records, wall, **{name: how[name] for name in how if name != "uncertain"})
+        compared = compare_dampers(
+            records, wall, **{name: how[name] for name in how if name != "uncertain"}
+        )
         estimates = compared["estimate"].to_dataset("parameter")
-        found["damping_models"] = _rows(compared.drop_vars("estimate").merge(estimates), "damping_model")
+        found["damping_models"] = _rows(
+            compared.drop_vars("estimate").merge(estimates), "damping_model"
+        )
     digests = common.digests(motions)
     common.write_outputs(
-        fitted, "calibration", inputs, "calibration_figure", records=digests, uncertain=how["uncertain"]
+        fitted,
+        "calibration",
+        inputs,
+        "calibration_figure",
+        records=digests,
+        uncertain=how["uncertain"],
     )
     return common.describe_records(motions), found
 
@@ -123,18 +154,30 @@ def _fit_free_rocking(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str
     """Return what was read, and what was found."""
     video = {name: inputs[name] for name in ("frame_rate", "pixel")}
     tests = [rd.read_free_rocking(path, **video) for path in inputs["files"]]
-    files = [f"{path.name}: {_describe(test.elapsed)}" for path, test in zip(inputs["files"], tests, strict=True)]
+    files = [
+        f"{path.name}: {_describe(test.elapsed)}"
+        for path, test in zip(inputs["files"], tests, strict=True)
+    ]
     fitted = rd.fit_free_rocking(tests, wall, **how, least_peak=inputs["least_peak"])
     digests = " ".join(test.digest for test in tests)
     common.write_outputs(
-        fitted, "free_rocking", inputs, "free_rocking_figure", files=digests, uncertain=how["uncertain"]
+        fitted,
+        "free_rocking",
+        inputs,
+        "free_rocking_figure",
+        files=digests,
+        uncertain=how["uncertain"],
     )
     found = _values(fitted)
     found["loss_exponent_interval_90"] = fitted["loss_exponent_interval"].values
-    found["residual_over_peak"] = found["residual_rms"] / float(abs(fitted["peak_displacement"]).max())
+    found["residual_over_peak"] = found["residual_rms"] / float(
+        abs(fitted["peak_displacement"]).max()
+    )
     found["residual_over_rest"] = found["residual_rms"] / found["rest_deviation"]
     found |= {f"{dim}s": _rows(fitted, dim) for dim in ("release", "half_cycle", "impact")}
-    found["restitution_at"] = _rows(fitted.rename(restitution_at_amplitude="restitution"), "amplitude")
+    found["restitution_at"] = _rows(
+        fitted.rename(restitution_at_amplitude="restitution"), "amplitude"
+    )
     dampers = _rows(fitted.rename(relative_log_likelihood="log_likelihood"), "damping_model")
     least = found["log_likelihood_threshold"]
     found["damping_models"] = [row | {"excluded": row["log_likelihood"] < least} for row in dampers]
@@ -145,8 +188,13 @@ def _describe(elapsed: Array) -> str:
     """Return what was read of a test, and its gaps: intervals of more than 1.5 of the usual one."""
     intervals = elapsed[1:] - elapsed[:-1]
     gaps = int((intervals > 1.5 * sorted(intervals)[intervals.size // 2]).sum())
-    text, at = f"{elapsed.size} samples in {elapsed[-1] - elapsed[0]:.4g} s", int(intervals.argmax())
-    longest = f"; {count_noun(gaps, 'gap')}, the longest {intervals[at]:.3g} s after {elapsed[at]:.4g} s"
+    text, at = (
+        f"{elapsed.size} samples in {elapsed[-1] - elapsed[0]:.4g} s",
+        int(intervals.argmax()),
+    )
+    longest = (
+        f"; {count_noun(gaps, 'gap')}, the longest {intervals[at]:.3g} s after {elapsed[at]:.4g} s"
+    )
     return text + longest if gaps else text
 
 
@@ -154,9 +202,16 @@ def _print_losses(found: dict[str, Any]) -> None:
     """Print e by amplitude, the dampers that the test excludes, and e of the first impacts."""
     from rockdamp.laboratory.free_rocking import ASSESSED_AMPLITUDE
 
-    e, rigid, g = found["parameters"][-1]["estimate"], found["restitution_rigid"], found["loss_exponent"]
+    e, rigid, g = (
+        found["parameters"][-1]["estimate"],
+        found["restitution_rigid"],
+        found["loss_exponent"],
+    )
     at = {row["amplitude"]: row for row in found["restitution_at"]}
-    spans = [f"{row['restitution']:.3f} ({common.span(row['interval_90'], 5)}) at {x:g} u_ins" for x, row in at.items()]
+    spans = [
+        f"{row['restitution']:.3f} ({common.span(row['interval_90'], 5)}) at {x:g} u_ins"
+        for x, row in at.items()
+    ]
     rocking = [row for row in found["impacts"] if row["impact_rocking"]]
     click.echo(
         f"e is {e / rigid:.3f} of that of rigid mechanics, {rigid:.4f}, by {len(rocking)} impacts; it scatters by"
@@ -167,11 +222,18 @@ def _print_losses(found: dict[str, Any]) -> None:
         f"\nthe loss goes with the energy to the power -g, g = {g:.3f}"
         f" ({common.span(found['loss_exponent_interval_90'], 5)}); that of each damper:\n"
     )
-    common.print_table([{**row, "excluded": "yes" if row["excluded"] else "no"} for row in found["damping_models"]])
+    common.print_table(
+        [{**row, "excluded": "yes" if row["excluded"] else "no"} for row in found["damping_models"]]
+    )
     click.echo()
-    heads = {"impact_elapsed": "elapsed [s]", "impact_amplitude": "u/u_ins before", "impact_restitution": "e"}
+    heads = {
+        "impact_elapsed": "elapsed [s]",
+        "impact_amplitude": "u/u_ins before",
+        "impact_restitution": "e",
+    }
     impacts = [
-        {head: row[name] for name, head in heads.items()} | {"interval_90": common.span(row["interval_90"], 5)}
+        {head: row[name] for name, head in heads.items()}
+        | {"interval_90": common.span(row["interval_90"], 5)}
         for row in rocking
     ]
     common.print_table(impacts[:IMPACTS_PRINTED])

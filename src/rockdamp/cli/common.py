@@ -28,7 +28,13 @@ def warn(name: str, value: SupportsFloat, least: float, most: float, remark: str
 
 
 def warn_of_rest(peak: SupportsFloat, curve: rd.TrilinearCurve) -> None:
-    warn("peak over a1", float(peak) / float(curve.yield_displacement_ratio), 1.0, inf, "the wall does not rock")
+    warn(
+        "peak over a1",
+        float(peak) / float(curve.yield_displacement_ratio),
+        1.0,
+        inf,
+        "the wall does not rock",
+    )
 
 
 # --- what the options describe ----------------------------------------------------------------------------------------
@@ -55,41 +61,75 @@ def choose_restitution(wall: Any, restitution: float | str) -> tuple[float, str]
     from rockdamp.assessment.table import find_restitution
 
     e, reason = find_restitution(wall, restitution)
-    if not isinstance(restitution, str) and hasattr(wall, "restitution_rigid"):  # against a stop there is none
+    if not isinstance(restitution, str) and hasattr(
+        wall, "restitution_rigid"
+    ):  # against a stop there is none
         remark = "tests of walls and blocks gave 0.85 to 1.03"
-        warn("restitution over that of rigid mechanics", e / wall.restitution_rigid, 0.0, 1.1, remark)
+        warn(
+            "restitution over that of rigid mechanics", e / wall.restitution_rigid, 0.0, 1.1, remark
+        )
     return e, reason
 
 
-def build_dampings(inputs: Inputs, curve: rd.TrilinearCurve, e: float | None, **release: float) -> list[rd.Damping]:
+def build_dampings(
+    inputs: Inputs, curve: rd.TrilinearCurve, e: float | None, **release: float
+) -> list[rd.Damping]:
     """Return the damper that the options describe; with --compare that of every model."""
     (model, parameter), xi = inputs["damping_model"] or ("CR", {}), inputs["damping_ratio"]
     if inputs["compare"]:
         if e is None or xi is not None or inputs["damping_model"]:
             raise click.UsageError("--compare must be given with --restitution alone")
         rows = rd.equivalent(e, curve, **release)
-        return [rd.Damping("CR", e), *(rd.Damping(row["damping_model"], row["damping_ratio"]) for row in rows)]
+        return [
+            rd.Damping("CR", e),
+            *(rd.Damping(row["damping_model"], row["damping_ratio"]) for row in rows),
+        ]
     if (e is None) is (xi is None) or (model == "CR" and xi is not None):
         viscous = f"--damping-ratio with --damping-model {'|'.join(VISCOUS_MODELS)}"
         raise click.UsageError(f"there must be either --restitution, or {viscous}")
     if xi is not None:
         warn("damping_ratio", xi, 0.0, 0.5, "the damper is near critical")
-    return [rd.Damping(model, xi, **parameter) if e is None else rd.Damping.from_restitution(e, model, **parameter)]
+    return [
+        rd.Damping(model, xi, **parameter)
+        if e is None
+        else rd.Damping.from_restitution(e, model, **parameter)
+    ]
 
 
 def read_motions(inputs: Inputs) -> list[rd.GroundMotion]:
     """Return the ground motions of --records; refuse an output that would overwrite one of them."""
     from rockdamp.motions.catalogue import record_files
 
-    output, sources = inputs["output"], [*record_files(inputs["records"]), *filter(None, [inputs.get("walls")])]
-    if output is not None and output.exists() and any(output.samefile(source) for source in sources):
-        raise click.UsageError(f"--output is {str(output)!r}, which the command reads; it must be another file")
+    output, sources = (
+        inputs["output"],
+        [*record_files(inputs["records"]), *filter(None, [inputs.get("walls")])],
+    )
+    if (
+        output is not None
+        and output.exists()
+        and any(output.samefile(source) for source in sources)
+    ):
+        raise click.UsageError(
+            f"--output is {str(output)!r}, which the command reads; it must be another file"
+        )
     motions = rd.load_records(inputs["records"], step=inputs["step"], unit=inputs["unit"])
     for motion in motions:
         measures, name = rd.intensity_measures(motion.record), motion.name
-        warn(f"{name}: PGA in g", measures.pga / STANDARD_GRAVITY, 0.001, 5.0, "records of earthquakes lie within")
+        warn(
+            f"{name}: PGA in g",
+            measures.pga / STANDARD_GRAVITY,
+            0.001,
+            5.0,
+            "records of earthquakes lie within",
+        )
         left = abs(measures.end_velocity) / measures.pgv
-        warn(f"{name}: velocity at the end over PGV", left, 0.0, 0.1, "the ground still moves when the record ends")
+        warn(
+            f"{name}: velocity at the end over PGV",
+            left,
+            0.0,
+            0.1,
+            "the ground still moves when the record ends",
+        )
     return motions
 
 
@@ -116,7 +156,9 @@ def read_support_motions(inputs: Inputs) -> Sequence[rd.GroundMotion]:
 # --- output -----------------------------------------------------------------------------------------------------------
 
 
-def describe_wall(wall: Any, curve: rd.TrilinearCurve | None, e: float | None = None, reason: str = "") -> str:
+def describe_wall(
+    wall: Any, curve: rd.TrilinearCurve | None, e: float | None = None, reason: str = ""
+) -> str:
     """Return what was taken: the wall's sizes, its curve, where rocking starts, and e with its reason."""
     body = getattr(wall, "mechanism", wall)  # of a wall against a stop
     kind = f"{'' if body is wall else 'one-sided '}{type(body).__name__.lower()}"
@@ -135,7 +177,10 @@ def describe_wall(wall: Any, curve: rd.TrilinearCurve | None, e: float | None = 
 def describe_records(motions: Iterable[rd.GroundMotion]) -> str:
     """Return what was read of records: ``record: 5366 samples, 0.005 s, PGA 0.28 g``."""
     records = [motion.intensity_record for motion in motions]
-    samples, step = (_range(values, 9) for values in ([r.elapsed.size for r in records], [r.step for r in records]))
+    samples, step = (
+        _range(values, 9)
+        for values in ([r.elapsed.size for r in records], [r.step for r in records])
+    )
     pga = _range([rd.intensity_measures(record).pga / STANDARD_GRAVITY for record in records], 2)
     name = "record" if len(records) == 1 else f"{len(records)} records"
     return f"{name}: {samples} samples, {step} s, PGA {pga} g"
@@ -169,15 +214,21 @@ def print_table(rows: Sequence[Inputs]) -> None:
     lines = [names, *([cell(row[name]) for name in names] for row in rows)]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in lines:
-        click.echo("  ".join(text.rjust(width) for text, width in zip(line, widths, strict=True)).rstrip())
+        click.echo(
+            "  ".join(text.rjust(width) for text, width in zip(line, widths, strict=True)).rstrip()
+        )
 
 
 def print_dampers(damping: Inputs, rows: Iterable[Inputs]) -> None:
     """Print some dampers in the order in which to take them, by what a program must take."""
     from rockdamp.equivalence.programs import REQUIREMENT
 
-    e, w1, period = (damping[name] for name in ("damping_restitution", "initial_frequency", "initial_period"))
-    click.echo(f"in a program the first that it takes, for e = {e:.4g}; w1 = {w1:.4g} rad/s, T1 = {period:.4g} s")
+    e, w1, period = (
+        damping[name] for name in ("damping_restitution", "initial_frequency", "initial_period")
+    )
+    click.echo(
+        f"in a program the first that it takes, for e = {e:.4g}; w1 = {w1:.4g} rad/s, T1 = {period:.4g} s"
+    )
     table = {
         row["damping_model"]: {
             "damper": row["damping_model"],
@@ -217,7 +268,9 @@ def write_csv(rows: Iterable[Inputs], path: Path) -> None:
     click.echo(f"{path} written", err=True)
 
 
-def write_outputs(dataset: xr.Dataset, kind: str, inputs: Inputs, figure: str = "", **read: Any) -> None:
+def write_outputs(
+    dataset: xr.Dataset, kind: str, inputs: Inputs, figure: str = "", **read: Any
+) -> None:
     """Write the dataset of --output, and the picture of --plot by the `figure` of that name.
 
     The inputs stand for the config; `read` is the content of files, in place of their names.

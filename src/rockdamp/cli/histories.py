@@ -48,7 +48,9 @@ def decay(**inputs: Any) -> None:
     frequency_parameter. In Python rockdamp.free_decay takes a wall, for metres and seconds.
     """
     curve, release = common.build_curve(inputs), inputs["release"]
-    dampings = common.build_dampings(inputs, curve, inputs["restitution"], release_amplitude=release)
+    dampings = common.build_dampings(
+        inputs, curve, inputs["restitution"], release_amplitude=release
+    )
     histories = rd.free_decay(curve, dampings, release_amplitude=release, length=inputs["length"])
     common.write_outputs(histories, "free_decay", inputs, "decay_figure")
     rows = _half_cycle_rows(histories)
@@ -68,8 +70,15 @@ def _half_cycle_rows(decay: xr.Dataset) -> list[dict[str, Any]]:
     for model in decay["damping_model"].values:
         displacement = decay["displacement"].sel(damping_model=model).values
         cycles = half_cycles(decay["tau"].values, displacement, LEAST)
-        for impacts, (peak, tau, end) in enumerate(zip(cycles.peak, cycles.peak_elapsed, cycles.end, strict=True)):
-            row = {"damping_model": str(model), "impacts": impacts, "tau": float(tau), "peak": abs(float(peak))}
+        for impacts, (peak, tau, end) in enumerate(
+            zip(cycles.peak, cycles.peak_elapsed, cycles.end, strict=True)
+        ):
+            row = {
+                "damping_model": str(model),
+                "impacts": impacts,
+                "tau": float(tau),
+                "peak": abs(float(peak)),
+            }
             rows += [] if isnan(end) else [row]
     return rows
 
@@ -99,12 +108,26 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[Any, Any]]:
 @options.curve_options
 @options.damping_options
 @options.restitution_option()
-@option("--scale", type=Quantity(several=True), help="Factor on the acceleration; or several.  [default: 1]")
-@option("--to-pga", type=Quantity("m s-2", several=True), help="In place of it, scale each record to this PGA.")
-@option("--to-pgv", type=Quantity("m s-1", several=True), help="In place of it, scale each record to this PGV.")
+@option(
+    "--scale",
+    type=Quantity(several=True),
+    help="Factor on the acceleration; or several.  [default: 1]",
+)
+@option(
+    "--to-pga",
+    type=Quantity("m s-2", several=True),
+    help="In place of it, scale each record to this PGA.",
+)
+@option(
+    "--to-pgv",
+    type=Quantity("m s-1", several=True),
+    help="In place of it, scale each record to this PGV.",
+)
 @option("--tail", type=SECONDS, default=0.0, help="Rest after the record.")
 @options.support_options
-@options.output_option(".csv", ".nc", help="Write the rows, or of one record and scale the histories.")
+@options.output_option(
+    ".csv", ".nc", help="Write the rows, or of one record and scale the histories."
+)
 @options.plot_option
 @options.json_option
 def respond(**inputs: Any) -> None:
@@ -117,19 +140,28 @@ def respond(**inputs: Any) -> None:
     from rockdamp.histories.respond import tabulate
 
     wall, curve = common.build_wall(inputs), common.build_curve(inputs)
-    one_sided, tail, output, target = inputs["one_sided"], inputs["tail"], inputs["output"], _target(inputs)
+    one_sided, tail, output, target = (
+        inputs["one_sided"],
+        inputs["tail"],
+        inputs["output"],
+        _target(inputs),
+    )
     rule, e, reason = inputs["restitution"], None, ""
     if rule is not None or one_sided:
         e, reason = common.choose_restitution(wall, "measured" if rule is None else rule)
     dampings = common.build_dampings(inputs, curve, e)
     if one_sided and [damping.label for damping in dampings] != ["CR"]:
-        raise click.UsageError("--one-sided must be with --restitution alone, which solves the wall event by event")
+        raise click.UsageError(
+            "--one-sided must be with --restitution alone, which solves the wall event by event"
+        )
     motions = common.read_support_motions(inputs)
     single = len(motions) == len(next(iter(target.values()))) == 1 and not one_sided
     to_csv = output is not None and output.suffix == ".csv"
     drawn = inputs["plot"] is not None or (output is not None and not to_csv)
     if drawn and not single:
-        raise click.UsageError("histories are written and drawn of one record and one scale, without --one-sided")
+        raise click.UsageError(
+            "histories are written and drawn of one record and one scale, without --one-sided"
+        )
     if one_sided:
         rows = list(respond_one_sided(motions, wall, curve, float(dampings[0].value), target, tail))
     else:
@@ -157,5 +189,7 @@ def _target(inputs: common.Inputs) -> dict[str, list[float]]:
     names = {"scale": "scale", "to_pga": "pga", "to_pgv": "pgv"}
     targets = {names[name]: inputs[name] for name in names if inputs[name] is not None}
     if len(targets) > 1:
-        raise click.UsageError("--scale, --to-pga and --to-pgv each set the scale; there must be one of them")
+        raise click.UsageError(
+            "--scale, --to-pga and --to-pgv each set the scale; there must be one of them"
+        )
     return targets or {"scale": [1.0]}

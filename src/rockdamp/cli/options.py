@@ -62,7 +62,11 @@ class Model(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         match = re.fullmatch(r"([A-Z]+?)(\d+|\d*\.\d+)?", str(value).upper())
-        if match is None or match[1] not in MODELS or (match[2] and match[1] not in ("ECD", "BAND")):
+        if (
+            match is None
+            or match[1] not in MODELS
+            or (match[2] and match[1] not in ("ECD", "BAND"))
+        ):
             self.fail(f"{value!r} is none of {' '.join(MODELS)}, ECD16, BAND0.4", param, ctx)
         name = "order" if match[1] == "ECD" else "width"
         return match[1], {name: float(match[2])} if match[2] else {}
@@ -79,7 +83,9 @@ def options(*group: Decorator) -> Decorator:
     return lambda command: reduce(lambda decorated, each: each(decorated), reversed(group), command)
 
 
-def output_option(*suffixes: str, name: str = "--output", help: str = "Write the result.", **how: Any) -> Decorator:
+def output_option(
+    *suffixes: str, name: str = "--output", help: str = "Write the result.", **how: Any
+) -> Decorator:
     """Return an option for a file to write, in one of some formats."""
 
     def check(ctx: click.Context, param: click.Parameter, path: Path | None) -> Path | None:
@@ -89,7 +95,9 @@ def output_option(*suffixes: str, name: str = "--output", help: str = "Write the
             raise click.BadParameter(f"{str(path.parent)!r} is no folder")
         return path
 
-    return option(name, type=FILE, metavar=f"FILE{'|'.join(suffixes)}", callback=check, help=help, **how)
+    return option(
+        name, type=FILE, metavar=f"FILE{'|'.join(suffixes)}", callback=check, help=help, **how
+    )
 
 
 def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
@@ -98,12 +106,35 @@ def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
         option("--thickness", type=kind("m"), required=True, help="Thickness t."),
         option("--height", type=kind("m"), required=True, help="Height h."),
         option("--width", type=LENGTH, default=1.0, help="Horizontal width."),
-        option("--density", type=Quantity("kg m-3"), default=1800.0, help="Density of the masonry."),
-        option("--hinge-ratio", type=kind(words=("weakest",)), help="Height of the hinge over h.  [default: 0.7]"),
-        option("--overburden-ratio", type=kind(), help="Overburden over the wall's weight, O/W.  [default: 0]"),
-        option("--overburden", type=Quantity("N m-1"), help="In place of O/W, a load on a metre of wall: 12kN/m."),
-        option("--overburden-mass", type=NUMBER, help="Part of it, 0 to 1, that moves up and down.  [default: 0]"),
-        option("--eccentricity", type=LENGTH, default=0.0, help="Overburden's distance from mid-thickness."),
+        option(
+            "--density", type=Quantity("kg m-3"), default=1800.0, help="Density of the masonry."
+        ),
+        option(
+            "--hinge-ratio",
+            type=kind(words=("weakest",)),
+            help="Height of the hinge over h.  [default: 0.7]",
+        ),
+        option(
+            "--overburden-ratio",
+            type=kind(),
+            help="Overburden over the wall's weight, O/W.  [default: 0]",
+        ),
+        option(
+            "--overburden",
+            type=Quantity("N m-1"),
+            help="In place of O/W, a load on a metre of wall: 12kN/m.",
+        ),
+        option(
+            "--overburden-mass",
+            type=NUMBER,
+            help="Part of it, 0 to 1, that moves up and down.  [default: 0]",
+        ),
+        option(
+            "--eccentricity",
+            type=LENGTH,
+            default=0.0,
+            help="Overburden's distance from mid-thickness.",
+        ),
         option("--parapet", is_flag=True, help="One block that rocks on its base."),
     )
 
@@ -111,7 +142,9 @@ def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
 def records_option(help: str, required: bool = True) -> Decorator:
     """Return the option that names records, in the singular or the plural."""
     names = ("--records", "--record", "records")
-    return option(*names, multiple=True, required=required, metavar="NAME", help=f"{help}; repeatable.")
+    return option(
+        *names, multiple=True, required=required, metavar="NAME", help=f"{help}; repeatable."
+    )
 
 
 motion_options = options(
@@ -121,7 +154,12 @@ motion_options = options(
 )
 softening_options = options(
     option("--a3", type=NUMBER, default=1.0, help="Ultimate displacement ratio u3/u_ins."),
-    option("--softening", type=click.Choice(SOFTENING), default="steeper", help="Last branch, for a3 < 1."),
+    option(
+        "--softening",
+        type=click.Choice(SOFTENING),
+        default="steeper",
+        help="Last branch, for a3 < 1.",
+    ),
 )
 curve_options = options(
     option("--a1", type=NUMBER, help="Yield displacement ratio u1/u_ins."),
@@ -140,25 +178,58 @@ restitution_option = partial(
     help=f"Restitution e, of releases from {RELEASES}, or a rule for it.",
 )
 damping_options = options(
-    option("--damping-model", type=Model(), help=f"{' '.join(MODELS)}, ECD16, BAND0.4.  [default: CR]"),
+    option(
+        "--damping-model", type=Model(), help=f"{' '.join(MODELS)}, ECD16, BAND0.4.  [default: CR]"
+    ),
     option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
-    option("--compare", is_flag=True, help="CR beside every viscous model, at equivalent damping ratios."),
+    option(
+        "--compare",
+        is_flag=True,
+        help="CR beside every viscous model, at equivalent damping ratios.",
+    ),
 )
-one_sided_option = option("--one-sided", is_flag=True, help="It rocks to one side, away from a rigid stop.")
+one_sided_option = option(
+    "--one-sided", is_flag=True, help="It rocks to one side, away from a rigid stop."
+)
 intensity_options = options(
-    option("--pgv", type=Quantity("m s-1", several=True), help="Peak ground velocity asked for; or several."),
-    option("--pga", type=Quantity("m s-2", several=True), help="Peak ground acceleration asked for; or several."),
+    option(
+        "--pgv",
+        type=Quantity("m s-1", several=True),
+        help="Peak ground velocity asked for; or several.",
+    ),
+    option(
+        "--pga",
+        type=Quantity("m s-2", several=True),
+        help="Peak ground acceleration asked for; or several.",
+    ),
     option("--tail", type=SECONDS, default=3.0, help="Rest after each record."),
 )
 loss_options = options(
-    option("--exponent", type=NUMBER, default=0.0, help="Exponent g of a loss that falls with the amplitude."),
-    option("--at", type=NUMBER, default=0.3, help="With it, the amplitude u/u_ins that e belongs to."),
+    option(
+        "--exponent",
+        type=NUMBER,
+        default=0.0,
+        help="Exponent g of a loss that falls with the amplitude.",
+    ),
+    option(
+        "--at", type=NUMBER, default=0.3, help="With it, the amplitude u/u_ins that e belongs to."
+    ),
 )
 support_options = options(
-    option("--building-period", type=SECONDS, help="Period of the building that the wall stands in."),
+    option(
+        "--building-period", type=SECONDS, help="Period of the building that the wall stands in."
+    ),
     option("--storeys", type=int, help="Number of its storeys."),
-    option("--storey", type=int, help="Storey of the wall, 1 for the lowest; a parapet stands on top of it."),
-    option("--diaphragm-period", type=SECONDS, help="Period of a flexible floor at the top of the wall."),
+    option(
+        "--storey",
+        type=int,
+        help="Storey of the wall, 1 for the lowest; a parapet stands on top of it.",
+    ),
+    option(
+        "--diaphragm-period",
+        type=SECONDS,
+        help="Period of a flexible floor at the top of the wall.",
+    ),
 )
 plot_option = output_option(".png", ".pdf", ".svg", name="--plot", help="Draw it.")
 json_option = option("--json", "as_json", is_flag=True, help="Print JSON, in SI, and nothing else.")

@@ -50,7 +50,9 @@ def wall(**inputs: Any) -> None:
     others = [name for name in ("hinge_ratio", "weakest_hinge_ratio") if hasattr(built, name)]
     names = [*UNITS, *(f"restitution_{rule}" for rule in options.RULES), *others]
     onset = built.rocking_onset(1.0 if curve is None else curve.strength_ratio)
-    values = {name: float(onset if name == "rocking_onset" else getattr(built, name)) for name in names}
+    values = {
+        name: float(onset if name == "rocking_onset" else getattr(built, name)) for name in names
+    }
     periods, damping = _periods(built, curve), {}
     if curve is not None:
         from rockdamp.equivalence.programs import describe_damping
@@ -68,11 +70,20 @@ def wall(**inputs: Any) -> None:
         reason = common.choose_restitution(built, rule)[1] if value == value else "not known"
         click.echo(f"{f'restitution_{rule}':25s}{common.cell(value):>10s} {reason}")
     click.echo()
-    common.print_table([{f"{name} [s]" if "period" in name else name: row[name] for name in row} for row in periods])
+    common.print_table(
+        [
+            {f"{name} [s]" if "period" in name else name: row[name] for name in row}
+            for row in periods
+        ]
+    )
     if damping:
         click.echo()
         common.print_dampers(damping, damping["damping"])
-        (missed,) = (row["missed_collapse_rate"] for row in damping["damping"] if row["damping_model"] == "CDC")
+        (missed,) = (
+            row["missed_collapse_rate"]
+            for row in damping["damping"]
+            if row["damping_model"] == "CDC"
+        )
         click.echo(
             f"CDC: C = {damping['damping_coefficient']:.5g} N s/m. OpenSees: rayleigh {damping['rayleigh_alpha_m']:.5g}"
             f" 0 0 0 (alphaM = 2 xi w1); it misses {common.percent(missed)} of the collapses under restitution"
@@ -100,11 +111,20 @@ def _periods(wall: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, Any]]
         "rockdamp equivalent --walls examples/my-walls.csv --output ratios.csv",
     ),
 )
-@option("--restitution", type=Quantity(several=True), help=f"Restitution e, of releases from {RELEASES}; or several.")
+@option(
+    "--restitution",
+    type=Quantity(several=True),
+    help=f"Restitution e, of releases from {RELEASES}; or several.",
+)
 @option("--damping-ratio", type=NUMBER, help="In place of it, a damping ratio xi: the answer is e.")
 @options.curve_options
 @option("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
-@option("--walls", type=options.FILE, metavar="FILE", help="Table of walls, as of batch, in place of one e and curve.")
+@option(
+    "--walls",
+    type=options.FILE,
+    metavar="FILE",
+    help="Table of walls, as of batch, in place of one e and curve.",
+)
 @options.output_option(".csv", help="Write the rows.")
 @options.json_option
 def equivalent(**inputs: Any) -> None:
@@ -121,9 +141,13 @@ def equivalent(**inputs: Any) -> None:
     if walls is not None:
         rows = _equivalent_walls(walls, inputs["release"])
     elif xi is not None:
-        rows = equivalent_restitution(xi, common.build_curve(inputs), release_amplitude=inputs["release"])
+        rows = equivalent_restitution(
+            xi, common.build_curve(inputs), release_amplitude=inputs["release"]
+        )
         if not any(row["restitution"] for row in rows):
-            raise click.UsageError(f"--damping-ratio is {xi:g}; it must be that of an e from 0.60 to 0.99")
+            raise click.UsageError(
+                f"--damping-ratio is {xi:g}; it must be that of an e from 0.60 to 0.99"
+            )
     else:
         rows = rd.equivalent(e, common.build_curve(inputs), release_amplitude=inputs["release"])
     if inputs["output"] is not None:

@@ -28,7 +28,9 @@ RESTITUTION: Rule = (lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
 
 
-def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitude: ArrayLike) -> Array:
+def equivalence_factor(
+    curve: TrilinearCurve, damping: Damping, release_amplitude: ArrayLike
+) -> Array:
     r"""Return the factor g of the closed form, for the model of `damping` (its xi is not used). [-]
 
     .. math::
@@ -54,18 +56,36 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
     >>> import numpy as np
     >>> import rockdamp as rd
     >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
-    >>> [round(np.pi * rd.equivalence_factor(curve, rd.Damping(model, 1), 0.5).item(), 2) for model in ("CDC", "SDR")]
+    >>> [
+    ...     round(np.pi * rd.equivalence_factor(curve, rd.Damping(model, 1), 0.5).item(), 2)
+    ...     for model in ("CDC", "SDR")
+    ... ]
     [0.44, 1.26]
     """
     check_choice("damping_model", damping.model, (*VISCOUS_MODELS, "CQD"))
-    a1, a2, a3 = curve.yield_displacement_ratio, curve.plateau_end, curve.ultimate_displacement_ratio
-    x0 = check("release_amplitude", release_amplitude, lambda x0: (x0 > 0) & (x0 < a3), "greater than 0, below a3")
+    a1, a2, a3 = (
+        curve.yield_displacement_ratio,
+        curve.plateau_end,
+        curve.ultimate_displacement_ratio,
+    )
+    x0 = check(
+        "release_amplitude",
+        release_amplitude,
+        lambda x0: (x0 > 0) & (x0 < a3),
+        "greater than 0, below a3",
+    )
     work = np.zeros(np.broadcast_shapes(x0.shape, curve.shape, damping.shape))
-    if damping.model == "BAND":  # by its construction; the quadrature would not see the end of the band
+    if (
+        damping.model == "BAND"
+    ):  # by its construction; the quadrature would not see the end of the band
         return work + 1 / np.pi
-    small = 2.0**-40  # xi of the work: to first order, as some C are not in proportion to xi; no bit is lost
+    small = (
+        2.0**-40
+    )  # xi of the work: to first order, as some C are not in proportion to xi; no bit is lost
     damping, v0 = replace(damping, value=small), curve.energy(x0)
-    inner = [a1 * (a2 / a1) ** (piece / 4) for piece in range(5)]  # frequencies fall as powers of x along the plateau
+    inner = [
+        a1 * (a2 / a1) ** (piece / 4) for piece in range(5)
+    ]  # frequencies fall as powers of x along the plateau
     ends = [0.0, *(np.minimum(end, x0) for end in inner), x0]
     nodes, weights = (values.reshape(-1, *(1,) * work.ndim) for values in (NODES, WEIGHTS))
     for low, high in pairwise(ends):
@@ -74,7 +94,10 @@ def equivalence_factor(curve: TrilinearCurve, damping: Damping, release_amplitud
         x = x0 - s * s
         speed = np.sqrt(np.maximum(2 * (v0 - curve.energy(x)), 0))
         # One after the other: the sum of a wall has the same bits whatever walls stand beside it.
-        work = sum(0.5 * (s1 - s0) * weights * 2 * s * damping.coefficient(curve, x, speed) * speed, start=work)
+        work = sum(
+            0.5 * (s1 - s0) * weights * 2 * s * damping.coefficient(curve, x, speed) * speed,
+            start=work,
+        )
     return v0 * small / work
 
 

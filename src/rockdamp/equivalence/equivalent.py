@@ -50,15 +50,22 @@ def equivalent(
     Examples
     --------
     >>> import rockdamp as rd
-    >>> rows = rd.equivalent(0.85, rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85))
+    >>> rows = rd.equivalent(
+    ...     0.85, rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
+    ... )
     >>> {row["damping_model"]: f"{row['damping_ratio']:.4f}" for row in rows}["BAND"]
     '0.0517'
     """
     e = np.atleast_1d(check("restitution", restitution, *RESTITUTION))
     amplitude = np.full(e.size, release_amplitude, dtype=float)
     check("response_length", response_length, lambda length: length > 0, "greater than 0, in tau")
-    a1, curves = float(curve.yield_displacement_ratio), curve.map(lambda parameter: np.full(e.size, parameter))
-    energy = {model: damping_ratio_energy(curve, model, e, amplitude).tolist() for model in VISCOUS_MODELS}
+    a1, curves = (
+        float(curve.yield_displacement_ratio),
+        curve.map(lambda parameter: np.full(e.size, parameter)),
+    )
+    energy = {
+        model: damping_ratio_energy(curve, model, e, amplitude).tolist() for model in VISCOUS_MODELS
+    }
     rows, fits = [], shipped_polynomials()
     for model, matched in least_error(curves, e, amplitude, response_length).items():
         columns = {
@@ -67,9 +74,13 @@ def equivalent(
             "damping_ratio": matched.damping_ratio.tolist(),
             "rms_error": matched.rms_error.tolist(),
             "damping_ratio_energy": energy[model],
-            "damping_ratio_fit": [None if np.isnan(fit) else fit for fit in fits(model, e, a1).tolist()],
+            "damping_ratio_fit": [
+                None if np.isnan(fit) else fit for fit in fits(model, e, a1).tolist()
+            ],
         }
-        rows += [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+        rows += [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+        ]
     return sorted(rows, key=itemgetter("restitution"))
 
 
@@ -107,7 +118,9 @@ def equivalent_restitution(
     for model, ratios in by_model.items():
         e = np.interp(damping_ratio, ratios[::-1], tried[::-1], left=np.nan, right=np.nan)
         restitution = None if np.isnan(e) else float(e)
-        rows.append({"damping_model": model, "damping_ratio": damping_ratio, "restitution": restitution})
+        rows.append(
+            {"damping_model": model, "damping_ratio": damping_ratio, "restitution": restitution}
+        )
     return rows
 
 
@@ -125,5 +138,7 @@ def least_error(
     impact.
     """
     steps = int(np.ceil(response_length / float(default_step(curve).min())))
-    cases = Cases.release(curve, release_amplitude, restitution, step=response_length / steps, steps=steps)
+    cases = Cases.release(
+        curve, release_amplitude, restitution, step=response_length / steps, steps=steps
+    )
     return match_dampers(cases, damping_models, steps)

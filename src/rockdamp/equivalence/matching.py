@@ -46,7 +46,9 @@ class Cases:
     curve: TrilinearCurve  # with parameters of shape (cases,)
     release_amplitude: Array  # shape (cases,)
     restitution: Array
-    displacement: Array  # of the reference, at each step of the solver, shape (cases, steps + 1) [-]
+    displacement: (
+        Array  # of the reference, at each step of the solver, shape (cases, steps + 1) [-]
+    )
     step: float  # in tau
     scheme: str = "newmark"  # of the solver
 
@@ -62,7 +64,12 @@ class Cases:
         scheme: str = "newmark",
     ) -> Cases:
         """Release walls at rest: their decays under restitution over `steps` steps of the solver."""
-        run: dict[str, Any] = {"release_amplitude": release_amplitude, "step": step, "steps": steps, "scheme": scheme}
+        run: dict[str, Any] = {
+            "release_amplitude": release_amplitude,
+            "step": step,
+            "steps": steps,
+            "scheme": scheme,
+        }
         decays = simulate(curve, Damping("CR", restitution), **run)
         return cls(curve, release_amplitude, restitution, decays.displacement, step, scheme)
 
@@ -78,7 +85,9 @@ class Cases:
         """
         finer = round(steps * refinement)
         start = self.curve, self.release_amplitude, self.restitution
-        return Cases.release(*start, step=self.step * steps / finer, steps=finer, scheme=self.scheme)
+        return Cases.release(
+            *start, step=self.step * steps / finer, steps=finer, scheme=self.scheme
+        )
 
     def take(self, case: slice | NDArray[np.int64]) -> Cases:
         """Return some of the cases."""
@@ -96,12 +105,20 @@ class Cases:
 
     def unique(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the unique cases, and the index of each case among them: walls of one curve have one decay in tau."""
-        ratios = self.curve.yield_displacement_ratio, self.curve.strength_ratio, self.curve.ultimate_displacement_ratio
+        ratios = (
+            self.curve.yield_displacement_ratio,
+            self.curve.strength_ratio,
+            self.curve.ultimate_displacement_ratio,
+        )
         parameters = np.broadcast_arrays(*ratios, self.release_amplitude, self.restitution)
-        _, first, index = np.unique(np.stack(parameters, axis=1), axis=0, return_index=True, return_inverse=True)
+        _, first, index = np.unique(
+            np.stack(parameters, axis=1), axis=0, return_index=True, return_inverse=True
+        )
         return first, index
 
-    def errors(self, damping_model: str, damping_ratio: Array, case: Any, marks: ArrayLike, every: int = 1) -> Array:
+    def errors(
+        self, damping_model: str, damping_ratio: Array, case: Any, marks: ArrayLike, every: int = 1
+    ) -> Array:
         """Return Err, Eq. (17), of damping ratios of some cases over the steps up to each mark.
 
         The marks count `every` steps as one. The shape is (marks, ...), with that of the ratios.
@@ -136,7 +153,12 @@ class Matched:
 
 
 def match_dampers(
-    cases: Cases, damping_models: Sequence[str], steps: int, *, refinement: int = REFINEMENT, description: str = ""
+    cases: Cases,
+    damping_models: Sequence[str],
+    steps: int,
+    *,
+    refinement: int = REFINEMENT,
+    description: str = "",
 ) -> dict[str, Matched]:
     """Match viscous models to decays under restitution over `steps` of the solver; returned by model, in their order.
 
@@ -159,7 +181,9 @@ def match_dampers(
         for decays in finer:
             minima.append(integral_minima(decays, model, decays.steps, ratio))
             ratio = minima[-1][0]
-        uncertainty = np.maximum(2 * np.abs(np.concatenate(minima) - ratio).max(axis=0), RESOLUTION * ratio)
+        uncertainty = np.maximum(
+            2 * np.abs(np.concatenate(minima) - ratio).max(axis=0), RESOLUTION * ratio
+        )
         lossy = np.flatnonzero(ratio > 0)  # e = 1 is followed without error
         error = np.zeros(ratio.size)
         if lossy.size:
@@ -176,7 +200,9 @@ def match_dampers(
     return map_in_threads(match_model, damping_models, description)
 
 
-def map_in_threads(function: Callable[[K], T], items: Sequence[K], description: str = "") -> dict[K, T]:
+def map_in_threads(
+    function: Callable[[K], T], items: Sequence[K], description: str = ""
+) -> dict[K, T]:
     """Return a function's value for each item, computed side by side: the few lanes of one alone fill no processor."""
     with ThreadPoolExecutor(available_threads()) as pool:
         running = [pool.submit(function, item) for item in items]
@@ -206,7 +232,9 @@ def global_minima(cases: Cases, damping_model: str, response_length_steps: Array
     lengths = np.asarray(response_length_steps, dtype=np.int64)
     shape = (lengths.size, cases.restitution.size)
     best = Minima(np.zeros(shape), np.zeros(shape), np.ones(shape, dtype=np.int64))
-    lossy = np.flatnonzero(cases.restitution < 1)  # where e = 1, xi = 0 follows the reference without error
+    lossy = np.flatnonzero(
+        cases.restitution < 1
+    )  # where e = 1, xi = 0 follows the reference without error
     if not lossy.size:
         return best
     cases = cases.take(lossy)
@@ -216,7 +244,9 @@ def global_minima(cases: Cases, damping_model: str, response_length_steps: Array
             f"response_length is {lengths.min() * cases.step:.6g}; it must be longer than {first:.6g} in tau, the"
             " time of the first impact, before which no damping ratio is defined"
         )
-    guess = damping_ratio_energy(cases.curve, damping_model, cases.restitution, cases.release_amplitude)
+    guess = damping_ratio_energy(
+        cases.curve, damping_model, cases.restitution, cases.release_amplitude
+    )
     trial = np.minimum(guess[:, None] * SCAN, DAMPERS[damping_model].largest_value)
     # Finding the basins needs no shorter step: of the 20 in the stability limit, four cross the band of BAND.
     longest = min(0.01, float(stable_step(cases.curve).min()) / 20)
@@ -228,8 +258,12 @@ def global_minima(cases: Cases, damping_model: str, response_length_steps: Array
     lower = (inner < coarse[..., :-2]) & (inner <= coarse[..., 2:])
     best.local_minima[:, lossy] = lower.sum(axis=-1)
     best.error[:, lossy] = np.inf
-    rivals = lower & (inner <= 1.5 * coarse.min(axis=-1)[..., None])  # they are refined, then compared
-    for start in range(0, lengths.size, 8):  # a few at once: each history runs to the longest of them
+    rivals = lower & (
+        inner <= 1.5 * coarse.min(axis=-1)[..., None]
+    )  # they are refined, then compared
+    for start in range(
+        0, lengths.size, 8
+    ):  # a few at once: each history runs to the longest of them
         part = slice(start, start + 8)
         length, case, point = np.nonzero(rivals[part])
         bracket = np.stack([trial[case, point + shift] for shift in range(3)])
@@ -240,7 +274,9 @@ def global_minima(cases: Cases, damping_model: str, response_length_steps: Array
     return best
 
 
-def _require_interior(cases: Cases, model: str, lengths: NDArray[np.int64], coarse: Array, trial: Array) -> None:
+def _require_interior(
+    cases: Cases, model: str, lengths: NDArray[np.int64], coarse: Array, trial: Array
+) -> None:
     lowest = coarse.argmin(axis=-1)
     bad = np.argwhere((lowest == 0) | (lowest == coarse.shape[-1] - 1))
     if bad.size:
@@ -272,11 +308,15 @@ def _refine(
     lane = np.arange(middle.size, dtype=float)
     # The coarser step of the scan may have moved the minimum by a point.
     ends = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=(lane,))
-    found = elementwise.find_minimum(err, ends.bracket, args=(lane,), tolerances={"xrtol": RESOLUTION, "frtol": 1e-13})
+    found = elementwise.find_minimum(
+        err, ends.bracket, args=(lane,), tolerances={"xrtol": RESOLUTION, "frtol": 1e-13}
+    )
     failed = ~(ends.success & found.success)
     if failed.any():
         near = middle[failed][0]
-        raise InputError(f"the minimum of Err of {model} near xi = {near:.6g} could not be bracketed")
+        raise InputError(
+            f"the minimum of Err of {model} near xi = {near:.6g} could not be bracketed"
+        )
     return found.x, found.f_x
 
 
@@ -298,20 +338,28 @@ def integral_minima(cases: Cases, damping_model: str, steps: int, damping_ratio:
             return least
         tried = middle[moving, None] * (1 + width * NODES)
         # The trapezoidal integral over the step: its last sample counts half, and the first is 0.
-        integral = cases.errors(damping_model, tried, moving[:, None], [steps - 1, steps]).mean(axis=0)
-        whole, inner = (_least_of_cubic(NODES[part], integral[:, part]) for part in (slice(None), INNER))
+        integral = cases.errors(damping_model, tried, moving[:, None], [steps - 1, steps]).mean(
+            axis=0
+        )
+        whole, inner = (
+            _least_of_cubic(NODES[part], integral[:, part]) for part in (slice(None), INNER)
+        )
         least[:, moving] = middle[moving] * (1 + width * np.stack([whole, inner]))
         middle[moving] = least[0, moving]
         moving = moving[np.abs(whole) > NODES[INNER][-1]]  # the inner range has to hold it
     near = damping_ratio[moving[0]]
-    raise InputError(f"the minimum of Err of {damping_model} near xi = {near:.6g} could not be bracketed")
+    raise InputError(
+        f"the minimum of Err of {damping_model} near xi = {near:.6g} could not be bracketed"
+    )
 
 
 def _least_of_cubic(nodes: Array, values: Array) -> Array:
     """Return the place in [-1, 1] where the cubic fitted to each row is least: its minimum, or the end downhill."""
     fit = np.linalg.pinv(np.vander(nodes, 4, increasing=True))[1:]
     # Node by node: a product of matrices rounds otherwise with another number of rows, and a wall has one xi.
-    slope, curvature, third = sum(np.multiply.outer(fit[:, node], values[:, node]) for node in range(nodes.size))
+    slope, curvature, third = sum(
+        np.multiply.outer(fit[:, node], values[:, node]) for node in range(nodes.size)
+    )
     root = np.sqrt(np.maximum(curvature**2 - 3 * slope * third, 0.0))
     convex = curvature + root > 0
     minimum = -slope / np.where(convex, curvature + root, 1.0)
@@ -332,9 +380,17 @@ def least_absolute(cases: Cases, damping_model: str, least_squares: Array, steps
         width = 1.8
         for count in (41, 101):
             trial = ratio * np.geomspace(1 / width, width, count)
-            run = {"release_amplitude": cases.release_amplitude[case], "step": cases.step, "steps": steps}
-            response = simulate(cases.take_curve(case), Damping(damping_model, trial), **run, scheme=cases.scheme)
-            apart = np.abs(np.abs(response.displacement) - np.abs(cases.displacement[case, : steps + 1]))
+            run = {
+                "release_amplitude": cases.release_amplitude[case],
+                "step": cases.step,
+                "steps": steps,
+            }
+            response = simulate(
+                cases.take_curve(case), Damping(damping_model, trial), **run, scheme=cases.scheme
+            )
+            apart = np.abs(
+                np.abs(response.displacement) - np.abs(cases.displacement[case, : steps + 1])
+            )
             ratio, width = trial[apart.sum(axis=-1).argmin()], trial[1] / trial[0]
         found[case] = ratio
     return found

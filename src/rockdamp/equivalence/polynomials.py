@@ -18,7 +18,9 @@ from rockdamp.arrays import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-SHIPPED_STRENGTH_RATIO = 0.85  # b1 of the reference curve, to whose decays the shipped polynomials are fitted
+SHIPPED_STRENGTH_RATIO = (
+    0.85  # b1 of the reference curve, to whose decays the shipped polynomials are fitted
+)
 
 
 @dataclass(frozen=True)
@@ -36,9 +38,13 @@ class Polynomials:
         fits = fits.transpose("damping_model", "yield_displacement_ratio", "degree")
         coefficient = dict(zip(fits["damping_model"].values.tolist(), fits.values, strict=True))
         e = equivalence["restitution"].values
-        return cls(coefficient, fits["yield_displacement_ratio"].values, (float(e.min()), float(e.max())))
+        return cls(
+            coefficient, fits["yield_displacement_ratio"].values, (float(e.min()), float(e.max()))
+        )
 
-    def __call__(self, damping_model: str, restitution: ArrayLike, yield_displacement_ratio: float) -> Array:
+    def __call__(
+        self, damping_model: str, restitution: ArrayLike, yield_displacement_ratio: float
+    ) -> Array:
         """Evaluate xi(e), the coefficients linear in a1 between the fits. [-]
 
         NaN outside the range of the fits, and for a model without any.
@@ -49,8 +55,13 @@ class Polynomials:
         inside &= a1[0] - rounding <= yield_displacement_ratio <= a1[-1] + rounding
         if damping_model not in self.coefficient:
             return np.full(e.shape, np.nan)
-        terms = [np.interp(yield_displacement_ratio, a1, column) for column in self.coefficient[damping_model].T]
-        return np.where(inside, (np.array(terms) * e[..., None] ** np.arange(len(terms))).sum(axis=-1), np.nan)
+        terms = [
+            np.interp(yield_displacement_ratio, a1, column)
+            for column in self.coefficient[damping_model].T
+        ]
+        return np.where(
+            inside, (np.array(terms) * e[..., None] ** np.arange(len(terms))).sum(axis=-1), np.nan
+        )
 
 
 @cache
@@ -60,7 +71,9 @@ def shipped_polynomials() -> Polynomials:
     A test holds the file equal to what the pipeline builds.
     """
     path = Path(__file__).with_name("coefficients.csv")
-    table = np.genfromtxt(path, delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars="")
+    table = np.genfromtxt(
+        path, delimiter=",", names=True, dtype=None, encoding="utf-8", deletechars=""
+    )
     coefficient = np.stack([table[name] for name in ("c0", "c1", "c2")], axis=1)
     models = dict.fromkeys(table["damping_model"].tolist())
     return Polynomials(

@@ -10,7 +10,10 @@ FIGURES = {
     "fig3": ("figures.decays", ["damping_force"]),
     "fig4": ("figures.decays", ["damping_force"]),
     "fig5": ("figures.equivalence", ["match/amplitude"]),
-    "fig6": ("figures.equivalence", ["match/slenderness", "match/overburden", "match/cracked_stiffness"]),
+    "fig6": (
+        "figures.equivalence",
+        ["match/slenderness", "match/overburden", "match/cracked_stiffness"],
+    ),
     "fig6_error": ("figures.equivalence", ["match/amplitude"]),
     "fig7": ("figures.equivalence", ["equivalence"]),
     "fig8": ("figures.measured", ["validation"]),

@@ -87,23 +87,43 @@ def fragility_figure(answer: xr.Dataset) -> Figure:
         curve = answer.sel(damping_model=model)
         median, dispersion = float(curve[f"median_{measure}"]), float(curve["dispersion"])
         # CR's markers are larger and open, so that a damper's markers on them are seen.
-        size: dict[str, Any] = {"markersize": 5, "markerfacecolor": "none"} if model == "CR" else {"markersize": 3}
-        axes.plot(stripes, curve["stripe_collapses"] / records, **look(model, linestyle="none", clip_on=False, **size))
+        size: dict[str, Any] = (
+            {"markersize": 5, "markerfacecolor": "none"} if model == "CR" else {"markersize": 3}
+        )
+        axes.plot(
+            stripes,
+            curve["stripe_collapses"] / records,
+            **look(model, linestyle="none", clip_on=False, **size),
+        )
         known = np.isfinite(median)
         label = (
-            f"{model}: median {median:.3g}, dispersion {dispersion:.2f}" if known else f"{model}: no lognormal curve"
+            f"{model}: median {median:.3g}, dispersion {dispersion:.2f}"
+            if known
+            else f"{model}: no lognormal curve"
         )
-        axes.plot(levels, ndtr(np.log(levels / median) / dispersion), **look(model, marker="", label=label))
+        axes.plot(
+            levels,
+            ndtr(np.log(levels / median) / dispersion),
+            **look(model, marker="", label=label),
+        )
     cr = answer.isel(damping_model=0)
     point: dict[str, Any] = {
         "fmt": "_",
         "color": GREY,
         "label": f"{cr['damping_model'].item()} at the intensity asked for, 95 %",
     }
-    error_bars(axes, cr[measure], cr["collapse_probability"].values, cr["collapse_probability_interval"], **point)
+    error_bars(
+        axes,
+        cr[measure],
+        cr["collapse_probability"].values,
+        cr["collapse_probability_interval"],
+        **point,
+    )
     log_ticks(axes.xaxis)
     axes.set(xlim=stripes[[0, -1]], ylim=(-0.03, 1.03), xlabel=f"{measure.upper()} [{unit}]")
-    runs = "histories" if answer.sizes["damping_model"] == 1 else "records"  # against a stop each acts both ways
+    runs = (
+        "histories" if answer.sizes["damping_model"] == 1 else "records"
+    )  # against a stop each acts both ways
     axes.set_ylabel(f"share of {records} {runs} that collapse")
     legend(figure, handles(axes), columns=3)
     return figure
@@ -112,7 +132,12 @@ def fragility_figure(answer: xr.Dataset) -> Figure:
 def calibration_figure(calibration: xr.Dataset) -> Figure:
     """Draw the measured and the fitted response of the first run, and their difference."""
     figure, ((history,), (residual,)) = panels(2, 1, 108.0, sharex=True, height_ratios=[2.6, 1.0])
-    _fit(history, residual, calibration.isel(sample=(calibration["sample_run"] == 1).values), "elapsed")
+    _fit(
+        history,
+        residual,
+        calibration.isel(sample=(calibration["sample_run"] == 1).values),
+        "elapsed",
+    )
     history.set_title(",  ".join(_estimate(calibration, name) for name in SYMBOLS))
     figure.suptitle(record_title(calibration), fontsize=8)
     figure.align_ylabels()
@@ -123,12 +148,19 @@ def calibration_figure(calibration: xr.Dataset) -> Figure:
 def free_rocking_figure(fitted: xr.Dataset) -> Figure:
     """Draw the first release with its fit, and half periods and e of the impacts of all releases."""
     figure, ((history, periods), (residual, impacts)) = panels(2, 2, 150.0)
-    _fit(history, residual, fitted.isel(sample=(fitted["sample_release"] == 1).values), "sample_elapsed")
+    _fit(
+        history,
+        residual,
+        fitted.isel(sample=(fitted["sample_release"] == 1).values),
+        "sample_elapsed",
+    )
     peaks = fitted.isel(half_cycle=(fitted["half_cycle_release"] == 1).values)
     height = 1000 * peaks["peak_displacement"]
     history.plot(peaks["peak_elapsed"], height, **series(0, linestyle="none", label="peaks"))
     releases = fitted.sizes["release"]
-    history.set_title("(a) free rocking" + (f", the first of {releases} releases" if releases > 1 else ""))
+    history.set_title(
+        "(a) free rocking" + (f", the first of {releases} releases" if releases > 1 else "")
+    )
     _half_periods(periods, fitted)
     _impacts(impacts, fitted)
     figure.suptitle(record_title(fitted), fontsize=8)
@@ -142,7 +174,9 @@ def _fit(history: Axes, residual: Axes, fitted: xr.Dataset, time: str) -> None:
     measured, computed = (1000 * fitted[name] for name in ("measured", "control_displacement"))
     history.plot(fitted[time], measured, label=record_name(fitted), **MEASURED)
     history.plot(
-        fitted[time], computed, **look("CR", marker="", label=f"fitted, {fitted.attrs.get('damping_model', 'CR')}")
+        fitted[time],
+        computed,
+        **look("CR", marker="", label=f"fitted, {fitted.attrs.get('damping_model', 'CR')}"),
     )
     residual.plot(fitted[time], measured - computed, color=GREY, linewidth=0.8)
     history.set_ylabel(DISPLACEMENT_MM)
@@ -161,7 +195,9 @@ def _half_periods(axes: Axes, fitted: xr.Dataset) -> None:
     axes.plot(amplitude[order], fitted["half_period_fitted"][order], **look("CR", marker=""))
     axes.plot(amplitude[order], rigid, color=GREY, linestyle="dotted", label="rigid wall")
     axes.set(xlabel=DISPLACEMENT, ylabel="half period [s]", xlim=(0, None), ylim=(0, None))
-    axes.set_title(f"(b) {_estimate(fitted, 'yield_displacement_ratio')}, {_estimate(fitted, 'strength_ratio')}")
+    axes.set_title(
+        f"(b) {_estimate(fitted, 'yield_displacement_ratio')}, {_estimate(fitted, 'strength_ratio')}"
+    )
 
 
 def _impacts(axes: Axes, fitted: xr.Dataset) -> None:
@@ -176,7 +212,9 @@ def _impacts(axes: Axes, fitted: xr.Dataset) -> None:
     axes.axhline(rigid, color=GREY, linestyle="dashed", label="$e$ of rigid bodies")
     for model in PAPER_MODELS:
         axes.plot(
-            amplitude, rocking["expected_restitution"].sel(damping_model=model), **look(model, marker="", label=model)
+            amplitude,
+            rocking["expected_restitution"].sel(damping_model=model),
+            **look(model, marker="", label=model),
         )
     log_ticks(axes.xaxis)
     axes.margins(x=0.04)
@@ -187,6 +225,8 @@ def _impacts(axes: Axes, fitted: xr.Dataset) -> None:
 
 def _estimate(fitted: xr.Dataset, name: str) -> str:
     """Return an estimate and its standard error, to the error's second digit."""
-    estimate, error = (float(fitted[value].sel(parameter=name)) for value in ("estimate", "standard_error"))
+    estimate, error = (
+        float(fitted[value].sel(parameter=name)) for value in ("estimate", "standard_error")
+    )
     decimals = int(np.clip(1 - np.floor(np.log10(error)), 0, 6)) if error > 0 else 3
     return f"{SYMBOLS[name]} = {estimate:.{decimals}f} ± {error:.{decimals}f}"

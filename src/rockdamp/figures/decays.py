@@ -26,17 +26,27 @@ def fig3(decays: xr.Dataset) -> Figure:
         ratio = decays["damping_ratio_law"].sel(viscous_model=model)
         law.plot(decays["frequency_ratio"], ratio, **look(model, markevery=(5, 20)))
         decay = decays.sel(damping_model=model)
-        turned = np.flatnonzero(np.diff(np.sign(decay["velocity"].values)))  # at rest, then at each turn
+        turned = np.flatnonzero(
+            np.diff(np.sign(decay["velocity"].values))
+        )  # at rest, then at each turn
         cycle = decay.isel(tau=slice(0, int(turned[turned > 0][1]) + 1))
         force.plot(
-            cycle["displacement"], cycle["damping_force"], label=model_label(decays, model), **look(model, marker="")
+            cycle["displacement"],
+            cycle["damping_force"],
+            label=model_label(decays, model),
+            **look(model, marker=""),
         )
     for zero in (force.axhline, force.axvline):
         zero(0, color=PALE, linewidth=0.6, zorder=0)
     law.set(xlim=(0, 1.02), ylim=(0, 4), title="(a) damping laws")
-    law.set(xlabel=r"secant frequency $\omega/\omega_1$ [-]", ylabel=r"damping ratio $\xi(\omega)/\xi$ [-]")
+    law.set(
+        xlabel=r"secant frequency $\omega/\omega_1$ [-]",
+        ylabel=r"damping ratio $\xi(\omega)/\xi$ [-]",
+    )
     force.set(xlabel=DISPLACEMENT, ylabel=r"damping force $C\,\dot u/F_0$ [-]")
-    force.set_title(f"(b) first cycle of the decays matched to $e = {float(decays['restitution']):g}$")
+    force.set_title(
+        f"(b) first cycle of the decays matched to $e = {float(decays['restitution']):g}$"
+    )
     legend(figure, handles(force), columns=2)
     return figure
 
@@ -48,11 +58,17 @@ def fig4(decays: xr.Dataset) -> Figure:
     lines: dict[str, dict[str, Any]] = {
         "slender": {"color": "#9A9A9A", "linewidth": 2.6, "label": "(a) rigid, slender limit"},
         "tri-linear": {"color": "#1A1A1A", "linewidth": 0.9, "label": "(a) tri-linear"},
-        "large rotation": {"color": "#C1121F", "linestyle": "dashed", "label": "(a) rigid, large rotations"},
+        "large rotation": {
+            "color": "#C1121F",
+            "linestyle": "dashed",
+            "label": "(a) rigid, large rotations",
+        },
     }
     for name, line in lines.items():
         rocking.plot(decays["tau"], decays["rocking_displacement"].sel(rocking_model=name), **line)
-    rocking.set(title=f"(a) rocking, $e = {float(decays['rocking_restitution']):g}$", ylabel=DISPLACEMENT)
+    rocking.set(
+        title=f"(a) rocking, $e = {float(decays['rocking_restitution']):g}$", ylabel=DISPLACEMENT
+    )
     crossings = np.flatnonzero(np.diff(np.sign(decays["displacement"].sel(damping_model="CR"))))
     tau = decays["tau"].values
     end, first = tau[crossings[:8][-1]], tau[crossings[0] + 1]

@@ -10,12 +10,23 @@ from scipy.special import ndtr
 
 from rockdamp.arrays import Array
 from rockdamp.constants import RECOMMENDED_SOURCE, VISCOUS_MODELS
-from rockdamp.figures.style import PALE, RESTITUTION, error_bars, handles, legend, log_ticks, look, panels
+from rockdamp.figures.style import (
+    PALE,
+    RESTITUTION,
+    error_bars,
+    handles,
+    legend,
+    log_ticks,
+    look,
+    panels,
+)
 
 
 def middle_restitution(study: xr.Dataset) -> xr.Dataset:
     """Return the e nearest to the paper's, and the ratios of least error."""
-    return study.sel(restitution=RESTITUTION, method="nearest").sel(damping_ratio_source=RECOMMENDED_SOURCE)
+    return study.sel(restitution=RESTITUTION, method="nearest").sel(
+        damping_ratio_source=RECOMMENDED_SOURCE
+    )
 
 
 def fig_earthquakes(comparison: xr.Dataset) -> Figure:
@@ -30,7 +41,9 @@ def fig_earthquakes(comparison: xr.Dataset) -> Figure:
     ratio.set(ylim=(max(0.98 * float(limits.min()), 0.5), min(1.02 * float(limits.max()), 2.0)))
     error.set_ylim(0, None)
     e = float(study["restitution"])
-    ratio.set(title=f"(a) median ratio, $e = {e:g}$", ylabel="median of $r$, peak over that of CR [-]")
+    ratio.set(
+        title=f"(a) median ratio, $e = {e:g}$", ylabel="median of $r$, peak over that of CR [-]"
+    )
     error.set(title=f"(b) error, $e = {e:g}$", ylabel=r"root mean square of $\ln\,r$ [-]")
     legend(figure, handles(ratio))
     return figure
@@ -42,7 +55,9 @@ def _bands(axes: Axes, study: xr.Dataset, name: str) -> None:
     changed = study[f"varied_{name}"]
     low = changed.min("variation").values if name == "median_ratio" else 0.0
     height = changed.max("variation").values - low
-    axes.bar(place, height, bottom=low, width=0.86, color=PALE, label="CR after small changes", zorder=0)
+    axes.bar(
+        place, height, bottom=low, width=0.86, color=PALE, label="CR after small changes", zorder=0
+    )
     for index, model in enumerate(VISCOUS_MODELS):
         values, x = study.sel(damping_model=model), place + 0.16 * (index - 2)
         points = look(model, linestyle="none", markersize=3.2)
@@ -74,15 +89,24 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
     for axes, wall in zip(grid.flat, study["wall"].values, strict=False):
         curves = study.sel(wall=wall)
         cr = curves.sel(damping_model="CR")
-        median, dispersion = (cr[f"wall_{name}_interval"].values for name in ("median_velocity_ratio", "dispersion"))
+        median, dispersion = (
+            cr[f"wall_{name}_interval"].values for name in ("median_velocity_ratio", "dispersion")
+        )
         low, high = envelope(level, median, dispersion)
         axes.fill_between(level, low, high, color=PALE, linewidth=0, label="CR, at least 90 % band")
         for model in (*VISCOUS_MODELS, "CR"):
             one_model = curves.sel(damping_model=model)
-            depth = np.log(level / float(one_model["wall_median_velocity_ratio"])) / float(one_model["wall_dispersion"])
+            depth = np.log(level / float(one_model["wall_median_velocity_ratio"])) / float(
+                one_model["wall_dispersion"]
+            )
             axes.plot(level, ndtr(depth), label=model, **look(model, marker=""))
         points = look("CR", linestyle="none", markersize=2.8, markerfacecolor="white")
-        axes.plot(cr["velocity_ratio"], cr["collapse_fraction"], label="CR, share of the records", **points)
+        axes.plot(
+            cr["velocity_ratio"],
+            cr["collapse_fraction"],
+            label="CR, share of the records",
+            **points,
+        )
         axes.set(title=str(wall), xlim=level[[0, -1]], ylim=(-0.02, 1.02))
     for axes in grid.flat[study.sizes["wall"] :]:
         axes.remove()

@@ -49,19 +49,29 @@ def model_panels(rows: int, height: float, e: xr.DataArray) -> tuple[Figure, Any
 
 
 def parameter_lines(
-    axes: Axes, curves: xr.DataArray, model: str, parameter: str, *, marks: bool = False, **look: Any
+    axes: Axes,
+    curves: xr.DataArray,
+    model: str,
+    parameter: str,
+    *,
+    marks: bool = False,
+    **look: Any,
 ) -> None:
     """Draw curves over e of a model for every value of a parameter, light to dark."""
     for index, colour in enumerate(tints(LOOK[model]["color"], curves.sizes[parameter])):
         curve = curves.sel(damping_model=model).isel({parameter: index})
-        marker: dict[str, Any] = {"marker": MARKERS[index % len(MARKERS)], "markevery": 4} if marks else {}
+        marker: dict[str, Any] = (
+            {"marker": MARKERS[index % len(MARKERS)], "markevery": 4} if marks else {}
+        )
         axes.plot(curve["restitution"], curve, color=colour, **marker, **look)
 
 
 def parameter_keys(values: xr.DataArray, *, marks: bool = False) -> list[Line2D]:
     """Return an entry of a legend, in grey, for every value of a parameter."""
     keys = []
-    for index, (colour, value) in enumerate(zip(tints("#808080", values.size), values, strict=True)):
+    for index, (colour, value) in enumerate(
+        zip(tints("#808080", values.size), values, strict=True)
+    ):
         marker = MARKERS[index % len(MARKERS)] if marks else ""
         keys.append(Line2D([], [], color=colour, marker=marker, label=f"{float(value):g}"))
     return keys
@@ -70,7 +80,9 @@ def parameter_keys(values: xr.DataArray, *, marks: bool = False) -> list[Line2D]
 def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
     release = amplitude["release_amplitude"].values
-    nearest = np.unique([int(abs(release - value).argmin()) for value in (0.3, 0.5, 0.9)])  # of the paper's Fig. 5
+    nearest = np.unique(
+        [int(abs(release - value).argmin()) for value in (0.3, 0.5, 0.9)]
+    )  # of the paper's Fig. 5
     study = amplitude.isel(release_amplitude=nearest)
     figure, grid = model_panels(1, 76.0, study["restitution"])
     dashes: dict[str, Any] = {"linewidth": 0.6, "linestyle": (0, (4.0, 2.0))}
@@ -87,7 +99,9 @@ def fig5(amplitude: xr.Dataset) -> Figure:
 def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for every slenderness, overburden and a1, one row each."""
     b1 = cracked_stiffness["strength_ratio"]
-    stiffness = cracked_stiffness.isel(yield_displacement_ratio=np.isclose(b1, b1[0]))  # one strength
+    stiffness = cracked_stiffness.isel(
+        yield_displacement_ratio=np.isclose(b1, b1[0])
+    )  # one strength
     rows = (
         (slenderness, "slenderness", "$h/t$ [-]"),
         (overburden, "overburden_ratio", "$O/W$ [-]"),
@@ -109,7 +123,9 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     for model in PAPER_MODELS:
         root = study["error"].sel(damping_model=model) ** 0.5
         axes.plot(study["restitution"], root, label=model, **look(model, markevery=4))
-    axes.axvspan(0.80, 0.91, color=PALE, alpha=0.6, linewidth=0, zorder=0, label="CDR lowest in the paper")
+    axes.axvspan(
+        0.80, 0.91, color=PALE, alpha=0.6, linewidth=0, zorder=0, label="CDR lowest in the paper"
+    )
     restitution_axis(axes, study["restitution"])
     release, length = float(study["release_amplitude"]), float(study["response_length"])
     axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {release:g}$, $\\tau = {length:g}$")
@@ -122,20 +138,30 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
     parameter = "yield_displacement_ratio"
     e, a1 = equivalence["restitution"], equivalence[parameter]
-    figure, ((together, *columns),) = panels(1, 4, 92.0, sharex=True, sharey=True, width_ratios=[1.5, 1, 1, 1])
+    figure, ((together, *columns),) = panels(
+        1, 4, 92.0, sharex=True, sharey=True, width_ratios=[1.5, 1, 1, 1]
+    )
     fits = equivalence["damping_ratio_fit"]
     paper = fits.sel({parameter: 0.04}, method="nearest")
     for axes, model in zip(columns, PAPER_MODELS, strict=True):
-        low, high = (end.sel(damping_model=model) for end in (fits.min(parameter), fits.max(parameter)))
+        low, high = (
+            end.sel(damping_model=model) for end in (fits.min(parameter), fits.max(parameter))
+        )
         together.fill_between(e, low, high, color=LOOK[model]["color"], alpha=0.18, linewidth=0)
         together.plot(e, paper.sel(damping_model=model), label=model, **look(model, marker=""))
         parameter_lines(axes, fits, model, parameter, linewidth=0.7)
         points: dict[str, Any] = {"linestyle": "none", "markersize": 2.6}
         parameter_lines(axes, equivalence["damping_ratio"], model, parameter, marks=True, **points)
         axes.set_title(model, color=LOOK[model]["color"], fontweight="bold")
-    line: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": (0, (8.0, 1.4, 2.6, 1.4))}
+    line: dict[str, Any] = {
+        "color": "black",
+        "linewidth": 1.0,
+        "linestyle": (0, (8.0, 1.4, 2.6, 1.4)),
+    }
     for axes in (together, *columns):
-        axes.plot(e, equivalence["giannini_masiani"], label="Eq. (15)" if axes is together else "", **line)
+        axes.plot(
+            e, equivalence["giannini_masiani"], label="Eq. (15)" if axes is together else "", **line
+        )
         restitution_axis(axes, e)
     together.set_title(f"at $a_1 = {float(paper[parameter]):g}$; bands: all $a_1$")
     together.set(ylim=(0, None), ylabel=DAMPING_RATIO)

@@ -11,7 +11,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from rockdamp.constants import PAPER_MODELS
-from rockdamp.figures.style import DISPLACEMENT, GREY, PALE, POINTS, error_bars, handles, legend, look, panels
+from rockdamp.figures.style import (
+    DISPLACEMENT,
+    GREY,
+    PALE,
+    POINTS,
+    error_bars,
+    handles,
+    legend,
+    look,
+    panels,
+)
 
 TIME, DISPLACEMENT_MM, ACCELERATION = "time $t$ [s]", "$u$ [mm]", r"$\ddot u_g$ [m s$^{-2}$]"
 MEASURED: dict[str, Any] = {"color": "#B0B0B0", "linewidth": 2.8}
@@ -19,10 +29,14 @@ MEASURED: dict[str, Any] = {"color": "#B0B0B0", "linewidth": 2.8}
 
 def record_title(dataset: xr.Dataset) -> str:
     """Return the record's specimen or source, whether it is synthetic, and the factor on it."""
-    specimen, source = (str(dataset.attrs.get(f"record_{key}", "not stated")) for key in ("specimen", "source"))
+    specimen, source = (
+        str(dataset.attrs.get(f"record_{key}", "not stated")) for key in ("specimen", "source")
+    )
     name = source if specimen in ("none", "not stated") else specimen
     factor = float(dataset.get("scale_factor", 1.0))
-    text = f"{record_name(dataset)}: {' '.join(name.split())}" + (f" (times {factor:g})" if factor != 1 else "")
+    text = f"{record_name(dataset)}: {' '.join(name.split())}" + (
+        f" (times {factor:g})" if factor != 1 else ""
+    )
     return fill(text[0].upper() + text[1:], 120, max_lines=2).replace("$", r"\$")
 
 
@@ -44,7 +58,8 @@ def fig8(validation: xr.Dataset) -> Figure:
         axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)
     # From the motion's first tenth to the last tenth of the decay, with some rest on both sides.
     shaken, rocking = (
-        abs(values) >= 0.1 * abs(values).max() for values in (validation["ground_acceleration"], measured)
+        abs(values) >= 0.1 * abs(values).max()
+        for values in (validation["ground_acceleration"], measured)
     )
     first, last = elapsed[shaken.values][0], elapsed[rocking.values][-1]
     margin = 0.1 * (last - first)
@@ -60,19 +75,25 @@ def fig8(validation: xr.Dataset) -> Figure:
 def over_u_ins(axes: Any, dataset: xr.Dataset) -> None:
     """Give a panel in millimetres a second axis in u/u_ins."""
     u_ins = 1000 * float(dataset["instability_displacement"])
-    axes.secondary_yaxis("right", functions=(lambda u: u / u_ins, lambda u: u * u_ins)).set_ylabel(DISPLACEMENT)
+    axes.secondary_yaxis("right", functions=(lambda u: u / u_ins, lambda u: u * u_ins)).set_ylabel(
+        DISPLACEMENT
+    )
 
 
 def fig_measured_rocking(measured: xr.Dataset) -> Figure:
     """Draw what free rocking says: exponent of the amplitude, likelihood of each damper, and e over Housner's."""
-    figure, ((exponent, likelihood, restitution),) = panels(1, 3, 76.0, width_ratios=[1.0, 1.1, 1.1])
+    figure, ((exponent, likelihood, restitution),) = panels(
+        1, 3, 76.0, width_ratios=[1.0, 1.1, 1.1]
+    )
     impacts = measured["impacts_used"]
     place = np.arange(impacts.size)
     # The exponent of each damper for a rigid block, to first order in the loss.
     for model, power in {"SDR": -0.5, "CR": 0.0, "CDC": 0.5}.items():
         exponent.axvline(power, **look(model, marker=""))
     gamma, interval = measured["amplitude_exponent"], measured["amplitude_exponent_interval"]
-    error_bars(exponent, gamma.values, place, interval, upright=False, label="measured, 90 %", **POINTS)
+    error_bars(
+        exponent, gamma.values, place, interval, upright=False, label="measured, 90 %", **POINTS
+    )
     exponent.set(
         yticks=place,
         yticklabels=impacts.values,
@@ -80,22 +101,39 @@ def fig_measured_rocking(measured: xr.Dataset) -> Figure:
         xlim=(-0.75, 0.75),
         xticks=[-0.5, 0, 0.5],
     )
-    exponent.set(xlabel=r"$\gamma$: loss $\propto$ energy$^\gamma$ [-]", ylabel="impacts used of each trial [-]")
+    exponent.set(
+        xlabel=r"$\gamma$: loss $\propto$ energy$^\gamma$ [-]",
+        ylabel="impacts used of each trial [-]",
+    )
     behind = measured["log_likelihood"] - measured["log_likelihood"].sel(damping_model="power law")
     for model in ("CR", *PAPER_MODELS):
         likelihood.plot(impacts, behind.sel(damping_model=model), label=model, **look(model))
     likelihood.axhline(0, color=GREY, linewidth=0.8)
-    likelihood.set(xlabel="impacts used of each trial [-]", ylabel=r"$\ln L$ less that of a power law [-]")
+    likelihood.set(
+        xlabel="impacts used of each trial [-]", ylabel=r"$\ln L$ less that of a power law [-]"
+    )
     likelihood.set_xticks(impacts.values)
     slenderness, ratio = measured["geometry"], measured["restitution_over_housner"]
     low, high = measured["trial_over_housner_interval"].transpose("bound", ...).values
-    restitution.fill_between(slenderness, low, high, color=PALE, linewidth=0, label="one trial, 90 %")
+    restitution.fill_between(
+        slenderness, low, high, color=PALE, linewidth=0, label="one trial, 90 %"
+    )
     restitution.axhline(1.0, color=GREY, linewidth=0.8)
-    error_bars(restitution, slenderness.values, ratio.values, measured["restitution_over_housner_interval"], **POINTS)
+    error_bars(
+        restitution,
+        slenderness.values,
+        ratio.values,
+        measured["restitution_over_housner_interval"],
+        **POINTS,
+    )
     restitution.margins(x=0.05)
     restitution.xaxis.set_major_locator(MaxNLocator(integer=True))
     restitution.set(xlabel="$H/B$ of the block [-]", ylabel="$e$ over Housner's [-]")
-    titles = {exponent: "(a) exponent of the amplitude", likelihood: "(b) dampers", restitution: "(c) restitution"}
+    titles = {
+        exponent: "(a) exponent of the amplitude",
+        likelihood: "(b) dampers",
+        restitution: "(c) restitution",
+    }
     for axes, title in titles.items():
         axes.set_title(title)
     legend(figure, handles(likelihood, exponent, restitution))

@@ -34,10 +34,14 @@ def rotate_body(thickness: float, height: float, offset: float) -> Array:
     """
     angle = rotation(thickness, height, offset)
     upright = np.array([(-thickness, 0.0), (0.0, 0.0), (0.0, height), (-thickness, height)])
-    return upright @ np.array([(math.cos(angle), -math.sin(angle)), (math.sin(angle), math.cos(angle))])
+    return upright @ np.array(
+        [(math.cos(angle), -math.sin(angle)), (math.sin(angle), math.cos(angle))]
+    )
 
 
-def wall_corners(thickness: float, height: float, hinge_ratio: float, offset: float) -> tuple[Array, Array]:
+def wall_corners(
+    thickness: float, height: float, hinge_ratio: float, offset: float
+) -> tuple[Array, Array]:
     """Return the corners of the lower and the upper body at a displacement `offset` >= 0 of the hinge. [m]
 
     x is from mid-thickness. The lower body turns about its right base corner. The upper one turns about its right top
@@ -58,12 +62,18 @@ def fig1(mechanism: xr.Dataset) -> Figure:
     t = h / 5.0  # stouter than the wall and displaced far, so that angles and gaps can be seen
     offset = 0.6 * t
     figure, grid = panels(1, 2, 112.0, COLUMN, sharey=True)
-    top = wall_corners(t, h, ratio, offset)[1][:, 1].max()  # the wall grows as it turns on its corners
-    for axes, u, title in zip(grid[0], (0.0, offset), ("(a) at rest", "(b) displaced"), strict=True):
+    top = wall_corners(t, h, ratio, offset)[1][
+        :, 1
+    ].max()  # the wall grows as it turns on its corners
+    for axes, u, title in zip(
+        grid[0], (0.0, offset), ("(a) at rest", "(b) displaced"), strict=True
+    ):
         lower, upper = wall_corners(t, h, ratio, u)
         _bodies(axes, lower, upper, t)
         _rest(axes, t, h, ratio) if u == 0 else _displaced(axes, lower, upper, t, u)
-        axes.set(title=title, aspect="equal", xlim=(-1.5 * t, 1.25 * t), ylim=(-0.75 * t, top + 1.5 * t))
+        axes.set(
+            title=title, aspect="equal", xlim=(-1.5 * t, 1.25 * t), ylim=(-0.75 * t, top + 1.5 * t)
+        )
         axes.set_axis_off()
     return figure
 
@@ -78,7 +88,11 @@ def _bodies(axes: Axes, lower: Array, upper: Array, t: float) -> None:
         axes.plot(x, y, "o", color="white", markeredgecolor="black", markersize=4)
         axes.text(x - 0.06 * t, y - 0.36 * t, symbol, ha="right", va="center")
     for y, depth in ((0.0, -0.22 * t), (top, 0.16 * t)):
-        axes.add_patch(Rectangle((-0.7 * t, y), 1.4 * t, depth, facecolor="none", edgecolor=GREY, hatch="/////", lw=0))
+        axes.add_patch(
+            Rectangle(
+                (-0.7 * t, y), 1.4 * t, depth, facecolor="none", edgecolor=GREY, hatch="/////", lw=0
+            )
+        )
         axes.plot([-0.7 * t, 0.7 * t], [y, y], color="black", linewidth=0.9)
     plate, x = top + 0.16 * t, 0.25 * t
     _arrow(axes, (x, plate + 0.8 * t), (x, plate))
@@ -118,7 +132,9 @@ def _displaced(axes: Axes, lower: Array, upper: Array, t: float, u: float) -> No
         (base, hinge[1] - base[1], 1, r"$\theta_1$"),
         (top, top[1] - hinge[1], -1, r"$\theta_2$"),
     ):
-        axes.plot([pivot[0]] * 2, [pivot[1], pivot[1] + 0.75 * up * size], linestyle="dashed", **THIN)
+        axes.plot(
+            [pivot[0]] * 2, [pivot[1], pivot[1] + 0.75 * up * size], linestyle="dashed", **THIN
+        )
         _angle(axes, pivot, 0.6 * size, up, -rotation(t, size, u), symbol)
     _contacts(axes, t, {"$A'$": top, "$B$": hinge, "$C'$": base})
 
@@ -135,14 +151,23 @@ def _contacts(axes: Axes, t: float, points: dict[str, Any]) -> None:
 def _angle(axes: Axes, pivot: Any, radius: float, up: int, angle: float, symbol: str) -> None:
     """Draw an angle from the vertical through a pivot: to the left where positive, seen from the pivot."""
     ends = sorted((90.0 * up, 90.0 * up + up * math.degrees(angle)))
-    axes.add_patch(Arc(tuple(pivot), 2 * radius, 2 * radius, theta1=ends[0], theta2=ends[1], linewidth=0.7))
+    axes.add_patch(
+        Arc(tuple(pivot), 2 * radius, 2 * radius, theta1=ends[0], theta2=ends[1], linewidth=0.7)
+    )
     middle = math.radians(sum(ends) / 2)
     x, y = pivot[0] + 1.2 * radius * math.cos(middle), pivot[1] + 1.2 * radius * math.sin(middle)
     axes.text(x, y, symbol, ha="center", va="center")
 
 
 def _arrow(axes: Axes, start: Any, end: Any) -> None:
-    arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+    arrow = {
+        "arrowstyle": "-|>",
+        "color": "black",
+        "linewidth": 1.0,
+        "shrinkA": 0,
+        "shrinkB": 0,
+        "mutation_scale": 7,
+    }
     axes.annotate("", end, start, arrowprops=arrow)
 
 
@@ -157,7 +182,11 @@ def _dimension(axes: Axes, start: Any, end: Any) -> None:
 def fig2(mechanism: xr.Dataset) -> Figure:
     """Draw the tri-linear law on the bi-linear one, the softening variants and Doherty's stages of degradation."""
     figure, grid = panels(1, 3, 72.0, sharey=True)
-    titles = ("(a) definitions", "(b) last branch that ends before $u_\\mathrm{ins}$", "(c) stages of degradation")
+    titles = (
+        "(a) definitions",
+        "(b) last branch that ends before $u_\\mathrm{ins}$",
+        "(c) stages of degradation",
+    )
     for axes, title in zip(grid[0], titles, strict=True):
         axes.set_title(title, y=1.1)
         axes.set(xlabel=DISPLACEMENT, xlim=(0, 1.04), ylim=(0, 1.04))
@@ -165,12 +194,28 @@ def fig2(mechanism: xr.Dataset) -> Figure:
     _definitions(grid[0, 0], mechanism)
     black = {"color": "black"}
     _law(grid[0, 1], mechanism, "steeper", "steeper: $u_2$ on the bi-linear law", **black)
-    _law(grid[0, 1], mechanism, "translated", "translated: slope $-K_0$", linestyle="dashdot", **black)
+    _law(
+        grid[0, 1],
+        mechanism,
+        "translated",
+        "translated: slope $-K_0$",
+        linestyle="dashdot",
+        **black,
+    )
     a3 = float(mechanism["ultimate_displacement_ratio"].sel(curve_name="steeper"))
-    grid[0, 1].plot(a3, 0, "ko", clip_on=False, zorder=5, label=f"$u_3 = {a3:g}\\,u_\\mathrm{{ins}}$")
+    grid[0, 1].plot(
+        a3, 0, "ko", clip_on=False, zorder=5, label=f"$u_3 = {a3:g}\\,u_\\mathrm{{ins}}$"
+    )
     looks = (("solid", "#1A1A1A"), ("dashed", "#0072B2"), ("dashdot", "#D55E00"))
     for (name, (b1, a1)), (line, colour) in zip(PRESETS.items(), looks, strict=True):
-        _law(grid[0, 2], mechanism, name, f"{name}: $a_1 = {a1:.2f}$, $b_1 = {b1:.2f}$", linestyle=line, color=colour)
+        _law(
+            grid[0, 2],
+            mechanism,
+            name,
+            f"{name}: $a_1 = {a1:.2f}$, $b_1 = {b1:.2f}$",
+            linestyle=line,
+            color=colour,
+        )
     for axes in grid[0]:  # last, so that no curve hides it
         _law(
             axes,
@@ -192,7 +237,12 @@ def _law(axes: Axes, mechanism: xr.Dataset, name: str, label: str, **look: Any) 
 def _definitions(axes: Axes, mechanism: xr.Dataset) -> None:
     """Draw the curve of the study with its corners, its secant and the slope of the bi-linear law."""
     curve = mechanism.sel(curve_name="tri-linear")
-    corners = ("yield_displacement_ratio", "plateau_end_ratio", "ultimate_displacement_ratio", "strength_ratio")
+    corners = (
+        "yield_displacement_ratio",
+        "plateau_end_ratio",
+        "ultimate_displacement_ratio",
+        "strength_ratio",
+    )
     a1, a2, a3, b1 = (float(curve[name]) for name in corners)
     _law(axes, mechanism, "tri-linear", "tri-linear", color="black")
     faint: dict[str, Any] = {"color": GREY, "linewidth": 0.5, "linestyle": "dotted"}
@@ -200,7 +250,14 @@ def _definitions(axes: Axes, mechanism: xr.Dataset) -> None:
     axes.hlines([b1, 1.0], [a2, 0], 1.04, **faint)
     end, red = 0.45, "#C1121F"  # of the secant, as in the paper
     force = float(np.interp(end, curve["displacement"], curve["force"]))
-    axes.plot([0, end], [0, force], color=red, marker="o", markevery=[1], label=r"secant, slope $K_\mathrm{sec}$")
+    axes.plot(
+        [0, end],
+        [0, force],
+        color=red,
+        marker="o",
+        markevery=[1],
+        label=r"secant, slope $K_\mathrm{sec}$",
+    )
     axes.text(0.32, 0.25, r"$K_\mathrm{sec}$", color=red)
     axes.plot([0.66, 0.66, 0.84], [0.34, 0.16, 0.16], color="black", linewidth=0.5)
     axes.text(0.645, 0.22, "$K_0$", ha="right", va="center")

@@ -9,7 +9,17 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rockdamp.figures.style import DISPLACEMENT, LOOK, PALE, RESTITUTION, handles, legend, log_ticks, look, panels
+from rockdamp.figures.style import (
+    DISPLACEMENT,
+    LOOK,
+    PALE,
+    RESTITUTION,
+    handles,
+    legend,
+    log_ticks,
+    look,
+    panels,
+)
 
 
 def fig_order(order: xr.Dataset) -> Figure:
@@ -24,7 +34,9 @@ def fig_order(order: xr.Dataset) -> Figure:
         _errors(axes, study, name)
         axes.set(title=f"{words}, {title}", ylabel=f"{words[4:]} of $|\\ln r|$ [-]")
     _crossing(force, velocity, order)
-    force.set_title(f"(c) damping force at the first crossing, $e = {float(order['crossing_restitution']):g}$")
+    force.set_title(
+        f"(c) damping force at the first crossing, $e = {float(order['crossing_restitution']):g}$"
+    )
     velocity.set_title("(d) velocity at the first crossing")
     legend(figure, [*handles(median), *handles(velocity)], columns=4)
     return figure
@@ -34,19 +46,42 @@ def _errors(axes: Axes, study: xr.Dataset, name: str) -> None:
     """Draw the error of each family over its force on the paper's curve, and CR with another e as a band."""
     dampers = study["damper"].values.astype(str)
     changed = study[name].isel(damper=np.char.startswith(dampers, "e "))
-    axes.axhspan(float(changed.min()), float(changed.max()), color=PALE, linewidth=1.2, label=r"CR, $e \mp 0.01$")
-    families = {"ECD": "ECD of order $m$", "BAND": "BAND of width $t_c$", "CQD": "CQD of width $w/a_1$"}
+    axes.axhspan(
+        float(changed.min()),
+        float(changed.max()),
+        color=PALE,
+        linewidth=1.2,
+        label=r"CR, $e \mp 0.01$",
+    )
+    families = {
+        "ECD": "ECD of order $m$",
+        "BAND": "BAND of width $t_c$",
+        "CQD": "CQD of width $w/a_1$",
+    }
     for family, label in families.items():
         rows = study.isel(damper=np.char.startswith(dampers, family))
         force = rows["crossing_force"].sel(wall="paper").values
         axes.plot(force, rows[name], label=label, **look(family, linestyle="solid", markersize=4))
-        side = -1 if family == "BAND" else 1  # the lower line has its numbers below, the upper ones above
-        place: dict[str, Any] = {"ha": "left" if side > 0 else "right", "va": "bottom" if side > 0 else "top"}
-        for x, y, damper in zip(force, rows[name].values, rows["damper"].values.astype(str), strict=True):
+        side = (
+            -1 if family == "BAND" else 1
+        )  # the lower line has its numbers below, the upper ones above
+        place: dict[str, Any] = {
+            "ha": "left" if side > 0 else "right",
+            "va": "bottom" if side > 0 else "top",
+        }
+        for x, y, damper in zip(
+            force, rows[name].values, rows["damper"].values.astype(str), strict=True
+        ):
             number = damper.removeprefix(family) or "0"
             shift = (4 * side, 3 * side)
             axes.annotate(
-                number, (x, y), shift, textcoords="offset points", color=LOOK[family]["color"], size=7, **place
+                number,
+                (x, y),
+                shift,
+                textcoords="offset points",
+                color=LOOK[family]["color"],
+                size=7,
+                **place,
             )
     log_ticks(axes.xaxis)
     log_ticks(axes.yaxis)
@@ -75,9 +110,14 @@ def _crossing(force: Axes, velocity: Axes, order: xr.Dataset) -> None:
         )
         if damper != "CR":
             half_cycle = slice(0, int(np.argmax(decay["velocity"].values[1:] >= 0)) + 1)
-            force.plot(decay["displacement"][half_cycle], decay["damping_force"][half_cycle], **line)
+            force.plot(
+                decay["displacement"][half_cycle], decay["damping_force"][half_cycle], **line
+            )
     lowest = 1.2 * float(order["damping_force"].min())
     force.plot([0, 0], [0, lowest], **lines["CR"])
     force.set(xlim=(0.15, -0.15), ylim=(lowest, -0.03 * lowest), xlabel=DISPLACEMENT)
     force.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")
-    velocity.set(xlabel=r"dimensionless time from the impact $p\,t$ [-]", ylabel=r"$\dot u/(p\,u_\mathrm{ins})$ [-]")
+    velocity.set(
+        xlabel=r"dimensionless time from the impact $p\,t$ [-]",
+        ylabel=r"$\dot u/(p\,u_\mathrm{ins})$ [-]",
+    )

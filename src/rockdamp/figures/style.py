@@ -52,7 +52,11 @@ def look(model: str, **changes: Any) -> dict[str, Any]:
 
 def series(index: int, **changes: Any) -> dict[str, Any]:
     """Return colour and marker of one of many walls or values: the same pair comes back after 72."""
-    return {"color": COLOURS[index % len(COLOURS)], "marker": MARKERS[index % len(MARKERS)], **changes}
+    return {
+        "color": COLOURS[index % len(COLOURS)],
+        "marker": MARKERS[index % len(MARKERS)],
+        **changes,
+    }
 
 
 def tints(colour: str, count: int) -> list[Any]:
@@ -61,7 +65,9 @@ def tints(colour: str, count: int) -> list[Any]:
     return list(red_green_blue * (1 - abs(share)) + np.maximum(share, 0))
 
 
-def panels(rows: int, columns: int, height: float, width: float = WIDTH, **options: Any) -> tuple[Figure, Any]:
+def panels(
+    rows: int, columns: int, height: float, width: float = WIDTH, **options: Any
+) -> tuple[Figure, Any]:
     """Return a figure in the style of the paper, and its panels, shape (rows, columns).
 
     Sizes are in millimetres. `width` is that at which the figure is to be printed: its text then has 7 pt or more.
@@ -74,24 +80,38 @@ def panels(rows: int, columns: int, height: float, width: float = WIDTH, **optio
 def log_ticks(axis: XAxis | YAxis, ticks: Any = None) -> None:
     """Make an axis logarithmic with plain numbers: at `ticks`, or at 1, 2, 5 and their like."""
     axis.axes.set(**{f"{axis.axis_name}scale": "log"})
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if ticks is None else FixedLocator(ticks))
+    axis.set_major_locator(
+        LogLocator(subs=(1.0, 2.0, 5.0)) if ticks is None else FixedLocator(ticks)
+    )
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
 
 
-def error_bars(axes: Axes, x: Any, y: Any, interval: xr.DataArray, upright: bool = True, **look: Any) -> None:
+def error_bars(
+    axes: Axes, x: Any, y: Any, interval: xr.DataArray, upright: bool = True, **look: Any
+) -> None:
     """Draw points with their intervals, which have the dimension ``bound``: of y, or of x where not `upright`."""
     lengths = np.abs(interval.transpose("bound", ...).values - np.asarray(y if upright else x))
-    axes.errorbar(x, y, **{"yerr" if upright else "xerr": lengths}, elinewidth=0.9, capsize=1.5, **look)
+    axes.errorbar(
+        x, y, **{"yerr" if upright else "xerr": lengths}, elinewidth=0.9, capsize=1.5, **look
+    )
 
 
-def legend(place: Figure | Axes, entries: Iterable[Any], columns: int = 0, title: str | None = None) -> None:
+def legend(
+    place: Figure | Axes, entries: Iterable[Any], columns: int = 0, title: str | None = None
+) -> None:
     """Put a legend where it covers nothing: below a figure, to the right of a panel."""
     entries = list(entries)
     if isinstance(place, Figure):
-        place.legend(handles=entries, loc="outside lower center", ncols=columns or len(entries), title=title)
+        place.legend(
+            handles=entries, loc="outside lower center", ncols=columns or len(entries), title=title
+        )
     else:
-        right: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.02, 0.5), "alignment": "left"}
+        right: dict[str, Any] = {
+            "loc": "center left",
+            "bbox_to_anchor": (1.02, 0.5),
+            "alignment": "left",
+        }
         place.legend(handles=entries, title=title, **right)
 
 
@@ -109,7 +129,12 @@ def save(figure: Figure, files: Iterable[str | Path], resolution: float) -> None
         date = {".pdf": "CreationDate", ".svg": "Date"}.get(file.suffix)
         drawn = io.BytesIO()
         with matplotlib.rc_context({"svg.hashsalt": file.stem}):
-            figure.savefig(drawn, format=file.suffix[1:], dpi=resolution, metadata={date: None} if date else None)
+            figure.savefig(
+                drawn,
+                format=file.suffix[1:],
+                dpi=resolution,
+                metadata={date: None} if date else None,
+            )
         file.parent.mkdir(parents=True, exist_ok=True)
         with replace_file(file) as temporary:
             temporary.write_bytes(drawn.getvalue())

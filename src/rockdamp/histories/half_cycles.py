@@ -27,7 +27,9 @@ class HalfCycles:
     end: Array
 
     def __getitem__(self, part: slice) -> HalfCycles:
-        return HalfCycles(self.peak[part], self.peak_elapsed[part], self.start[part], self.end[part])
+        return HalfCycles(
+            self.peak[part], self.peak_elapsed[part], self.start[part], self.end[part]
+        )
 
     @property
     def duration(self) -> Array:
@@ -46,7 +48,9 @@ def passes_zero(values: ArrayLike) -> NDArray[np.bool_]:
     return (before != 0) & (before * after <= 0)
 
 
-def turning_points(displacement: Array, velocity: Array, step: float | Array) -> tuple[Array, Array]:
+def turning_points(
+    displacement: Array, velocity: Array, step: float | Array
+) -> tuple[Array, Array]:
     """Return displacements and times at which histories turn after a release at rest, which counts as no turn.
 
     Both have the shape (lanes, most), NaN after each lane's last turn. The histories have the shape (lanes, n); `step`
@@ -75,10 +79,18 @@ def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCy
         return HalfCycles(*np.empty((4, 0)))
     last = np.flatnonzero(np.diff(np.sign(displacement[beyond])))
     starts, ends = beyond[np.concatenate([[0], last + 1])], beyond[np.append(last, beyond.size - 1)]
-    peaks = [i + int(np.argmax(np.abs(displacement[i : j + 1]))) for i, j in zip(starts, ends, strict=True)]
-    crossings = [_crossing(elapsed, displacement, i, j) for i, j in zip(ends[:-1], starts[1:], strict=True)]
+    peaks = [
+        i + int(np.argmax(np.abs(displacement[i : j + 1])))
+        for i, j in zip(starts, ends, strict=True)
+    ]
+    crossings = [
+        _crossing(elapsed, displacement, i, j) for i, j in zip(ends[:-1], starts[1:], strict=True)
+    ]
     return HalfCycles(
-        displacement[peaks], elapsed[peaks], np.array([np.nan, *crossings]), np.array([*crossings, np.nan])
+        displacement[peaks],
+        elapsed[peaks],
+        np.array([np.nan, *crossings]),
+        np.array([*crossings, np.nan]),
     )
 
 

@@ -35,7 +35,9 @@ class SupportRecord(Record):
     @property
     def motions(self) -> Array:
         """The three motions whose sum, each times its factor, is the load; shape (3, samples). [m s-2]"""
-        return np.stack([self.base_acceleration, self.top_acceleration, -STANDARD_GRAVITY * self.drift])
+        return np.stack(
+            [self.base_acceleration, self.top_acceleration, -STANDARD_GRAVITY * self.drift]
+        )
 
 
 def support_factors(wall: Wall) -> Array:
@@ -52,11 +54,18 @@ def count_steps(length: ArrayLike, longest: ArrayLike) -> NDArray[np.int64]:
     longest = check("step", longest, lambda step: step > 0, "greater than 0")
     rounding = 1e-12  # part by which a number of steps may exceed a whole one
     count = np.maximum(np.ceil(np.asarray(length, dtype=float) / longest * (1 - rounding)), 1)
-    return check("number of steps", count, lambda n: n <= 10_000_000, "at most 10,000,000").astype(np.int64)
+    return check("number of steps", count, lambda n: n <= 10_000_000, "at most 10,000,000").astype(
+        np.int64
+    )
 
 
 def make_load(
-    wall: Wall | Parapet, record: Record, factor: ArrayLike = 1.0, *, substeps: int = 1, tail: float = 0.0
+    wall: Wall | Parapet,
+    record: Record,
+    factor: ArrayLike = 1.0,
+    *,
+    substeps: int = 1,
+    tail: float = 0.0,
 ) -> Load:
     """Return a record as the load on a wall.
 
@@ -81,15 +90,22 @@ def make_load(
                 "a parapet stands on one floor, and this is a motion of two supports; it must be one of"
                 " floor_motions(parapet=True)"
             )
-        ground, factors = record.motions, np.stack([share * factors for share in support_factors(wall)])
+        ground, factors = (
+            record.motions,
+            np.stack([share * factors for share in support_factors(wall)]),
+        )
     ground = append_rest(ground, record.step, tail)
     # ASSUME: the motion of a test, measured with the wall's response, is smooth between its samples: straight lines
     # would cut the peaks of a pulse off. An accelerogram alone is linear, as its publishers process it.
     if record.displacement is not None and substeps > 1:
-        from scipy.interpolate import CubicSpline  # slow to import, and accelerograms alone need none
+        from scipy.interpolate import (
+            CubicSpline,
+        )  # slow to import, and accelerograms alone need none
 
         samples = np.arange(ground.shape[-1])
-        ground = CubicSpline(samples, ground, axis=-1)(np.arange(samples[-1] * substeps + 1) / substeps)
+        ground = CubicSpline(samples, ground, axis=-1)(
+            np.arange(samples[-1] * substeps + 1) / substeps
+        )
         sampling, substeps = sampling / substeps, 1
     return Load(ground, factors, sampling, substeps)
 
@@ -140,12 +156,21 @@ def run_record(
     # Walls that need equally many steps between two samples are one batch.
     factor = np.asarray(factor, dtype=float)
     count = substeps.size
-    peak, collapsed = np.empty((*factor.shape[:-1], count)), np.empty((*factor.shape[:-1], count), dtype=bool)
+    peak, collapsed = (
+        np.empty((*factor.shape[:-1], count)),
+        np.empty((*factor.shape[:-1], count), dtype=bool),
+    )
     for number in np.unique(substeps):
         picked = np.flatnonzero(substeps == number)
-        batch = select(wall, count, picked), select(curve, count, picked), select(damping, count, picked)
+        batch = (
+            select(wall, count, picked),
+            select(curve, count, picked),
+            select(damping, count, picked),
+        )
         factors = np.broadcast_to(factor, peak.shape)[..., picked]
-        ended = run_record(record, *batch, factors, step=step, tail=tail, halvings=halvings, scheme=scheme)
+        ended = run_record(
+            record, *batch, factors, step=step, tail=tail, halvings=halvings, scheme=scheme
+        )
         peak[..., picked], collapsed[..., picked] = ended.peak, ended.collapsed
     return Peaks(peak, collapsed)
 
@@ -153,5 +178,9 @@ def run_record(
 def select(owner: T, count: int, index: NDArray[np.intp]) -> T:
     """Return a wall, curve or damper of some of `count` cases; what is one number stays one."""
     values: dict[str, Any] = {each.name: getattr(owner, each.name) for each in fields(owner)}
-    arrays = {name: np.broadcast_to(value, count)[index] for name, value in values.items() if np.ndim(value)}
+    arrays = {
+        name: np.broadcast_to(value, count)[index]
+        for name, value in values.items()
+        if np.ndim(value)
+    }
     return type(owner)(**(values | arrays))

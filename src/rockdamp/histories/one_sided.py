@@ -28,7 +28,9 @@ def add_reversed(motions: Iterable[GroundMotion]) -> list[GroundMotion]:
     """Return each motion as it is and turned round, of the same group."""
     both = []
     for motion in motions:
-        record = replace(motion.record, ground_acceleration=-motion.record.ground_acceleration, displacement=None)
+        record = replace(
+            motion.record, ground_acceleration=-motion.record.ground_acceleration, displacement=None
+        )
         both += [motion, replace(motion, name=f"{motion.name} turned", record=record)]
     return both
 
@@ -45,11 +47,16 @@ def run_one_sided(
 ) -> list[ExactHistory]:
     """Run a wall from rest under a record that is scaled by each factor, with a rest of `tail` after it. [-], [s]"""
     ground = append_rest(record.ground_acceleration, record.step, tail)
-    sampling, damping = float(wall.frequency_parameter) * record.step, Damping(REFERENCE, restitution)
+    sampling, damping = (
+        float(wall.frequency_parameter) * record.step,
+        Damping(REFERENCE, restitution),
+    )
 
     def solve(load_factor: float) -> ExactHistory:
         end = sampling * (ground.size - 1)
-        return exact_history(curve, damping, [end], load=load_factor * ground, sampling=sampling, one_sided=True)
+        return exact_history(
+            curve, damping, [end], load=load_factor * ground, sampling=sampling, one_sided=True
+        )
 
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(solve, (float(wall.load_factor) * np.asarray(factor)).tolist()))
@@ -66,7 +73,10 @@ def respond_one_sided(
     """Yield the peak and the outcome of a wall under each record, both ways, as `respond.tabulate` does."""
     u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
     for motion in add_reversed(motions):
-        scale, measures = scale_factors(motion.intensity_record, asked), intensity_measures(motion.intensity_record)
+        scale, measures = (
+            scale_factors(motion.intensity_record, asked),
+            intensity_measures(motion.intensity_record),
+        )
         start = float(motion.record.elapsed[0])
         histories = run_one_sided(motion.record, wall, curve, restitution, scale, tail=tail)
         for factor, history in zip(scale.tolist(), histories, strict=True):

@@ -114,9 +114,13 @@ def respond(
     >>> import numpy as np
     >>> import rockdamp as rd
     >>> elapsed = 0.01 * np.arange(200)
-    >>> pulse = rd.Record(elapsed, np.where(elapsed < 0.5, 2 * np.sin(2 * np.pi * elapsed / 0.5), 0.0))
+    >>> pulse = rd.Record(
+    ...     elapsed, np.where(elapsed < 0.5, 2 * np.sin(2 * np.pi * elapsed / 0.5), 0.0)
+    ... )
     >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
-    >>> response = rd.respond(rd.Wall(0.3, 4.5), curve, rd.Damping("CDR", 0.05), pulse, scale=[1, 2], tail=1)
+    >>> response = rd.respond(
+    ...     rd.Wall(0.3, 4.5), curve, rd.Damping("CDR", 0.05), pulse, scale=[1, 2], tail=1
+    ... )
     >>> response.collapsed.values.tolist()
     [0, 0]
     """
@@ -132,9 +136,13 @@ def respond(
     scales = xr.Variable(("scale_factor",) * scale.ndim, scale)
     tau = float(wall.frequency_parameter) * motion.step * samples
     history = _assemble(runs, damping, curve, wall, tau, scales.dims, start)
-    history = history.assign_coords(scale_factor=scales, elapsed=("tau", start + motion.step * samples))
+    history = history.assign_coords(
+        scale_factor=scales, elapsed=("tau", start + motion.step * samples)
+    )
     history["ground_acceleration"] = scales * xr.Variable("tau", ground)
-    return describe(history.swap_dims(tau="elapsed").assign_attrs(record_attributes(motion.header)), "response")
+    return describe(
+        history.swap_dims(tau="elapsed").assign_attrs(record_attributes(motion.header)), "response"
+    )
 
 
 def _several(damping: Damping | Sequence[Damping]) -> list[Damping]:
@@ -165,7 +173,10 @@ def _assemble(
         dims, results = (*dims, *own), dict(vars(runs[0]))
     else:
         dims = ("damping_model", *dims)
-        is_cr, value = [each.model == "CR" for each in damping], [float(each.value) for each in damping]
+        is_cr, value = (
+            [each.model == "CR" for each in damping],
+            [float(each.value) for each in damping],
+        )
         coords = {
             "damping_model": [each.label for each in damping],
             "restitution": ("damping_model", np.where(is_cr, value, np.nan)),
@@ -174,7 +185,10 @@ def _assemble(
         results = {name: np.stack([getattr(run, name) for run in runs]) for name in vars(runs[0])}
     results["collapsed"] = results["collapsed"].astype(np.int8)
     over_tau = ("displacement", "velocity")
-    data = {name: ((*dims, "tau") if name in over_tau else dims, values) for name, values in results.items()}
+    data = {
+        name: ((*dims, "tau") if name in over_tau else dims, values)
+        for name, values in results.items()
+    }
     ratios = ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
     constants = {name: float(getattr(curve, name)) for name in ratios}
     dataset = xr.Dataset(data | constants, {**coords, "tau": tau}, {"softening": curve.softening})
@@ -196,7 +210,9 @@ def _assemble(
 
 def record_attributes(header: Mapping[str, str]) -> dict[str, str]:
     """Return the attributes that a dataset, and with it each figure, must state of its record."""
-    attributes = {f"record_{key}": header.get(key, "not stated") for key in ("specimen", "source", "licence")}
+    attributes = {
+        f"record_{key}": header.get(key, "not stated") for key in ("specimen", "source", "licence")
+    }
     return {**attributes, "record_synthetic": header.get("synthetic", "no")}
 
 
@@ -230,7 +246,10 @@ def tabulate(
     is None for restitution. `target` is as for `scale_factors`; `tail` is the rest after each record. [s]
     """
     for motion in motions:
-        scales, measures = scale_factors(motion.intensity_record, target), intensity_measures(motion.intensity_record)
+        scales, measures = (
+            scale_factors(motion.intensity_record, target),
+            intensity_measures(motion.intensity_record),
+        )
         ends = respond(wall, curve, dampings, motion, scale=scales, tail=tail).drop_dims("elapsed")
         for index, scale in enumerate(scales.tolist()):
             for damper in range(len(dampings)):

@@ -92,7 +92,9 @@ def floor_motions(
     >>> import rockdamp as rd
     >>> building = rd.Building(period=0.25, storeys=3, storey=3)
     >>> (motion,) = rd.floor_motions("fema-p695:far-field/1/a", building)
-    >>> floor, ground = (rd.intensity_measures(record).pga for record in (motion.record, motion.ground))
+    >>> floor, ground = (
+    ...     rd.intensity_measures(record).pga for record in (motion.record, motion.ground)
+    ... )
     >>> round(floor / ground, 1)  # at the top the supports shake more than the ground
     2.2
     """
@@ -144,26 +146,39 @@ def modal_response(acceleration: Array, step: float, modes: Modes, damping_ratio
     padded = np.concatenate([[0.0], acceleration, np.zeros(1 + int(np.ceil(rest / step)))])
     moved = oscillate(padded, step, modes.period, damping_ratio, finer)
     floors = moved.ground - modes.contribution @ moved.lag
-    return Motion(step / finer, floors[:, finer:], (modes.contribution @ moved.displacement)[:, finer:])
+    return Motion(
+        step / finer, floors[:, finer:], (modes.contribution @ moved.displacement)[:, finer:]
+    )
 
 
-def _move_supports(ground: Record, building: Building | None, diaphragm: Diaphragm | None) -> Motion:
+def _move_supports(
+    ground: Record, building: Building | None, diaphragm: Diaphragm | None
+) -> Motion:
     """Return the motion of the base and of the top of a wall."""
     if building is None:
         modes, damping_ratio, on_ground = Modes(np.empty(0), np.empty((2, 0))), 1.0, True
     else:
-        modes, damping_ratio, on_ground = building.modes, building.damping_ratio, building.storey == 1
+        modes, damping_ratio, on_ground = (
+            building.modes,
+            building.damping_ratio,
+            building.storey == 1,
+        )
     rigid = modal_response(ground.ground_acceleration, ground.step, modes, damping_ratio)
     if diaphragm is None or diaphragm.period < RIGID_PERIOD:
         return rigid
     accelerations, displacements = [], []
-    shares = (0.0 if on_ground else 1.0, 1.0)  # of the base and of the top in the motion of such a floor
+    shares = (
+        0.0 if on_ground else 1.0,
+        1.0,
+    )  # of the base and of the top in the motion of such a floor
     for driving, below, share in zip(rigid.acceleration, rigid.displacement, shares, strict=True):
         floor = Modes(np.array([diaphragm.period]), np.array([[share]]))
         held = modal_response(driving, rigid.step, floor, diaphragm.damping_ratio)
         times = np.arange(held.acceleration.size) * held.step / rigid.step
         accelerations.append(held.acceleration[0])
-        displacements.append(np.interp(times, np.arange(below.size), below, right=0.0) + held.displacement[0])
+        displacements.append(
+            np.interp(times, np.arange(below.size), below, right=0.0) + held.displacement[0]
+        )
     return Motion(held.step, np.stack(accelerations), np.stack(displacements))
 
 
@@ -174,7 +189,9 @@ def _support_record(ground: Record, supports: Motion, parapet: bool) -> Record:
     alone = parapet or (np.array_equal(base, top) and not drift.any())
     mean = top if alone else (base + top) / 2
     same_times = mean.size == ground.elapsed.size and supports.step == ground.step
-    elapsed = ground.elapsed if same_times else ground.elapsed[0] + supports.step * np.arange(mean.size)
+    elapsed = (
+        ground.elapsed if same_times else ground.elapsed[0] + supports.step * np.arange(mean.size)
+    )
     if alone:
         return replace(ground, elapsed=elapsed, ground_acceleration=mean, displacement=None)
     motions = {"base_acceleration": base, "top_acceleration": top, "drift": drift}

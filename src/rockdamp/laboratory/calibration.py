@@ -98,12 +98,16 @@ def calibrate(
     for fit, one in zip(fits, found, strict=True):
         _check_solution(fit, one)
     estimates = np.array([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)])
-    precisions = np.linalg.inv([estimate_covariance(fit, one) for fit, one in zip(fits, found, strict=True)])
+    precisions = np.linalg.inv(
+        [estimate_covariance(fit, one) for fit, one in zip(fits, found, strict=True)]
+    )
     covariance = np.linalg.inv(precisions.sum(axis=0))
     weights = covariance @ precisions  # of one run 1
     estimate = np.einsum("rij,rj->i", weights, estimates)
     for name, deviation in deviations.items():
-        changes = [size_change(fit, one.x, name, deviation) for fit, one in zip(fits, found, strict=True)]
+        changes = [
+            size_change(fit, one.x, name, deviation) for fit, one in zip(fits, found, strict=True)
+        ]
         change = np.einsum("rij,rj->i", weights, np.array(changes))
         covariance += np.outer(change, change)
     for name, ratio in zip(PARAMETERS, estimate / np.sqrt(np.diag(covariance)), strict=True):
@@ -137,10 +141,16 @@ def compare_dampers(
         fits = make_fits(records, wall, model, ultimate_displacement_ratio, softening, step)
         found = [fit.solution() for fit in fits]
         # A record without any noise gets a billionth of its peak.
-        noise = [max(fit.resting_deviation, 1e-9 * float(np.abs(fit.measured).max())) for fit in fits]
-        squares.append(sum(float(np.sum((one.fun / s) ** 2)) for one, s in zip(found, noise, strict=True)))
+        noise = [
+            max(fit.resting_deviation, 1e-9 * float(np.abs(fit.measured).max())) for fit in fits
+        ]
+        squares.append(
+            sum(float(np.sum((one.fun / s) ** 2)) for one, s in zip(found, noise, strict=True))
+        )
         rows.append(misfit(fits, found))
-        estimates.append(np.mean([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)], axis=0))
+        estimates.append(
+            np.mean([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)], axis=0)
+        )
     log_likelihood = -(np.array(squares) - min(squares)) / 2
     weight = np.exp(log_likelihood)
     residuals = ("residual_rms", "residual_over_noise")
@@ -180,7 +190,13 @@ def make_fits(
 ) -> list[RecordFit]:
     """Return the fit of each record; refuse a displacement that no standing wall can have."""
     check("step", step, lambda step: step > 0, "greater than 0")
-    a3 = float(check("ultimate_displacement_ratio", ultimate_displacement_ratio, *RULES["ultimate_displacement_ratio"]))
+    a3 = float(
+        check(
+            "ultimate_displacement_ratio",
+            ultimate_displacement_ratio,
+            *RULES["ultimate_displacement_ratio"],
+        )
+    )
     check_choice("softening", softening, SOFTENING)
     check_choice("damping_model", damping_model, MODELS)
     several = [records] if isinstance(records, Record) else list(records)
@@ -199,11 +215,19 @@ def _check_solution(fit: RecordFit, found: OptimizeResult) -> None:
     # ASSUME: tests that restitution explains well leave some per cent of the peak, or of small motions the noise.
     share = residual["residual_over_peak"]
     if share > 0.10 and not residual["residual_over_noise"] <= 3:
-        raise InputError(f"the residual of the best fit is {100 * share:.2g} % of the peak; it must be at most 10 %")
-    names = "yield_displacement_ratio over the plateau's end (a1/a2)", "strength_ratio (b1)", "restitution (e)"
+        raise InputError(
+            f"the residual of the best fit is {100 * share:.2g} % of the peak; it must be at most 10 %"
+        )
+    names = (
+        "yield_displacement_ratio over the plateau's end (a1/a2)",
+        "strength_ratio (b1)",
+        "restitution (e)",
+    )
     for name, value, low, high in zip(names, point, *fit.bounds, strict=True):
         if min(value - low, high - value) < 1e-3 * (high - low):
-            raise InputError(f"the best fit has {name} {value:.4g}; it must lie inside {low:g} to {high:g}")
+            raise InputError(
+                f"the best fit has {name} {value:.4g}; it must lie inside {low:g} to {high:g}"
+            )
     parameters = fit.parameters(point)
     peak = float(np.abs(fit.response(parameters)).max())
     branch = float(parameters[0] * fit.wall.instability_displacement)
@@ -241,14 +265,23 @@ def misfit(fits: Sequence[RecordFit], found: Sequence[OptimizeResult]) -> dict[s
 def true_values(header: Mapping[str, str]) -> Array:
     """Return the parameters that made a synthetic record; NaN where its header does not state them, or of a test."""
     synthetic = header.get("synthetic") == "yes"
-    return np.array([float(header.get(f"generator_{name}", "nan")) if synthetic else np.nan for name in PARAMETERS])
+    return np.array(
+        [
+            float(header.get(f"generator_{name}", "nan")) if synthetic else np.nan
+            for name in PARAMETERS
+        ]
+    )
 
 
-def _dataset(fits: Sequence[RecordFit], estimates: Array, estimate: Array, covariance: Array) -> xr.Dataset:
+def _dataset(
+    fits: Sequence[RecordFit], estimates: Array, estimate: Array, covariance: Array
+) -> xr.Dataset:
     """Return the estimates, of all runs and of each, with the fitted and the measured histories."""
     first, error = fits[0], np.sqrt(np.diag(covariance))
     responses = [fit.response(one) for fit, one in zip(fits, estimates, strict=True)]
-    measured = [u + fit.subtract_trend(fit.measured - u) for fit, u in zip(fits, responses, strict=True)]
+    measured = [
+        u + fit.subtract_trend(fit.measured - u) for fit, u in zip(fits, responses, strict=True)
+    ]
     xi = np.nan
     if first.damping_model != REFERENCE:
         xi = float(first.damping(estimate).value)
@@ -263,7 +296,10 @@ def _dataset(fits: Sequence[RecordFit], estimates: Array, estimate: Array, covar
             "run_estimate": (("run", "parameter"), estimates),
             "measured": ("sample", np.concatenate(measured)),
             "control_displacement": ("sample", np.concatenate(responses)),
-            "sample_run": ("sample", np.repeat(np.arange(1, len(fits) + 1), [u.size for u in responses])),
+            "sample_run": (
+                "sample",
+                np.repeat(np.arange(1, len(fits) + 1), [u.size for u in responses]),
+            ),
         },
         coords={
             "parameter": list(PARAMETERS),

@@ -45,7 +45,9 @@ class FreeDecay:
     def curve(self, ratio: Array, b1: Array) -> TrilinearCurve:
         """Return the curve of a1/a2 and b1, which may be arrays."""
         a3 = self.ultimate_displacement_ratio
-        return TrilinearCurve(ratio * ((1.0 if self.softening == "steeper" else a3) - b1), b1, a3, self.softening)
+        return TrilinearCurve(
+            ratio * ((1.0 if self.softening == "steeper" else a3) - b1), b1, a3, self.softening
+        )
 
     @cached_property
     def strength_bounds(self) -> tuple[float, float]:
@@ -86,14 +88,18 @@ class FreeDecay:
         excursion = (tau[None, :, None] >= crossing[:, None, :]).sum(axis=2)
         from_peak = tau - np.take_along_axis(peak, excursion, axis=1)
         curve = self.curve(points[:, :1], points[:, 1:2])
-        x = displacement_from_peak(curve, np.take_along_axis(amplitude, excursion, axis=1), from_peak)
+        x = displacement_from_peak(
+            curve, np.take_along_axis(amplitude, excursion, axis=1), from_peak
+        )
         return np.sign(release.peaks[0]) * np.where(excursion % 2 == 0, 1, -1) * x
 
     def residual(self, point: Array) -> Array:
         """Return computed less measured displacements of all releases, one after the other. [u_ins]"""
         one = point[None]
         pairs = enumerate(self.measured)
-        return np.concatenate([(self.computed(one, i) + self.trend(one, i))[0] - measured for i, measured in pairs])
+        return np.concatenate(
+            [(self.computed(one, i) + self.trend(one, i))[0] - measured for i, measured in pairs]
+        )
 
     def derivative(self, point: Array) -> Array:
         """Return the derivative of the residual by the point, shape (samples, parameters)."""
@@ -112,15 +118,26 @@ class FreeDecay:
         """Return a point by the measured peaks, and by a1 and b1 whose half periods fit best on a grid."""
         lowest, highest = self.strength_bounds
         strengths = np.clip(np.linspace(0.32, 0.97, 40), lowest, highest)
-        ratio, b1 = (axis.reshape(-1) for axis in np.meshgrid(np.geomspace(0.006, 0.8, 24), strengths, indexing="ij"))
+        ratio, b1 = (
+            axis.reshape(-1)
+            for axis in np.meshgrid(np.geomspace(0.006, 0.8, 24), strengths, indexing="ij")
+        )
         curve, misfit, parts, quotients = self.curve(ratio[:, None], b1[:, None]), 0.0, [], []
         for release in self.releases:
             largest = BELOW_A3 * self.ultimate_displacement_ratio
             amplitude = np.clip(np.abs(release.peaks) / self.u_ins, SMALLEST, largest)
-            expected, measured = curve.period(amplitude[1:-1]) / 2, self.p * np.diff(release.crossings)
+            expected, measured = (
+                curve.period(amplitude[1:-1]) / 2,
+                self.p * np.diff(release.crossings),
+            )
             misfit = misfit + ((expected - measured) ** 2).sum(axis=1)
             quotients.append(measured / expected)
-            parts += [self.p * (release.crossings[0] - release.elapsed[0]), 0.0, 0.0, *np.log(amplitude)]
+            parts += [
+                self.p * (release.crossings[0] - release.elapsed[0]),
+                0.0,
+                0.0,
+                *np.log(amplitude),
+            ]
         best = int(np.argmin(misfit))
         check(
             "half periods over the half periods of the nearest curve",
@@ -150,9 +167,19 @@ class FreeDecay:
             gtol=None,
         )
         (ratio, b1), near = found.x[:2], 1e-3 * (high - low)[:2]
-        check("a1/a2 of the best fit", ratio, lambda r: r < high[0] - near[0], f"less than {high[0]:g}")
+        check(
+            "a1/a2 of the best fit",
+            ratio,
+            lambda r: r < high[0] - near[0],
+            f"less than {high[0]:g}",
+        )
         between = f"between {low[1]:g} and {high[1]:g}; a rigid block has b1 = 1"
-        check("b1 of the best fit", b1, lambda b: (b > low[1] + near[1]) & (b < high[1] - near[1]), between)
+        check(
+            "b1 of the best fit",
+            b1,
+            lambda b: (b > low[1] + near[1]) & (b < high[1] - near[1]),
+            between,
+        )
         return found.x, _covariance(found.jac, found.fun)
 
 

@@ -84,15 +84,21 @@ def fit_free_rocking(
     >>> p = float(wall.frequency_parameter)
     >>> decay = rd.free_decay(curve, damping, wall=wall, length=6.0 * p, step=0.002 * p)
     >>> held = np.full(200, 0.125)
-    >>> shown = np.concatenate([held, decay.control_displacement]) + 1e-4 * np.random.RandomState(1).standard_normal(
-    ...     3201
-    ... )
+    >>> shown = np.concatenate([held, decay.control_displacement]) + 1e-4 * np.random.RandomState(
+    ...     1
+    ... ).standard_normal(3201)
     >>> test = rd.FreeRocking(0.002 * np.arange(3201), shown)
     >>> fitted = rd.fit_free_rocking(test, wall)
     >>> fitted.estimate.values.round(3)
     array([0.05, 0.8 , 0.88])
     """
-    a3 = float(check("ultimate_displacement_ratio", ultimate_displacement_ratio, *RULES["ultimate_displacement_ratio"]))
+    a3 = float(
+        check(
+            "ultimate_displacement_ratio",
+            ultimate_displacement_ratio,
+            *RULES["ultimate_displacement_ratio"],
+        )
+    )
     check_choice("softening", softening, SOFTENING)
     if least_peak is not None:
         check("least_peak", least_peak, lambda peak: peak > 0, "greater than 0 [m]")
@@ -108,20 +114,37 @@ def fit_free_rocking(
         for release in find_releases(test.elapsed, displacement, least_peak)
     ]
     largest = max(float(np.abs(release.peaks).max()) for release in releases)
-    check("largest peak", largest, lambda u: u < a3 * u_ins, f"less than {a3 * u_ins:.4g} m, where the wall collapses")
+    check(
+        "largest peak",
+        largest,
+        lambda u: u < a3 * u_ins,
+        f"less than {a3 * u_ins:.4g} m, where the wall collapses",
+    )
     fitted = _dataset(FreeDecay(releases, p, u_ins, a3, softening))
     estimate, variance = fitted["estimate"].values, np.zeros(len(PARAMETERS))
-    kept: dict[str, Any] = {"ultimate_displacement_ratio": a3, "softening": softening, "least_peak": least_peak}
+    kept: dict[str, Any] = {
+        "ultimate_displacement_ratio": a3,
+        "softening": softening,
+        "least_peak": least_peak,
+    }
     for name, deviation in deviations.items():
-        sizes: list[Any] = [{name: float(getattr(wall, name)) + side * deviation} for side in (1, -1)]
-        large, small = (fit_free_rocking(tests, replace(wall, **size), **kept)["estimate"].values for size in sizes)
+        sizes: list[Any] = [
+            {name: float(getattr(wall, name)) + side * deviation} for side in (1, -1)
+        ]
+        large, small = (
+            fit_free_rocking(tests, replace(wall, **size), **kept)["estimate"].values
+            for size in sizes
+        )
         variance += ((large - small) / 2) ** 2
     reach = np.sqrt((fitted["interval"].values - estimate) ** 2 + NORMAL**2 * variance)
     resting = [rest_deviation(displacement) for displacement in displacements]
     synthetic = "yes" if any(test.synthetic for test in several) else "no"
     return fitted.assign(
         standard_error=("parameter", np.sqrt(fitted["standard_error"].values ** 2 + variance)),
-        interval=(("bound", "parameter"), np.maximum(estimate + np.array([[-1.0], [1.0]]) * reach, 0.0)),
+        interval=(
+            ("bound", "parameter"),
+            np.maximum(estimate + np.array([[-1.0], [1.0]]) * reach, 0.0),
+        ),
         true_value=("parameter", true_values(several[0].header)),
         rest_deviation=np.nanmean(resting) if np.isfinite(resting).any() else np.nan,
         restitution_rigid=float(wall.restitution_rigid),
@@ -136,7 +159,10 @@ def _dataset(decay: FreeDecay) -> xr.Dataset:
     point, covariance = decay.solution()
     values, covariance = _losses(decay, point, covariance)
     curve_values, losses, errors = values[:2], values[2:], np.sqrt(np.diag(covariance))
-    curve, before = decay.curve(*point[:2]), np.concatenate([np.exp(point[part][3:-1]) for part in decay.slices])
+    curve, before = (
+        decay.curve(*point[:2]),
+        np.concatenate([np.exp(point[part][3:-1]) for part in decay.slices]),
+    )
     # ASSUME: below u1 a wall vibrates on its first branch and does not rock: its loss there is no restitution.
     rocking = before > curve_values[0]
     fewest = "at least 3: release it from further out"
@@ -144,7 +170,10 @@ def _dataset(decay: FreeDecay) -> xr.Dataset:
     rocking_losses = losses[rocking], covariance[2:, 2:][rocking][:, rocking]
     mean = regress(*rocking_losses, np.ones((np.count_nonzero(rocking), 1)))
     decrement, error = float(mean.coefficients[0]), float(np.sqrt(mean.covariance[0, 0]))
-    sides, widest = np.array([-1, 1]), 10.0  # half of an interval of ln e, which a peak in the noise leaves unbounded
+    sides, widest = (
+        np.array([-1, 1]),
+        10.0,
+    )  # half of an interval of ln e, which a peak in the noise leaves unbounded
     e, reach = np.exp(-decrement), min(_quantile(losses[rocking].size - 1) * error, widest)
     curve_bounds = curve_values + NORMAL * np.outer(sides, errors[:2])
     own_reach = np.minimum(NORMAL * errors[2:], widest)
@@ -152,9 +181,15 @@ def _dataset(decay: FreeDecay) -> xr.Dataset:
         {
             "estimate": ("parameter", np.array([*curve_values, e])),
             "standard_error": ("parameter", np.array([*errors[:2], e * error])),
-            "interval": (("bound", "parameter"), np.column_stack([curve_bounds, np.exp(-decrement + reach * sides)])),
+            "interval": (
+                ("bound", "parameter"),
+                np.column_stack([curve_bounds, np.exp(-decrement + reach * sides)]),
+            ),
             "impact_restitution": ("impact", np.exp(-losses)),
-            "impact_restitution_interval": (("bound", "impact"), np.exp(-losses) * np.exp([-own_reach, own_reach])),
+            "impact_restitution_interval": (
+                ("bound", "impact"),
+                np.exp(-losses) * np.exp([-own_reach, own_reach]),
+            ),
             "impact_amplitude": ("impact", before),
             "impact_rocking": ("impact", rocking.astype(int)),
             "restitution_scatter": mean.scatter,
@@ -185,20 +220,29 @@ def _losses(decay: FreeDecay, point: Array, covariance: Array) -> tuple[Array, A
         curve = decay.curve(points[:, :1], points[:, 1:2])
         energies = [curve.energy(np.exp(points[:, part][:, 3:])) for part in decay.slices]
         losses = [0.5 * np.log(energy[:, :-1] / energy[:, 1:]) for energy in energies]
-        return np.concatenate([curve.yield_displacement_ratio, curve.strength_ratio, *losses], axis=1)
+        return np.concatenate(
+            [curve.yield_displacement_ratio, curve.strength_ratio, *losses], axis=1
+        )
 
     h = 1e-5
-    sides = derived(np.concatenate([point + h * np.eye(point.size), point - h * np.eye(point.size)]))
+    sides = derived(
+        np.concatenate([point + h * np.eye(point.size), point - h * np.eye(point.size)])
+    )
     gradient = ((sides[: point.size] - sides[point.size :]) / (2 * h)).T
     return derived(point[None])[0], gradient @ covariance @ gradient.T
 
 
-def _law(losses: Array, covariance: Array, curve: TrilinearCurve, before: Array) -> dict[str, object]:
+def _law(
+    losses: Array, covariance: Array, curve: TrilinearCurve, before: Array
+) -> dict[str, object]:
     """Return g of the law of loss, and e at `AMPLITUDES` by it."""
     log_energy = np.log(curve.energy(before))
     middle, quantile = log_energy.mean(), _quantile(losses.size - 2)
     point, point_covariance = fit_law(losses, covariance, log_energy - middle)
-    at = [loss_at(point, point_covariance, float(np.log(curve.energy(amplitude)) - middle)) for amplitude in AMPLITUDES]
+    at = [
+        loss_at(point, point_covariance, float(np.log(curve.energy(amplitude)) - middle))
+        for amplitude in AMPLITUDES
+    ]
     loss, error = np.array(at).T
     g_reach = quantile * np.sqrt(point_covariance[1, 1])
     ends = [np.exp(-np.maximum(loss + side * quantile * error, 0.0)) for side in (1, -1)]
@@ -215,7 +259,9 @@ def _dampers(
 ) -> dict[str, object]:
     """Return the exponent and the restitution of each damper on this curve, and the likelihood of the losses."""
     energy = curve.energy(before[rocking])
-    middle = curve.amplitude(e * energy)  # of a half cycle: with it a damper's loss is of second order
+    middle = curve.amplitude(
+        e * energy
+    )  # of a half cycle: with it a damper's loss is of second order
     likelihoods, exponents = [], []
     restitution = np.full((len(MODELS), rocking.size), np.nan)
     for index, model in enumerate(MODELS):
@@ -232,14 +278,18 @@ def _dampers(
         "expected_restitution": (("damping_model", "impact"), restitution),
         "relative_log_likelihood": ("damping_model", np.array(likelihoods) - max(likelihoods)),
         # Of an interval of a parameter, exact for equal variances.
-        "log_likelihood_threshold": -0.5 * losses.size * float(np.log1p(_quantile(left) ** 2 / left)),
+        "log_likelihood_threshold": -0.5
+        * losses.size
+        * float(np.log1p(_quantile(left) ** 2 / left)),
     }
 
 
 def _histories(decay: FreeDecay, point: Array) -> dict[str, object]:
     """Return releases, half cycles, impacts and samples, each one release after the other."""
     u_ins, parts = decay.u_ins, []
-    for index, (release, own) in enumerate(zip(decay.releases, (point[part] for part in decay.slices), strict=True)):
+    for index, (release, own) in enumerate(
+        zip(decay.releases, (point[part] for part in decay.slices), strict=True)
+    ):
         start, side = release.elapsed[0], np.sign(release.peaks)
         crossing, peak, amplitude = (values[0] for values in decay.times(point[None], index))
         parts.append(
@@ -251,18 +301,30 @@ def _histories(decay: FreeDecay, point: Array) -> dict[str, object]:
                 "half_cycle_release": ("half_cycle", np.full(amplitude.size, index + 1)),
                 "peak_elapsed": ("half_cycle", start + peak / decay.p),
                 "peak_displacement": ("half_cycle", u_ins * side * amplitude),
-                "half_period": ("half_cycle", np.concatenate([[np.nan], np.diff(release.crossings), [np.nan]])),
-                "half_period_fitted": ("half_cycle", decay.curve(*point[:2]).period(amplitude) / (2 * decay.p)),
+                "half_period": (
+                    "half_cycle",
+                    np.concatenate([[np.nan], np.diff(release.crossings), [np.nan]]),
+                ),
+                "half_period_fitted": (
+                    "half_cycle",
+                    decay.curve(*point[:2]).period(amplitude) / (2 * decay.p),
+                ),
                 "impact_release": ("impact", np.full(crossing.size, index + 1)),
                 "impact_elapsed": ("impact", start + crossing / decay.p),
                 "sample_release": ("sample", np.full(release.elapsed.size, index + 1)),
                 "sample_elapsed": ("sample", release.elapsed),
-                "measured": ("sample", u_ins * (decay.measured[index] - decay.trend(point[None], index)[0])),
+                "measured": (
+                    "sample",
+                    u_ins * (decay.measured[index] - decay.trend(point[None], index)[0]),
+                ),
                 "control_displacement": ("sample", u_ins * decay.computed(point[None], index)[0]),
             }
         )
     residual = u_ins * decay.residual(point)
     return {
-        **{name: (dim, np.concatenate([part[name][1] for part in parts])) for name, (dim, _) in parts[0].items()},
+        **{
+            name: (dim, np.concatenate([part[name][1] for part in parts]))
+            for name, (dim, _) in parts[0].items()
+        },
         "residual_rms": float(np.sqrt(residual @ residual / (residual.size - point.size))),
     }

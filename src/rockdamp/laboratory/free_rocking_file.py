@@ -43,7 +43,9 @@ class FreeRocking:
     Examples
     --------
     >>> import rockdamp as rd
-    >>> test = rd.FreeRocking([0.0, 0.002, 0.0041], [0.05, 0.05, 0.0499], header={"synthetic": "yes"})
+    >>> test = rd.FreeRocking(
+    ...     [0.0, 0.002, 0.0041], [0.05, 0.05, 0.0499], header={"synthetic": "yes"}
+    ... )
     >>> test.measured, test.synthetic
     (array([0.05  , 0.05  , 0.0499]), True)
     """
@@ -117,13 +119,21 @@ def read_free_rocking(
             elapsed = times * _unit(heads[0], "s")[1]
         else:
             check("frame_rate", frame_rate, lambda rate: rate > 0, "greater than 0 [s-1]")
-            elapsed = check("frame", times, lambda frame: frame == np.round(frame), "a whole number") / frame_rate
+            elapsed = (
+                check("frame", times, lambda frame: frame == np.round(frame), "a whole number")
+                / frame_rate
+            )
         if pixel is None:
             kind, factor = _unit(heads[1], "m", "rad")
         else:
-            kind, factor = "m", float(check("pixel", pixel, lambda size: size > 0, "greater than 0 [m]"))
+            kind, factor = (
+                "m",
+                float(check("pixel", pixel, lambda size: size > 0, "greater than 0 [m]")),
+            )
         measured = {"displacement" if kind == "m" else "rotation": factor * values}
-        return FreeRocking(elapsed, **measured, header=header, digest=sha256(text.encode()).hexdigest())
+        return FreeRocking(
+            elapsed, **measured, header=header, digest=sha256(text.encode()).hexdigest()
+        )
     except InputError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from None
 
@@ -142,11 +152,15 @@ def _first_two_columns(lines: Sequence[str], first: int) -> tuple[list[str], Arr
             continue
         width = width or len(row)
         if values is None or len(row) > width:
-            raise InputError(f"line {number} is {line.strip()[:30]!r}; it must be {width} cells, the first two numbers")
+            raise InputError(
+                f"line {number} is {line.strip()[:30]!r}; it must be {width} cells, the first two numbers"
+            )
         if len(values) == 2 and not any(map(math.isnan, values)):
             rows.append(values)
     if not rows:
-        raise InputError("has no rows of numbers; it must have times and displacements, or rotations, in two columns")
+        raise InputError(
+            "has no rows of numbers; it must have times and displacements, or rotations, in two columns"
+        )
     return heads if len(heads) == width else ["", ""], np.array(rows).T
 
 

@@ -56,17 +56,28 @@ def regress(losses: Array, covariance: Array, design: Array, restricted: bool = 
         information = x.T @ (x / variance[:, None])
         beta = np.linalg.solve(information, x.T @ (y / variance))
         square = float(np.sum((y - x @ beta) ** 2 / variance))
-        return beta, information, square, -0.5 * (square + float(np.sum(np.log(2 * np.pi * variance))))
+        return (
+            beta,
+            information,
+            square,
+            -0.5 * (square + float(np.sum(np.log(2 * np.pi * variance)))),
+        )
 
     def cost(scatter: float) -> float:
         _, information, _, log_likelihood = parts(scatter)
-        return -log_likelihood + (0.5 * float(np.linalg.slogdet(information)[1]) if restricted else 0.0)
+        return -log_likelihood + (
+            0.5 * float(np.linalg.slogdet(information)[1]) if restricted else 0.0
+        )
 
-    found = minimize_scalar(cost, bounds=(SMALLEST_SCATTER, 1.0), method="bounded", options={"xatol": 1e-7})
+    found = minimize_scalar(
+        cost, bounds=(SMALLEST_SCATTER, 1.0), method="bounded", options={"xatol": 1e-7}
+    )
     scatter = min(float(found.x), SMALLEST_SCATTER, key=cost)
     beta, information, square, log_likelihood = parts(scatter)
     inflation = max(square / max(y.size - beta.size, 1), 1.0)
-    return Regression(beta, np.asarray(inflation * np.linalg.inv(information)), scatter, log_likelihood)
+    return Regression(
+        beta, np.asarray(inflation * np.linalg.inv(information)), scatter, log_likelihood
+    )
 
 
 def law_of_loss(log_energy: Array, decrement: float, g: float) -> Array:
@@ -86,7 +97,9 @@ def fit_law(losses: Array, covariance: Array, log_energy: Array) -> tuple[Array,
     point = np.array([max(float(losses.mean()), 2 * SMALLEST_LOSS), 0.0])
     scatter = regress(losses, covariance, np.ones((losses.size, 1))).scatter
     for _ in range(4):  # of the law and the scatter about it
-        root = np.asarray(np.linalg.cholesky(covariance + scatter**2 * np.eye(losses.size)), dtype=float)
+        root = np.asarray(
+            np.linalg.cholesky(covariance + scatter**2 * np.eye(losses.size)), dtype=float
+        )
 
         def residual(point: Array, root: Array = root) -> Array:
             return solve_triangular(root, law_of_loss(log_energy, *point) - losses, lower=True)
@@ -102,6 +115,9 @@ def fit_law(losses: Array, covariance: Array, log_energy: Array) -> tuple[Array,
 def loss_at(point: Array, covariance: Array, log_energy: float) -> tuple[float, float]:
     """Return the loss at an energy by a fitted law, and its standard error."""
     h, at = 1e-5, np.array([log_energy])
-    sides = [(law_of_loss(at, *(point + d)) - law_of_loss(at, *(point - d)))[0] / (2 * h) for d in h * np.eye(2)]
+    sides = [
+        (law_of_loss(at, *(point + d)) - law_of_loss(at, *(point - d)))[0] / (2 * h)
+        for d in h * np.eye(2)
+    ]
     gradient = np.array(sides)
     return float(law_of_loss(at, *point)[0]), float(np.sqrt(gradient @ covariance @ gradient))

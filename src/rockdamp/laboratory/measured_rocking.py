@@ -10,8 +10,21 @@ from scipy.special import softmax
 
 from rockdamp.config import Config
 from rockdamp.constants import PAPER_MODELS, REFERENCE
-from rockdamp.laboratory.trials import KEY, LOSSES, make_trials, power_law, predict_damper, read_rocking_trials
-from rockdamp.laboratory.trials_likelihood import CENTRES, Likelihood, TrialsFit, log_normal, parameter_values
+from rockdamp.laboratory.trials import (
+    KEY,
+    LOSSES,
+    make_trials,
+    power_law,
+    predict_damper,
+    read_rocking_trials,
+)
+from rockdamp.laboratory.trials_likelihood import (
+    CENTRES,
+    Likelihood,
+    TrialsFit,
+    log_normal,
+    parameter_values,
+)
 from rockdamp.laboratory.uncertainty import NORMAL
 from rockdamp.progress import track
 
@@ -23,14 +36,18 @@ def measured_rocking(config: Config) -> xr.Dataset:
     log_likelihood, exponents, by_restitution = [], [], {}
     for impacts in track(settings.impacts_used, "impacts used"):
         trials = make_trials(rows, impacts)
-        constant, *dampers = (Likelihood(trials, predict_damper(name, impacts)) for name in (REFERENCE, *PAPER_MODELS))
+        constant, *dampers = (
+            Likelihood(trials, predict_damper(name, impacts)) for name in (REFERENCE, *PAPER_MODELS)
+        )
         law = Likelihood(trials, partial(power_law, impacts=impacts))
         fits = [constant.fit()]
         for damper in dampers:
             fits.append(damper.fit(fits[-1]))
         fits.append(law.fit(fits[0], power_law=True))
         log_likelihood.append([fit.log_likelihood for fit in fits])
-        exponents.append(fits[-1].point[-1] + NORMAL * law.standard_errors(fits[-1])[-1] * np.array([-1, 0, 1]))
+        exponents.append(
+            fits[-1].point[-1] + NORMAL * law.standard_errors(fits[-1])[-1] * np.array([-1, 0, 1])
+        )
         by_restitution[impacts] = constant, fits[0]
     low, exponent, high = np.transpose(exponents)
     blocks, repeats = rows.groupby("group").first(), rows.groupby(KEY)["duplicate_of_trial"].first()
@@ -38,7 +55,10 @@ def measured_rocking(config: Config) -> xr.Dataset:
         {
             "log_likelihood": (("damping_model", "impacts_used"), np.transpose(log_likelihood)),
             "amplitude_exponent": ("impacts_used", exponent),
-            "amplitude_exponent_interval": (("impacts_used", "bound"), np.stack([low, high], axis=1)),
+            "amplitude_exponent_interval": (
+                ("impacts_used", "bound"),
+                np.stack([low, high], axis=1),
+            ),
             **restitution(*by_restitution[settings.shown_impacts]),
             "geometry_trials": ("geometry", repeats.isna().groupby("group").sum().to_numpy()),
             "impacts": len(rows),
@@ -61,8 +81,13 @@ def restitution(likelihood: Likelihood, fitted: TrialsFit) -> dict[str, object]:
     trials, values = likelihood.trials, parameter_values(fitted.point)
     housner, prior = trials.housner, np.exp(CENTRES[1])
     centre = (housner[:, None] + values["centre"] + values["between"] * CENTRES[0])[:, None, :]
-    density = np.exp(log_normal(LOSSES[:, None] - centre, values["within"])) * np.gradient(LOSSES)[:, None]
-    density /= density.sum(axis=1, keepdims=True)  # of a trial's loss, shape (geometries, losses, centres)
+    density = (
+        np.exp(log_normal(LOSSES[:, None] - centre, values["within"]))
+        * np.gradient(LOSSES)[:, None]
+    )
+    density /= density.sum(
+        axis=1, keepdims=True
+    )  # of a trial's loss, shape (geometries, losses, centres)
     mean = np.einsum("c,gcj->gj", LOSSES, density)
     variance = np.einsum("gcj,gcj->gj", (LOSSES[:, None] - mean[:, None, :]) ** 2, density)
     overall = mean @ prior
@@ -72,7 +97,9 @@ def restitution(likelihood: Likelihood, fitted: TrialsFit) -> dict[str, object]:
     estimate = (posterior * mean).sum(axis=1)
     scatter = np.sqrt((posterior * (mean - estimate[:, None]) ** 2).sum(axis=1))
     loss_density = np.einsum("gj,gcj->gc", posterior, density)
-    below = np.cumsum(loss_density, axis=1) - loss_density / 2  # half of a loss's own part lies below it
+    below = (
+        np.cumsum(loss_density, axis=1) - loss_density / 2
+    )  # half of a loss's own part lies below it
     ends = np.array([np.interp([0.95, 0.05], share, LOSSES) for share in below])
     bounds = housner[:, None] - estimate[:, None] - np.outer(scatter, [NORMAL, -NORMAL])
     first = np.log(trials.ratio[:, 0])
@@ -86,7 +113,9 @@ def restitution(likelihood: Likelihood, fitted: TrialsFit) -> dict[str, object]:
         "trial_deviation": ("geometry", np.sqrt(within + between)),
         "deviation_within": float(np.sqrt(within.mean())),
         "deviation_between": float(np.sqrt(between.mean())),
-        "first_ratio_deviation_within": float(np.sqrt(np.mean((first - means[trials.geometry]) ** 2))),
+        "first_ratio_deviation_within": float(
+            np.sqrt(np.mean((first - means[trials.geometry]) ** 2))
+        ),
         "noise": values["noise"],
         "alternation": values["alternation"],
     }

@@ -30,7 +30,11 @@ PARAMETERS = ("yield_displacement_ratio", "strength_ratio", "restitution")
 # ASSUME: the range of a masonry wall's a1/a2, b1 and e. Doherty's stages span a1/a2 = 0.21 to 0.40 and b1 = 0.50 to
 # 0.72, the paper's walls 0.13 to 0.4 and 0.75 to 0.85.
 LOW, HIGH = np.array([0.02, 0.40, 0.50]), np.array([0.90, 0.95, 1.00])
-GRID = np.geomspace(0.03, 0.65, 11), np.linspace(0.42, 0.94, 53), np.linspace(0.56, 1.00, 12)  # of the first scan
+GRID = (
+    np.geomspace(0.03, 0.65, 11),
+    np.linspace(0.42, 0.94, 53),
+    np.linspace(0.56, 1.00, 12),
+)  # of the first scan
 HALVINGS = 6  # of the distance between the grid's points
 
 
@@ -73,7 +77,9 @@ class RecordFit:
         # ASSUME: the first two thirds of the rest, as the wall may move while the ground's motion is within noise.
         resting = self.measured[: 2 * rest_samples(self.record) // 3]
         trend = np.linalg.qr(self.trend[: resting.size])[0]
-        return float(np.linalg.norm(resting - trend @ (trend.T @ resting)) / np.sqrt(resting.size - 2))
+        return float(
+            np.linalg.norm(resting - trend @ (trend.T @ resting)) / np.sqrt(resting.size - 2)
+        )
 
     @cached_property
     def substeps(self) -> int:
@@ -89,7 +95,9 @@ class RecordFit:
     def bounds(self) -> Array:
         """Least and largest of a1/a2, b1 and e, shape (2, 3)."""
         bounds = np.stack([LOW, HIGH])
-        bounds[:, 1] = strength_bounds(LOW[1], HIGH[1], self.ultimate_displacement_ratio, self.softening)
+        bounds[:, 1] = strength_bounds(
+            LOW[1], HIGH[1], self.ultimate_displacement_ratio, self.softening
+        )
         return bounds
 
     def subtract_trend(self, histories: Array) -> Array:
@@ -107,7 +115,9 @@ class RecordFit:
 
     def curve(self, parameters: Array) -> TrilinearCurve:
         """Return the curves of parameters."""
-        return TrilinearCurve(parameters[..., 0], parameters[..., 1], self.ultimate_displacement_ratio, self.softening)
+        return TrilinearCurve(
+            parameters[..., 0], parameters[..., 1], self.ultimate_displacement_ratio, self.softening
+        )
 
     def damping(self, parameters: Array) -> Damping:
         """Return the dampers that lose at the reference amplitude what e loses."""
@@ -121,7 +131,9 @@ class RecordFit:
     def response(self, parameters: Array, load: Load | None = None) -> Array:
         """Return the displacements, shape (batch, samples), for parameters (batch, 3), or for one under many loads."""
         damping = self.damping(parameters)
-        run = simulate(self.curve(parameters), damping, load=load or self.load, store_every=self.substeps)
+        run = simulate(
+            self.curve(parameters), damping, load=load or self.load, store_every=self.substeps
+        )
         # A collapsed wall has a number, 3 u_ins, so that it compares with others and loses.
         return float(self.wall.instability_displacement) * np.nan_to_num(run.displacement, nan=3.0)
 
@@ -132,7 +144,9 @@ class RecordFit:
     def derivative(self, point: Array) -> Array:
         """Return the derivative of the residual by a point, by central differences; shape (samples, 3)."""
         h = 1e-4 * (HIGH - LOW)
-        point = np.clip(point, self.bounds[0] + h, self.bounds[1] - h)  # 1 is the largest e there is
+        point = np.clip(
+            point, self.bounds[0] + h, self.bounds[1] - h
+        )  # 1 is the largest e there is
         sides = np.concatenate([point + np.diag(h), point - np.diag(h)])
         response = self.subtract_trend(self.response(self.parameters(sides)))
         return ((response[:3] - response[3:]) / (2 * h[:, None])).T
@@ -155,7 +169,9 @@ class RecordFit:
         The misfit has long bent valleys, in which a single descent gets stuck.
         """
         offsets = np.array(list(product((-1, 0, 1), repeat=3)))
-        spacing = np.array([np.log(GRID[0][1] / GRID[0][0]), *(axis[1] - axis[0] for axis in GRID[1:])])
+        spacing = np.array(
+            [np.log(GRID[0][1] / GRID[0][0]), *(axis[1] - axis[0] for axis in GRID[1:])]
+        )
         points = self.best(points)
         for _ in range(HALVINGS):
             spacing = spacing / 2
@@ -169,8 +185,13 @@ class RecordFit:
 
     def best(self, points: Array) -> Array:
         """Return the 64 points with the smallest residuals, the best first."""
-        batches = np.array_split(points, -(-len(points) // 512))  # whose histories fit into the processor's cache
-        squares = [(self.residual(batch) ** 2).sum(axis=1) for batch in track(batches, "search of a1, b1 and e")]
+        batches = np.array_split(
+            points, -(-len(points) // 512)
+        )  # whose histories fit into the processor's cache
+        squares = [
+            (self.residual(batch) ** 2).sum(axis=1)
+            for batch in track(batches, "search of a1, b1 and e")
+        ]
         return points[np.argsort(np.concatenate(squares), kind="stable")[:64]]
 
     def descend(self, start: Array) -> OptimizeResult:

@@ -43,7 +43,9 @@ def sensor_noise(displacement: Array) -> float:
 def rest_deviation(displacement: Array) -> float:
     """Return the standard deviation of the sensor at rest, at the start or the end of a test; NaN without rest. [m]"""
     count = max(int(0.05 * displacement.size), FEWEST_SAMPLES)
-    spread = min(float(np.std(detrend(part))) for part in (displacement[:count], displacement[-count:]))
+    spread = min(
+        float(np.std(detrend(part))) for part in (displacement[:count], displacement[-count:])
+    )
     # ASSUME: the specimen is at rest where a twentieth of the test varies this little.
     quiet = max(1.5 * _white_noise(displacement), 0.005 * float(np.ptp(displacement)))
     return spread if spread < quiet else np.nan
@@ -61,14 +63,23 @@ def rocking_zero(displacement: Array, noise: float) -> float:
 
     A specimen that rocks to one side of a support has its middle move with the amplitude, and is refused.
     """
-    top, bottom = (find_peaks(side, prominence=2 * CLEAR * noise)[0] for side in (displacement, -displacement))
+    top, bottom = (
+        find_peaks(side, prominence=2 * CLEAR * noise)[0] for side in (displacement, -displacement)
+    )
     values = displacement[np.sort(np.concatenate([top, bottom]))]
     _check_peaks(values.size, CLEAR * noise)
     middle = (values[:-2] + 2 * values[1:-1] + values[2:]) / 4
     amplitude = np.abs(values[:-2] - 2 * values[1:-1] + values[2:]) / 4
-    slope = float(theilslopes(middle, amplitude)[0])  # robust: of several releases some peaks follow from a pull
+    slope = float(
+        theilslopes(middle, amplitude)[0]
+    )  # robust: of several releases some peaks follow from a pull
     allowed = "at most 0.5: a specimen that rocks to one side of a support is not fitted"
-    check("shift of the middle between peaks over their amplitude", slope, lambda s: np.abs(s) <= 0.5, allowed)
+    check(
+        "shift of the middle between peaks over their amplitude",
+        slope,
+        lambda s: np.abs(s) <= 0.5,
+        allowed,
+    )
     return float(np.median(middle - slope * amplitude))
 
 
@@ -79,7 +90,12 @@ def find_releases(elapsed: Array, displacement: Array, least: float | None = Non
     standard deviations of the noise. Raises `InputError` for too few peaks, lost frames, or a specimen that rocks to
     one side only.
     """
-    check("samples of the test", displacement.size, lambda n: n >= FEWEST_SAMPLES, f"at least {FEWEST_SAMPLES}")
+    check(
+        "samples of the test",
+        displacement.size,
+        lambda n: n >= FEWEST_SAMPLES,
+        f"at least {FEWEST_SAMPLES}",
+    )
     noise = sensor_noise(displacement)
     clear = CLEAR * noise if least is None else least
     zero = rocking_zero(displacement, noise)
@@ -91,7 +107,11 @@ def find_releases(elapsed: Array, displacement: Array, least: float | None = Non
     smallest = 0.2 * sizes.max()
     starts = 1 + np.flatnonzero((sizes[1:] > 1.5 * sizes[:-1]) & (sizes[1:] > smallest))
     edges = [0, *starts.tolist(), sizes.size]
-    parts = [cycles[start:end] for start, end in zip(edges[:-1], edges[1:], strict=True) if sizes[start] > smallest]
+    parts = [
+        cycles[start:end]
+        for start, end in zip(edges[:-1], edges[1:], strict=True)
+        if sizes[start] > smallest
+    ]
     _check_peaks(max(part.peak.size for part in parts), clear)
     found = []
     for part in parts:
@@ -103,8 +123,14 @@ def find_releases(elapsed: Array, displacement: Array, least: float | None = Non
         # ASSUME: below 0.8 of the release the specimen moves freely, whatever held it.
         fall = (elapsed < crossings[0]) & (np.abs(displacement - zero) >= 0.8 * abs(peaks[0]))
         first = int(np.flatnonzero(fall)[-1]) if fall.any() else 0
-        if np.abs(displacement[first] - zero) < 0.5 * np.abs(peaks[1]):  # no energy before the first impact
-            first, crossings, peaks = int(np.argmax(elapsed >= crossings[0])), crossings[1:], peaks[1:]
+        if np.abs(displacement[first] - zero) < 0.5 * np.abs(
+            peaks[1]
+        ):  # no energy before the first impact
+            first, crossings, peaks = (
+                int(np.argmax(elapsed >= crossings[0])),
+                crossings[1:],
+                peaks[1:],
+            )
         used = slice(first, int(np.searchsorted(elapsed, last)) + 1)
         _check_gaps(elapsed[used], crossings)
         found.append(Release(elapsed[used], displacement[used], zero, crossings, peaks))

@@ -22,7 +22,16 @@ from rockdamp.mechanics.wall import Parapet
 from rockdamp.solvers.newmark import simulate
 
 KEY = ["group", "trial"]
-COLUMNS = [*KEY, "duplicate_of_trial", "thickness_m", "height_m", "depth_m", "mass_kg", "impact", "ratio"]
+COLUMNS = [
+    *KEY,
+    "duplicate_of_trial",
+    "thickness_m",
+    "height_m",
+    "depth_m",
+    "mass_kg",
+    "impact",
+    "ratio",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,24 +61,37 @@ def read_rocking_trials(path: str | os.PathLike[str]) -> pd.DataFrame:
     """
     rows = pd.read_csv(path, comment="#")
     if [*rows.columns] != COLUMNS:
-        raise InputError(f"{path}: columns are {', '.join(rows.columns)}; they must be {', '.join(COLUMNS)}")
-    complete = rows.drop(columns="duplicate_of_trial").apply(pd.to_numeric, errors="coerce").notna().all(axis=1)
+        raise InputError(
+            f"{path}: columns are {', '.join(rows.columns)}; they must be {', '.join(COLUMNS)}"
+        )
+    complete = (
+        rows.drop(columns="duplicate_of_trial")
+        .apply(pd.to_numeric, errors="coerce")
+        .notna()
+        .all(axis=1)
+    )
     if not complete.all():
         raise InputError(f"{path}: row {1 + int(np.argmin(complete))} lacks a number")
     numbered = rows["impact"] == rows.groupby(KEY).cumcount() + 1
     if not numbered.all():
         group, trial = rows.loc[~numbered, KEY].iloc[0]
-        raise InputError(f"{path}: impacts of trial {trial} of group {group} must be 1, 2, ... in this order")
+        raise InputError(
+            f"{path}: impacts of trial {trial} of group {group} must be 1, 2, ... in this order"
+        )
     sizes = rows.groupby("group")[["thickness_m", "height_m"]].nunique().max(axis=1)
     if sizes.max() > 1:
-        raise InputError(f"{path}: blocks of group {sizes.idxmax()} have {sizes.max()} sizes; they must have one")
+        raise InputError(
+            f"{path}: blocks of group {sizes.idxmax()} have {sizes.max()} sizes; they must have one"
+        )
     return rows
 
 
 def make_trials(rows: pd.DataFrame, impacts: int) -> Trials:
     """Return the ratios of the first impacts of each trial, without the duplicates."""
     blocks = rows.groupby("group")[["thickness_m", "height_m"]].first()
-    table = rows[rows["duplicate_of_trial"].isna()].pivot_table(index=KEY, columns="impact", values="ratio")
+    table = rows[rows["duplicate_of_trial"].isna()].pivot_table(
+        index=KEY, columns="impact", values="ratio"
+    )
     table = table.loc[table.count(axis=1).sort_values(ascending=False, kind="stable").index]
     return Trials(
         ratio=table.to_numpy()[:, :impacts],
@@ -98,7 +120,9 @@ class Prediction(NamedTuple):
     log_energy: Array
 
 
-Predict: TypeAlias = Callable[[Array, float], Prediction]  # from first losses and the exponent, which a power law has
+Predict: TypeAlias = Callable[
+    [Array, float], Prediction
+]  # from first losses and the exponent, which a power law has
 
 
 def power_law(losses: Array, exponent: float, impacts: int) -> Prediction:
@@ -119,7 +143,11 @@ def predict_damper(model: str, impacts: int) -> Predict:
     """Return the prediction of a damper by decays of the solver, linear between them in the first loss."""
     # A quarter more than the largest loss: the closed form, which chooses the damping ratios, is of first order.
     restitution = np.exp(-1.25 * LOSSES)
-    value = restitution if model == REFERENCE else damping_ratio_energy(CURVE, model, restitution, RELEASE)
+    value = (
+        restitution
+        if model == REFERENCE
+        else damping_ratio_energy(CURVE, model, restitution, RELEASE)
+    )
     computed = losses_by_impact(Damping(model, value), impacts)
     computed = computed[np.argsort(computed[:, 0])]
     # The later losses over the first are smooth down to no loss at all.
@@ -139,14 +167,20 @@ def losses_by_impact(damping: Damping, impacts: int) -> Array:
     The energy is V(x) at the turns: between impacts a rigid block loses nothing, so sqrt(V) at a turn over sqrt(V) at
     the one before is the ratio of velocities at the impact between them.
     """
-    stored = 8  # steps of the solver per stored step; a block takes at least 6 of the solver to cross u1
+    stored = (
+        8  # steps of the solver per stored step; a block takes at least 6 of the solver to cross u1
+    )
     step = float(CURVE.yield_displacement_ratio) / np.sqrt(2.0 * float(CURVE.energy(RELEASE))) / 6.0
     quarter = float(CURVE.period(RELEASE)) / 4.0  # an undamped quarter is the longest
     steps = stored * int(np.ceil((2 * impacts + 2) * quarter / step / stored))
-    run = simulate(CURVE, damping, release_amplitude=RELEASE, step=step, steps=steps, store_every=stored)
+    run = simulate(
+        CURVE, damping, release_amplitude=RELEASE, step=step, steps=steps, store_every=stored
+    )
     turned, _ = turning_points(run.displacement, run.velocity, stored * step)
     peaks = np.full((turned.shape[0], impacts + 1), np.nan)
     peaks[:, 0] = RELEASE
     peaks[:, 1 : 1 + turned.shape[1]] = np.abs(turned[:, :impacts])
     energy = np.where(np.isfinite(peaks), CURVE.energy(np.nan_to_num(peaks)), np.nan)
-    return np.nan_to_num(-0.5 * np.diff(np.log(energy), axis=1), nan=LARGEST_LOSS).clip(0.0, LARGEST_LOSS)
+    return np.nan_to_num(-0.5 * np.diff(np.log(energy), axis=1), nan=LARGEST_LOSS).clip(
+        0.0, LARGEST_LOSS
+    )

@@ -64,13 +64,17 @@ def normal_nodes(mean: Array, deviation: Array, count: int) -> tuple[Array, Arra
     """Return nodes around a normal distribution of each trial, and their log-weights."""
     at, log_weight = hermite(count)
     # The rule's density is divided out: it is where the nodes are, not what is integrated.
-    return mean[:, None] + deviation[:, None] * at, log_weight - log_normal(at, 1.0) + np.log(deviation)[:, None]
+    return mean[:, None] + deviation[:, None] * at, log_weight - log_normal(at, 1.0) + np.log(
+        deviation
+    )[:, None]
 
 
 def parameter_values(point: Array) -> dict[str, float]:
     """Return the parameters of a point by name."""
     named = dict(zip(START, point, strict=False))
-    values = {name: float(value if name in PLAIN else np.exp(value)) for name, value in named.items()}
+    values = {
+        name: float(value if name in PLAIN else np.exp(value)) for name, value in named.items()
+    }
     return {"exponent": 0.0} | values | {"freedom": values["freedom"] + 1.0}
 
 
@@ -113,18 +117,29 @@ class Likelihood:
     def spread_nodes(self, values: Mapping[str, float]) -> Nodes:
         """Return nodes for all possible losses and around the prior of the others: where a search begins."""
         ones = np.ones(len(self.trials.ratio))
-        loss, weight = (np.broadcast_to(one, (ones.size, LOSSES.size)) for one in (LOSSES, np.log(np.gradient(LOSSES))))
+        loss, weight = (
+            np.broadcast_to(one, (ones.size, LOSSES.size))
+            for one in (LOSSES, np.log(np.gradient(LOSSES)))
+        )
         alternation = normal_nodes(ones * values["lean"], ones * values["alternation"], NODES[1])
-        level = normal_nodes(ones * np.log(values["noise"]), ones * values["noise_deviation"], NODES[2])
+        level = normal_nodes(
+            ones * np.log(values["noise"]), ones * values["noise_deviation"], NODES[2]
+        )
         return Nodes(loss, weight, *alternation, *level)
 
     def own_nodes(self, values: Mapping[str, float], nodes: Nodes) -> Nodes:
         """Return nodes where each trial's ratios put its loss, alternation and level of noise."""
         joint = self.joint(values, nodes)
-        joint += logsumexp(self.losses_at_centres(values, nodes) + CENTRES[1], axis=2)[:, :, None, None]
+        joint += logsumexp(self.losses_at_centres(values, nodes) + CENTRES[1], axis=2)[
+            :, :, None, None
+        ]
         share = softmax(joint, axis=(1, 2, 3))
         moments = []
-        for at, others in ((nodes.loss, (2, 3)), (nodes.alternation, (1, 3)), (nodes.level, (1, 2))):
+        for at, others in (
+            (nodes.loss, (2, 3)),
+            (nodes.alternation, (1, 3)),
+            (nodes.level, (1, 2)),
+        ):
             weight = share.sum(axis=others)
             mean = (weight * at).sum(axis=1)
             variance = (weight * (at - mean[:, None]) ** 2).sum(axis=1)
@@ -134,7 +149,9 @@ class Likelihood:
         low, high = np.maximum(loss - 5.0 * spread, 0.0), loss + 5.0 * spread
         half = ((high - low) / 2)[:, None]
         placed = ((high + low) / 2)[:, None] + half * at, np.log(half * weight)
-        return Nodes(*placed, *normal_nodes(*alternation, NODES[1]), *normal_nodes(*level, NODES[2]))
+        return Nodes(
+            *placed, *normal_nodes(*alternation, NODES[1]), *normal_nodes(*level, NODES[2])
+        )
 
     # --- likelihood ---------------------------------------------------------------------------------------------------
 
@@ -158,10 +175,17 @@ class Likelihood:
             product[:count] *= 1.0 + (z * z)[..., None] * precision[:count, None, None, :]
         constant = gammaln((freedom + 1) / 2) - gammaln(freedom / 2) - 0.5 * np.log(freedom * np.pi)
         impacts = np.isfinite(ratio).sum(axis=1)[:, None]
-        level = nodes.level_weight + log_normal(nodes.level - np.log(values["noise"]), values["noise_deviation"])
+        level = nodes.level_weight + log_normal(
+            nodes.level - np.log(values["noise"]), values["noise_deviation"]
+        )
         level = level + impacts * (constant - nodes.level)
-        alternation = nodes.alternation_weight + log_normal(nodes.alternation - values["lean"], values["alternation"])
-        density = np.log(product) * (-(freedom + 1) / 2) + (log_rise + nodes.loss_weight)[:, :, None, None]
+        alternation = nodes.alternation_weight + log_normal(
+            nodes.alternation - values["lean"], values["alternation"]
+        )
+        density = (
+            np.log(product) * (-(freedom + 1) / 2)
+            + (log_rise + nodes.loss_weight)[:, :, None, None]
+        )
         return np.asarray(density + alternation[:, None, :, None] + level[:, None, None, :])
 
     def losses_at_centres(self, values: Mapping[str, float], nodes: Nodes) -> Array:
@@ -169,7 +193,10 @@ class Likelihood:
         centre = self.trials.housner[:, None] + values["centre"] + values["between"] * CENTRES[0]
         within = values["within"]
         above_zero = log_ndtr(centre / within)[self.trials.geometry][:, None, :]
-        return log_normal(nodes.loss[:, :, None] - centre[self.trials.geometry][:, None, :], within) - above_zero
+        return (
+            log_normal(nodes.loss[:, :, None] - centre[self.trials.geometry][:, None, :], within)
+            - above_zero
+        )
 
     def centre_likelihood(self, values: Mapping[str, float], nodes: Nodes) -> Array:
         """Return the log-likelihood of each geometry at each centre, with its weight, shape (geometries, centres)."""
@@ -183,7 +210,9 @@ class Likelihood:
 
     def log_likelihood(self, point: Array, nodes: Nodes) -> float:
         """Return the log-likelihood of all trials."""
-        return float(logsumexp(self.centre_likelihood(parameter_values(point), nodes), axis=1).sum())
+        return float(
+            logsumexp(self.centre_likelihood(parameter_values(point), nodes), axis=1).sum()
+        )
 
     # --- maximum ------------------------------------------------------------------------------------------------------
 
@@ -192,7 +221,9 @@ class Likelihood:
         first, low, high, scale = np.array(list(START.values())[: None if power_law else -1]).T
         if start is None:
             nodes, largest = self.spread_nodes(parameter_values(first)), -np.inf
-            nodes = self.own_nodes(parameter_values(first), nodes)  # coarse, as they follow from spread nodes
+            nodes = self.own_nodes(
+                parameter_values(first), nodes
+            )  # coarse, as they follow from spread nodes
         else:
             nodes, largest = start.nodes, start.log_likelihood
             first[: min(start.point.size, first.size)] = start.point[: first.size]
@@ -227,7 +258,9 @@ class Likelihood:
         curvature = np.diag((np.array(ahead) - 2 * middle + np.array(behind)) / h**2)
         for i in range(h.size):
             for j in range(i):
-                both, neither = (at(fitted.point + sign * (steps[i] + steps[j])) for sign in (1, -1))
+                both, neither = (
+                    at(fitted.point + sign * (steps[i] + steps[j])) for sign in (1, -1)
+                )
                 mixed = both + neither - ahead[i] - ahead[j] - behind[i] - behind[j] + 2 * middle
                 curvature[i, j] = curvature[j, i] = mixed / (2 * h[i] * h[j])
         return np.asarray(np.sqrt(np.diag(np.linalg.inv(-curvature))))

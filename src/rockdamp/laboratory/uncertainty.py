@@ -36,7 +36,9 @@ def covariance_by_sensor(derivative: Array, residual: Array) -> Array:
     """
     scale = np.linalg.norm(derivative, axis=0)
     if not scale.all() or np.linalg.cond(derivative / scale) > 1e4:
-        raise InputError("the record does not determine a1, b1 and e; the wall must leave its first branch")
+        raise InputError(
+            "the record does not determine a1, b1 and e; the wall must leave its first branch"
+        )
     scores = (derivative / scale) * residual[:, None]
     samples, parameters = scores.shape
     lag_one = np.sum(scores[1:] * scores[:-1], axis=0) / np.sum(scores**2, axis=0)
@@ -65,9 +67,15 @@ def covariance_by_motion(fit: RecordFit, parameters: Array, derivative: Array) -
     shifts = []
     for _ in track(range(DRAWS // lanes), "noise of the motion"):
         noise = share * motion_noise(record) * random.standard_normal((lanes, record.elapsed.size))
-        motions = [replace(record, ground_acceleration=record.ground_acceleration + one) for one in noise]
-        ground = np.concatenate([make_load(fit.wall, motion, substeps=fit.substeps).ground for motion in motions])
-        load = Load(ground, fit.wall.load_factor * np.eye(lanes), fit.load.sampling)  # each lane has its own motion
+        motions = [
+            replace(record, ground_acceleration=record.ground_acceleration + one) for one in noise
+        ]
+        ground = np.concatenate(
+            [make_load(fit.wall, motion, substeps=fit.substeps).ground for motion in motions]
+        )
+        load = Load(
+            ground, fit.wall.load_factor * np.eye(lanes), fit.load.sampling
+        )  # each lane has its own motion
         shifts.append(fit.subtract_trend(fit.response(parameters, load) - response) / share)
     estimates = np.linalg.lstsq(derivative, np.concatenate(shifts).T, rcond=None)[0]
     return np.asarray(estimates @ estimates.T / DRAWS)
@@ -81,7 +89,9 @@ def size_change(fit: RecordFit, point: Array, name: str, deviation: float) -> Ar
     return np.asarray(large - small) / 2
 
 
-def check_deviations(wall: Wall | Parapet, uncertain: Mapping[str, float] | None) -> Mapping[str, float]:
+def check_deviations(
+    wall: Wall | Parapet, uncertain: Mapping[str, float] | None
+) -> Mapping[str, float]:
     """Return the standard deviations of sizes of the wall, by name, all greater than 0."""
     for name, deviation in (uncertain or {}).items():
         check_choice("a size that is uncertain", name, [field.name for field in fields(wall)])

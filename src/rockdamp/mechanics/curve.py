@@ -16,7 +16,10 @@ ROUNDING = 1e-12  # a shorter branch has no length but that of rounding: 1 - 0.8
 RULES: dict[str, Rule] = {
     "yield_displacement_ratio": (lambda a1: a1 > 0, "greater than 0"),
     "strength_ratio": (lambda b1: (b1 > ROUNDING) & (b1 < 1), "greater than 0 and less than 1"),
-    "ultimate_displacement_ratio": (lambda a3: (a3 > 0) & (a3 <= 1), "greater than 0 and at most 1"),
+    "ultimate_displacement_ratio": (
+        lambda a3: (a3 > 0) & (a3 <= 1),
+        "greater than 0 and at most 1",
+    ),
 }
 
 
@@ -64,9 +67,18 @@ class TrilinearCurve:
     def __post_init__(self) -> None:
         check_fields(self, RULES)
         check_choice("softening", self.softening, SOFTENING)
-        a1, b1, a3 = self.yield_displacement_ratio, self.strength_ratio, self.ultimate_displacement_ratio
+        a1, b1, a3 = (
+            self.yield_displacement_ratio,
+            self.strength_ratio,
+            self.ultimate_displacement_ratio,
+        )
         least, allowed = (1 - b1, "1 - b1") if self.softening == "steeper" else (a1 + b1, "a1 + b1")
-        check("ultimate_displacement_ratio", a3, lambda a3: a3 > least + ROUNDING, f"greater than {allowed}")
+        check(
+            "ultimate_displacement_ratio",
+            a3,
+            lambda a3: a3 > least + ROUNDING,
+            f"greater than {allowed}",
+        )
         allowed = "less than a2, where the plateau ends (1 - b1)"
         check("yield_displacement_ratio", a1, lambda a1: a1 < self.plateau_end - ROUNDING, allowed)
 
@@ -97,7 +109,9 @@ class TrilinearCurve:
     @property
     def softening_stiffness(self) -> Array:
         """ks = b1/(a3 - a2) > 0, the last branch's stiffness over -K0. [-]"""
-        return np.asarray(self.strength_ratio / (self.ultimate_displacement_ratio - self.plateau_end))
+        return np.asarray(
+            self.strength_ratio / (self.ultimate_displacement_ratio - self.plateau_end)
+        )
 
     @property
     def initial_frequency(self) -> Array:
@@ -107,18 +121,30 @@ class TrilinearCurve:
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape that the parameters broadcast to."""
-        ratios = self.yield_displacement_ratio, self.strength_ratio, self.ultimate_displacement_ratio
+        ratios = (
+            self.yield_displacement_ratio,
+            self.strength_ratio,
+            self.ultimate_displacement_ratio,
+        )
         return np.broadcast_shapes(*map(np.shape, ratios))
 
     def map(self, function: Callable[[Array], Array]) -> TrilinearCurve:
         """Return the curve with `function`, which picks or repeats elements, applied to each of its ratios."""
-        ratios = self.yield_displacement_ratio, self.strength_ratio, self.ultimate_displacement_ratio
+        ratios = (
+            self.yield_displacement_ratio,
+            self.strength_ratio,
+            self.ultimate_displacement_ratio,
+        )
         a1, b1, a3 = map(function, np.broadcast_arrays(*ratios))
         return TrilinearCurve(a1, b1, a3, self.softening)
 
     def parameters(self) -> tuple[Array, ...]:
         """Return k1, b1, ks, a1, a2, a3, the arguments of the solvers. [-]"""
-        a1, b1, a3 = self.yield_displacement_ratio, self.strength_ratio, self.ultimate_displacement_ratio
+        a1, b1, a3 = (
+            self.yield_displacement_ratio,
+            self.strength_ratio,
+            self.ultimate_displacement_ratio,
+        )
         return self.initial_stiffness, b1, self.softening_stiffness, a1, self.plateau_end, a3
 
     def force(self, x: ArrayLike) -> Array:
@@ -135,14 +161,25 @@ class TrilinearCurve:
         """
         k1, b1, ks, a1, a2, a3 = self.parameters()
         z = np.abs(np.asarray(x, dtype=float))
-        z1, z2, z3 = np.minimum(z, a1), np.minimum(np.maximum(z, a1), a2), np.minimum(np.maximum(z, a2), a3)
-        return np.asarray(0.5 * (k1 * z1 * z1 + 2.0 * b1 * (z2 - a1) + ks * (z3 - a2) * (2.0 * a3 - a2 - z3)))
+        z1, z2, z3 = (
+            np.minimum(z, a1),
+            np.minimum(np.maximum(z, a1), a2),
+            np.minimum(np.maximum(z, a2), a3),
+        )
+        return np.asarray(
+            0.5 * (k1 * z1 * z1 + 2.0 * b1 * (z2 - a1) + ks * (z3 - a2) * (2.0 * a3 - a2 - z3))
+        )
 
     def amplitude(self, energy: ArrayLike) -> Array:
         """Return the x >= 0 at which the stored energy V is `energy`, in [0, V(a3)]: the inverse of `energy`. [-]"""
         k1, b1, ks, a1, a2, a3 = self.parameters()
         at_a1, at_a2, largest = self.energy(a1), self.energy(a2), self.energy(a3)
-        v = check("energy", energy, lambda v: (v >= 0) & (v <= largest), "between 0 and V(a3), what the curve stores")
+        v = check(
+            "energy",
+            energy,
+            lambda v: (v >= 0) & (v <= largest),
+            "between 0 and V(a3), what the curve stores",
+        )
         rising = np.sqrt(2 * v / k1)
         plateau = a1 + (v - at_a1) / b1
         falling = a3 - np.sqrt(np.maximum(2 * (largest - v) / ks, 0))
@@ -159,7 +196,12 @@ class TrilinearCurve:
             Amplitude u0/u_ins, in (0, a3), broadcasts. [-]
         """
         k1, b1, ks, a1, a2, a3 = self.parameters()
-        x0 = check("release_amplitude", x0, lambda x0: (x0 > 0) & (x0 < a3), "greater than 0 and less than a3")
+        x0 = check(
+            "release_amplitude",
+            x0,
+            lambda x0: (x0 > 0) & (x0 < a3),
+            "greater than 0 and less than a3",
+        )
         v0 = self.energy(x0)
 
         def speed(x: Array) -> Array:

@@ -30,9 +30,17 @@ LARGEST_STRENGTH = 3.4  # delta' of BAND; a narrow band divides by zero at 2 sqr
 
 AT_LEAST_0: Rule = (lambda x: x >= 0, "at least 0")
 ABOVE_0: Rule = (lambda x: x > 0, "greater than 0")
-BAND_RATIO: Rule = (lambda xi: (xi >= 0) & (xi <= LARGEST_BAND_RATIO), "at least 0 and at most 1.47, that of e = 0.01")
+BAND_RATIO: Rule = (
+    lambda xi: (xi >= 0) & (xi <= LARGEST_BAND_RATIO),
+    "at least 0 and at most 1.47, that of e = 0.01",
+)
 NOT_TAKEN: Rule = (lambda x: x == 0, "0, as it belongs to another model")
-DEFAULTS = {"order": NOT_TAKEN, "width": NOT_TAKEN, "loss_exponent": NOT_TAKEN, "reference_amplitude": ABOVE_0}
+DEFAULTS = {
+    "order": NOT_TAKEN,
+    "width": NOT_TAKEN,
+    "loss_exponent": NOT_TAKEN,
+    "reference_amplitude": ABOVE_0,
+}
 
 
 class Damper(NamedTuple):
@@ -49,7 +57,10 @@ class Damper(NamedTuple):
 DAMPERS = {
     "CR": Damper(
         "coefficient of restitution",
-        {"value": (lambda e: (e >= 0) & (e <= 1), "at least 0 and at most 1"), "loss_exponent": AT_LEAST_0},
+        {
+            "value": (lambda e: (e >= 0) & (e <= 1), "at least 0 and at most 1"),
+            "loss_exponent": AT_LEAST_0,
+        },
     ),
     "CDC": Damper("constant damping coefficient", {"value": AT_LEAST_0}),
     "CDR": Damper("constant damping ratio", {"value": AT_LEAST_0}),
@@ -58,15 +69,23 @@ DAMPERS = {
         "energy-consistent damper",
         {
             "value": AT_LEAST_0,
-            "order": (lambda m: (m >= 0) & (m <= 10_000), "0 to 10 000"),  # steps would pass over the band of a larger
+            "order": (
+                lambda m: (m >= 0) & (m <= 10_000),
+                "0 to 10 000",
+            ),  # steps would pass over the band of a larger
             "loss_exponent": (lambda g: (g >= 0) & (g < 0.5), "at least 0 and less than 0.5"),
         },
         is_amplitude_independent=True,
     ),
-    "BAND": Damper("band of fixed time", {"value": BAND_RATIO, "width": ABOVE_0}, 0.2, True, LARGEST_BAND_RATIO),
+    "BAND": Damper(
+        "band of fixed time", {"value": BAND_RATIO, "width": ABOVE_0}, 0.2, True, LARGEST_BAND_RATIO
+    ),
     "CQD": Damper(
         "band of fixed length",
-        {"value": BAND_RATIO, "width": (lambda w: (w > 0) & (w <= 1), "greater than 0 and at most 1")},
+        {
+            "value": BAND_RATIO,
+            "width": (lambda w: (w > 0) & (w <= 1), "greater than 0 and at most 1"),
+        },
         default_width=0.25,
         largest_value=LARGEST_BAND_RATIO,
     ),
@@ -98,7 +117,9 @@ class Damping:
     --------
     >>> import rockdamp as rd
     >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
-    >>> rd.Damping("CDR", 0.05).coefficient(curve, [0.02, 0.5]).round(3)  # falls with the secant stiffness
+    >>> rd.Damping("CDR", 0.05).coefficient(curve, [0.02, 0.5]).round(
+    ...     3
+    ... )  # falls with the secant stiffness
     array([0.461, 0.1  ])
     """
 
@@ -115,10 +136,21 @@ class Damping:
         for name, (valid, allowed) in (DEFAULTS | damper.rules).items():
             value = getattr(self, name)
             value = absent[name] if value is None else value
-            text = name if name != "value" else "restitution" if self.model == "CR" else "damping_ratio"
+            text = (
+                name
+                if name != "value"
+                else "restitution"
+                if self.model == "CR"
+                else "damping_ratio"
+            )
             object.__setattr__(self, name, check(text, value, valid, allowed))
         if self.model == "CR":
-            check("restitution", self.value, lambda e: (e > 0) | (self.loss_exponent == 0), "above 0 with an exponent")
+            check(
+                "restitution",
+                self.value,
+                lambda e: (e > 0) | (self.loss_exponent == 0),
+                "above 0 with an exponent",
+            )
         if self.model == "BAND":
             most = half_cycle_loss(LARGEST_STRENGTH, self.width) / math.pi
             allowed = f"at most {np.min(most, initial=np.inf):.3g} with its width"
@@ -159,12 +191,21 @@ class Damping:
         array([0.071 , 0.0517])
         """
         if model in ("CDC", "CDR", "SDR"):
-            raise InputError(f"damping_model is {model}; it must be CR, ECD, BAND or CQD: for others use equivalent")
-        parts = {"width": width, "loss_exponent": loss_exponent, "reference_amplitude": reference_amplitude}
+            raise InputError(
+                f"damping_model is {model}; it must be CR, ECD, BAND or CQD: for others use equivalent"
+            )
+        parts = {
+            "width": width,
+            "loss_exponent": loss_exponent,
+            "reference_amplitude": reference_amplitude,
+        }
         if model == "CR":
             return cls(model, e, order, **parts)
         e = check("restitution", e, lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1")
-        m, g = np.asarray(0.0 if order is None else order, dtype=float), np.asarray(loss_exponent, dtype=float)
+        m, g = (
+            np.asarray(0.0 if order is None else order, dtype=float),
+            np.asarray(loss_exponent, dtype=float),
+        )
         delta = 0.0 - np.log(e)
         if model != "ECD":
             return cls(model, delta / math.pi, order, **parts)
@@ -172,14 +213,18 @@ class Damping:
         loss = np.where(g == 0, delta, -np.expm1(-2 * g * delta) / np.where(g == 0, 1.0, 2 * g))
         xi = np.where(plain, delta / np.hypot(np.pi, delta), loss / np.pi)
         most = np.where(plain, np.inf, CAP * critical_damping_ratio(np.maximum(m, 0)))
-        allowed = f"at least {np.max(np.exp(-np.pi * most), initial=0):.3g}, or half cycles would not end"
+        allowed = (
+            f"at least {np.max(np.exp(-np.pi * most), initial=0):.3g}, or half cycles would not end"
+        )
         check("restitution", e, lambda e: xi < most, allowed)
         return cls(model, xi, order, **parts)
 
     @property
     def label(self) -> str:
         """Name in datasets: ECD16, BAND0.4; the model alone at the default, and where the parameter is an array."""
-        number = {"ECD": self.order, "BAND": self.width, "CQD": self.width}.get(self.model, np.zeros(()))
+        number = {"ECD": self.order, "BAND": self.width, "CQD": self.width}.get(
+            self.model, np.zeros(())
+        )
         default = DAMPERS[self.model].default_width
         return self.model if number.ndim or number == default else f"{self.model}{number:g}"
 
@@ -207,7 +252,9 @@ class Damping:
             check("reference_amplitude", at, lambda x: x < a3, "less than a3")
         double_reference = 2 * curve.energy(at)
         if self.model == "CR":
-            return ("cr_law", (value, g, double_reference)) if has_law else ("cr", (value, 0.0, 0.0))
+            return (
+                ("cr_law", (value, g, double_reference)) if has_law else ("cr", (value, 0.0, 0.0))
+            )
         if self.model == "BAND":
             c = self.width / w1
             return "band", (3 * band_strength(math.pi * value, self.width) / (4 * c), c, 0.0)
@@ -243,7 +290,9 @@ class Damping:
             return np.zeros(shape)
         if self.model == "CQD":  # the kernel takes the mean over a step
             size, w, _ = parameters
-            return np.broadcast_to(size / w * np.maximum(1 - (x / w) ** 2, 0) * np.abs(v), shape).copy()
+            return np.broadcast_to(
+                size / w * np.maximum(1 - (x / w) ** 2, 0) * np.abs(v), shape
+            ).copy()
         shape_of_curve = curve.parameters()
         z = np.maximum(np.abs(x), kernel.TINY)
         f, double_v = kernel.force(z, shape_of_curve), kernel.double_energy(z, shape_of_curve)
@@ -263,7 +312,9 @@ def normalisation(order: ArrayLike) -> Array:
     It is 1, 4/3 and 8/5 at orders 0, 1 and 2, and tends to sqrt(pi m)/2.
     """
     m = np.asarray(order, dtype=float)
-    ratio = [math.exp(math.lgamma(one + 2) - math.lgamma(one + 1.5)) for one in np.ravel(m).tolist()]
+    ratio = [
+        math.exp(math.lgamma(one + 2) - math.lgamma(one + 1.5)) for one in np.ravel(m).tolist()
+    ]
     return np.where(m == 0, 1.0, math.sqrt(math.pi) / 2 * np.reshape(ratio, m.shape))
 
 
@@ -277,7 +328,9 @@ def critical_damping_ratio(order: ArrayLike) -> Array:
     It rises from 1 at order 0, the linear oscillator's, to sqrt(2 exp(1)/pi) = 1.3155.
     """
     m = np.asarray(order, dtype=float)
-    return np.sqrt(2 * m + 2) / (2 * normalisation(m)) * np.exp((m + 0.5) * np.log1p(1 / (2 * m + 1)))
+    return (
+        np.sqrt(2 * m + 2) / (2 * normalisation(m)) * np.exp((m + 0.5) * np.log1p(1 / (2 * m + 1)))
+    )
 
 
 # --- BAND -------------------------------------------------------------------------------------------------------------
@@ -324,7 +377,9 @@ def band_strength(log_decrement: ArrayLike, width: ArrayLike) -> Array:
     width : float or ndarray
         t_c, broadcasts. [rad]
     """
-    delta, t_c = np.broadcast_arrays(np.asarray(log_decrement, dtype=float), np.asarray(width, dtype=float))
+    delta, t_c = np.broadcast_arrays(
+        np.asarray(log_decrement, dtype=float), np.asarray(width, dtype=float)
+    )
     pairs, which = np.unique(delta + 1j * t_c, return_inverse=True)  # lanes share a few dampers
     shape, delta, t_c = delta.shape, pairs.real, pairs.imag
     strength = np.minimum(delta * (1 + t_c**2), LARGEST_STRENGTH)

@@ -66,9 +66,16 @@ class Building:
     damping_ratio: float = 0.05
 
     def __post_init__(self) -> None:
-        check("storeys", self.storeys, lambda n: (n >= 1) & (n <= 100) & (n % 1 == 0), "a whole number from 1 to 100")
+        check(
+            "storeys",
+            self.storeys,
+            lambda n: (n >= 1) & (n <= 100) & (n % 1 == 0),
+            "a whole number from 1 to 100",
+        )
         within = f"a whole number from 1 to {self.storeys}, the storeys of the building"
-        check("storey", self.storey, lambda n: (n >= 1) & (n <= self.storeys) & (n % 1 == 0), within)
+        check(
+            "storey", self.storey, lambda n: (n >= 1) & (n <= self.storeys) & (n % 1 == 0), within
+        )
         _check_oscillator("building", self.period, self.damping_ratio)
 
     @property
@@ -78,7 +85,9 @@ class Building:
         period = self.period / (gamma / gamma[0])
         flexible = period >= RIGID_PERIOD
         heights = np.array([self.storey - 1, self.storey]) / self.storeys
-        return Modes(period[flexible], 2 / gamma[flexible] * np.sin(gamma[flexible] * heights[:, None]))
+        return Modes(
+            period[flexible], 2 / gamma[flexible] * np.sin(gamma[flexible] * heights[:, None])
+        )
 
 
 @dataclass(frozen=True)
@@ -114,4 +123,9 @@ class Diaphragm:
 
 def _check_oscillator(name: str, period: float, damping_ratio: float) -> None:
     check(f"period of the {name}", period, lambda seconds: seconds > 0, "greater than 0 [s]")
-    check(f"damping_ratio of the {name}", damping_ratio, lambda xi: (xi > 0) & (xi < 1), "between 0 and 1")
+    check(
+        f"damping_ratio of the {name}",
+        damping_ratio,
+        lambda xi: (xi > 0) & (xi < 1),
+        "between 0 and 1",
+    )

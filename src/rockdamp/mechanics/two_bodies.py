@@ -40,7 +40,9 @@ def slender_decay(times: ArrayLike, restitution: float, release_amplitude: float
     return _decay(np.asarray(times, dtype=float), half_cycle)
 
 
-def large_rotation_decay(times: ArrayLike, wall: Wall, restitution: float, release_amplitude: float) -> Array:
+def large_rotation_decay(
+    times: ArrayLike, wall: Wall, restitution: float, release_amplitude: float
+) -> Array:
     """Return u/u_ins of the two rigid bodies rocking at rotations of any size, after a release from rest. [-]
 
     Solves M(u) u'' + 1/2 M'(u) u'^2 + U'(u) = 0 for |u| (see `TwoBodies`) by DOP853. The scales of u and t are those of
@@ -66,10 +68,21 @@ def large_rotation_decay(times: ArrayLike, wall: Wall, restitution: float, relea
 
     def half_cycle(n: int) -> tuple[float, float, Fall]:
         kept = restitution ** (2 * n) * energy
-        peak = brentq(lambda u: bodies.potential(u) - at_rest - kept, 0.0, u0, xtol=1e-16 * u0, rtol=1e-15) if n else u0
+        peak = (
+            brentq(
+                lambda u: bodies.potential(u) - at_rest - kept, 0.0, u0, xtol=1e-16 * u0, rtol=1e-15
+            )
+            if n
+            else u0
+        )
         # From rest under at least the force at the peak: the fall cannot last longer than this.
         longest = 2 * np.sqrt(2 * peak * bodies.inertia(0.0) / bodies.potential_slope(peak)) * p
-        options = {"method": "DOP853", "dense_output": True, "rtol": 1e-12, "atol": 1e-3 * 1e-12 * peak}
+        options = {
+            "method": "DOP853",
+            "dense_output": True,
+            "rtol": 1e-12,
+            "atol": 1e-3 * 1e-12 * peak,
+        }
         fall = solve_ivp(rates, (0.0, longest), (peak, 0.0), events=ground, **options)
         return peak / scale, float(fall.t_events[0][0]), lambda t: fall.sol(t)[0] / scale
 
@@ -106,7 +119,11 @@ class TwoBodies:
 
     def __init__(self, wall: Wall) -> None:
         r, t = float(wall.hinge_ratio), float(wall.thickness)
-        self._thickness, self._lower, self._upper = t, float(wall.lower_height), float(wall.upper_height)
+        self._thickness, self._lower, self._upper = (
+            t,
+            float(wall.lower_height),
+            float(wall.upper_height),
+        )
         self._masses = r * float(wall.mass), (1 - r) * float(wall.mass)
         self._weights = r * float(wall.weight), (1 - r) * float(wall.weight)
         # ASSUME: the overburden stays at its place on the top face, and vertical, as the upper body turns.
@@ -134,7 +151,11 @@ class TwoBodies:
         # M is quadratic in y_i = s/D_i, and dy_i/ds = R_i^2/D_i^3.
         y1, y2 = s / d1, s / d2
         slope1, slope2 = (1 + y1**2) / d1, (1 + y2**2) / d2
-        bodies = 2 * (m1 / 3 + m2) * y1 * slope1 + m2 * (y1 * slope2 + y2 * slope1) + 2 * m2 * y2 * slope2 / 3
+        bodies = (
+            2 * (m1 / 3 + m2) * y1 * slope1
+            + m2 * (y1 * slope2 + y2 * slope1)
+            + 2 * m2 * y2 * slope2 / 3
+        )
         turned = self._arm * self._thickness * slope2 / (self._upper**2 + self._thickness**2)
         return bodies - 2 * self._moving * self._rise(s, d1, d2) * (slope1 + slope2 - turned)
 
@@ -142,7 +163,9 @@ class TwoBodies:
         """Return U(u) for u >= 0, of the weights and the overburden. [J]"""
         s, d1, d2 = self._parts(u)
         w1, w2 = self._weights
-        sine = (self._upper * s + self._thickness * d2) / (self._upper**2 + self._thickness**2)  # of theta_2
+        sine = (self._upper * s + self._thickness * d2) / (
+            self._upper**2 + self._thickness**2
+        )  # of theta_2
         return w1 * d1 / 2 + w2 * (d1 + d2 / 2) + self._overburden * (d1 + d2 - self._arm * sine)
 
     def potential_slope(self, u: float) -> float:
@@ -154,5 +177,7 @@ class TwoBodies:
 
     def _rise(self, s: float, d1: float, d2: float) -> float:
         """Return how much the overburden rises for a unit of u. [-]"""
-        sine_slope = (self._upper - self._thickness * s / d2) / (self._upper**2 + self._thickness**2)
+        sine_slope = (self._upper - self._thickness * s / d2) / (
+            self._upper**2 + self._thickness**2
+        )
         return -(s / d1 + s / d2 + self._arm * sine_slope)

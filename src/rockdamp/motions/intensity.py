@@ -67,12 +67,17 @@ def intensity_measures(record: Record) -> IntensityMeasures:
     >>> import rockdamp as rd
     >>> elapsed = 0.01 * np.arange(201)
     >>> measures = rd.intensity_measures(rd.Record(elapsed, np.sin(2 * np.pi * elapsed)))
-    >>> round(measures.pgv, 3), round(measures.strong_duration, 2)  # 1/pi, as the velocity is (1 - cos(2 pi t))/(2 pi)
+    >>> (
+    ...     round(measures.pgv, 3),
+    ...     round(measures.strong_duration, 2),
+    ... )  # 1/pi, as the velocity is (1 - cos(2 pi t))/(2 pi)
     (0.318, 1.66)
     """
     acceleration = record.ground_acceleration
     if not acceleration.any():
-        raise InputError("the ground acceleration is 0 throughout; it must be different from 0 somewhere")
+        raise InputError(
+            "the ground acceleration is 0 throughout; it must be different from 0 somewhere"
+        )
     velocity = _integral(acceleration, record.step)
     energy = _integral(acceleration**2, record.step)
     start, end = np.interp(STRONG, energy / energy[-1], record.elapsed)

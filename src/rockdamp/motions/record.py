@@ -23,10 +23,13 @@ ACCELERATION = "ground_acceleration_"  # begins a column's name; its unit ends i
 UNIFORM = 0.01  # of a step: how far a time may lie from its place, however it is printed
 HEAD = 10  # lines of an AT2 file, of which one has NPTS and DT
 
-_Series: TypeAlias = tuple[Array, Array, Array | None, dict[str, str]]  # times, accelerations, displacements, header
+_Series: TypeAlias = tuple[
+    Array, Array, Array | None, dict[str, str]
+]  # times, accelerations, displacements, header
 _AT2 = re.compile(r"\bNPTS\b|\bDT\b|(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")  # in capital letters
 _UNIT = re.compile(
-    r"(?:\bUNITS?(?:\s+(?:OF|IN|ARE|IS))?\s*[:=]?|\bIN(?!\s+UNIT)|\()\s*([A-Z][\w/*^ -]*)", re.IGNORECASE
+    r"(?:\bUNITS?(?:\s+(?:OF|IN|ARE|IS))?\s*[:=]?|\bIN(?!\s+UNIT)|\()\s*([A-Z][\w/*^ -]*)",
+    re.IGNORECASE,
 )
 
 
@@ -68,7 +71,10 @@ class Record:
 
     def __eq__(self, other: object) -> bool:
         """Say whether another record has the same samples, header and file."""
-        same = (np.array_equal(getattr(self, each.name), getattr(other, each.name)) for each in fields(self))
+        same = (
+            np.array_equal(getattr(self, each.name), getattr(other, each.name))
+            for each in fields(self)
+        )
         return type(other) is type(self) and all(same)
 
     @property
@@ -89,7 +95,9 @@ def check_series(instance: Any, names: Sequence[str]) -> None:
             values = check(name, getattr(instance, name), np.isfinite, "finite")
             object.__setattr__(instance, name, values)
             if values.ndim != 1 or values.shape != instance.elapsed.shape:
-                raise InputError(f"{name} has shape {values.shape}; it must be (samples,), as elapsed has")
+                raise InputError(
+                    f"{name} has shape {values.shape}; it must be (samples,), as elapsed has"
+                )
     check_choice("synthetic", instance.header.get("synthetic", "no"), ("yes", "no"))
 
 
@@ -132,7 +140,9 @@ def append_rest(ground_acceleration: Array, step: float, tail: float) -> Array:
 # --- files -----------------------------------------------------------------------------------------------------------
 
 
-def read_record(path: str | os.PathLike[str], *, step: float | None = None, unit: str | None = None) -> Record:
+def read_record(
+    path: str | os.PathLike[str], *, step: float | None = None, unit: str | None = None
+) -> Record:
     """Read a record of ground motion.
 
     Parameters
@@ -171,7 +181,14 @@ def read_record(path: str | os.PathLike[str], *, step: float | None = None, unit
             raise InputError(f"unit is {unit!r}; it must be one of acceleration, as g, m/s2, cm/s2")
         header, first = read_header(lines)
         names = cells(lines[first]) if first < len(lines) else []
-        at2 = next(((k, *found) for k, line in enumerate(lines[:HEAD]) if (found := _samples_and_step(line))), None)
+        at2 = next(
+            (
+                (k, *found)
+                for k, line in enumerate(lines[:HEAD])
+                if (found := _samples_and_step(line))
+            ),
+            None,
+        )
         if COLUMNS[0] in names:
             series = _csv(lines, first, names, header, factor)
         elif at2:
@@ -186,10 +203,18 @@ def read_record(path: str | os.PathLike[str], *, step: float | None = None, unit
 
 
 def _csv(
-    lines: Sequence[str], first: int, names: Sequence[str], header: dict[str, str], given: float | None
+    lines: Sequence[str],
+    first: int,
+    names: Sequence[str],
+    header: dict[str, str],
+    given: float | None,
 ) -> _Series:
-    found = {name: _acceleration(name.removeprefix(ACCELERATION).replace("_", "/")) for name in names}
-    factors = [(name, factor) for name, factor in found.items() if name.startswith(ACCELERATION) and factor]
+    found = {
+        name: _acceleration(name.removeprefix(ACCELERATION).replace("_", "/")) for name in names
+    }
+    factors = [
+        (name, factor) for name, factor in found.items() if name.startswith(ACCELERATION) and factor
+    ]
     if len(factors) != 1:
         shown, allowed = ", ".join(names)[:50], ", ".join(COLUMNS)
         raise InputError(f"columns are {shown}; they must be {allowed}, the last where measured")
@@ -197,7 +222,9 @@ def _csv(
     _agree("unit [m s-2]", given, factor)
     columns = dict(zip(names, np.array(read_rows(lines, first + 1, len(names))).T, strict=True))
     times = names.index(COLUMNS[0])
-    check_times(columns[COLUMNS[0]], (row[times] for line in lines[first + 1 :] if (row := cells(line))))
+    check_times(
+        columns[COLUMNS[0]], (row[times] for line in lines[first + 1 :] if (row := cells(line)))
+    )
     if factor != 1:
         header["units"] = "s, m s-2, m"
     return columns[COLUMNS[0]], columns[name] * factor, columns.get(COLUMNS[2]), header
@@ -212,28 +239,41 @@ def _at2(lines: Sequence[str], k: int, samples: float, step: float, given: float
     if other and not stated:
         raise InputError(f"has {other[0]!r} above its numbers; they must be accelerations")
     if len(stated) > 1 or not (stated or given):
-        raise InputError(f"states {len(stated)} units of acceleration; it must state one, or unit must be given, as g")
+        raise InputError(
+            f"states {len(stated)} units of acceleration; it must state one, or unit must be given, as g"
+        )
     factor = stated.pop() if stated else given
     _agree("unit [m s-2]", given, factor)
     values = np.fromiter(chain.from_iterable(read_rows(lines, k + 1)), float)
     if values.size != samples:
         raise InputError(f"has {values.size} accelerations; it must have {samples:g}, as NPTS says")
-    return step * np.arange(samples), values * factor, None, {"source": "; ".join(map(str.strip, lines[:k]))}
+    return (
+        step * np.arange(samples),
+        values * factor,
+        None,
+        {"source": "; ".join(map(str.strip, lines[:k]))},
+    )
 
 
 def _plain(lines: Sequence[str], step: float | None, factor: float | None) -> _Series:
     first = next((k for k, line in enumerate(lines) if _numbers(line)), len(lines))
     rows = read_rows(lines, first)
     if "," in (text := "".join(lines[first:])) and "." not in text:
-        raise InputError("has commas and no points in its numbers; the decimal sign must be a point")
+        raise InputError(
+            "has commas and no points in its numbers; the decimal sign must be a point"
+        )
     numbers, head, elapsed = np.fromiter(chain.from_iterable(rows), float), rows[0], None
     values, widths = numbers, {len(row) for row in rows}
     if len(head) <= 2 and head[0] == numbers.size - len(head):
         values, step = numbers[len(head) :], head[1] if len(head) == 2 else step
     # A column that rises at nine of ten rows is time, uniform or refused.
-    elif len(widths) == 1 < len(head) and (np.diff(numbers[:: len(head)]) > 0).sum() > 0.9 * (len(rows) - 1):
+    elif len(widths) == 1 < len(head) and (np.diff(numbers[:: len(head)]) > 0).sum() > 0.9 * (
+        len(rows) - 1
+    ):
         if len(head) > 2:
-            raise InputError(f"has {len(head)} columns, the first of times; it must have {', '.join(COLUMNS[:2])}")
+            raise InputError(
+                f"has {len(head)} columns, the first of times; it must have {', '.join(COLUMNS[:2])}"
+            )
         elapsed, values = numbers[::2], numbers[1::2]
         check_times(elapsed, (row[0] for line in lines[first:] if (row := cells(line))))
     if elapsed is None and step is not None:
@@ -270,7 +310,9 @@ def _agree(name: str, given: float | None, own: float | None) -> None:
 
 def read_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
     """Return the entries of the leading lines ``# key: value``, and the index of the line below them."""
-    first = next((k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")), len(lines))
+    first = next(
+        (k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")), len(lines)
+    )
     entries = [line.lstrip("# ").partition(":") for line in lines[:first]]
     return {key.strip().lower(): value.strip() for key, colon, value in entries if colon}, first
 
@@ -290,7 +332,12 @@ def cells(line: str) -> list[str]:
 def _decimals(numbers: Iterable[str]) -> int:
     """Return the most decimals of numbers as they are printed; an exponent counts."""
     parts = [number.replace("E", "e").partition("e") for number in numbers]
-    return max(0, max(len(mantissa.partition(".")[2]) - int(exponent or 0) for mantissa, _, exponent in parts))
+    return max(
+        0,
+        max(
+            len(mantissa.partition(".")[2]) - int(exponent or 0) for mantissa, _, exponent in parts
+        ),
+    )
 
 
 def read_rows(lines: Sequence[str], first: int, columns: int = 0) -> list[list[float]]:
@@ -299,7 +346,10 @@ def read_rows(lines: Sequence[str], first: int, columns: int = 0) -> list[list[f
     for number, line in enumerate(lines[first:], first + 1):
         row = _numbers(line)
         if row is None or (columns and row and len(row) != columns):
-            shown, allowed = line.strip()[:30], f"{columns} finite numbers" if columns else "numbers alone"
+            shown, allowed = (
+                line.strip()[:30],
+                f"{columns} finite numbers" if columns else "numbers alone",
+            )
             raise InputError(
                 f"line {number} is {shown!r}; it must be {allowed}, or the file have columns {', '.join(COLUMNS[:2])}"
             )
@@ -343,9 +393,14 @@ def write_record(path: str | os.PathLike[str], record: Record) -> None:
     0.01,1.5
     0.02,0.0
     """
-    columns = zip(COLUMNS, (record.elapsed, record.ground_acceleration, record.displacement), strict=True)
+    columns = zip(
+        COLUMNS, (record.elapsed, record.ground_acceleration, record.displacement), strict=True
+    )
     present = {name: values.tolist() for name, values in columns if values is not None}
     lines = [f"# {key}: {value}" for key, value in record.header.items()]
-    lines += [",".join(present), *(",".join(map(repr, row)) for row in zip(*present.values(), strict=True))]
+    lines += [
+        ",".join(present),
+        *(",".join(map(repr, row)) for row in zip(*present.values(), strict=True)),
+    ]
     with replace_file(path) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")

@@ -45,16 +45,25 @@ class Content:
 def build(content: Content) -> str:
     """Return the report as HTML. The same content gives the same text."""
     environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
     )
     environment.filters["inline"] = tables.inline
     environment.globals["ratio_at"] = tables.ratio_at
     data = content.datasets
-    values = {name: make(data[source]) if source in data else None for name, (make, source) in TABLES.items()}
+    values = {
+        name: make(data[source]) if source in data else None
+        for name, (make, source) in TABLES.items()
+    }
     shaken = "comparison" in data and "earthquakes/walls" in data
     return environment.from_string(_text("report.html.j2")).render(
         **values,
-        earthquakes=tables.earthquakes(data["comparison"], data["earthquakes/walls"]) if shaken else None,
+        earthquakes=tables.earthquakes(data["comparison"], data["earthquakes/walls"])
+        if shaken
+        else None,
         e=[float(e) for e in data["comparison"]["restitution"]] if "comparison" in data else [],
         a1=content.yield_displacement_ratio,
         style=Markup(_text("report.css")),
@@ -83,7 +92,10 @@ def _text(name: str) -> str:
 def _figures(pictures: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
     """Return what the page shows of each figure, by its name, in the order of the page."""
     # The header of a PNG has width and height.
-    sizes = {name: [int.from_bytes(png[at : at + 4], "big") for at in (16, 20)] for name, png in pictures.items()}
+    sizes = {
+        name: [int.from_bytes(png[at : at + 4], "big") for at in (16, 20)]
+        for name, png in pictures.items()
+    }
     widest = max((width for width, _ in sizes.values()), default=1)
     return {
         name: {

@@ -23,9 +23,22 @@ from rockdamp.mechanics.damping import DAMPERS
 from rockdamp.text import DASH, count_noun, join_words, number, percent, plain
 
 # How each verdict is marked, by shape and word as well as colour; what fails comes first.
-MARKS = {FAILS: ("no", "✗"), IN_PART: ("partly", "◐"), UNTESTED: ("unknown", "–"), HOLDS: ("yes", "✓")}
+MARKS = {
+    FAILS: ("no", "✗"),
+    IN_PART: ("partly", "◐"),
+    UNTESTED: ("unknown", "–"),
+    HOLDS: ("yes", "✓"),
+}
 BAND = "BAND0.2"  # the damper to use, by its name in the dataset ``order``
-SHOWN = ("ECD", "ECD16", "ECD64", "BAND0.4", BAND, "BAND0.1", "CQD0.25")  # and CR with another e after them
+SHOWN = (
+    "ECD",
+    "ECD16",
+    "ECD64",
+    "BAND0.4",
+    BAND,
+    "BAND0.1",
+    "CQD0.25",
+)  # and CR with another e after them
 ORDER_COLUMNS = {
     "|ln r|, median": "log_error_median",
     "|ln r|, 90 %": "log_error_90",
@@ -55,13 +68,20 @@ def interval(cell: xr.Dataset, name: str, write: Any = number) -> str:
     bounds = cell[f"{name}_interval"].values
     if not np.isfinite(bounds).all():
         return str(write(cell[name]))
-    return Markup("{} <small>({} to {})</small>").format(write(cell[name]), *(write(bound) for bound in bounds))
+    return Markup("{} <small>({} to {})</small>").format(
+        write(cell[name]), *(write(bound) for bound in bounds)
+    )
 
 
 def verdicts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
     """Return the verdicts, each with its mark and its claims."""
     return [
-        {"verdict": name, "kind": kind, "mark": mark, "claims": [claim for claim in claims if claim["verdict"] == name]}
+        {
+            "verdict": name,
+            "kind": kind,
+            "mark": mark,
+            "claims": [claim for claim in claims if claim["verdict"] == name],
+        }
         for name, (kind, mark) in MARKS.items()
     ]
 
@@ -91,7 +111,10 @@ def order(study: xr.Dataset) -> dict[str, Any]:
         "columns": list(ORDER_COLUMNS),
         "e": plain(one_restitution["restitution"]),
         "records": int(study["records"]),
-        **{name: percent(band[name]) for name in ("share_above", "missed_collapse_rate", "added_collapse_rate")},
+        **{
+            name: percent(band[name])
+            for name in ("share_above", "missed_collapse_rate", "added_collapse_rate")
+        },
         "half_step": percent(one_restitution["share_above"].sel(damper="half step")),
     }
 
@@ -105,7 +128,10 @@ def programs(compared: xr.Dataset) -> list[dict[str, Any]]:
             "model": model,
             "title": DAMPERS[model].title,
             "refers_to": REFERENCE_QUANTITY[model],
-            "errors": [list(map(percent, leading[name].sel(damping_model=model).values)) for name in PROGRAM_COLUMNS],
+            "errors": [
+                list(map(percent, leading[name].sel(damping_model=model).values))
+                for name in PROGRAM_COLUMNS
+            ],
         }
         for model, offer in REQUIREMENT.items()
     ]
@@ -127,7 +153,11 @@ def ratios(fits: xr.Dataset) -> dict[str, Any]:
     return {
         "e": xi["restitution"].values.round(6).tolist(),
         "a1": xi["yield_displacement_ratio"].values.round(6).tolist(),
-        "ratio": {model: values.round(6).tolist() for model, values in found.items() if np.isfinite(values).all()},
+        "ratio": {
+            model: values.round(6).tolist()
+            for model, values in found.items()
+            if np.isfinite(values).all()
+        },
     }
 
 
@@ -144,13 +174,19 @@ def ratio_at(stored: Mapping[str, Any], model: str, e: float, a1: float) -> str:
 
 def earthquakes(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
     """Return what was run, and three tables: errors and collapses, errors by band of the peak, and the walls."""
-    leading = compared.sel(damping_ratio_source=RECOMMENDED_SOURCE, damping_model=list(VISCOUS_MODELS))
+    leading = compared.sel(
+        damping_ratio_source=RECOMMENDED_SOURCE, damping_model=list(VISCOUS_MODELS)
+    )
     models = [leading.sel(damping_model=model) for model in VISCOUS_MODELS]
     e = compared["restitution"].values
     middle = e.size // 2
-    each = int(np.isfinite(walls["damping_ratio"]).sum()) + walls.sizes["wall"] * walls.sizes["restitution"]
+    each = (
+        int(np.isfinite(walls["damping_ratio"]).sum())
+        + walls.sizes["wall"] * walls.sizes["restitution"]
+    )
     bands = [
-        f"{plain(low)} to {plain(high)}" for low, high in zip(compared["band_start"], compared["band_end"], strict=True)
+        f"{plain(low)} to {plain(high)}"
+        for low, high in zip(compared["band_start"], compared["band_end"], strict=True)
     ]
     return {
         "few": int(compared["stations"]) < 10,  # intervals over fewer mean nothing
@@ -158,17 +194,26 @@ def earthquakes(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
         "records": int(compared["records"]),
         "intensities": compared.sizes["velocity_ratio"],
         "e": join_words(map(plain, e)),
-        "histories": f"{int(compared['records']) * compared.sizes['velocity_ratio'] * each:,}".replace(",", "\u202f"),
+        "histories": f"{int(compared['records']) * compared.sizes['velocity_ratio'] * each:,}".replace(
+            ",", "\u202f"
+        ),
         "converged": f"{100 * float(compared['converged_share']):.2f}",
         "errors": [
-            (plain(one_restitution), str(row["damping_model"].item()), _errors(row.isel(restitution=index)))
+            (
+                plain(one_restitution),
+                str(row["damping_model"].item()),
+                _errors(row.isel(restitution=index)),
+            )
             for index, one_restitution in enumerate(e)
             for row in models
         ],
         "bands": bands,
         "middle": plain(e[middle]),
         "by_band": [
-            (str(row["damping_model"].item()), [number(value) for value in row["log_error_90"].values[1:]])
+            (
+                str(row["damping_model"].item()),
+                [number(value) for value in row["log_error_90"].values[1:]],
+            )
             for row in (model.isel(restitution=middle) for model in models)
         ],
         "walls": [_wall(walls.isel(wall=index)) for index in range(walls.sizes["wall"])],
@@ -189,7 +234,13 @@ def _errors(row: xr.Dataset) -> list[str]:
 
 def _wall(wall: xr.Dataset) -> list[str]:
     kind = "parapet" if wall["parapet"] == 1 else "wall"
-    inputs = ("thickness", "slenderness", "overburden_ratio", "yield_displacement_ratio", "strength_ratio")
+    inputs = (
+        "thickness",
+        "slenderness",
+        "overburden_ratio",
+        "yield_displacement_ratio",
+        "strength_ratio",
+    )
     derived = ("instability_displacement", "frequency_parameter", "initial_period")
     return [
         str(wall["wall"].item()),
@@ -245,7 +296,10 @@ def measured_rocking(measured: xr.Dataset) -> dict[str, Any]:
 
     return {
         "impacts": impacts,
-        "rows": [(model, [number(value, 2) for value in behind.sel(damping_model=model).values]) for model in models],
+        "rows": [
+            (model, [number(value, 2) for value in behind.sel(damping_model=model).values])
+            for model in models
+        ],
         "p": [number(value, 2) for value in p],
         "trials": int(measured["trials"] - measured["duplicates"]),
         "sentences": [
@@ -261,4 +315,6 @@ def measured_rocking(measured: xr.Dataset) -> dict[str, Any]:
 def software() -> str:
     """Return the versions of Python and of what the results stand on."""
     names = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake")
-    return join_words([f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in names)])
+    return join_words(
+        [f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in names)]
+    )

@@ -29,10 +29,16 @@ from rockdamp.text import DASH, number, percent, plain
 
 
 def write_wall_page(
-    wall: Wall | Parapet, curve: TrilinearCurve, motions: Sequence[GroundMotion], answer: xr.Dataset, path: Path
+    wall: Wall | Parapet,
+    curve: TrilinearCurve,
+    motions: Sequence[GroundMotion],
+    answer: xr.Dataset,
+    path: Path,
 ) -> None:
     """Write the page, self-contained. `answer` is the result of `assess` for the wall."""
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
     environment.filters |= {"number": number, "percent": percent, "span": _span}
     measure, e = measure_name(answer), float(answer["restitution"])
     damping = describe_damping(wall, curve, max(e, LEAST_OF_DAMPER))
@@ -54,10 +60,15 @@ def write_wall_page(
             }
             for model in models
         ],
-        missing=list(dict.fromkeys(reason for model in models for reason in reasons(answer, model))),
+        missing=list(
+            dict.fromkeys(reason for model in models for reason in reasons(answer, model))
+        ),
         dampers=[(dampers[model], need) for model, need in REQUIREMENT.items()],
         w1=damping["initial_frequency"],
-        moved=[row | {"median": _level(measure, row["median"])} for row in sensitivity(wall, curve, answer, motions)],
+        moved=[
+            row | {"median": _level(measure, row["median"])}
+            for row in sensitivity(wall, curve, answer, motions)
+        ],
         u_ins=1000 * float(wall.instability_displacement),
         measure=measure.upper(),
         unit="g" if measure == "pga" else "m/s",
@@ -113,7 +124,11 @@ def _level(measure: str, value: Any) -> str:
 
 
 def _span(bounds: xr.DataArray, factor: float = 1.0) -> str:
-    return " to ".join(number(factor * bound) for bound in bounds.values) if np.isfinite(bounds).all() else DASH
+    return (
+        " to ".join(number(factor * bound) for bound in bounds.values)
+        if np.isfinite(bounds).all()
+        else DASH
+    )
 
 
 def _records(motions: Sequence[GroundMotion]) -> str:

@@ -6,8 +6,19 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from time import process_time
 
-DAMPERS = [("CR", 0.0), ("CDC", 0.0), ("CDR", 0.0), ("SDR", 0.0), ("ECD", 0.0), ("BAND", 0.0), ("ECD", 8.0)]
-RUNS = [("exact", "CR", 0.0), *((march, *damper) for march in ("peaks", "full") for damper in DAMPERS)]
+DAMPERS = [
+    ("CR", 0.0),
+    ("CDC", 0.0),
+    ("CDR", 0.0),
+    ("SDR", 0.0),
+    ("ECD", 0.0),
+    ("BAND", 0.0),
+    ("ECD", 8.0),
+]
+RUNS = [
+    ("exact", "CR", 0.0),
+    *((march, *damper) for march in ("peaks", "full") for damper in DAMPERS),
+]
 
 
 def compile_all(processes: int = 1) -> None:
@@ -19,7 +30,9 @@ def compile_all(processes: int = 1) -> None:
     for count, one in enumerate(RUNS, 1):
         start = process_time()
         run(*one)
-        if processes > 1 and process_time() - start > 0.5:  # to read a loop from the cache and run it takes less [s]
+        if (
+            processes > 1 and process_time() - start > 0.5
+        ):  # to read a loop from the cache and run it takes less [s]
             with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
                 list(pool.map(run, *zip(*RUNS[count:], strict=True)))
             break
@@ -36,4 +49,6 @@ def run(march: str, model: str, order: float) -> None:
     if march == "exact":
         exact_history(curve, damping, [0.01], release_amplitude=0.5)
     else:
-        (peaks if march == "peaks" else simulate)(curve, damping, release_amplitude=0.5, step=0.01, steps=1)
+        (peaks if march == "peaks" else simulate)(
+            curve, damping, release_amplitude=0.5, step=0.01, steps=1
+        )

@@ -32,7 +32,9 @@ from rockdamp.mechanics.damping import Damping, band_strength
 
 # DOP853's coefficients. The last two estimate the error of a step, and also weigh the rates at its end.
 STAGES = DOP853.n_stages
-A, B, C, E3, E5 = (np.ascontiguousarray(table) for table in (DOP853.A, DOP853.B, DOP853.C, DOP853.E3, DOP853.E5))
+A, B, C, E3, E5 = (
+    np.ascontiguousarray(table) for table in (DOP853.A, DOP853.B, DOP853.C, DOP853.E3, DOP853.E5)
+)
 LIFTING = 1e-12  # load that lifts a wall from its stop [F0]
 
 CR, SECANT, ECD, BAND, CQD = range(5)  # the laws of damping
@@ -117,7 +119,9 @@ def acceleration_zeros(x, v, c, k, q, slope):
     """Return the first zero of the acceleration after the start, and the time between two; infinite where none is."""
     a = q - c * v - k * x
     half, disc = c / 2.0, c * c / 4.0 - k
-    b = slope - c * a - k * v + half * a  # exp(-half t) (a cos w t + b/w sin w t), or the same with cosh and sinh
+    b = (
+        slope - c * a - k * v + half * a
+    )  # exp(-half t) (a cos w t + b/w sin w t), or the same with cosh and sinh
     if a == 0.0 and b == 0.0:
         return np.inf, np.inf
     if disc < 0.0:
@@ -222,7 +226,9 @@ def advance(branch, law, start, h, rates):
             dx += A[stage, before] * rates[0, before]
             dv += A[stage, before] * rates[1, before]
         rates[0, stage] = v + h * dv
-        rates[1, stage] = acceleration(branch, law, p + slope * (C[stage] * h), x + h * dx, v + h * dv)
+        rates[1, stage] = acceleration(
+            branch, law, p + slope * (C[stage] * h), x + h * dx, v + h * dv
+        )
     dx, dv = 0.0, 0.0
     for stage in range(STAGES):
         dx += B[stage] * rates[0, stage]
@@ -320,7 +326,9 @@ def turn(branch, law, start, h, end, rates):
     v, v_end = start[1], end[1]
     way = v if v != 0.0 else a
     if way * v_end < 0.0:
-        fastest = event(branch, law, start, ACCELERATION, 0.0, -way, 0.0, h, rates) if v == 0.0 else 0.0
+        fastest = (
+            event(branch, law, start, ACCELERATION, 0.0, -way, 0.0, h, rates) if v == 0.0 else 0.0
+        )
         return event(branch, law, start, VELOCITY, 0.0, -way, fastest, h, rates), True
     if way * a < 0.0 and way * a_end > 0.0:  # slower and faster again, or back and forth?
         slowest = event(branch, law, start, ACCELERATION, 0.0, way, 0.0, h, rates)
@@ -357,7 +365,11 @@ def piece_on_branch(branch, law, start, remaining, tau, step, rates):
     way = 0 if end == 0.0 else 1 if x_end > branch.high else -1 if x_end < branch.low else 0
     if way:
         bound = branch.high if way > 0 else branch.low
-        end = event(branch, law, start, DISPLACEMENT, bound, way, 0.0, end, rates) if start[0] != bound else 0.0
+        end = (
+            event(branch, law, start, DISPLACEMENT, bound, way, 0.0, end, rates)
+            if start[0] != bound
+            else 0.0
+        )
         x_end, v_end = bound, state(branch, law, start, end, rates)[1]
     return end, turns and way == 0, way, step, x_end, v_end
 
@@ -387,7 +399,9 @@ def store(branch, law, start, origin, tau, times, reached, displacement, velocit
     while reached > 0 and times[reached - 1] >= origin:  # after an impact, once more
         reached -= 1
     while reached < times.size and times[reached] <= tau:
-        displacement[reached], velocity[reached] = state(branch, law, start, times[reached] - origin, rates)
+        displacement[reached], velocity[reached] = state(
+            branch, law, start, times[reached] - origin, rates
+        )
         reached += 1
     return reached
 
@@ -397,7 +411,9 @@ def append(rows, count, first, second):
     """Return rows with one more of two numbers; they are moved to where there is room."""
     if count == rows.shape[0]:
         longer = np.empty((2 * count, 2))
-        for row in range(count):  # Numba compiles an assignment of arrays with all that describes wrong shapes: seconds
+        for row in range(
+            count
+        ):  # Numba compiles an assignment of arrays with all that describes wrong shapes: seconds
             longer[row, 0], longer[row, 1] = rows[row, 0], rows[row, 1]
         rows = longer
     rows[count, 0] = first
@@ -411,7 +427,9 @@ def impact(law, one_sided, v, p):
     if law.number == CR:
         v *= kept_velocity(v, law.parameters[0], law.parameters[1], law.parameters[2])
     if one_sided:
-        return 0.0 if -v <= 1e-6 and p <= LIFTING else -v  # too slow a wall, pressed against its stop, rests there
+        return (
+            0.0 if -v <= 1e-6 and p <= LIFTING else -v
+        )  # too slow a wall, pressed against its stop, rests there
     return v if abs(v) > law.rest else 0.0
 
 
@@ -456,11 +474,15 @@ def run(branches, law, one_sided, at, x, v, load, sampling, times, displacement,
                 start, turning, way = (0.0, 0.0, 0.0, 0.0), False, 0
                 end = remaining if resting else end
             else:
-                end, turning, way, step, x, v = piece_on_branch(branch, law, start, remaining, tau, step, rates)
+                end, turning, way, step, x, v = piece_on_branch(
+                    branch, law, start, remaining, tau, step, rates
+                )
                 if end == 0.0 and not turning and way == 0 and branch.constant < 0.0:
                     return FAILED, tau, x, impacts[:impact_count], turns[:turn_count]
             tau = stop if end == remaining else origin + end
-            reached = store(branch, law, start, origin, tau, times, reached, displacement, velocity, rates)
+            reached = store(
+                branch, law, start, origin, tau, times, reached, displacement, velocity, rates
+            )
             if turning:
                 v = 0.0  # to the last bit: from there on, the hyperbolic branch does not amplify rounding
                 turns = append(turns, turn_count, tau, x)
@@ -543,10 +565,17 @@ def exact_history(
     array([-0.335,  0.237, -0.174])
     """
     if one_sided and damping.model != "CR":
-        raise InputError(f"damping_model is {damping.model}; it must be CR with a wall that rocks to one side")
+        raise InputError(
+            f"damping_model is {damping.model}; it must be CR with a wall that rocks to one side"
+        )
     a3 = float(curve.ultimate_displacement_ratio)
     allowed = f"less than a3, {a3:g}, " + ("and at least 0" if one_sided else "to either side")
-    check("release_amplitude", release_amplitude, lambda x: (abs(x) < a3) & ((x >= 0) | (not one_sided)), allowed)
+    check(
+        "release_amplitude",
+        release_amplitude,
+        lambda x: (abs(x) < a3) & ((x >= 0) | (not one_sided)),
+        allowed,
+    )
     times, load = np.array(times, dtype=float, ndmin=1), np.array(load, dtype=float)
     x, v = float(release_amplitude), float(release_velocity)
     law, constants = law_parameters(curve, damping)
@@ -562,7 +591,9 @@ def exact_history(
     if ended == STALLED:
         raise ArithmeticError(f"no progress at tau = {tau:.9g}, x = {x_end:.9g}")
     if ended == FAILED:
-        raise ArithmeticError(f"no step of DOP853 keeps its tolerance at tau = {tau:.9g}, x = {x_end:.9g}")
+        raise ArithmeticError(
+            f"no step of DOP853 keeps its tolerance at tau = {tau:.9g}, x = {x_end:.9g}"
+        )
     turning_tau, turning_displacement = turns.T
     extremes = np.abs([x, *turning_displacement, x_end])
     peak_tau = [0.0, *turning_tau, tau][int(extremes.argmax())]
@@ -582,7 +613,11 @@ def exact_history(
 
 def law_parameters(curve: TrilinearCurve, damping: Damping) -> tuple[Law, list[float]]:
     """Return the law of a damper, and C on each branch from x = 0 outwards: -1 where it is not constant."""
-    k1, a1, model = float(curve.initial_stiffness), float(curve.yield_displacement_ratio), damping.model
+    k1, a1, model = (
+        float(curve.initial_stiffness),
+        float(curve.yield_displacement_ratio),
+        damping.model,
+    )
     g, double_r = float(damping.loss_exponent), 1.0
     if g > 0.0:
         a3, at = float(curve.ultimate_displacement_ratio), damping.reference_amplitude
@@ -596,14 +631,25 @@ def law_parameters(curve: TrilinearCurve, damping: Damping) -> tuple[Law, list[f
     if model == "ECD":
         m = float(damping.order)
         # The integral of cos^(2m+2) over a half cycle is the beta function of m + 3/2 and 1/2.
-        integral = math.exp(math.lgamma(m + 1.5) + math.lgamma(0.5) - math.lgamma(m + 2)) if m else math.pi / 2
+        integral = (
+            math.exp(math.lgamma(m + 1.5) + math.lgamma(0.5) - math.lgamma(m + 2))
+            if m
+            else math.pi / 2
+        )
         inner = linear if m == 0.0 and g == 0.0 else -1.0
         return Law(ECD, (math.pi * xi / integral, m, g, double_r), rest), [inner, -1.0, -1.0]
     if model == "BAND":
         c = float(damping.width) / math.sqrt(k1)
-        return Law(BAND, (0.75 * float(band_strength(math.pi * xi, damping.width)) / c, c, 0.0, 0.0)), [-1.0] * 3
+        return Law(
+            BAND, (0.75 * float(band_strength(math.pi * xi, damping.width)) / c, c, 0.0, 0.0)
+        ), [-1.0] * 3
     if model == "CQD":  # nothing damps beyond the band
-        return Law(CQD, (3 * math.pi * xi / 4, float(damping.width) * a1, 0.0, 0.0)), [-1.0, 0.0, 0.0, 0.0]
+        return Law(CQD, (3 * math.pi * xi / 4, float(damping.width) * a1, 0.0, 0.0)), [
+            -1.0,
+            0.0,
+            0.0,
+            0.0,
+        ]
     outer = linear if model == "CDC" else -1.0
     half_exponent = {"CDC": 0.0, "CDR": 0.5, "SDR": 1.0}[model]
     return Law(SECANT, (2 * xi * math.sqrt(k1), k1, half_exponent, 0.0)), [linear, outer, outer]
@@ -619,7 +665,13 @@ def curve_branches(curve: TrilinearCurve, law: Law, constants: list[float]) -> A
     margin = a1 / 4  # a plateau that goes on inwards has energy down to a1/2
     rows: list[Branch] = []
     for constant, (low, high, k, offset) in zip(constants, shapes, strict=True):
-        inner = (low - margin, b1 + ks * margin, low, k * low + offset, 2 * float(curve.energy(low)))
+        inner = (
+            low - margin,
+            b1 + ks * margin,
+            low,
+            k * low + offset,
+            2 * float(curve.energy(low)),
+        )
         mirrored = Branch(-high, -low, k, -offset, constant, *inner)
         rows = [mirrored, *rows, Branch(low, high, k, offset, constant, *inner)]
     return np.array(rows)

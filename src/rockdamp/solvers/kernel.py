@@ -23,13 +23,19 @@ LANES = 64  # of a block at most, and the distance of its rows
 VECTOR = 8  # lanes that are computed at once: the width of a block of four or more lanes is a multiple of it
 ROWS = 22
 X, V, A, ALIVE, END, PEAK, PEAK_AT, CROSSINGS, ERROR = (LANES * row for row in range(9))
-K1, B1, KS, A1, A2, A3 = (LANES * row for row in range(9, 15))  # in the order of `TrilinearCurve.parameters`
-H, G, G_BEFORE = (LANES * row for row in range(15, 18))  # step; factor on the motion, or loads of several motions
+K1, B1, KS, A1, A2, A3 = (
+    LANES * row for row in range(9, 15)
+)  # in the order of `TrilinearCurve.parameters`
+H, G, G_BEFORE = (
+    LANES * row for row in range(15, 18)
+)  # step; factor on the motion, or loads of several motions
 P0, P1, P2 = (LANES * row for row in range(18, 21))  # the damper's parameters
 DAMPER = LANES * 21  # its place in `DAMPERS`, which the paper's scheme alone reads
 LANE = CROSSINGS  # the lane's number, in the march of peaks
 
-TINY = 1e-100  # keeps 0/0 away at x = 0; its square and the square's inverse are still normal numbers
+TINY = (
+    1e-100  # keeps 0/0 away at x = 0; its square and the square's inverse are still normal numbers
+)
 INTERVAL = 128  # steps after which finished lanes leave the march of peaks
 COMPLETED, COLLAPSED, RUNNING = 0, 1, -1
 
@@ -38,7 +44,9 @@ def entry(name, function):
     """Compile a function under a name of its own, by which Numba keeps its machine code."""
     function.__name__ = function.__qualname__ = name
     # Allow FMA but no reassociation, so that a result does not depend on the batch.
-    return njit(error_model="numpy", nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"}, cache=True)(function)
+    return njit(
+        error_model="numpy", nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"}, cache=True
+    )(function)
 
 
 def inlined(function, *parts):
@@ -131,7 +139,9 @@ def ecd_any(z, f, double_v, v, h, p):
     """ECD of any order m and any exponent g of the loss, in one batch; where both are 0 there is no phase."""
     _, m, g = p
     inverse = 1.0 / (v * v + double_v)
-    return phase_coefficient(p[0] * inverse**g * (v * v * inverse) ** m, f, double_v, v, inverse, m + g > 0.0)
+    return phase_coefficient(
+        p[0] * inverse**g * (v * v * inverse) ** m, f, double_v, v, inverse, m + g > 0.0
+    )
 
 
 @register_jitable
@@ -163,7 +173,9 @@ def cr_law(v, p):
     Written by the quotient of the energies, which is well conditioned down to g = 0.
     """
     e, g, double_reference = p
-    steep = np.minimum(g * np.log(double_reference / np.maximum(v * v, 1e-200)), 700.0)  # far beyond a stop
+    steep = np.minimum(
+        g * np.log(double_reference / np.maximum(v * v, 1e-200)), 700.0
+    )  # far beyond a stop
     left = np.exp(steep) * np.expm1(2.0 * g * np.log(e))
     kept = np.exp(np.log1p(np.maximum(left, -1.0 + 1e-16)) / np.maximum(2.0 * g, 1e-300))
     kept = kept if left > -1.0 else 0.0
@@ -288,7 +300,9 @@ def any_coefficient(z, f, double_v, v, h, p, number):
 @register_jitable
 def linear_acceleration(v, a, h, dp, k, c):
     """Return increments of displacement and velocity by linear acceleration, stiffness and damping frozen in a step."""
-    dx = (dp + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)) / (k + 3.0 * c / h + 6.0 / (h * h))
+    dx = (dp + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)) / (
+        k + 3.0 * c / h + 6.0 / (h * h)
+    )
     return dx, 3.0 * dx / h - 3.0 * v - 0.5 * h * a
 
 
@@ -352,7 +366,9 @@ def block_step(lane_step, keep):
             curve = w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i]
             start, end = product(w[G_BEFORE + i], p0), product(w[G + i], p1)
             damper = w[P0 + i], w[P1 + i], w[P2 + i]
-            x, v, a = lane_step(w[X + i], w[V + i], w[A + i], w[H + i], start, end, curve, damper, w[DAMPER + i])
+            x, v, a = lane_step(
+                w[X + i], w[V + i], w[A + i], w[H + i], start, end, curve, damper, w[DAMPER + i]
+            )
             keep(w, i, x, v, a, step)
 
     return inlined(advance, lane_step, keep)
@@ -485,7 +501,9 @@ def impulse_left(w, i, factors, remaining, substeps):
 
 
 @register_jitable
-def retire_finished(blocks, width, running, factors, case, remaining, substeps, is_end, outcome, peak):
+def retire_finished(
+    blocks, width, running, factors, case, remaining, substeps, is_end, outcome, peak
+):
     """Store the results of finished lanes and move the others together; return how many still run."""
     kept = 0
     b, i, to_b, to_i = 0, -1, 0, 0
@@ -546,7 +564,18 @@ def peaks_march(advance):
     """
 
     def march_of_peaks(
-        blocks, width, running, ground, remaining, factors, substeps, first, last, steps, comparison, results
+        blocks,
+        width,
+        running,
+        ground,
+        remaining,
+        factors,
+        substeps,
+        first,
+        last,
+        steps,
+        comparison,
+        results,
     ):
         reference, case, checkpoints, error = comparison
         outcome, peak = results
@@ -579,7 +608,9 @@ def peaks_march(advance):
                 mark = min(mark + 1, checkpoints.size - 1)
             left = remaining[:, min(stop // substeps, remaining.shape[1] - 1)]
             is_end = stop == steps
-            running = retire_finished(blocks, width, running, factors, case, left, substeps, is_end, outcome, peak)
+            running = retire_finished(
+                blocks, width, running, factors, case, left, substeps, is_end, outcome, peak
+            )
             first = stop + 1
         return running
 
@@ -599,11 +630,16 @@ def uneven_lane_collapses(lane, ground, vertical):
     for sample in range(ground.size - 1):
         for part in range(1, parts + 1):
             share = part / parts
-            start, end = end, load * (ground[sample] + (ground[sample + 1] - ground[sample]) * share)
+            start, end = (
+                end,
+                load * (ground[sample] + (ground[sample + 1] - ground[sample]) * share),
+            )
             rest, moved = h, x + h * (v + 0.5 * h * a)
             if crossed(x, moved):
                 until = time_to_impact(x, v, a, h)
-                at = start + (end - start) * (until / h)  # at x = 0 the acceleration is the load's alone
+                at = start + (end - start) * (
+                    until / h
+                )  # at x = 0 the acceleration is the load's alone
                 v += 0.5 * until * (a + at)
                 v *= e
                 a, rest = at, h - until
@@ -682,7 +718,9 @@ peaks_cdc = entry("peaks_cdc", lambda *arguments: peaks_cdc_march(*arguments))
 peaks_cdr = entry("peaks_cdr", lambda *arguments: peaks_cdr_march(*arguments))
 peaks_sdr = entry("peaks_sdr", lambda *arguments: peaks_sdr_march(*arguments))
 peaks_ecd = entry("peaks_ecd", lambda *arguments: peaks_ecd_march(*arguments))
-peaks_ecd_doubled = entry("peaks_ecd_doubled", lambda *arguments: peaks_ecd_doubled_march(*arguments))
+peaks_ecd_doubled = entry(
+    "peaks_ecd_doubled", lambda *arguments: peaks_ecd_doubled_march(*arguments)
+)
 peaks_ecd_any = entry("peaks_ecd_any", lambda *arguments: peaks_ecd_any_march(*arguments))
 peaks_band = entry("peaks_band", lambda *arguments: peaks_band_march(*arguments))
 peaks_cqd = entry("peaks_cqd", lambda *arguments: peaks_cqd_march(*arguments))

@@ -26,7 +26,9 @@ from rockdamp.solvers import kernel
 SCHEMES = ("newmark", "paper")
 WHOLE: Rule = (lambda n: (n >= 1) & (n == np.floor(n)), "a whole number, at least 1")
 MOST_VALUES = 2**28  # of one array
-STEPS_PER_CALL = 2**18  # of a block, in one call of the kernel: a fraction of a second, so that Ctrl-C is noticed
+STEPS_PER_CALL = (
+    2**18
+)  # of a block, in one call of the kernel: a fraction of a second, so that Ctrl-C is noticed
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,15 +58,21 @@ class Load:
         ground = check("ground acceleration", self.ground, np.isfinite, "a finite number").copy()
         ground = ground[None] if ground.ndim == 1 else ground
         if ground.ndim != 2 or ground.shape[0] < 1 or ground.shape[1] < 2:
-            raise InputError(f"ground acceleration has shape {ground.shape}; it must be (motions, 2 samples or more)")
+            raise InputError(
+                f"ground acceleration has shape {ground.shape}; it must be (motions, 2 samples or more)"
+            )
         factor = check("load factor", self.factor, np.isfinite, "a finite number")
         factor = factor[None] if len(ground) == 1 else factor
         if factor.shape[:1] != ground.shape[:1]:
-            raise InputError(f"load factor has shape {factor.shape}; its first axis must be the {len(ground)} motions")
+            raise InputError(
+                f"load factor has shape {factor.shape}; its first axis must be the {len(ground)} motions"
+            )
         check("substeps", self.substeps, *WHOLE)
         object.__setattr__(self, "ground", ground)
         object.__setattr__(self, "factor", factor)
-        object.__setattr__(self, "sampling", check("sampling", self.sampling, lambda h: h > 0, "greater than 0"))
+        object.__setattr__(
+            self, "sampling", check("sampling", self.sampling, lambda h: h > 0, "greater than 0")
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +148,9 @@ def stable_step(curve: TrilinearCurve) -> Array:
     Examples
     --------
     >>> import rockdamp as rd
-    >>> rd.stable_step(rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)).round(3).item()
+    >>> rd.stable_step(rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)).round(
+    ...     3
+    ... ).item()
     0.434
     """
     return np.asarray(2.0 / curve.initial_frequency)
@@ -219,7 +229,8 @@ def simulate(
 
     batch.in_threads(run, threads)
     displacement, velocity = (
-        values.reshape(-1, stored)[: batch.lanes].reshape(*batch.shape, stored) for values in (displacement, velocity)
+        values.reshape(-1, stored)[: batch.lanes].reshape(*batch.shape, stored)
+        for values in (displacement, velocity)
     )
     return Histories(
         displacement,
@@ -262,7 +273,9 @@ def peaks(
     >>> found.collapsed.tolist(), found.peak.round(3).tolist()
     ([False, True], [0.044, 1.0])
     """
-    batch = _Batch(curve, damping, load, step, steps, release_amplitude, release_velocity, reference)
+    batch = _Batch(
+        curve, damping, load, step, steps, release_amplitude, release_velocity, reference
+    )
     batch.require_room(batch.checkpoints.size)
     lanes = np.arange(batch.blocks * batch.width).reshape(-1, batch.width)
     batch.work[:, kernel.LANE : kernel.LANE + batch.width] = lanes
@@ -274,13 +287,24 @@ def peaks(
     def run(part: slice, stopped: Event) -> None:
         blocks, factors, case = batch.work[part], batch.factors[part], batch.case[part]
         comparison = batch.reference, case, batch.checkpoints, error
-        length = max(STEPS_PER_CALL // max(part.stop - part.start, 1) // kernel.INTERVAL, 1) * kernel.INTERVAL
+        length = (
+            max(STEPS_PER_CALL // max(part.stop - part.start, 1) // kernel.INTERVAL, 1)
+            * kernel.INTERVAL
+        )
         running, first = min(part.stop * batch.width, batch.lanes) - part.start * batch.width, 1
         while first <= batch.steps and running > 0 and not stopped.is_set():
             last = min(first + length - 1, batch.steps)
             span = batch.substeps, first, last, batch.steps
             running = march(
-                blocks, batch.width, running, batch.ground, remaining, factors, *span, comparison, (outcome, peak)
+                blocks,
+                batch.width,
+                running,
+                batch.ground,
+                remaining,
+                factors,
+                *span,
+                comparison,
+                (outcome, peak),
             )
             first = last + 1
 
@@ -288,7 +312,9 @@ def peaks(
     largest, collapsed = peak.reshape(batch.shape), outcome.reshape(batch.shape) == kernel.COLLAPSED
     if reference is None:
         return Peaks(largest, collapsed)
-    return Peaks(largest, collapsed, np.where(collapsed, np.inf, error.reshape(len(error), *batch.shape)))
+    return Peaks(
+        largest, collapsed, np.where(collapsed, np.inf, error.reshape(len(error), *batch.shape))
+    )
 
 
 def _remaining(ground: Array) -> Array:
@@ -326,44 +352,73 @@ class _Batch:
         if step is None or steps is None:
             raise InputError("a free decay needs a step and steps; a load has its own")
         whole = f"a whole number from 1 to {most}"
-        self.steps = int(check("steps", steps, lambda n: (n >= 1) & (n <= most) & (n == np.floor(n)), whole))
+        self.steps = int(
+            check("steps", steps, lambda n: (n >= 1) & (n <= most) & (n == np.floor(n)), whole)
+        )
         k1, b1, ks, a1, a2, a3 = curve.parameters()
         x = check("release_amplitude", release_amplitude, lambda x: np.abs(x) < a3, "less than a3")
         v = check("release_velocity", release_velocity, np.isfinite, "a finite number")
         self.step = _checked_step(step, curve, damping)
         self.damper, parameters = damping.kernel_arguments(curve)
         case = np.asarray(reference.case if reference else 0)
-        shapes = (self.step.shape, x.shape, v.shape, curve.shape, damping.shape, factors.shape[1:], case.shape)
+        shapes = (
+            self.step.shape,
+            x.shape,
+            v.shape,
+            curve.shape,
+            damping.shape,
+            factors.shape[1:],
+            case.shape,
+        )
         self.shape = np.broadcast_shapes(*shapes)
         self.lanes = math.prod(self.shape)
         least = -(-self.lanes // max(-(-self.lanes // kernel.LANES), 1))
         self.width = max(least, 1) if least < 4 else -(-least // kernel.VECTOR) * kernel.VECTOR
         self.blocks = -(-self.lanes // self.width)
-        start = np.einsum("m...,m->...", factors, self.ground[:, 0]) + 0.0 if load is not None else 0.0
+        start = (
+            np.einsum("m...,m->...", factors, self.ground[:, 0]) + 0.0 if load is not None else 0.0
+        )
         restoring = np.sign(x) * kernel.force(np.abs(x), (k1, b1, ks, a1, a2, a3))
         drag = damping.coefficient(curve, x, v) * v if v.any() else 0.0
-        a = check("acceleration at the start", start - restoring - drag, np.isfinite, "a finite number")
+        a = check(
+            "acceleration at the start", start - restoring - drag, np.isfinite, "a finite number"
+        )
         g = factors[0] if len(factors) == 1 else start
         number = float(kernel.DAMPERS.index(self.damper))
         state = x, v, a, 1.0, 0.0, np.abs(x), 0.0, 0.0, 0.0
         rows = (*state, k1, b1, ks, a1, a2, a3, self.step, g, g, *parameters, number)
         self.require_room(0)
-        self.work = self._in_blocks(rows, kernel.LANES).reshape(self.blocks, kernel.ROWS * kernel.LANES)
+        self.work = self._in_blocks(rows, kernel.LANES).reshape(
+            self.blocks, kernel.ROWS * kernel.LANES
+        )
         several = len(factors) > 1
-        self.factors = self._in_blocks(factors, self.width) if several else np.empty((self.blocks, 0, 0))
+        self.factors = (
+            self._in_blocks(factors, self.width) if several else np.empty((self.blocks, 0, 0))
+        )
         self.reference, self.checkpoints = np.empty((0, 0)), np.zeros(1, np.int64)
         self.case = np.empty((self.blocks if reference else 0, self.width), np.int64)
         if reference:
             self._compare(reference, case)
 
     def _compare(self, reference: Reference, case: NDArray[np.int64]) -> None:
-        compared = np.ascontiguousarray(check("reference", reference.displacement, np.isfinite, "a finite number"))
+        compared = np.ascontiguousarray(
+            check("reference", reference.displacement, np.isfinite, "a finite number")
+        )
         if compared.ndim != 2 or compared.shape[1] <= self.steps:
-            raise InputError(f"reference has shape {compared.shape}; it must be (cases, more than {self.steps} steps)")
-        check("case", case, lambda row: (row >= 0) & (row < len(compared)), "a row of the reference")
+            raise InputError(
+                f"reference has shape {compared.shape}; it must be (cases, more than {self.steps} steps)"
+            )
+        check(
+            "case", case, lambda row: (row >= 0) & (row < len(compared)), "a row of the reference"
+        )
         self.reference, self.checkpoints = compared, np.array(reference.checkpoints, np.int64)
         marks = np.diff([0, *self.checkpoints, self.steps + 1])
-        check("the space between checkpoints", marks, lambda n: n > 0, f"positive, from 1 to {self.steps} steps")
+        check(
+            "the space between checkpoints",
+            marks,
+            lambda n: n > 0,
+            f"positive, from 1 to {self.steps} steps",
+        )
         self.case = self._in_blocks((case,), self.width)[:, 0].astype(np.int64)
 
     def _in_blocks(self, rows: Sequence[Any] | Array, width: int) -> Array:
@@ -381,12 +436,16 @@ class _Batch:
 
     def row(self, place: int) -> Array:
         """Return a row of the kernel's blocks in the shape of the batch."""
-        return self.work[:, place : place + self.width].reshape(-1)[: self.lanes].reshape(self.shape)
+        return (
+            self.work[:, place : place + self.width].reshape(-1)[: self.lanes].reshape(self.shape)
+        )
 
     def require_room(self, stored: int) -> None:
         """Raise `InputError` where the lanes, with what is stored of each, are more than an array may hold."""
         if self.lanes * max(stored, kernel.ROWS) > MOST_VALUES:
-            raise InputError(f"{self.lanes} histories of {stored} values are more than {MOST_VALUES} values; run parts")
+            raise InputError(
+                f"{self.lanes} histories of {stored} values are more than {MOST_VALUES} values; run parts"
+            )
 
     def march(self, name: str, scheme: str) -> Callable[..., Any]:
         """Return the compiled march of the damper, or of all dampers by the printed scheme."""
@@ -458,8 +517,12 @@ def uneven_collapses(
     """
     up = np.zeros_like(ground) if vertical is None else vertical
     if up.shape != ground.shape:
-        raise InputError(f"vertical has {up.size} samples; it must have those of the ground motion, {ground.size}")
-    columns = np.broadcast_arrays(*curve.parameters(), restitution, step, substeps, load, lift, *side)
+        raise InputError(
+            f"vertical has {up.size} samples; it must have those of the ground motion, {ground.size}"
+        )
+    columns = np.broadcast_arrays(
+        *curve.parameters(), restitution, step, substeps, load, lift, *side
+    )
     lanes = np.stack([np.ravel(np.asarray(column, dtype=float)) for column in columns], axis=-1)
     collapsed = np.empty(len(lanes), dtype=bool)
     kernel.uneven_march(lanes, np.array(ground), np.array(up), collapsed)

@@ -30,7 +30,9 @@ class Oscillation(NamedTuple):
     displacement: Array  # relative to the ground, shape (oscillators, samples) [m]
 
 
-def oscillate(acceleration: Array, step: float, period: Array, damping_ratio: float, finer: int = 1) -> Oscillation:
+def oscillate(
+    acceleration: Array, step: float, period: Array, damping_ratio: float, finer: int = 1
+) -> Oscillation:
     """Return the motion of oscillators under a ground acceleration that begins at 0, each step in `finer` parts.
 
     Parameters

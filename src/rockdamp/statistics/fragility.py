@@ -65,7 +65,9 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     if s.ndim != 1 or np.any(np.diff(s) <= 0):
         raise InputError("intensity must be ascending and have one dimension")
     runs = np.asarray(runs, dtype=float)
-    collapses = check("collapses", collapses, lambda k: (k >= 0) & (k <= runs), "at least 0 and at most the runs")
+    collapses = check(
+        "collapses", collapses, lambda k: (k >= 0) & (k <= runs), "at least 0 and at most the runs"
+    )
     k, n, _ = np.broadcast_arrays(collapses, runs, s)
     x = np.log(s)
     center, spread = x.mean(), max(float(x.std()), 1e-12)
@@ -80,7 +82,9 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
         ["", "no run collapses", "every run collapses", "collapses become fewer with intensity"],
         "all runs collapse from one stripe on, and none below it",
     )
-    return Fragility(median, dispersion, np.where(reason == "", "", np.char.add("no fragility: ", reason)))
+    return Fragility(
+        median, dispersion, np.where(reason == "", "", np.char.add("no fragility: ", reason))
+    )
 
 
 def fit_resampled(
@@ -119,7 +123,9 @@ def _climb(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
         determinant = np.maximum(h00 * h11 - h01 * h01, 1e-300)
         da, db = (h11 * g0 - h01 * g1) / determinant, (h00 * g1 - h01 * g0) / determinant
         # No step moves the linear predictor by more than 2.
-        shorten = np.minimum(1.0, 2.0 / np.maximum(np.abs(da) + np.abs(db) * np.abs(z).max(), 1e-300))
+        shorten = np.minimum(
+            1.0, 2.0 / np.maximum(np.abs(da) + np.abs(db) * np.abs(z).max(), 1e-300)
+        )
         a, b = a + shorten * da, b + shorten * db
         if not a.size or max(np.abs(shorten * da).max(), np.abs(shorten * db).max()) < 1e-10:
             break
@@ -140,14 +146,18 @@ def resample(groups: ArrayLike, replicates: int, seed: int) -> Array:
     return np.stack([np.bincount(row, minlength=count) for row in drawn]).astype(float)[:, group]
 
 
-def weighted_quantile(values: Array, record: NDArray[np.int64], weights: Array, probability: float) -> Array:
+def weighted_quantile(
+    values: Array, record: NDArray[np.int64], weights: Array, probability: float
+) -> Array:
     """Return the quantile of values, shape (n,), of these records, by each replicate's weights of the records.
 
     The inverse of the weighted distribution function, averaged where it is flat; NaN where nothing was drawn. The
     weights are those of `resample`.
     """
     order = np.argsort(values, kind="stable")
-    upto = np.zeros((values.size + 1, weights.shape[1]))  # of each record's values, how many are among the least
+    upto = np.zeros(
+        (values.size + 1, weights.shape[1])
+    )  # of each record's values, how many are among the least
     upto[np.arange(1, values.size + 1), record[order]] = 1.0
     np.cumsum(upto, axis=0, out=upto)
     total = weights @ upto[-1]
@@ -160,7 +170,10 @@ def weighted_quantile(values: Array, record: NDArray[np.int64], weights: Array, 
         while np.any(low < high):
             middle = (low + high) // 2
             above = np.einsum("ij,ij->i", weights, upto[middle + 1]) > target
-            low, high = np.where(above, low, np.minimum(middle + 1, high)), np.where(above, middle, high)
+            low, high = (
+                np.where(above, low, np.minimum(middle + 1, high)),
+                np.where(above, middle, high),
+            )
         return low
 
     # Weights are whole numbers: so small a part of them decides between equal and above.
@@ -173,7 +186,9 @@ def interval(drawn: Array) -> Array:
     known = np.isfinite(drawn)
     order, count = np.sort(np.where(known, drawn, np.inf), axis=0), known.sum(axis=0)
     places = [np.clip((p * (count - 1)).round().astype(int), 0, len(drawn) - 1) for p in INTERVAL]
-    bounds = np.stack([np.take_along_axis(order, place[None], axis=0)[0] for place in places], axis=-1)
+    bounds = np.stack(
+        [np.take_along_axis(order, place[None], axis=0)[0] for place in places], axis=-1
+    )
     return np.where((count >= 0.9 * len(drawn))[..., None], bounds, np.nan)
 
 

@@ -40,7 +40,10 @@ NOT_RUN = -1  # as an outcome
 
 
 def compare_pairs(
-    histories: xr.Dataset, weights: Array, bands: Sequence[tuple[float, float]], description: str = ""
+    histories: xr.Dataset,
+    weights: Array,
+    bands: Sequence[tuple[float, float]],
+    description: str = "",
 ) -> xr.Dataset:
     """Return the statistics of each alternative with their intervals, those of the peaks by band.
 
@@ -60,7 +63,9 @@ def compare_pairs(
     names = ("reference_peak", "reference_collapsed", "peak", "collapsed")
     arrays = [histories[name].broadcast_like(other).transpose(*other.dims).values for name in names]
     shape, dims = other.shape[3:], other.dims[3:]
-    drawn = np.concatenate([np.ones((1, weights.shape[1])), weights])  # the first replicate is the sample itself
+    drawn = np.concatenate(
+        [np.ones((1, weights.shape[1])), weights]
+    )  # the first replicate is the sample itself
     cells = []
     for at in track(list(np.ndindex(shape)), description):
         reference, fell, peak, falls = (values[(..., *at)] for values in arrays)
@@ -70,21 +75,32 @@ def compare_pairs(
             for low, high in bands
         ]
         rates = {
-            "missed_collapse_rate": _rate((fell == 1) & (falls == 0), (fell == 1) & (falls >= 0), drawn),
-            "added_collapse_rate": _rate((fell == 0) & (falls == 1), (fell == 0) & (falls >= 0), drawn),
+            "missed_collapse_rate": _rate(
+                (fell == 1) & (falls == 0), (fell == 1) & (falls >= 0), drawn
+            ),
+            "added_collapse_rate": _rate(
+                (fell == 0) & (falls == 1), (fell == 0) & (falls >= 0), drawn
+            ),
         }
-        cells.append({name: np.stack([one[name] for one in by_band]) for name in by_band[0]} | rates)
+        cells.append(
+            {name: np.stack([one[name] for one in by_band]) for name in by_band[0]} | rates
+        )
     statistics = {}
     for name in cells[0]:
         values = np.stack([cell[name] for cell in cells]).reshape(*shape, *cells[0][name].shape)
         band = () if name.endswith("rate") else ("band",)
         statistics[name] = ((*dims, *band), values[..., 0])
         if name != "pairs":
-            statistics[f"{name}_interval"] = ((*dims, *band, "bound"), interval(np.moveaxis(values[..., 1:], -1, 0)))
+            statistics[f"{name}_interval"] = (
+                (*dims, *band, "bound"),
+                interval(np.moveaxis(values[..., 1:], -1, 0)),
+            )
     return xr.Dataset(statistics)
 
 
-def _compare_peaks(reference: Array, peak: Array, among: NDArray[np.bool_], drawn: Array) -> dict[str, Array]:
+def _compare_peaks(
+    reference: Array, peak: Array, among: NDArray[np.bool_], drawn: Array
+) -> dict[str, Array]:
     """Return statistics of the ratio of peaks in each replicate; histories (record, velocity ratio, wall)."""
     record = np.broadcast_to(np.arange(len(peak))[:, None, None], peak.shape)[among]
     logarithm = np.log(peak[among] / reference[among])

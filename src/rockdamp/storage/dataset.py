@@ -40,7 +40,10 @@ def variables(kind: str) -> dict[str, dict[str, Any]]:
     """Return the glossary's entry of each name that a kind of dataset has; ``optional`` ones only some of its files."""
     dataset = glossary()["datasets"][kind]
     optional, meanings = dataset.get("optional", []), dataset.get("says", {})
-    entries = {name: {**_entry(name), **meanings.get(name, {})} for name in [*dataset["variables"], *optional]}
+    entries = {
+        name: {**_entry(name), **meanings.get(name, {})}
+        for name in [*dataset["variables"], *optional]
+    }
     return entries | {name: {**entries[name], "optional": True} for name in optional}
 
 
@@ -56,7 +59,9 @@ def describe(dataset: xr.Dataset, kind: str) -> xr.Dataset:
     """Add the unit and the meaning that the glossary has for each variable of a kind of dataset."""
     entries = variables(kind)
     for name in entries.keys() & set(map(str, dataset.variables)):
-        dataset[name].attrs = {key: entries[name][key] for key in ATTRIBUTES if key in entries[name]}
+        dataset[name].attrs = {
+            key: entries[name][key] for key in ATTRIBUTES if key in entries[name]
+        }
     return dataset
 
 
@@ -64,7 +69,11 @@ def check(dataset: xr.Dataset, kind: str) -> dict[str, dict[str, Any]]:
     """Return the entries of a dataset's names, or raise `InputError` where it has other names than its kind."""
     expected = variables(kind)
     unknown = sorted(set(map(str, dataset.variables)) - set(expected))
-    missing = [name for name, entry in expected.items() if name not in dataset.variables and not entry.get("optional")]
+    missing = [
+        name
+        for name, entry in expected.items()
+        if name not in dataset.variables and not entry.get("optional")
+    ]
     if unknown or missing:
         raise InputError(f"{kind}: not in the glossary: {unknown}; missing: {sorted(missing)}")
     return expected
@@ -84,8 +93,12 @@ def write(
     are printed with few decimals are stored so that ``.sel`` finds what is printed.
     """
     expected, entry_of_kind = check(dataset, kind), glossary()["datasets"][kind]
-    dataset = dataset.drop_encoding()  # of a file that it was read from, whose coordinates may be gone
-    dataset = dataset.assign_coords({name: _rounded(dataset[name]) for name in dataset.dims if name in dataset.coords})
+    dataset = (
+        dataset.drop_encoding()
+    )  # of a file that it was read from, whose coordinates may be gone
+    dataset = dataset.assign_coords(
+        {name: _rounded(dataset[name]) for name in dataset.dims if name in dataset.coords}
+    )
     encoding: dict[str, dict[str, Any]] = {}
     for name in map(str, dataset.variables):
         entry, variable = expected[name], dataset[name]
@@ -118,7 +131,9 @@ def _rounded(coordinate: xr.DataArray) -> xr.DataArray:
     return coordinate.copy(data=short) if equal or noise.all() else coordinate
 
 
-def _encoding(variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: bool) -> dict[str, Any]:
+def _encoding(
+    variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: bool
+) -> dict[str, Any]:
     # With a checksum a damaged file is an error, not other numbers. HDF5 has none for single values.
     encoding: dict[str, Any] = {"fletcher32": True} if variable.ndim else {}
     if variable.dtype.kind in "UO":

@@ -17,7 +17,9 @@ def read_text(path: str | os.PathLike[str]) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         byte, line = content[error.start], content.count(b"\n", 0, error.start) + 1
-        raise InputError(f"{path}: byte 0x{byte:02x} on line {line} is not UTF-8; it must be text in UTF-8") from None
+        raise InputError(
+            f"{path}: byte 0x{byte:02x} on line {line} is not UTF-8; it must be text in UTF-8"
+        ) from None
 
 
 @contextmanager

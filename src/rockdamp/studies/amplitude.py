@@ -39,7 +39,10 @@ def amplitude(config: Config) -> xr.Dataset:
         "damping_ratio_peaks": [damping_ratio_peaks(curve, model, e, x0) for model in DAMPERS],
         "damping_ratio_energy": [damping_ratio_energy(curve, model, e, x0) for model in DAMPERS],
     }
-    dims, shape = ("damping_model", "release_amplitude", "restitution"), (len(DAMPERS), release.size, -1)
+    dims, shape = (
+        ("damping_model", "release_amplitude", "restitution"),
+        (len(DAMPERS), release.size, -1),
+    )
     return xr.Dataset(
         {name: (dims, np.reshape(values, shape)) for name, values in measures.items()},
         coords={
@@ -71,7 +74,9 @@ def damping_ratio_peaks(
         return decrement(lane_curves, Damping(damping_model, xi), x0[index]) + np.log(e[index])
 
     bracket, lanes = (0.25 * guess.ravel(), 4.0 * guess.ravel()), np.arange(x0.size, dtype=float)
-    root = elementwise.find_root(excess, bracket, args=(lanes,), tolerances={"xrtol": 1e-9, "fatol": 1e-12})
+    root = elementwise.find_root(
+        excess, bracket, args=(lanes,), tolerances={"xrtol": 1e-9, "fatol": 1e-12}
+    )
     if not root.success.all():
         bad = int(np.argmin(root.success))
         raise InputError(
@@ -89,5 +94,7 @@ def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array)
     response = simulate(curve, damping, release_amplitude=release_amplitude, step=step, steps=steps)
     turned, _ = turning_points(response.displacement, response.velocity, step)
     if not turned.shape[1] or np.isnan(turned[:, 0]).any():
-        raise InputError(f"a half cycle under {damping.model} lasts more than {longest} times an undamped one")
+        raise InputError(
+            f"a half cycle under {damping.model} lasts more than {longest} times an undamped one"
+        )
     return 0.5 * np.log(curve.energy(release_amplitude) / curve.energy(turned[:, 0]))

@@ -44,8 +44,14 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     columns = has_ratio.any("damping_ratio_source").values
     pooled, is_pooled = earthquakes.isel(wall=columns), has_ratio.isel(wall=columns)
     pooled = pooled.assign(collapsed=pooled["collapsed"].where(is_pooled | is_cr, NOT_RUN))
-    varied = compare_pairs(_pair_with_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR")
-    kept = [name for statistic in ("median_ratio", "log_error") for name in (statistic, f"{statistic}_interval")]
+    varied = compare_pairs(
+        _pair_with_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR"
+    )
+    kept = [
+        name
+        for statistic in ("median_ratio", "log_error")
+        for name in (statistic, f"{statistic}_interval")
+    ]
     statistics = xr.merge(
         [
             compare_pairs(_pair_with_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
@@ -58,14 +64,19 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     )
     # Each history once: what CR has for one source it has for all.
     source = earthquakes["damping_ratio_source"]
-    converged = earthquakes["converged"].where(((source == source[0]) | ~is_cr) & (earthquakes["converged"] >= 0))
+    converged = earthquakes["converged"].where(
+        ((source == source[0]) | ~is_cr) & (earthquakes["converged"] >= 0)
+    )
     return statistics.assign(
         converged_share=converged.mean(),
         records=earthquakes.sizes["record"],
         stations=np.unique(earthquakes["station"]).size,
         pooled=has_ratio.astype(np.int8),
     ).assign_coords(
-        {name: earthquakes[name].values for name in (*BY_DAMPER, "variation", "wall", "velocity_ratio")}
+        {
+            name: earthquakes[name].values
+            for name in (*BY_DAMPER, "variation", "wall", "velocity_ratio")
+        }
         | {
             "bound": list(BOUND),
             "band": np.arange(edges.size),
@@ -77,8 +88,14 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
 
 def find_pooled(earthquakes: xr.Dataset) -> xr.DataArray:
     """Return, by wall and source, where every damper has a ratio at every e; true everywhere if that is nowhere."""
-    defined = earthquakes["damping_ratio"].notnull().sel(damping_model=earthquakes["damping_model"] != REFERENCE)
-    everywhere = defined.all(("restitution", "damping_model")).transpose("wall", "damping_ratio_source")
+    defined = (
+        earthquakes["damping_ratio"]
+        .notnull()
+        .sel(damping_model=earthquakes["damping_model"] != REFERENCE)
+    )
+    everywhere = defined.all(("restitution", "damping_model")).transpose(
+        "wall", "damping_ratio_source"
+    )
     return (everywhere if everywhere.any() else xr.ones_like(everywhere)).reset_coords(drop=True)
 
 
@@ -101,7 +118,9 @@ def _cr(histories: xr.Dataset | xr.DataArray) -> int:
     return int(histories["damping_model"].values.tolist().index(REFERENCE))
 
 
-def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, walls: xr.DataArray) -> xr.Dataset:
+def _excess(
+    earthquakes: xr.Dataset, edges: Array, weights: Array, walls: xr.DataArray
+) -> xr.Dataset:
     """Return how much more each damper errs than the one of least error at its e, where the wall survives with both.
 
     Both errors are of the same histories in the same replicate, so that what is common to all dampers cancels. The
@@ -112,9 +131,13 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, walls: xr.Dat
     cr = _cr(earthquakes)
     excess, bounds = [], []
     for e in range(stored.sizes["restitution"]):
-        peak, collapsed = (stored[name].isel(restitution=e).values for name in ("peak", "collapsed"))
+        peak, collapsed = (
+            stored[name].isel(restitution=e).values for name in ("peak", "collapsed")
+        )
         cr_peak, cr_collapsed = (values[..., cr : cr + 1, :1] for values in (peak, collapsed))
-        survived = (collapsed == 0) & (cr_collapsed == 0) & (cr_peak >= edges[0]) & (cr_peak < edges[-1])
+        survived = (
+            (collapsed == 0) & (cr_collapsed == 0) & (cr_peak >= edges[0]) & (cr_peak < edges[-1])
+        )
         square = np.log(np.where(survived, peak / cr_peak, 1.0)) ** 2
         error = root_mean_square(square.sum(axis=(0, 1, 2)), survived.sum(axis=(0, 1, 2)))
         error[cr] = np.nan
@@ -122,14 +145,20 @@ def _excess(earthquakes: xr.Dataset, edges: Array, weights: Array, walls: xr.Dat
         best: Any = (..., *np.unravel_index(np.argmin(candidates), error.shape), None, None)
         both = survived & survived[best]
         # By record: the squares of each damper, of the best one over the same histories, and the count of these.
-        sums = [np.where(both, values, 0.0).sum(axis=(1, 2)) for values in (square, square[best], both)]
+        sums = [
+            np.where(both, values, 0.0).sum(axis=(1, 2)) for values in (square, square[best], both)
+        ]
         differences = []
         for weight in (np.ones((1, len(both))), weights):  # the sample itself, and its replicates
             squares, best_squares, count = (np.tensordot(weight, values, 1) for values in sums)
-            differences.append(root_mean_square(squares, count) - root_mean_square(best_squares, count))
+            differences.append(
+                root_mean_square(squares, count) - root_mean_square(best_squares, count)
+            )
         excess.append(np.where(np.isfinite(error), differences[0][0], np.nan))
         bounds.append(np.where(np.isfinite(error)[..., None], interval(differences[1]), np.nan))
-    return xr.Dataset({"excess": (BY_DAMPER, excess), "excess_interval": ((*BY_DAMPER, "bound"), bounds)})
+    return xr.Dataset(
+        {"excess": (BY_DAMPER, excess), "excess_interval": ((*BY_DAMPER, "bound"), bounds)}
+    )
 
 
 # --- collapse ---------------------------------------------------------------------------------------------------------
@@ -140,17 +169,29 @@ def _fragility(collapsed: xr.DataArray, weights: Array) -> xr.Dataset:
     ended = collapsed.transpose("record", *BY_DAMPER, "velocity_ratio", "wall").values
     scale, cr = collapsed["velocity_ratio"].values, _cr(collapsed)
     reference = (..., slice(cr, cr + 1), slice(None))
-    fitted = compare_fragilities(scale, (ended == 1).sum(axis=-1), (ended >= 0).sum(axis=-1), weights, reference)
-    dims = {name: (*BY_DAMPER, "bound") if name.endswith("_interval") else BY_DAMPER for name in fitted}
+    fitted = compare_fragilities(
+        scale, (ended == 1).sum(axis=-1), (ended >= 0).sum(axis=-1), weights, reference
+    )
+    dims = {
+        name: (*BY_DAMPER, "bound") if name.endswith("_interval") else BY_DAMPER for name in fitted
+    }
     statistics = xr.Dataset({name: (dims[name], values) for name, values in fitted.items()})
-    return statistics.rename(median="median_velocity_ratio", median_interval="median_velocity_ratio_interval")
+    return statistics.rename(
+        median="median_velocity_ratio", median_interval="median_velocity_ratio_interval"
+    )
 
 
 def _wall_fragilities(collapsed: xr.DataArray, weights: Array) -> xr.Dataset:
     """Return each wall's fragility, and the share of records that collapse it."""
     columns = track(range(collapsed.sizes["wall"]), "Fragilities of the walls")
-    fragility = xr.concat([_fragility(collapsed.isel(wall=[column]), weights) for column in columns], "wall")
+    fragility = xr.concat(
+        [_fragility(collapsed.isel(wall=[column]), weights) for column in columns], "wall"
+    )
     fragility = fragility.drop_vars(["median_intensity_ratio", "median_intensity_ratio_interval"])
     run = (collapsed >= 0).sum("record")
-    share = ((collapsed == 1).sum("record") / run.where(run > 0)).transpose("wall", *BY_DAMPER, "velocity_ratio")
-    return fragility.rename({name: f"wall_{name}" for name in fragility}).assign(collapse_fraction=share.variable)
+    share = ((collapsed == 1).sum("record") / run.where(run > 0)).transpose(
+        "wall", *BY_DAMPER, "velocity_ratio"
+    )
+    return fragility.rename({name: f"wall_{name}" for name in fragility}).assign(
+        collapse_fraction=share.variable
+    )

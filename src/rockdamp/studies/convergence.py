@@ -21,7 +21,9 @@ from rockdamp.studies.decays import step_count
 def fitted_order(steps: ArrayLike, error: ArrayLike) -> Array:
     """Return the slope of log(error) against log(step), fitted over the last axis. [-]"""
     logs = np.log(np.asarray(error, dtype=float))
-    slope = np.polyfit(np.log(np.asarray(steps, dtype=float)), logs.reshape(-1, logs.shape[-1]).T, 1)[0]
+    slope = np.polyfit(
+        np.log(np.asarray(steps, dtype=float)), logs.reshape(-1, logs.shape[-1]).T, 1
+    )[0]
     return np.asarray(slope.reshape(logs.shape[:-1]))
 
 
@@ -41,7 +43,9 @@ def draw(seed: int, lanes: int, samples: int, sample: float) -> Ensemble:
     curve = TrilinearCurve(rng.uniform(0.02, 0.12, lanes), rng.uniform(0.5, 0.85, lanes))
     frequency, phase = rng.uniform(0.3, 3.0, (2, 12))[..., None]
     ground = np.sin(frequency * (sample * np.arange(samples)) + 2 * np.pi * phase).sum(axis=0)
-    release, e, factor = (rng.uniform(low, high, lanes) for low, high in ((0.2, 0.8), (0.75, 0.95), (0.01, 0.05)))
+    release, e, factor = (
+        rng.uniform(low, high, lanes) for low, high in ((0.2, 0.8), (0.75, 0.95), (0.01, 0.05))
+    )
     return Ensemble(curve, release, e, factor, ground)
 
 
@@ -54,13 +58,17 @@ def convergence(config: Config) -> xr.Dataset:
     settings, schemes, excitations = config.convergence, ("newmark", "paper"), ("free", "forced")
     coarsest, finest = settings.coarsest, 16 * 2**settings.halvings
     steps = coarsest / 2.0 ** np.arange(settings.halvings + 1)
-    ensemble = draw(settings.seed, settings.lanes, step_count(settings.length, coarsest) + 1, coarsest)
+    ensemble = draw(
+        settings.seed, settings.lanes, step_count(settings.length, coarsest) + 1, coarsest
+    )
     error = np.empty((len(schemes), len(excitations), len(MODELS), steps.size))
     for x, m in track(list(np.ndindex(error.shape[1:3])), "orders"):
         exact = run_ensemble(ensemble, MODELS[m], excitations[x], "newmark", coarsest, finest)
         for s, scheme in enumerate(schemes):
             for k in range(steps.size):
-                displacement = run_ensemble(ensemble, MODELS[m], excitations[x], scheme, coarsest, 2**k)
+                displacement = run_ensemble(
+                    ensemble, MODELS[m], excitations[x], scheme, coarsest, 2**k
+                )
                 lane_error = np.sqrt(np.mean((displacement - exact) ** 2, axis=-1))
                 error[s, x, m, k] = np.nanmedian(lane_error)
     dims = ("scheme", "excitation", "damping_model")
@@ -79,14 +87,21 @@ def convergence(config: Config) -> xr.Dataset:
     )
 
 
-def run_ensemble(ensemble: Ensemble, model: str, excitation: str, scheme: str, sample: float, substeps: int) -> Array:
+def run_ensemble(
+    ensemble: Ensemble, model: str, excitation: str, scheme: str, sample: float, substeps: int
+) -> Array:
     """Displacements at the samples of the load; NaN in lanes that collapse."""
     e = ensemble.restitution
     response = simulate(
         ensemble.curve,
         Damping(model, e if model == REFERENCE else Damping.from_restitution(e, "ECD").value),
         release_amplitude=ensemble.release_amplitude,
-        load=Load(ensemble.ground, ensemble.load_factor if excitation == "forced" else 0.0, sample, substeps),
+        load=Load(
+            ensemble.ground,
+            ensemble.load_factor if excitation == "forced" else 0.0,
+            sample,
+            substeps,
+        ),
         store_every=substeps,
         scheme=scheme,
     )

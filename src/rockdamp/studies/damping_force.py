@@ -16,7 +16,9 @@ from rockdamp.studies.matches import match_decays
 
 def damping_force(config: Config) -> xr.Dataset:
     """Return the decays of CR and of every viscous model matched to it, and the three rocking decays of Fig. 4a."""
-    return xr.merge([_matched(config), _frequency_laws(), _rocking(config)], compat="no_conflicts").assign_coords(
+    return xr.merge(
+        [_matched(config), _frequency_laws(), _rocking(config)], compat="no_conflicts"
+    ).assign_coords(
         restitution=config.damping_force.restitution,
         release_amplitude=config.release_amplitude,
         rocking_restitution=config.damping_force.rigid.restitution,
@@ -32,7 +34,10 @@ def _matched(config: Config) -> xr.Dataset:
     release = curve.map(np.atleast_1d), np.array([x0]), np.array([e])
     matched = match_decays(*release, VISCOUS_MODELS, config.matching, config.solver)
     ratio = {model: float(of.damping_ratio[0]) for model, of in matched.items()}
-    dampings = {REFERENCE: Damping(REFERENCE, e), **{model: Damping(model, xi) for model, xi in ratio.items()}}
+    dampings = {
+        REFERENCE: Damping(REFERENCE, e),
+        **{model: Damping(model, xi) for model, xi in ratio.items()},
+    }
     decays = damped_decays(curve, dampings, x0, step=step, steps=steps, scheme=config.solver.scheme)
     return decays.assign(damping_ratio=("damping_model", [np.nan, *ratio.values()]))
 
@@ -44,12 +49,21 @@ def _frequency_laws() -> xr.Dataset:
     """
     w = np.linspace(0.0, 1.0, 101)
     laws = {model: np.full(w.size, np.nan) for model in VISCOUS_MODELS}
-    for model, exponent in (("CDC", 0.0), ("CDR", 1.0), ("SDR", 2.0)):  # of C, in the secant frequency
+    for model, exponent in (
+        ("CDC", 0.0),
+        ("CDR", 1.0),
+        ("SDR", 2.0),
+    ):  # of C, in the secant frequency
         # CDC keeps C of the first branch; at w = 0 its ratio to a vanishing critical damping has no bound.
         with np.errstate(divide="ignore"):
             laws[model] = np.where(w > 0, w ** (exponent - 1), 0.0 if exponent > 1 else np.nan)
     return xr.Dataset(
-        {"damping_ratio_law": (("viscous_model", "frequency_ratio"), np.stack(list(laws.values())))},
+        {
+            "damping_ratio_law": (
+                ("viscous_model", "frequency_ratio"),
+                np.stack(list(laws.values())),
+            )
+        },
         coords={"viscous_model": list(laws), "frequency_ratio": w},
     )
 

@@ -47,12 +47,22 @@ def damped_decays(
     """Return ``displacement``, ``velocity`` and ``damping_force`` of a wall, over ``damping_model`` and ``tau``."""
     runs = []
     for damping in dampings.values():
-        run = simulate(curve, damping, release_amplitude=release_amplitude, step=step, steps=steps, scheme=scheme)
+        run = simulate(
+            curve,
+            damping,
+            release_amplitude=release_amplitude,
+            step=step,
+            steps=steps,
+            scheme=scheme,
+        )
         force = damping.coefficient(curve, run.displacement, run.velocity) * run.velocity
         runs.append((run.displacement, run.velocity, force))
     names = ("displacement", "velocity", "damping_force")
     return xr.Dataset(
-        {name: (("damping_model", "tau"), values) for name, values in zip(names, np.stack(runs, axis=1), strict=True)},
+        {
+            name: (("damping_model", "tau"), values)
+            for name, values in zip(names, np.stack(runs, axis=1), strict=True)
+        },
         coords={"damping_model": list(dampings), "tau": step * np.arange(steps + 1)},
     )
 

@@ -33,10 +33,31 @@ from rockdamp.motions.record import Record
 from rockdamp.progress import track
 from rockdamp.statistics.paired import NOT_RUN
 from rockdamp.studies.matches import match_decays
-from rockdamp.studies.runner import Case, Setup, chunk_names, run, stack, stack_setups, study_walls, unstack, use
+from rockdamp.studies.runner import (
+    Case,
+    Setup,
+    chunk_names,
+    run,
+    stack,
+    stack_setups,
+    study_walls,
+    unstack,
+    use,
+)
 
-SOURCES = ("polynomial", "least error", "closed form")  # of the ratio: polynomials, Eq. (17) at that wall, energy
-BY_DAMPER = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
+SOURCES = (
+    "polynomial",
+    "least error",
+    "closed form",
+)  # of the ratio: polynomials, Eq. (17) at that wall, energy
+BY_DAMPER = (
+    "record",
+    "velocity_ratio",
+    "wall",
+    "restitution",
+    "damping_model",
+    "damping_ratio_source",
+)
 VARIATIONS = ("step", "impact", "lower e", "higher e")  # of CR
 
 # Near collapse the outcome can flip with a tiny change of the step: the wall comes almost to rest where it hardly
@@ -58,8 +79,13 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     owners, curves = zip(*study_walls(config).values(), strict=True)
     e = np.array(config.earthquakes.restitution)
     ratio = np.full((len(owners), e.size, len(MODELS), len(SOURCES)), np.nan)
-    ratio[:, :, 1:] = _damping_ratios(config, stack(curves), e, Polynomials.from_dataset(equivalence))
-    w1 = [float(wall.frequency_parameter * curve.initial_frequency) for wall, curve in zip(owners, curves, strict=True)]
+    ratio[:, :, 1:] = _damping_ratios(
+        config, stack(curves), e, Polynomials.from_dataset(equivalence)
+    )
+    w1 = [
+        float(wall.frequency_parameter * curve.initial_frequency)
+        for wall, curve in zip(owners, curves, strict=True)
+    ]
     sizes = "thickness height slenderness overburden_ratio instability_displacement frequency_parameter".split()
     columns = {name: [float(getattr(wall, name)) for wall in owners] for name in sizes} | {
         name: [float(getattr(curve, name)) for curve in curves]
@@ -70,7 +96,10 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
             "damping_ratio": (("wall", *BY_DAMPER[3:]), ratio),
             **{name: ("wall", values) for name, values in columns.items()},
             "initial_period": ("wall", 2 * np.pi / np.array(w1)),
-            "parapet": ("wall", np.array([isinstance(wall, Parapet) for wall in owners], dtype=np.int8)),
+            "parapet": (
+                "wall",
+                np.array([isinstance(wall, Parapet) for wall in owners], dtype=np.int8),
+            ),
         },
         coords={
             "wall": list(study_walls(config)),
@@ -81,12 +110,19 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _damping_ratios(config: Config, curves: TrilinearCurve, e: Array, polynomials: Polynomials) -> Array:
+def _damping_ratios(
+    config: Config, curves: TrilinearCurve, e: Array, polynomials: Polynomials
+) -> Array:
     """Return damping ratios, shape (walls, e, viscous models, sources)."""
-    a1, lanes = curves.yield_displacement_ratio, curves.map(lambda parameter: np.repeat(parameter, e.size))
+    a1, lanes = (
+        curves.yield_displacement_ratio,
+        curves.map(lambda parameter: np.repeat(parameter, e.size)),
+    )
     each_e, amplitude = np.tile(e, a1.size), np.full(e.size * a1.size, config.release_amplitude)
     description = "Damping ratios of the walls"
-    matched = match_decays(lanes, amplitude, each_e, VISCOUS_MODELS, config.matching, config.solver, description)
+    matched = match_decays(
+        lanes, amplitude, each_e, VISCOUS_MODELS, config.matching, config.solver, description
+    )
     ratios = [
         [
             np.stack([polynomials(model, e, ratio) for ratio in a1]),
@@ -108,7 +144,9 @@ def chunk(number: str, config: Config, walls: xr.Dataset) -> xr.Dataset:
 
 def gather(config: Config, walls: xr.Dataset, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
     """Join the walls and the jobs' parts of the records, in the order of the records."""
-    joined = xr.concat(chunks, "record", data_vars="minimal", coords="minimal", compat="override", join="exact")
+    joined = xr.concat(
+        chunks, "record", data_vars="minimal", coords="minimal", compat="override", join="exact"
+    )
     return joined.merge(walls, join="exact", combine_attrs="drop")
 
 
@@ -119,14 +157,24 @@ def shake(config: Config, walls: xr.Dataset, motions: Sequence[GroundMotion]) ->
     """
     quakes, owners, e = config.earthquakes, study_walls(config), walls["restitution"].values
     intensities = [intensity_measures(motion.record) for motion in motions]
-    pga, pgv = (np.array([getattr(intensity, name) for intensity in intensities]) for name in ("pga", "pgv"))
-    scale, velocity_ratio = [float(wall.velocity_scale) for wall, _ in owners.values()], quakes.velocity_ratio.values()
+    pga, pgv = (
+        np.array([getattr(intensity, name) for intensity in intensities]) for name in ("pga", "pgv")
+    )
+    scale, velocity_ratio = (
+        [float(wall.velocity_scale) for wall, _ in owners.values()],
+        quakes.velocity_ratio.values(),
+    )
     factor = velocity_ratio[:, None] * scale / pgv[:, None, None]
     varied = run(vary_restitution(quakes, e), motions, owners, velocity_ratio, tail=quakes.tail)
     varied = unstack(varied.drop_vars("reference"), restitution=e, variation=VARIATIONS)
     return (
         varied.rename(peak="varied_peak", collapsed="varied_collapsed")
-        .assign({name: (BY_DAMPER, values) for name, values in run_dampers(config, walls, motions, factor).items()})
+        .assign(
+            {
+                name: (BY_DAMPER, values)
+                for name, values in run_dampers(config, walls, motions, factor).items()
+            }
+        )
         .assign(scale_factor=(BY_DAMPER[:3], factor), pga=("record", pga), pgv=("record", pgv))
         .assign_coords(damping_model=list(MODELS), damping_ratio_source=list(SOURCES))
     )
@@ -138,7 +186,9 @@ def vary_restitution(quakes: Earthquakes, e: Array) -> list[Case]:
     cases = []
     for value in e:
         names = [f"{variation}, e = {value:g}" for variation in VARIATIONS]
-        cr, lower, higher = (use(Damping(REFERENCE, value + shift)) for shift in (0.0, -change, change))
+        cr, lower, higher = (
+            use(Damping(REFERENCE, value + shift)) for shift in (0.0, -change, change)
+        )
         cases += [
             Case(names[0], cr, coarsest),
             Case(names[1], cr, coarsest, scheme="paper", halvings=HALVINGS),
@@ -164,11 +214,15 @@ def run_dampers(
         for w, i, m, s in np.argwhere(np.isfinite(value)).tolist()
     }
     stacks, shape = stack_setups(setups), (*factor.shape[:2], *value.shape)
-    found: dict[str, NDArray[Any]] = {name: np.full(shape, np.nan) for name in ("peak", "peak_uncertainty")}
+    found: dict[str, NDArray[Any]] = {
+        name: np.full(shape, np.nan) for name in ("peak", "peak_uncertainty")
+    }
     found |= {name: np.full(shape, NOT_RUN, dtype=np.int8) for name in ("collapsed", "converged")}
     for row, motion in enumerate(track(motions, "Dampers under records")):
         for (w, i, m, s), setup in stacks:
-            outcome = run_refined(motion.record, *setup, factor[row][:, w], step=quakes.step, tail=quakes.tail)
+            outcome = run_refined(
+                motion.record, *setup, factor[row][:, w], step=quakes.step, tail=quakes.tail
+            )
             for name, values in outcome.items():
                 found[name][row][:, w, i, m, s] = values
     for values in found.values():
@@ -200,7 +254,9 @@ def run_refined(
         ``peak``, ``peak_uncertainty``, ``collapsed`` and ``converged``, shape (levels, walls), as `judge` has them.
     """
 
-    def run_halvings(setup: Setup, factor: Array, first: int, last: int) -> tuple[Array, NDArray[np.bool_]]:
+    def run_halvings(
+        setup: Setup, factor: Array, first: int, last: int
+    ) -> tuple[Array, NDArray[np.bool_]]:
         runs = [
             run_record(record, *setup, factor, step=coarsest, tail=tail, halvings=halvings)
             for halvings in range(first, last + 1)
@@ -216,8 +272,14 @@ def run_refined(
     if near.any():
         # The few of all walls share batches: a block of the kernel takes as long with one lane as with all.
         lane, count = np.nonzero(near)[1], near.shape[1]
-        near_setup = select(wall, count, lane), select(curve, count, lane), select(damping, count, lane)
-        finer_peak, finer_collapsed = run_halvings(near_setup, factor[near][None], HALVINGS + 1, finest)
+        near_setup = (
+            select(wall, count, lane),
+            select(curve, count, lane),
+            select(damping, count, lane),
+        )
+        finer_peak, finer_collapsed = run_halvings(
+            near_setup, factor[near][None], HALVINGS + 1, finest
+        )
         peak = np.concatenate([peak[:, near], finer_peak[:, 0]])
         collapsed = np.concatenate([collapsed[:, near], finer_collapsed[:, 0]])
         for name, values in judge(peak, collapsed, w1h[lane] / 2**finest).items():
@@ -247,7 +309,9 @@ def judge(peak: Array, collapsed: NDArray[np.bool_], w1h: Array) -> dict[str, Ar
     changes = np.abs(np.diff(peak, axis=0)).max(axis=0)
     return {
         "peak": peak[-1],
-        "peak_uncertainty": np.where(converged & ~collapsed[-1], changes + w1h**2 / 3 * peak[-1], np.nan),
+        "peak_uncertainty": np.where(
+            converged & ~collapsed[-1], changes + w1h**2 / 3 * peak[-1], np.nan
+        ),
         "collapsed": collapsed[-1].astype(np.int8),
         "converged": converged.astype(np.int8),
     }

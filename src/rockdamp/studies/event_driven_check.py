@@ -35,15 +35,26 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     """
     quakes, walls = config.earthquakes, {named.name: named for named in config.earthquakes.walls}
     place, stratum = draw(find_strata(earthquakes), quakes.check.histories, quakes.check.seed)
-    drawn = earthquakes.isel({dim: xr.DataArray(place[:, i], dims="history") for i, dim in enumerate(BY_DAMPER)})
+    drawn = earthquakes.isel(
+        {dim: xr.DataArray(place[:, i], dims="history") for i, dim in enumerate(BY_DAMPER)}
+    )
     sources = {catalogue.motion_name(name): name for name in catalogue.record_names(config.records)}
-    motions = {name: catalogue.load_record(sources[name]) for name in np.unique(drawn["record"].values).tolist()}
-    cases = [drawn[["damping_ratio", "scale_factor"]].isel(history=index) for index in range(len(place))]
+    motions = {
+        name: catalogue.load_record(sources[name])
+        for name in np.unique(drawn["record"].values).tolist()
+    }
+    cases = [
+        drawn[["damping_ratio", "scale_factor"]].isel(history=index) for index in range(len(place))
+    ]
     ends = [
-        solve_exactly(case, motions[str(case["record"].values)], walls[str(case["wall"].values)], quakes.tail)
+        solve_exactly(
+            case, motions[str(case["record"].values)], walls[str(case["wall"].values)], quakes.tail
+        )
         for case in track(cases, "Histories, event by event")
     ]
-    checked = drawn[["peak", "collapsed", "converged", "peak_uncertainty"]].reset_coords(list(BY_DAMPER))
+    checked = drawn[["peak", "collapsed", "converged", "peak_uncertainty"]].reset_coords(
+        list(BY_DAMPER)
+    )
     checked = checked.drop_vars("station").assign(
         exact_peak=("history", np.array([peak for peak, _ in ends])),
         exact_collapsed=("history", np.array([collapsed for _, collapsed in ends], dtype=np.int8)),
@@ -72,26 +83,40 @@ def find_strata(earthquakes: xr.Dataset, edge: float = 0.8) -> list[NDArray[np.b
     return [stratum.transpose(*BY_DAMPER).values for stratum in strata]
 
 
-def draw(members: Sequence[NDArray[np.bool_]], count: int, seed: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def draw(
+    members: Sequence[NDArray[np.bool_]], count: int, seed: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Draw `count` histories, as many of each stratum as it has up to its share; their indices and strata."""
-    rng, shares = np.random.default_rng(seed), np.diff(np.linspace(0, count, len(members) + 1).astype(int))
+    rng, shares = (
+        np.random.default_rng(seed),
+        np.diff(np.linspace(0, count, len(members) + 1).astype(int)),
+    )
     places = []
     for member, share in zip(members, shares, strict=True):
         place = np.argwhere(member)
         places.append(place[np.sort(rng.choice(len(place), min(share, len(place)), replace=False))])
-    return np.concatenate(places), np.repeat(np.arange(len(members)), [len(place) for place in places])
+    return np.concatenate(places), np.repeat(
+        np.arange(len(members)), [len(place) for place in places]
+    )
 
 
 def rate(stratum: NDArray[np.int64], checked: xr.Dataset) -> dict[str, tuple[str, Array]]:
     """Return for each stratum which share ends otherwise, and the error of peaks where both survive."""
     same = (checked["collapsed"] == checked["exact_collapsed"]).values
     survived = same & (checked["collapsed"] == 0).values
-    error, bound = abs(checked["peak"] - checked["exact_peak"]).values, checked["peak_uncertainty"].values
+    error, bound = (
+        abs(checked["peak"] - checked["exact_peak"]).values,
+        checked["peak_uncertainty"].values,
+    )
     relative = error / checked["exact_peak"].values
 
-    def summarise(statistic: Callable[[Any], Any], values: NDArray[Any], among: NDArray[np.bool_]) -> tuple[str, Array]:
+    def summarise(
+        statistic: Callable[[Any], Any], values: NDArray[Any], among: NDArray[np.bool_]
+    ) -> tuple[str, Array]:
         parts = [values[among & (stratum == number)] for number in range(len(STRATA))]
-        return "stratum", np.array([statistic(part) if part.size else np.nan for part in parts], dtype=float)
+        return "stratum", np.array(
+            [statistic(part) if part.size else np.nan for part in parts], dtype=float
+        )
 
     return {
         "otherwise_share": summarise(np.mean, ~same, np.ones_like(same)),
@@ -105,7 +130,11 @@ def solve_exactly(
     case: xr.Dataset, motion: catalogue.GroundMotion, named: NamedWall, tail: float
 ) -> tuple[float, bool]:
     """Return the peak of one history and whether it collapses; `tail` is the rest after the record. [s]"""
-    model, e, ratio = str(case["damping_model"].values), float(case["restitution"]), float(case["damping_ratio"])
+    model, e, ratio = (
+        str(case["damping_model"].values),
+        float(case["restitution"]),
+        float(case["damping_ratio"]),
+    )
     load = make_load(named.wall, motion.record, float(case["scale_factor"]), tail=tail)
     end = float(load.sampling) * (load.ground.shape[1] - 1)
     damping = Damping(model, e if model == REFERENCE else ratio)

@@ -30,10 +30,16 @@ def mechanism(config: Config) -> xr.Dataset:
     force = np.stack([1 - x, *(drawn.force(x) for drawn in curves.values())])
 
     def tabulate(parameter: str) -> tuple[str, list[float]]:
-        return "curve_name", [np.nan, *(float(getattr(drawn, parameter)) for drawn in curves.values())]
+        return "curve_name", [
+            np.nan,
+            *(float(getattr(drawn, parameter)) for drawn in curves.values()),
+        ]
 
     walls = Wall(1.0, slenderness, hinge_ratio=hinge_ratio[:, None])
-    mass, dims = effective_mass_ratio(hinge_ratio[:, None], slenderness), ("hinge_height_ratio", "slenderness")
+    mass, dims = (
+        effective_mass_ratio(hinge_ratio[:, None], slenderness),
+        ("hinge_height_ratio", "slenderness"),
+    )
     return xr.Dataset(
         {
             "force": (("curve_name", "displacement"), force),
@@ -78,4 +84,7 @@ def make_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:
     a1, b1, a3 = float(curve.yield_displacement_ratio), float(curve.strength_ratio), 0.93
     # Translated softening needs a3 > a1 + b1: a lower plateau where the curve's leaves no room.
     lower = min(b1, a3 - 1.5 * a1)
-    return {"steeper": TrilinearCurve(a1, b1, a3, "steeper"), "translated": TrilinearCurve(a1, lower, a3, "translated")}
+    return {
+        "steeper": TrilinearCurve(a1, b1, a3, "steeper"),
+        "translated": TrilinearCurve(a1, lower, a3, "translated"),
+    }

@@ -59,7 +59,9 @@ def cases(section: Order) -> list[Case]:
             step = min(usual, float(damping.width) / 4) if damping.model == "BAND" else usual
             listed.append(Case(f"{name}, {at}", use(damping), step, cr))
         for name, (changed, step, scheme) in variations(section, e).items():
-            listed.append(Case(f"{name}, {at}", use(Damping(REFERENCE, changed)), step, cr, scheme=scheme))
+            listed.append(
+                Case(f"{name}, {at}", use(Damping(REFERENCE, changed)), step, cr, scheme=scheme)
+            )
     return listed
 
 
@@ -84,18 +86,27 @@ def chunk(number: str, config: Config) -> xr.Dataset:
     at each ``step`` of the ladder less that at the finest step; NaN where a wall collapses or the step is not run.
     """
     quakes, section, walls = config.earthquakes, config.order, study_walls(config)
-    motions, ratio = [load_record(name) for name in chunk_names(number, config)], quakes.velocity_ratio.values()
-    histories = run(cases(section), track(motions, f"Dampers, part {number}"), walls, ratio, tail=quakes.tail)
+    motions, ratio = (
+        [load_record(name) for name in chunk_names(number, config)],
+        quakes.velocity_ratio.values(),
+    )
+    histories = run(
+        cases(section), track(motions, f"Dampers, part {number}"), walls, ratio, tail=quakes.tail
+    )
     few = track(motions[:: section.ladder_every], f"Steps, part {number}")
     ladder = unstack(
-        run(ladder_cases(section), few, walls, ratio, tail=quakes.tail).drop_vars(["station", "reference"]),
+        run(ladder_cases(section), few, walls, ratio, tail=quakes.tail).drop_vars(
+            ["station", "reference"]
+        ),
         step=[section.finest_step, *section.ladder],
         restitution=section.restitution,
         damper=dampers(section, 1.0),
     ).rename(record="ladder_record")
     finest, ladder = ladder.isel(step=0, drop=True), ladder.isel(step=slice(1, None))
     survived = (ladder["collapsed"] == 0) & (finest["collapsed"] == 0)
-    return histories.assign(departure=abs(xr.apply_ufunc(np.log, ladder["peak"] / finest["peak"])).where(survived))
+    return histories.assign(
+        departure=abs(xr.apply_ufunc(np.log, ladder["peak"] / finest["peak"])).where(survived)
+    )
 
 
 # --- comparison -------------------------------------------------------------------------------------------------------
@@ -108,16 +119,26 @@ def compare(config: Config, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
     bands of the comparison. Intervals come from the paired bootstrap over stations.
     """
     bootstrap, bands, section = config.comparison.bootstrap, config.comparison.bands, config.order
-    pairs = pair(xr.concat([part[["peak", "collapsed"]] for part in chunks], "record", join="exact"))
+    pairs = pair(
+        xr.concat([part[["peak", "collapsed"]] for part in chunks], "record", join="exact")
+    )
     departure = xr.concat([part["departure"] for part in chunks], "ladder_record", join="exact")
     weights = resample(pairs["station"].values, bootstrap.replicates, bootstrap.seed)
-    statistics = compare_pairs(pairs, weights, [(bands[0], bands[-1])], "Dampers beside restitution").isel(band=0)
+    statistics = compare_pairs(
+        pairs, weights, [(bands[0], bands[-1])], "Dampers beside restitution"
+    ).isel(band=0)
     statistics = statistics.drop_vars(["median_ratio", "median_ratio_interval", "pairs"])
     names = [*dampers(section, 1.0), *variations(section, 1.0)]
     return (
         unstack(statistics, restitution=section.restitution, damper=names)
         .transpose("damper", "restitution", ...)
-        .merge({"largest_step": find_largest_step(departure), "crossing_force": crossing_force(config)}, join="left")
+        .merge(
+            {
+                "largest_step": find_largest_step(departure),
+                "crossing_force": crossing_force(config),
+            },
+            join="left",
+        )
         .merge(crossing_decays(config), join="exact")
         .assign(records=pairs.sizes["record"], stations=np.unique(pairs["station"]).size)
         .assign_coords(bound=list(BOUND))
@@ -141,9 +162,14 @@ def crossing_force(config: Config) -> xr.DataArray:
     curves |= {name: curve for name, (_, curve) in study_walls(config).items()}
     speed = {name: np.sqrt(2 * e * curve.energy(RELEASE)) for name, curve in curves.items()}
     studied = dampers(config.order, e)
-    force = [[damping.coefficient(curves[w], 0.0, v) * v for w, v in speed.items()] for damping in studied.values()]
+    force = [
+        [damping.coefficient(curves[w], 0.0, v) * v for w, v in speed.items()]
+        for damping in studied.values()
+    ]
     coords = {"damper": list(studied), "wall": list(curves), "restitution": e}
-    return xr.DataArray(force, coords, ["damper", "wall", "restitution"]).transpose("damper", "restitution", "wall")
+    return xr.DataArray(force, coords, ["damper", "wall", "restitution"]).transpose(
+        "damper", "restitution", "wall"
+    )
 
 
 def crossing_decays(config: Config) -> xr.Dataset:

@@ -46,8 +46,14 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
             "giannini_masiani": ("restitution", giannini_masiani(e)),
             "r_squared": (dims, 1 - (residual**2).sum(axis=-1) / total),
             "largest_residual": (dims, np.abs(residual).max(axis=-1)),
-            "largest_relative_error": ((*dims, "restitution_range"), _largest_relative(e, rows, fitted)),
-            "delta_largest_relative_error": ((*dims, "restitution_range"), _largest_relative(e, rows, delta_fitted)),
+            "largest_relative_error": (
+                (*dims, "restitution_range"),
+                _largest_relative(e, rows, fitted),
+            ),
+            "delta_largest_relative_error": (
+                (*dims, "restitution_range"),
+                _largest_relative(e, rows, delta_fitted),
+            ),
         },
         coords={
             "degree": np.arange(DEGREE + 1),

@@ -30,8 +30,13 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     ``inferred_response_length_of_release`` is what another wall would imply.
     """
     study, lengths = config.study(INFERS), config.response_lengths.values()
-    cases, count = flatten_decays(study, decays, lengths[-1], config.solver), decays.sizes["restitution"]
-    releases = [cases.take(slice(row * count, (row + 1) * count)) for row in range(study.values.size)]
+    cases, count = (
+        flatten_decays(study, decays, lengths[-1], config.solver),
+        decays.sizes["restitution"],
+    )
+    releases = [
+        cases.take(slice(row * count, (row + 1) * count)) for row in range(study.values.size)
+    ]
     reference = int(np.argmin(np.abs(study.values - config.release_amplitude)))
     dataset = find_errors(releases[reference], lengths, VISCOUS_MODELS)
     inferred = infer(dataset)
@@ -44,13 +49,17 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
         if wide.size:
             is_reference = row == reference
             errors = (
-                dataset.sel(response_length=wide) if is_reference else find_errors(releases[row], wide, PAPER_MODELS)
+                dataset.sel(response_length=wide)
+                if is_reference
+                else find_errors(releases[row], wide, PAPER_MODELS)
             )
             findings[:, row] = infer(errors), misclassified(errors).min()
     return (
         dataset.merge(flags(dataset))
         .assign(
-            damping_ratio_uncertainty=uncertainty(releases[reference], lengths, dataset["damping_ratio"]),
+            damping_ratio_uncertainty=uncertainty(
+                releases[reference], lengths, dataset["damping_ratio"]
+            ),
             near_misclassified=misclassified(near).rename(response_length="near_response_length"),
             inferred_response_length_of_release=("release_amplitude", findings[0]),
             misclassified_of_release=("release_amplitude", findings[1]),
@@ -62,7 +71,9 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
 def find_errors(decays: Cases, lengths: Array, damping_models: Sequence[str]) -> xr.Dataset:
     """Return Err and damping ratio of each model matched to the decays of a wall, by response length and e."""
     steps = np.array([step_count(length, decays.step) for length in lengths])
-    decays = replace(decays, displacement=np.ascontiguousarray(decays.displacement[:, : steps[-1] + 1]))
+    decays = replace(
+        decays, displacement=np.ascontiguousarray(decays.displacement[:, : steps[-1] + 1])
+    )
     matches = [global_minima(decays, model, steps) for model in damping_models]
     error = np.stack([match.error for match in matches], axis=-1)
     dims = ("response_length", "restitution", "damping_model")
@@ -72,7 +83,11 @@ def find_errors(decays: Cases, lengths: Array, damping_models: Sequence[str]) ->
             "rms_error": (dims, np.sqrt(error / steps[:, None, None])),
             "damping_ratio": (dims, np.stack([match.damping_ratio for match in matches], axis=-1)),
         },
-        coords={"response_length": lengths, "restitution": decays.restitution, "damping_model": list(damping_models)},
+        coords={
+            "response_length": lengths,
+            "restitution": decays.restitution,
+            "damping_model": list(damping_models),
+        },
     )
 
 
@@ -85,14 +100,18 @@ def uncertainty(decays: Cases, lengths: Array, damping_ratio: xr.DataArray) -> x
         models = map(str, damping_ratio["damping_model"].values)
         ratios = [global_minima(coarser, model, steps).damping_ratio for model in models]
         changes.append(np.abs(np.stack(ratios, axis=-1) - damping_ratio.values))
-    return damping_ratio.copy(data=np.maximum(2 * np.max(changes, axis=0), RESOLUTION * damping_ratio.values))
+    return damping_ratio.copy(
+        data=np.maximum(2 * np.max(changes, axis=0), RESOLUTION * damping_ratio.values)
+    )
 
 
 def between_neighbours(lengths: Array, inferred: float) -> Array:
     """Return lengths from the one before the inferred to the one after it, in tenths of the distance. [-]"""
     row = int(np.argmin(np.abs(lengths - inferred)))
     ends = lengths[[max(row - 1, 0), row, min(row + 1, lengths.size - 1)]]
-    return np.unique(np.concatenate([np.linspace(low, high, 11) for low, high in pairwise(ends)]).round(9))
+    return np.unique(
+        np.concatenate([np.linspace(low, high, 11) for low, high in pairwise(ends)]).round(9)
+    )
 
 
 def misclassified(dataset: xr.Dataset) -> xr.DataArray:
@@ -117,11 +136,18 @@ def infer(dataset: xr.Dataset) -> float:
 def flags(dataset: xr.Dataset) -> xr.Dataset:
     """Judge, for each response length, the claims of section 6 that depend on the length of the response."""
     error = dataset["error"]
-    secant, constant = error.sel(damping_model=["CDR", "SDR"]).max("damping_model"), error.sel(damping_model="CDC")
+    secant, constant = (
+        error.sel(damping_model=["CDR", "SDR"]).max("damping_model"),
+        error.sel(damping_model="CDC"),
+    )
     return xr.Dataset(
         {
             "misclassified": misclassified(dataset),
-            "secant_below_constant": (secant < constant.drop_vars("damping_model")).all("restitution").astype("int8"),
-            "error_rises_as_restitution_falls": (error.diff("restitution") < 0).all("restitution").astype("int8"),
+            "secant_below_constant": (secant < constant.drop_vars("damping_model"))
+            .all("restitution")
+            .astype("int8"),
+            "error_rises_as_restitution_falls": (error.diff("restitution") < 0)
+            .all("restitution")
+            .astype("int8"),
         }
     )

@@ -128,7 +128,9 @@ def run(
         factor = velocity_ratio[:, None] * scale / intensity_measures(motion.intensity_record).pgv
         for (move, step, scheme, halvings), (columns, numbers), setup in batches:
             record, factors = move(motion, isinstance(setup[0], Parapet)), factor[:, columns]
-            ended = run_record(record, *setup, factors, step=step, tail=tail, halvings=halvings, scheme=scheme)
+            ended = run_record(
+                record, *setup, factors, step=step, tail=tail, halvings=halvings, scheme=scheme
+            )
             peak[:, columns, numbers], collapsed[:, columns, numbers] = ended.peak, ended.collapsed
         peaks.append(peak)
         outcomes.append(collapsed)
@@ -153,7 +155,13 @@ def stack_setups(setups: Mapping[Any, Setup]) -> Stacks:
     """
     alike: dict[Any, dict[Any, Setup]] = defaultdict(dict)
     for place, (wall, curve, damping) in setups.items():
-        kind = damping.model, float(damping.order), float(damping.width), curve.softening, type(wall)
+        kind = (
+            damping.model,
+            float(damping.order),
+            float(damping.width),
+            curve.softening,
+            type(wall),
+        )
         alike[kind][place] = wall, curve, damping
     stacks = []
     for members in alike.values():
@@ -164,7 +172,9 @@ def stack_setups(setups: Mapping[Any, Setup]) -> Stacks:
 
 def stack(owners: Sequence[T]) -> T:
     """Return walls, curves or dampers of numbers as one of arrays; text is that of the first."""
-    columns = {field.name: [getattr(owner, field.name) for owner in owners] for field in fields(owners[0])}
+    columns = {
+        field.name: [getattr(owner, field.name) for owner in owners] for field in fields(owners[0])
+    }
     arrays: dict[str, Any] = {
         name: values[0] if isinstance(values[0], str) else np.array(values, dtype=float)
         for name, values in columns.items()
@@ -184,7 +194,9 @@ def run_and_compare(cases: Sequence[Case], config: Config) -> xr.Dataset:
     ratio, shown = quakes.velocity_ratio.values(), track(motions, cases[0].name)
     histories = run(cases, shown, study_walls(config), ratio, tail=quakes.tail)
     stations = {motion.group for motion in motions}
-    return compare(histories, config.comparison).assign(records=len(motions), stations=len(stations))
+    return compare(histories, config.comparison).assign(
+        records=len(motions), stations=len(stations)
+    )
 
 
 def compare(histories: xr.Dataset, comparison: Comparison) -> xr.Dataset:
@@ -204,9 +216,13 @@ def compare(histories: xr.Dataset, comparison: Comparison) -> xr.Dataset:
         (``all`` first), with intervals.
     """
     edges, pairs = comparison.bands, pair(histories)
-    weights = resample(histories["station"].values, comparison.bootstrap.replicates, comparison.bootstrap.seed)
+    weights = resample(
+        histories["station"].values, comparison.bootstrap.replicates, comparison.bootstrap.seed
+    )
     chosen = [pairs, *(pairs.isel(wall=[column]) for column in range(pairs.sizes["wall"]))]
-    parts = [compare_pairs(walls, weights, list(pairwise(edges))) for walls in track(chosen, "Walls")]
+    parts = [
+        compare_pairs(walls, weights, list(pairwise(edges))) for walls in track(chosen, "Walls")
+    ]
     compared = xr.concat(parts, "wall", join="exact").transpose("case", "wall", ...)
     return compared.assign(compare_intensities(pairs, weights)).assign_coords(
         band=np.arange(1, len(edges)), band_start=("band", edges[:-1]), band_end=("band", edges[1:])
@@ -218,7 +234,10 @@ def pair(histories: xr.Dataset) -> xr.Dataset:
     compared = histories.isel(case=np.flatnonzero(histories["reference"].values != ""))
     references = histories.sel(case=compared["reference"].values)
     return compared.drop_vars("reference").assign(
-        {f"reference_{name}": (values.dims, values.values) for name, values in references.data_vars.items()}
+        {
+            f"reference_{name}": (values.dims, values.values)
+            for name, values in references.data_vars.items()
+        }
     )
 
 
@@ -229,16 +248,22 @@ def compare_intensities(pairs: xr.Dataset, weights: Array) -> xr.Dataset:
     walls: those that both ran.
     """
     walls = [*map(str, pairs["wall"].values)]
-    chosen = np.concatenate([np.ones((1, len(walls))), np.eye(len(walls))])  # (sets of walls, walls)
+    chosen = np.concatenate(
+        [np.ones((1, len(walls))), np.eye(len(walls))]
+    )  # (sets of walls, walls)
     ratio, bounds = [], []
     for case in range(pairs.sizes["case"]):
         histories = pairs.isel(case=case).transpose(*HISTORIES)
         outcomes = [histories[name].values for name in ("collapsed", "reference_collapsed")]
         both = (outcomes[0] != NOT_RUN) & (outcomes[1] != NOT_RUN)
         # By record, set of walls, side of the pair and intensity.
-        collapses = np.stack([np.where(both, side, 0) @ chosen.T for side in outcomes], axis=-1).transpose(0, 2, 3, 1)
+        collapses = np.stack(
+            [np.where(both, side, 0) @ chosen.T for side in outcomes], axis=-1
+        ).transpose(0, 2, 3, 1)
         runs = (both @ chosen.T).transpose(0, 2, 1)[:, :, None]
-        curves = compare_fragilities(pairs["velocity_ratio"].values, collapses, runs, weights, (..., slice(1, 2)))
+        curves = compare_fragilities(
+            pairs["velocity_ratio"].values, collapses, runs, weights, (..., slice(1, 2))
+        )
         ratio.append(curves["median_intensity_ratio"][:, 0])
         bounds.append(curves["median_intensity_ratio_interval"][:, 0])
     dims = ("case", "wall")
@@ -254,6 +279,8 @@ def compare_intensities(pairs: xr.Dataset, weights: Array) -> xr.Dataset:
 def unstack(cases: xr.Dataset, **values: Iterable[Any]) -> xr.Dataset:
     """Lay cases out as a grid: their names give way to a dimension for each parameter, the last varies fastest."""
     index = pd.MultiIndex.from_product([*values.values()], names=list(values))
-    grid = cases.drop_vars("case", errors="ignore").assign_coords(xr.Coordinates.from_pandas_multiindex(index, "case"))
+    grid = cases.drop_vars("case", errors="ignore").assign_coords(
+        xr.Coordinates.from_pandas_multiindex(index, "case")
+    )
     # pandas sorts what it makes an index of.
     return grid.unstack("case").sel({name: list(each) for name, each in values.items()})  # noqa: PD010, it is xarray's

@@ -29,9 +29,21 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import uneven_collapses
 from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import HISTORIES, NOT_RUN
-from rockdamp.studies.runner import Case, Setup, WallAndCurve, compare_intensities, pair, run, stack, study_walls
+from rockdamp.studies.runner import (
+    Case,
+    Setup,
+    WallAndCurve,
+    compare_intensities,
+    pair,
+    run,
+    stack,
+    study_walls,
+)
 
-ASSUMED, WEAKER = "as assumed", "eccentric overburden, weaker side"  # what the others are compared with
+ASSUMED, WEAKER = (
+    "as assumed",
+    "eccentric overburden, weaker side",
+)  # what the others are compared with
 
 
 def cases(section: Supports) -> list[Case]:
@@ -39,19 +51,30 @@ def cases(section: Supports) -> list[Case]:
     step, shift = section.step, -section.eccentricity
     floors = [Diaphragm(period, section.diaphragm_damping) for period in section.diaphragm_period]
     changes: dict[str, Callable[[Any, TrilinearCurve], Setup | None]] = {
-        "overburden has mass, e unchanged": lambda w, c: change(w, c, overburden_mass=1.0) if is_loaded(w) else None,
+        "overburden has mass, e unchanged": lambda w, c: (
+            change(w, c, overburden_mass=1.0) if is_loaded(w) else None
+        ),
         "e of Eq. (7)": lambda w, c: None if isinstance(w, Parapet) else change(w, c, "rigid"),
         "e impulsive": lambda w, c: None if isinstance(w, Parapet) else change(w, c, "impulsive"),
     }
     return [
         Case(ASSUMED, change, step),
-        *(Case(f"floor of {floor.period:g} s", change, step, ASSUMED, move_floor(floor)) for floor in floors),
+        *(
+            Case(f"floor of {floor.period:g} s", change, step, ASSUMED, move_floor(floor))
+            for floor in floors
+        ),
         *(Case(name, setup, step, ASSUMED) for name, setup in changes.items()),
-        Case(WEAKER, lambda w, c: change(w, c, eccentricity=shift * w.thickness) if is_loaded(w) else None, step),
+        Case(
+            WEAKER,
+            lambda w, c: change(w, c, eccentricity=shift * w.thickness) if is_loaded(w) else None,
+            step,
+        ),
     ]
 
 
-def change(wall: Wall | Parapet, curve: TrilinearCurve, rule: str = "measured", **sizes: Any) -> Setup:
+def change(
+    wall: Wall | Parapet, curve: TrilinearCurve, rule: str = "measured", **sizes: Any
+) -> Setup:
     """Return a wall with other sizes, its curve, and e by a rule."""
     wall = replace(wall, **sizes)
     return wall, curve, Damping("CR", float(getattr(wall, f"restitution_{rule}")))
@@ -67,7 +90,11 @@ def move_floor(floor: Diaphragm) -> Callable[[GroundMotion, bool], Record]:
 
 
 def run_asymmetric(
-    section: Supports, motions: Sequence[GroundMotion], walls: Mapping[str, WallAndCurve], *, tail: float
+    section: Supports,
+    motions: Sequence[GroundMotion],
+    walls: Mapping[str, WallAndCurve],
+    *,
+    tail: float,
 ) -> xr.Dataset:
     """Run vertical shaking, and an overburden that keeps its side in place of one that changes sides with u.
 
@@ -81,7 +108,8 @@ def run_asymmetric(
     )
     curve, ratio = stack(curves).map(lambda value: value[:, None]), section.velocity_ratio.values()
     stronger, weaker = (
-        np.array([[change_strength(wall, sign * section.eccentricity)] for wall in owners]) for sign in (1, -1)
+        np.array([[change_strength(wall, sign * section.eccentricity)] for wall in owners])
+        for sign in (1, -1)
     )
     loaded = np.array([[is_loaded(wall)] for wall in owners])
     collapsed = np.full((len(motions), ratio.size, len(owners), 2), NOT_RUN, dtype=np.int8)
@@ -90,11 +118,18 @@ def run_asymmetric(
         factor = ratio * scale / intensity_measures(record).pgv  # (walls, levels)
         substeps = count_steps(record.step * p * curve.initial_frequency, section.step)
         ground = append_rest(record.ground_acceleration, record.step, tail)
-        march = {"ground": ground, "step": p * record.step / substeps, "substeps": substeps, "load": load * factor}
+        march = {
+            "ground": ground,
+            "step": p * record.step / substeps,
+            "substeps": substeps,
+            "load": load * factor,
+        }
         if (other := other_component(motion, motions)) is not None:
             vertical = np.zeros_like(ground)
             vertical[: other.ground_acceleration.size] = other.ground_acceleration[: ground.size]
-            collapsed[row, :, :, 0] = uneven_collapses(curve, e, lift=lift * factor, vertical=vertical, **march).T
+            collapsed[row, :, :, 0] = uneven_collapses(
+                curve, e, lift=lift * factor, vertical=vertical, **march
+            ).T
         fixed = uneven_collapses(curve, e, side=(stronger, weaker), **march)
         collapsed[row, :, :, 1] = np.where(loaded, fixed, NOT_RUN).T
     names = ["vertical shaking", "eccentric overburden, fixed side"]
@@ -106,12 +141,19 @@ def run_asymmetric(
 
 def other_component(motion: GroundMotion, motions: Sequence[GroundMotion]) -> Record | None:
     """Return the other component of a motion's station; refuse one of another step."""
-    other = next((other for other in motions if other.group == motion.group and other is not motion), None)
+    other = next(
+        (other for other in motions if other.group == motion.group and other is not motion), None
+    )
     if other is None:
         return None
     step = motion.record.step
     wanted = f"{step:g} s, as of {motion.name!r}"
-    check(f"step of {other.name!r}", other.record.step, lambda own: np.isclose(own, step, rtol=1e-6, atol=0), wanted)
+    check(
+        f"step of {other.name!r}",
+        other.record.step,
+        lambda own: np.isclose(own, step, rtol=1e-6, atol=0),
+        wanted,
+    )
     return other.record
 
 
@@ -131,7 +173,9 @@ def histories(config: Config) -> xr.Dataset:
     section, tail, walls = config.supports, config.earthquakes.tail, study_walls(config)
     motions, ratio = load_records(config.records), section.velocity_ratio.values()
     odd = run(cases(section), track(motions, "Supports"), walls, ratio, tail=tail).drop_vars("peak")
-    return xr.concat([odd, run_asymmetric(section, motions, walls, tail=tail)], "case", join="override")
+    return xr.concat(
+        [odd, run_asymmetric(section, motions, walls, tail=tail)], "case", join="override"
+    )
 
 
 def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
@@ -141,13 +185,18 @@ def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
     """
     section, bootstrap = config.supports, config.comparison.bootstrap
     pairs = pair(histories)
-    compared = compare_intensities(pairs, resample(pairs["station"].values, bootstrap.replicates, bootstrap.seed))
+    compared = compare_intensities(
+        pairs, resample(pairs["station"].values, bootstrap.replicates, bootstrap.seed)
+    )
     ran = (pairs["collapsed"] != NOT_RUN) & (pairs["reference_collapsed"] != NOT_RUN)
     by_record = ran.any(("velocity_ratio", "wall")).transpose("case", "record").values
     periods = {f"floor of {period:g} s": period for period in section.diaphragm_period}
     return compared.assign(
         stations=("case", [np.unique(pairs["station"].values[some]).size for some in by_record]),
-        diaphragm_period=("case", [periods.get(case, np.nan) for case in compared["case"].values.tolist()]),
+        diaphragm_period=(
+            "case",
+            [periods.get(case, np.nan) for case in compared["case"].values.tolist()],
+        ),
         diaphragm_damping=section.diaphragm_damping,
         vertical_factor=section.vertical,
     ).rename(case="assumption")

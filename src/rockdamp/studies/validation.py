@@ -17,7 +17,9 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.record import Record
 
 
-def validate(config: Config, record: Record, equivalence: xr.Dataset, calibration: xr.Dataset) -> xr.Dataset:
+def validate(
+    config: Config, record: Record, equivalence: xr.Dataset, calibration: xr.Dataset
+) -> xr.Dataset:
     """Compare the response to a measured motion, under each damping model, with the measured response.
 
     a1, b1 and e are those of the calibration on the same record; a3 and the softening are the config's. The metrics of
@@ -27,7 +29,9 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
     """
     section, wall = config.validation, config.validation.wall.make()
     fitted = calibration["estimate"].to_series()
-    a1, b1, e = (fitted[name] for name in ("yield_displacement_ratio", "strength_ratio", "restitution"))
+    a1, b1, e = (
+        fitted[name] for name in ("yield_displacement_ratio", "strength_ratio", "restitution")
+    )
     damping_ratios(equivalence, e, np.array([a1]))  # which are refused where the fits do not reach
     ratios = damping_ratios(equivalence, e, np.array(section.fit_yield_displacement_ratios))
 
@@ -35,7 +39,9 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
     u_ins = float(wall.instability_displacement)
     threshold = max(CLEAR * float(np.std(measured[:rest])), LEAST * u_ins)
     cycles = half_cycles(record.elapsed, measured, threshold)
-    decay = cycles[slice(int(np.argmax(np.abs(cycles.peak))) + 1, None)] if cycles.peak.size else cycles
+    decay = (
+        cycles[slice(int(np.argmax(np.abs(cycles.peak))) + 1, None)] if cycles.peak.size else cycles
+    )
     if decay.peak.size < 2:
         raise InputError(
             f"the record has {decay.peak.size} half cycles beyond {threshold:.3g} m after its largest peak;"
@@ -44,9 +50,15 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
 
     curve = section.curve.make(yield_displacement_ratio=a1, strength_ratio=b1)
     dampings = [Damping(model, e if model == REFERENCE else ratios[model]) for model in MODELS]
-    responses = respond(wall, curve, dampings, record, step=section.step).assign_coords(elapsed=record.elapsed)
-    histories = responses[["control_displacement", "collapsed", "peak_displacement"]].reset_coords(drop=True)
-    compared = [compare(responses.sel(damping_model=model), measured, decay, rest) for model in MODELS]
+    responses = respond(wall, curve, dampings, record, step=section.step).assign_coords(
+        elapsed=record.elapsed
+    )
+    histories = responses[["control_displacement", "collapsed", "peak_displacement"]].reset_coords(
+        drop=True
+    )
+    compared = [
+        compare(responses.sel(damping_model=model), measured, decay, rest) for model in MODELS
+    ]
     peak = float(np.abs(measured).max())
     return (
         xr.concat(compared, "damping_model")
@@ -58,7 +70,10 @@ def validate(config: Config, record: Record, equivalence: xr.Dataset, calibratio
             measured_log_decrement=_log_decrement(np.abs(decay.peak)),
             measured_peak_displacement=peak,
             sensor_zero=zero,
-            damping_ratio=("damping_model", np.array([ratios.get(model, np.nan) for model in MODELS])),
+            damping_ratio=(
+                "damping_model",
+                np.array([ratios.get(model, np.nan) for model in MODELS]),
+            ),
             yield_displacement_ratio=a1,
             strength_ratio=b1,
             restitution=e,
@@ -75,7 +90,10 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -
     The paper averages its fits at two values of a1 around the wall's.
     """
     polynomials = Polynomials.from_dataset(equivalence)
-    found = {model: float(np.mean([polynomials(model, restitution, a1) for a1 in ratios])) for model in VISCOUS_MODELS}
+    found = {
+        model: float(np.mean([polynomials(model, restitution, a1) for a1 in ratios]))
+        for model in VISCOUS_MODELS
+    }
     if not np.isfinite(list(found.values())).all():
         low, high = polynomials.restitution
         a1 = polynomials.yield_displacement_ratio
@@ -92,7 +110,11 @@ def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -
 def compare(response: xr.Dataset, measured: Array, decay: HalfCycles, rest: int) -> xr.Dataset:
     """Compare one response with the measured one; NaN where the wall collapsed or a half cycle has no match."""
     displacement = response["control_displacement"].values
-    cycles = half_cycles(response["elapsed"].values, displacement, LEAST * float(response["instability_displacement"]))
+    cycles = half_cycles(
+        response["elapsed"].values,
+        displacement,
+        LEAST * float(response["instability_displacement"]),
+    )
     matched = decay[slice(0, 0)] if response["collapsed"] else _match(cycles, decay)
     count = matched.peak.size
     peaks, amplitudes = np.abs(matched.peak), np.abs(decay.peak[:count])
@@ -105,7 +127,9 @@ def compare(response: xr.Dataset, measured: Array, decay: HalfCycles, rest: int)
             "decay_peak_misfit": np.sqrt(np.mean((peaks - amplitudes) ** 2)) if count else np.nan,
             "decay_peak_ratio": np.mean(peaks / amplitudes) if count else np.nan,
             "log_decrement": _log_decrement(peaks),
-            "period_drift": durations[both].sum() / lasted[both].sum() - 1 if both.any() else np.nan,
+            "period_drift": durations[both].sum() / lasted[both].sum() - 1
+            if both.any()
+            else np.nan,
         }
     )
 
