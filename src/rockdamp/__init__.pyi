@@ -26,6 +26,7 @@ from .motions.intensity import intensity_measures as intensity_measures
 from .motions.record import Record as Record
 from .motions.record import read_record as read_record
 from .motions.record import write_record as write_record
+from .solvers.coefficient import damping_coefficient as damping_coefficient
 from .solvers.exact import exact_history as exact_history
 from .solvers.newmark import Histories as Histories
 from .solvers.newmark import Load as Load

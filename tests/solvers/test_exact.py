@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import exact
+from rockdamp.solvers.coefficient import damping_coefficient
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import Load, simulate
 
@@ -164,7 +165,7 @@ def test_coefficients_on_the_branches_are_those_of_the_damper(damper):
             branch = exact.Branch(*row)
             for x in np.linspace(branch.low, branch.high, 9)[1:-1]:
                 v = 0.3 * (x - 0.2)
-                expected = float(damper.coefficient(curve, x, v))
+                expected = float(damping_coefficient(curve, damper, x, v))
                 assert exact.coefficient(branch, law, x, v) == pytest.approx(expected, rel=1e-12)
                 assert branch.stiffness * x + branch.offset == pytest.approx(
                     float(curve.force(x)), abs=1e-14
@@ -181,7 +182,7 @@ def test_forced_history_agrees_with_an_implicit_integrator_that_knows_no_branche
     run = exact_history(curve, damper, times, release_amplitude=0.2, load=load, sampling=step)
 
     def rates(t, y):
-        c = float(damper.coefficient(curve, y[0], y[1]))
+        c = float(damping_coefficient(curve, damper, y[0], y[1]))
         return y[1], np.interp(t, np.arange(21) * step, load) - float(curve.force(y[0])) - c * y[1]
 
     def crossing(_, y):

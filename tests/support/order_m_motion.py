@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from rockdamp.mechanics.damping import normalisation
+from rockdamp.mechanics.dampers import normalisation
 
 
 class Branch(NamedTuple):

@@ -14,7 +14,8 @@ from rockdamp.constants import RECOMMENDED, VISCOUS_MODELS
 from rockdamp.histories.loads import run_record, select
 from rockdamp.histories.one_sided import run_one_sided
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import CAP, Damping, critical_damping_ratio
+from rockdamp.mechanics.dampers import CAP, critical_damping_ratio
+from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import OneSidedWall, Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures

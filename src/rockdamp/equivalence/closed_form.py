@@ -23,6 +23,7 @@ from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.errors import Rule, check, check_choice
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.solvers.coefficient import damping_coefficient
 
 RESTITUTION: Rule = (lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1")
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
@@ -95,7 +96,13 @@ def equivalence_factor(
         speed = np.sqrt(np.maximum(2 * (v0 - curve.energy(x)), 0))
         # One after the other: the sum of a wall has the same bits whatever walls stand beside it.
         work = sum(
-            0.5 * (s1 - s0) * weights * 2 * s * damping.coefficient(curve, x, speed) * speed,
+            0.5
+            * (s1 - s0)
+            * weights
+            * 2
+            * s
+            * damping_coefficient(curve, damping, x, speed)
+            * speed,
             start=work,
         )
     return v0 * small / work

@@ -23,7 +23,8 @@ from rockdamp.laboratory.record_fit import PARAMETERS
 from rockdamp.laboratory.releases import find_releases, rest_deviation
 from rockdamp.laboratory.uncertainty import NORMAL, check_deviations
 from rockdamp.mechanics.curve import RULES, TrilinearCurve
-from rockdamp.mechanics.damping import DAMPERS, REFERENCE_AMPLITUDE, Damping
+from rockdamp.mechanics.dampers import DAMPERS
+from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 
 ASSESSED_AMPLITUDE = REFERENCE_AMPLITUDE  # of the e of an assessment, u/u_ins

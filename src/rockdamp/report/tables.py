@@ -19,7 +19,7 @@ from rockdamp.claims import FAILS, HOLDS, IN_PART, UNTESTED
 from rockdamp.constants import PAPER_MODELS, RECOMMENDED_SOURCE, REFERENCE, VISCOUS_MODELS
 from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
 from rockdamp.figures.style import RESTITUTION
-from rockdamp.mechanics.damping import DAMPERS
+from rockdamp.mechanics.dampers import DAMPERS
 from rockdamp.text import DASH, count_noun, join_words, number, percent, plain
 
 # How each verdict is marked, by shape and word as well as colour; what fails comes first.

@@ -28,7 +28,8 @@ from scipy.integrate import DOP853
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping, band_strength
+from rockdamp.mechanics.dampers import band_strength
+from rockdamp.mechanics.damping import Damping
 
 # DOP853's coefficients. The last two estimate the error of a step, and also weigh the rates at its end.
 STAGES = DOP853.n_stages

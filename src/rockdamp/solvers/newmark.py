@@ -22,6 +22,7 @@ from rockdamp.errors import InputError, Rule, check, check_choice
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import kernel
+from rockdamp.solvers.coefficient import damping_coefficient
 
 SCHEMES = ("newmark", "paper")
 WHOLE: Rule = (lambda n: (n >= 1) & (n == np.floor(n)), "a whole number, at least 1")
@@ -379,7 +380,7 @@ class _Batch:
             np.einsum("m...,m->...", factors, self.ground[:, 0]) + 0.0 if load is not None else 0.0
         )
         restoring = np.sign(x) * kernel.force(np.abs(x), (k1, b1, ks, a1, a2, a3))
-        drag = damping.coefficient(curve, x, v) * v if v.any() else 0.0
+        drag = damping_coefficient(curve, damping, x, v) * v if v.any() else 0.0
         a = check(
             "acceleration at the start", start - restoring - drag, np.isfinite, "a finite number"
         )
@@ -478,10 +479,7 @@ def _checked_step(step: ArrayLike, curve: TrilinearCurve, damping: Damping) -> A
     allowed = f"below the stability limit 2 sqrt(a1/b1) = {np.min(limit, initial=np.inf):.6g} in tau, and positive"
     # The printed scheme divides by the step's square.
     checked = check("step", step, lambda h: (h >= 1e-12) & (h < limit), allowed)
-    if damping.model == "BAND":
-        c = damping.width / curve.initial_frequency
-        allowed = f"at most t_c/w1 = {np.min(c, initial=np.inf):.3g}: two steps in the band"
-        check("step", step, lambda h: h <= c, allowed)
+    damping.damper.check_step(checked, damping.parameters, curve)
     return checked
 
 

@@ -13,6 +13,7 @@ from rockdamp.config import Config, Study
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
+from rockdamp.solvers.coefficient import damping_coefficient
 from rockdamp.solvers.newmark import simulate
 
 INFERS = "amplitude"  # the study from whose decays the length of the response is inferred
@@ -55,7 +56,7 @@ def damped_decays(
             steps=steps,
             scheme=scheme,
         )
-        force = damping.coefficient(curve, run.displacement, run.velocity) * run.velocity
+        force = damping_coefficient(curve, damping, run.displacement, run.velocity) * run.velocity
         runs.append((run.displacement, run.velocity, force))
     names = ("displacement", "velocity", "damping_force")
     return xr.Dataset(

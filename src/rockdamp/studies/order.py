@@ -18,6 +18,7 @@ from rockdamp.constants import REFERENCE
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.catalogue import load_record
 from rockdamp.progress import track
+from rockdamp.solvers.coefficient import damping_coefficient
 from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import BOUND, HISTORIES, compare_pairs
 from rockdamp.studies.decays import damped_decays, step_count
@@ -163,7 +164,7 @@ def crossing_force(config: Config) -> xr.DataArray:
     speed = {name: np.sqrt(2 * e * curve.energy(RELEASE)) for name, curve in curves.items()}
     studied = dampers(config.order, e)
     force = [
-        [damping.coefficient(curves[w], 0.0, v) * v for w, v in speed.items()]
+        [damping_coefficient(curves[w], damping, 0.0, v) * v for w, v in speed.items()]
         for damping in studied.values()
     ]
     coords = {"damper": list(studied), "wall": list(curves), "restitution": e}
