@@ -12,6 +12,7 @@ from rockdamp.assessment.collapses import LEAST_OF_DAMPER, STRIPES
 from rockdamp.assessment.table import find_restitution
 from rockdamp.constants import RECOMMENDED
 from rockdamp.histories.one_sided import add_reversed, run_one_sided
+from rockdamp.mechanics.specimen import Specimen
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.record import append_rest
 from rockdamp.solvers.exact import exact_history
@@ -254,12 +255,13 @@ def test_a_wall_against_a_stop_takes_each_record_both_ways(motions):
     answer = rd.assess(front, curve, few, pgv=[0.4, 0.6])
     assert float(answer["restitution"]) == pytest.approx(float(front.restitution_measured))
     assert int(answer["records"]) == 8 and answer["damping_model"].values.tolist() == ["CR"]
-    e, turned = float(answer["restitution"]), add_reversed(few)[1]
+    turned = add_reversed(few)[1]
+    specimen = Specimen(front, curve, rd.Damping("CR", answer["restitution"].item()))
     assert (turned.record.ground_acceleration == -few[0].record.ground_acceleration).all()
     assert turned.group == few[0].group
     for index, motion in enumerate(few):
         factor = 0.4 / rd.intensity_measures(motion.record).pgv * np.array([1.0, -1.0])
-        histories = run_one_sided(motion.record, front, curve, e, factor, tail=3.0)
+        histories = run_one_sided(motion.record, specimen, factor, tail=3.0)
         found = (
             answer["peak"]
             .sel(damping_model="CR")
@@ -301,3 +303,13 @@ def test_an_e_that_is_raised_ends_at_1(wall, curve, motions, answer):
     ]
     alone = rd.assess(wall, curve, motions, pgv=0.8, restitution=1.0).sel(damping_model="CR")
     assert [row["collapse_probability"] for row in raised] == [alone["collapse_probability"].item()]
+
+
+def test_a_loss_law_holds_for_a_one_sided_wall(motions):
+    front, curve = rd.OneSidedWall(rd.Parapet(0.8, 12.0)), rd.TrilinearCurve(0.04, 0.85)
+    answer = rd.assess(front, curve, motions[0], pgv=0.1, **LAW)
+    specimen = Specimen(front, curve, rd.Damping("CR", answer["restitution"].item(), **LAW))
+    factor = answer["scale_factor"].values[:1, 0]
+    (history,) = run_one_sided(motions[0].record, specimen, factor, tail=3.0)
+    assert not history.collapsed
+    assert answer["peak"].isel(record=0).item() == history.peak

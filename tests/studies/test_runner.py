@@ -9,6 +9,7 @@ import xarray as xr
 import rockdamp as rd
 from rockdamp.config import Comparison
 from rockdamp.histories.loads import run_record
+from rockdamp.mechanics.specimen import Specimen
 from rockdamp.statistics.paired import NOT_RUN
 from rockdamp.studies.runner import Case, compare, run, unstack, use
 
@@ -28,7 +29,7 @@ COMPARISON = Comparison(bands=[0.01, 0.1, 1.0], bootstrap={"replicates": 40, "se
 def soften(wall, curve):
     """No such parapet."""
     softer = replace(curve, strength_ratio=0.9 * curve.strength_ratio)
-    return None if isinstance(wall, rd.Parapet) else (wall, softer, rd.Damping("CR", 0.85))
+    return None if isinstance(wall, rd.Parapet) else Specimen(wall, softer, rd.Damping("CR", 0.85))
 
 
 CASES = [
@@ -66,14 +67,16 @@ def test_a_case_is_each_wall_run_alone_with_its_own_damper_step_and_scheme(motio
     for case in CASES:
         for name, (wall, curve) in WALLS.items():
             one = histories.sel(case=case.name, wall=name).isel(record=2)
-            setup = case.setup(wall, curve)
-            if setup is None:
+            specimen = case.setup(wall, curve)
+            if specimen is None:
                 assert (one["collapsed"] == NOT_RUN).all() and one["peak"].isnull().all()
                 continue
             factor = (RATIO * wall.velocity_scale / pgv)[:, None] * (
                 1e-9 if case.name == "no ground" else 1.0
             )
-            alone = run_record(record, *setup, factor, step=case.step, tail=1.0, scheme=case.scheme)
+            alone = run_record(
+                record, specimen, factor, step=case.step, tail=1.0, scheme=case.scheme
+            )
             np.testing.assert_allclose(one["peak"], alone.peak[:, 0], rtol=1e-9)
             np.testing.assert_array_equal(one["collapsed"], alone.collapsed[:, 0])
 

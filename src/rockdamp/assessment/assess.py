@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import fields
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -28,6 +27,7 @@ from rockdamp.histories.supports import Records, collect_motions, floor_motions
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.floors import Building, Diaphragm
+from rockdamp.mechanics.specimen import Specimen
 from rockdamp.mechanics.wall import OneSidedWall, Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.statistics.fragility import (
@@ -54,7 +54,6 @@ UPPER = (
 # Of a row with an error, and of the damper beside restitution against a stop; NaN elsewhere.
 MISSING = {"records": -1, "collapses": -1, "unconverged": -1, "stripe_collapses": -1}
 DIMS = ("wall", "damping_model", "record", "intensity", "restitution_case", "stripe", "bound")
-T = TypeVar("T")
 
 
 def assess(
@@ -152,9 +151,9 @@ def assess(
         **loss,
     )
     cases = restitution_cases(wall, e)
-    dampings = [Damping("CR", value, **loss) for value in cases.values()]
+    specimens = [Specimen(wall, curve, Damping("CR", value, **loss)) for value in cases.values()]
     fell = [
-        run_outcomes(motion.record, wall, curve, dampings, factors[None], **how)[1]
+        run_outcomes(motion.record, specimens, factors[None], **how)[1]
         for motion, factors in zip(motions, factor.values, strict=True)
     ]
     answer["case_restitution"] = ("restitution_case", list(cases.values()))
@@ -223,9 +222,8 @@ def assess_rows(
         [getattr(row, "error", "") for row in rows],
     )
 
-    def solve(
-        wall: Any, curve: TrilinearCurve, e: Array, supports: Sequence[GroundMotion]
-    ) -> xr.Dataset:
+    def solve(specimen: Specimen, supports: Sequence[GroundMotion]) -> xr.Dataset:
+        wall, curve, e = specimen.wall, specimen.curve, specimen.damping.value
         level, how = np.array([intensity]), {"step": step, "tail": tail}
         runs = collapses(
             wall, curve, damping_pair(wall, e, **loss), supports, measure, level, **how
@@ -289,15 +287,12 @@ def _solve_rows(
     errors: list[str],
 ) -> list[xr.Dataset]:
     """Return the answers for some rows, by their numbers; where they cannot run together, each alone or its error."""
-    wall, curve = (
-        stack_rows([getattr(rows[number], name) for number in numbers])
-        for name in ("wall", "curve")
-    )
+    specimens = [
+        Specimen(row.wall, row.curve, Damping("CR", row.restitution))
+        for row in (rows[number] for number in numbers)
+    ]
     try:
-        answer = solve(
-            wall, curve, np.array([rows[number].restitution for number in numbers]), motions
-        )
-        return [answer.assign_coords(wall=numbers)]
+        return [solve(Specimen.stack(specimens), motions).assign_coords(wall=numbers)]
     except InputError as error:
         if len(numbers) == 1:
             errors[numbers[0]] = str(error)
@@ -307,20 +302,6 @@ def _solve_rows(
             for number in numbers
             for part in _solve_rows(rows, [number], motions, solve, errors)
         ]
-
-
-def stack_rows(owners: Sequence[T]) -> T:
-    """Return walls or curves of numbers as one of arrays; a wall against a stop as it is."""
-    if isinstance(owners[0], OneSidedWall):
-        return owners[0]
-    names = [field.name for field in fields(owners[0])]  # type: ignore[arg-type]
-    first = {name: getattr(owners[0], name) for name in names}
-    arrays = {
-        name: np.array([float(getattr(owner, name)) for owner in owners])
-        for name, value in first.items()
-        if not isinstance(value, str)
-    }
-    return type(owners[0])(**(first | arrays))
 
 
 # --- what is asked for ------------------------------------------------------------------------------------------------

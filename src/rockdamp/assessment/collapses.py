@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.constants import RECOMMENDED, VISCOUS_MODELS
-from rockdamp.histories.loads import run_record, select
+from rockdamp.histories.loads import run_record
 from rockdamp.histories.one_sided import run_one_sided
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.dampers import CAP, critical_damping_ratio
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.wall import OneSidedWall, Parapet, Wall
+from rockdamp.mechanics.specimen import AnyWall, Specimen
+from rockdamp.mechanics.wall import OneSidedWall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
@@ -56,7 +57,7 @@ def damping_pair(wall: Any, restitution: ArrayLike, **loss: float) -> list[Dampi
 
 
 def collapses(
-    wall: Wall | Parapet | OneSidedWall,
+    wall: AnyWall,
     curve: TrilinearCurve,
     dampings: Sequence[Damping],
     motions: Sequence[GroundMotion],
@@ -101,10 +102,11 @@ def collapses(
     )[0]
     stripe = np.broadcast_to(stripe, (walls, STRIPES.size))
     wanted = np.concatenate([np.broadcast_to(intensity, (walls, intensity.size)), stripe], axis=1)
+    specimens = [Specimen(wall, curve, damping) for damping in dampings]
     peaks, runs = [], []
     for motion, level in zip(track(motions, "Records"), levels, strict=True):
         peak, *outcomes = run_outcomes(
-            motion.record, wall, curve, dampings, wanted / level, step=step, tail=tail
+            motion.record, specimens, wanted / level, step=step, tail=tail
         )
         # Of the stripes the peaks are not kept: memory grows with walls and records alone.
         peaks.append(np.where(outcomes[0], np.nan, peak)[:, : intensity.size])
@@ -132,9 +134,7 @@ def collapses(
 
 def run_outcomes(
     record: Record,
-    wall: Wall | Parapet | OneSidedWall,
-    curve: TrilinearCurve,
-    dampings: Sequence[Damping],
+    specimens: Sequence[Specimen],
     factor: Array,
     *,
     step: float,
@@ -142,17 +142,16 @@ def run_outcomes(
 ) -> Outcomes:
     """Return peaks [-] and collapses under a record at each factor, and the collapses at twice the finest step.
 
-    The shape of `factor` is (walls, factors), that of the results (walls, factors, dampings). Against a stop there is
-    one wall, which is solved event by event, without a step.
+    `specimens` are the same walls and curves with each damping. The shape of `factor` is (walls, factors), that of the
+    results (walls, factors, dampings). Against a stop there is one wall, which is solved event by event, without a
+    step.
     """
-    if not isinstance(wall, OneSidedWall):
-        return refined(record, wall, curve, dampings, factor, step=step, tail=tail)
-    one, threads = curve.map(lambda parameter: parameter.reshape(-1)[0]), available_threads()
+    if not isinstance(specimens[0].wall, OneSidedWall):
+        return refined(record, specimens, factor, step=step, tail=tail)
+    threads = available_threads()
     ended = [
-        run_one_sided(
-            record, wall, one, float(np.ravel(each.value)[0]), factor[0], tail=tail, threads=threads
-        )
-        for each in dampings
+        run_one_sided(record, specimen.take(0), factor[0], tail=tail, threads=threads)
+        for specimen in specimens
     ]
     peak, fell = (
         np.array([[getattr(end, name) for end in ends] for ends in ended]).T[None]
@@ -166,9 +165,7 @@ def run_outcomes(
 
 def refined(
     record: Record,
-    wall: Wall | Parapet,
-    curve: TrilinearCurve,
-    dampings: Sequence[Damping],
+    specimens: Sequence[Specimen],
     factor: Array,
     *,
     step: float,
@@ -179,32 +176,24 @@ def refined(
     Arguments are as for `run_record`, with `factor` of the shape (walls, factors). Returned are the peaks [-]
     and collapses at the finest step, and the collapses at twice that step, shape (walls, factors, dampings).
     """
-    ended = [
-        run_record(record, wall, curve, damping, factor.T, step=step, tail=tail)
-        for damping in dampings
-    ]
+    ended = [run_record(record, specimen, factor.T, step=step, tail=tail) for specimen in specimens]
     peak, collapsed = (
         np.stack([getattr(end, name).T for end in ended], axis=-1) for name in ("peak", "collapsed")
     )
     coarser = collapsed.copy()
     near = near_to_collapse(peak, collapsed, factor)
-    for column, damping in enumerate(dampings):
+    for column, specimen in enumerate(specimens):
         walls, levels = np.nonzero(near[..., column])
         if not walls.size:
             continue
         # Those that collapsed stand together: the kernel leaves a block that has collapsed.
         collapsed_last = np.argsort(collapsed[walls, levels, column], kind="stable")
         walls, levels = walls[collapsed_last], levels[collapsed_last]
-        lane, count = (walls, levels, column), factor.shape[0]
-        lanes = (
-            select(wall, count, walls),
-            select(curve, count, walls),
-            select(damping, count, walls),
-        )
+        lane, lanes = (walls, levels, column), specimen.take(walls)
         for halvings in range(1, HALVINGS + 1):
             coarser[lane] = collapsed[lane]
             finer = run_record(
-                record, *lanes, factor[walls, levels], step=step, tail=tail, halvings=halvings
+                record, lanes, factor[walls, levels], step=step, tail=tail, halvings=halvings
             )
             peak[lane], collapsed[lane] = finer.peak, finer.collapsed
     return peak, collapsed, coarser

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from typing import Any, TypeVar
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,13 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from rockdamp.arrays import Array
 from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError, check
-from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.mechanics.specimen import AnyWall, Specimen
+from rockdamp.mechanics.wall import OneSidedWall, Parapet, Wall
 from rockdamp.motions.record import Record, append_rest
 from rockdamp.solvers.newmark import Load, Peaks, peaks
-
-T = TypeVar("T", bound=Wall | Parapet | TrilinearCurve | Damping)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +57,7 @@ def count_steps(length: ArrayLike, longest: ArrayLike) -> NDArray[np.int64]:
 
 
 def make_load(
-    wall: Wall | Parapet,
+    wall: AnyWall,
     record: Record,
     factor: ArrayLike = 1.0,
     *,
@@ -82,6 +79,8 @@ def make_load(
     tail : float
         Rest after the record. [s]
     """
+    if isinstance(wall, OneSidedWall):
+        raise InputError("the wall is one-sided; it must be a Wall or a Parapet")
     sampling = wall.frequency_parameter * record.step
     ground, factors = record.ground_acceleration, wall.load_factor * np.asarray(factor, dtype=float)
     if isinstance(record, SupportRecord):
@@ -120,9 +119,7 @@ def sample_load(load: Load) -> dict[str, Any]:
 
 def run_record(
     record: Record,
-    wall: Wall | Parapet,
-    curve: TrilinearCurve,
-    damping: Damping,
+    specimen: Specimen,
     factor: ArrayLike,
     *,
     step: float,
@@ -135,8 +132,8 @@ def run_record(
     Parameters
     ----------
     record : Record
-    wall, curve, damping : Wall or Parapet, TrilinearCurve, Damping
-        Of numbers, or of arrays whose last axis are the walls.
+    specimen : Specimen
+        The walls: one, or as many as its arrays have.
     factor : ndarray, shape (levels, walls), or (levels, 1)
         On the acceleration. Levels come first, so that neighbouring lanes of the solver collapse together. [-]
     step : float
@@ -148,11 +145,11 @@ def run_record(
     scheme : str
         That of `peaks`.
     """
-    sampling = wall.frequency_parameter * record.step
-    substeps = count_steps(sampling * curve.initial_frequency, step) * 2**halvings
+    sampling = specimen.wall.frequency_parameter * record.step
+    substeps = count_steps(sampling * specimen.curve.initial_frequency, step) * 2**halvings
     if substeps.min() == substeps.max():
-        load = make_load(wall, record, factor, substeps=int(substeps.max()), tail=tail)
-        return peaks(curve, damping, load=load, scheme=scheme)
+        load = make_load(specimen.wall, record, factor, substeps=int(substeps.max()), tail=tail)
+        return peaks(specimen.curve, specimen.damping, load=load, scheme=scheme)
     # Walls that need equally many steps between two samples are one batch.
     factor = np.asarray(factor, dtype=float)
     count = substeps.size
@@ -162,25 +159,10 @@ def run_record(
     )
     for number in np.unique(substeps):
         picked = np.flatnonzero(substeps == number)
-        batch = (
-            select(wall, count, picked),
-            select(curve, count, picked),
-            select(damping, count, picked),
-        )
+        batch = specimen.take(picked)
         factors = np.broadcast_to(factor, peak.shape)[..., picked]
         ended = run_record(
-            record, *batch, factors, step=step, tail=tail, halvings=halvings, scheme=scheme
+            record, batch, factors, step=step, tail=tail, halvings=halvings, scheme=scheme
         )
         peak[..., picked], collapsed[..., picked] = ended.peak, ended.collapsed
     return Peaks(peak, collapsed)
-
-
-def select(owner: T, count: int, index: NDArray[np.intp]) -> T:
-    """Return a wall, curve or damper of some of `count` cases; what is one number stays one."""
-    values: dict[str, Any] = {each.name: getattr(owner, each.name) for each in fields(owner)}
-    arrays = {
-        name: np.broadcast_to(value, count)[index]
-        for name, value in values.items()
-        if np.ndim(value)
-    }
-    return type(owner)(**(values | arrays))

@@ -17,6 +17,7 @@ from rockdamp.constants import REFERENCE
 from rockdamp.histories.respond import scale_factors
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.specimen import Specimen
 from rockdamp.mechanics.wall import OneSidedWall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
@@ -37,29 +38,31 @@ def add_reversed(motions: Iterable[GroundMotion]) -> list[GroundMotion]:
 
 def run_one_sided(
     record: Record,
-    wall: OneSidedWall,
-    curve: TrilinearCurve,
-    restitution: float,
+    specimen: Specimen,
     factor: ArrayLike,
     *,
     tail: float,
     threads: int = 1,
 ) -> list[ExactHistory]:
-    """Run a wall from rest under a record that is scaled by each factor, with a rest of `tail` after it. [-], [s]"""
+    """Run a one-sided wall of numbers under a record that is scaled by each factor, from rest. [-], [s]"""
     ground = append_rest(record.ground_acceleration, record.step, tail)
-    sampling, damping = (
-        float(wall.frequency_parameter) * record.step,
-        Damping(REFERENCE, restitution),
-    )
+    sampling = float(specimen.wall.frequency_parameter) * record.step
 
     def solve(load_factor: float) -> ExactHistory:
         end = sampling * (ground.size - 1)
         return exact_history(
-            curve, damping, [end], load=load_factor * ground, sampling=sampling, one_sided=True
+            specimen.curve,
+            specimen.damping,
+            [end],
+            load=load_factor * ground,
+            sampling=sampling,
+            one_sided=True,
         )
 
     with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(solve, (float(wall.load_factor) * np.asarray(factor)).tolist()))
+        return list(
+            pool.map(solve, (float(specimen.wall.load_factor) * np.asarray(factor)).tolist())
+        )
 
 
 def respond_one_sided(
@@ -71,6 +74,7 @@ def respond_one_sided(
     tail: float,
 ) -> Iterator[dict[str, Any]]:
     """Yield the peak and the outcome of a wall under each record, both ways, as `respond.tabulate` does."""
+    specimen = Specimen(wall, curve, Damping(REFERENCE, restitution))
     u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
     for motion in add_reversed(motions):
         scale, measures = (
@@ -78,7 +82,7 @@ def respond_one_sided(
             intensity_measures(motion.intensity_record),
         )
         start = float(motion.record.elapsed[0])
-        histories = run_one_sided(motion.record, wall, curve, restitution, scale, tail=tail)
+        histories = run_one_sided(motion.record, specimen, scale, tail=tail)
         for factor, history in zip(scale.tolist(), histories, strict=True):
             yield {
                 "record": motion.name,

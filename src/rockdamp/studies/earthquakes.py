@@ -23,10 +23,11 @@ from rockdamp.config import Config, Earthquakes
 from rockdamp.constants import MODELS, REFERENCE, VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.polynomials import Polynomials
-from rockdamp.histories.loads import count_steps, run_record, select
+from rockdamp.histories.loads import count_steps, run_record
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.mechanics.specimen import Specimen, stack_parts
+from rockdamp.mechanics.wall import Parapet
 from rockdamp.motions.catalogue import GroundMotion, load_record
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
@@ -35,11 +36,9 @@ from rockdamp.statistics.paired import NOT_RUN
 from rockdamp.studies.matches import match_decays
 from rockdamp.studies.runner import (
     Case,
-    Setup,
     chunk_names,
     run,
-    stack,
-    stack_setups,
+    stack_specimens,
     study_walls,
     unstack,
     use,
@@ -80,7 +79,7 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     e = np.array(config.earthquakes.restitution)
     ratio = np.full((len(owners), e.size, len(MODELS), len(SOURCES)), np.nan)
     ratio[:, :, 1:] = _damping_ratios(
-        config, stack(curves), e, Polynomials.from_dataset(equivalence)
+        config, stack_parts(curves), e, Polynomials.from_dataset(equivalence)
     )
     w1 = [
         float(wall.frequency_parameter * curve.initial_frequency)
@@ -209,19 +208,19 @@ def run_dampers(
     value = walls["damping_ratio"].transpose("wall", *BY_DAMPER[3:]).values.copy()
     cr = MODELS.index(REFERENCE)
     value[:, :, cr, 0] = walls["restitution"]
-    setups = {
-        (w, i, m, s): (*owners[w], Damping(MODELS[m], value[w, i, m, s]))
+    specimens = {
+        (w, i, m, s): Specimen(*owners[w], Damping(MODELS[m], value[w, i, m, s]))
         for w, i, m, s in np.argwhere(np.isfinite(value)).tolist()
     }
-    stacks, shape = stack_setups(setups), (*factor.shape[:2], *value.shape)
+    stacks, shape = stack_specimens(specimens), (*factor.shape[:2], *value.shape)
     found: dict[str, NDArray[Any]] = {
         name: np.full(shape, np.nan) for name in ("peak", "peak_uncertainty")
     }
     found |= {name: np.full(shape, NOT_RUN, dtype=np.int8) for name in ("collapsed", "converged")}
     for row, motion in enumerate(track(motions, "Dampers under records")):
-        for (w, i, m, s), setup in stacks:
+        for (w, i, m, s), specimen in stacks:
             outcome = run_refined(
-                motion.record, *setup, factor[row][:, w], step=quakes.step, tail=quakes.tail
+                motion.record, specimen, factor[row][:, w], step=quakes.step, tail=quakes.tail
             )
             for name, values in outcome.items():
                 found[name][row][:, w, i, m, s] = values
@@ -235,9 +234,7 @@ def run_dampers(
 
 def run_refined(
     record: Record,
-    wall: Wall | Parapet,
-    curve: TrilinearCurve,
-    damping: Damping,
+    specimen: Specimen,
     factor: Array,
     *,
     step: float,
@@ -255,30 +252,26 @@ def run_refined(
     """
 
     def run_halvings(
-        setup: Setup, factor: Array, first: int, last: int
+        specimen: Specimen, factor: Array, first: int, last: int
     ) -> tuple[Array, NDArray[np.bool_]]:
         runs = [
-            run_record(record, *setup, factor, step=coarsest, tail=tail, halvings=halvings)
+            run_record(record, specimen, factor, step=coarsest, tail=tail, halvings=halvings)
             for halvings in range(first, last + 1)
         ]
         return np.stack([run.peak for run in runs]), np.stack([run.collapsed for run in runs])
 
     coarsest, finest = 2**HALVINGS * step, HALVINGS + FURTHER
-    peak, collapsed = run_halvings((wall, curve, damping), factor, 0, HALVINGS)
-    sampling, w1 = wall.frequency_parameter * record.step, curve.initial_frequency
+    peak, collapsed = run_halvings(specimen, factor, 0, HALVINGS)
+    sampling = specimen.wall.frequency_parameter * record.step
+    w1 = specimen.curve.initial_frequency
     w1h = sampling / count_steps(sampling * w1, coarsest) * w1
     outcome = judge(peak, collapsed, w1h / 2**HALVINGS)
     near = (collapsed != collapsed[-1]).any(axis=0) | (~collapsed[-1] & (peak[-1] >= NEAR))
     if near.any():
         # The few of all walls share batches: a block of the kernel takes as long with one lane as with all.
-        lane, count = np.nonzero(near)[1], near.shape[1]
-        near_setup = (
-            select(wall, count, lane),
-            select(curve, count, lane),
-            select(damping, count, lane),
-        )
+        lane = np.nonzero(near)[1]
         finer_peak, finer_collapsed = run_halvings(
-            near_setup, factor[near][None], HALVINGS + 1, finest
+            specimen.take(lane), factor[near][None], HALVINGS + 1, finest
         )
         peak = np.concatenate([peak[:, near], finer_peak[:, 0]])
         collapsed = np.concatenate([collapsed[:, near], finer_collapsed[:, 0]])

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,6 +20,7 @@ from rockdamp.config import Comparison, Config
 from rockdamp.histories.loads import run_record
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.specimen import Specimen
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion, load_records, record_names
 from rockdamp.motions.intensity import intensity_measures
@@ -29,9 +30,7 @@ from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import BOUND, HISTORIES, NOT_RUN, compare_fragilities, compare_pairs
 
 WallAndCurve = tuple[Wall | Parapet, TrilinearCurve]
-Setup = tuple[Wall | Parapet, TrilinearCurve, Damping]
-Stacks = list[tuple[tuple[list[int], ...], Setup]]
-T = TypeVar("T", Wall, Parapet, TrilinearCurve, Damping)
+Stacks = list[tuple[tuple[list[int], ...], Specimen]]
 
 
 def shake_ground(motion: GroundMotion, parapet: bool) -> Record:
@@ -39,9 +38,9 @@ def shake_ground(motion: GroundMotion, parapet: bool) -> Record:
     return motion.record
 
 
-def use(damping: Damping) -> Callable[[Wall | Parapet, TrilinearCurve], Setup]:
+def use(damping: Damping) -> Callable[[Wall | Parapet, TrilinearCurve], Specimen]:
     """Return the setup that changes neither wall nor curve."""
-    return lambda wall, curve: (wall, curve, damping)
+    return lambda wall, curve: Specimen(wall, curve, damping)
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class Case:
     ----------
     name : str
     setup : callable
-        Returns wall, curve and damper, all of numbers, for a wall and curve of the study; None where the case has none.
+        Returns the specimen, of numbers, for a wall and curve of the study; None where the case has none.
     step : float
         Longest step, times the angular frequency of the first branch. [-]
     reference : str, optional
@@ -66,7 +65,7 @@ class Case:
     """
 
     name: str
-    setup: Callable[[Wall | Parapet, TrilinearCurve], Setup | None]
+    setup: Callable[[Wall | Parapet, TrilinearCurve], Specimen | None]
     step: float
     reference: str = ""
     motion: Callable[[GroundMotion, bool], Record] = shake_ground
@@ -113,12 +112,16 @@ def run(
         ``wall`` and ``case``, with the ``reference`` of each case and the ``station`` of each record.
     """
     scale = np.array([float(wall.velocity_scale) for wall, _ in walls.values()])
-    alike: dict[Any, dict[Any, Setup]] = defaultdict(dict)
+    alike: dict[Any, dict[Any, Specimen]] = defaultdict(dict)
     for number, case in enumerate(cases):
         for column, (wall, curve) in enumerate(walls.values()):
-            if (setup := case.setup(wall, curve)) is not None:
-                alike[case.motion, case.step, case.scheme, case.halvings][column, number] = setup
-    batches = [(how, *stacked) for how, setups in alike.items() for stacked in stack_setups(setups)]
+            if (specimen := case.setup(wall, curve)) is not None:
+                alike[case.motion, case.step, case.scheme, case.halvings][column, number] = specimen
+    batches = [
+        (how, *stacked)
+        for how, specimens in alike.items()
+        for stacked in stack_specimens(specimens)
+    ]
     shape = (velocity_ratio.size, len(walls), len(cases))
     names, stations, peaks, outcomes = [], [], [], []
     for motion in motions:
@@ -126,10 +129,11 @@ def run(
         stations.append(motion.group)
         peak, collapsed = np.full(shape, np.nan), np.full(shape, NOT_RUN, dtype=np.int8)
         factor = velocity_ratio[:, None] * scale / intensity_measures(motion.intensity_record).pgv
-        for (move, step, scheme, halvings), (columns, numbers), setup in batches:
-            record, factors = move(motion, isinstance(setup[0], Parapet)), factor[:, columns]
+        for (move, step, scheme, halvings), (columns, numbers), specimen in batches:
+            record = move(motion, isinstance(specimen.wall, Parapet))
+            factors = factor[:, columns]
             ended = run_record(
-                record, *setup, factors, step=step, tail=tail, halvings=halvings, scheme=scheme
+                record, specimen, factors, step=step, tail=tail, halvings=halvings, scheme=scheme
             )
             peak[:, columns, numbers], collapsed[:, columns, numbers] = ended.peak, ended.collapsed
         peaks.append(peak)
@@ -148,38 +152,18 @@ def run(
     )
 
 
-def stack_setups(setups: Mapping[Any, Setup]) -> Stacks:
-    """Stack the setups that can run together: those of one kind of damper, last branch and wall.
+def stack_specimens(specimens: Mapping[Any, Specimen]) -> Stacks:
+    """Stack the specimens that can run together.
 
-    `setups` are by their place in the results. A stack comes with its places: a list for each dimension of a place.
+    `specimens` are by their place in the results. A stack comes with its places: a list for each dimension of a place.
     """
-    alike: dict[Any, dict[Any, Setup]] = defaultdict(dict)
-    for place, (wall, curve, damping) in setups.items():
-        kind = (
-            damping.model,
-            float(damping.order),
-            float(damping.width),
-            curve.softening,
-            type(wall),
-        )
-        alike[kind][place] = wall, curve, damping
-    stacks = []
-    for members in alike.values():
-        wall, curve, damping = (stack(owners) for owners in zip(*members.values(), strict=True))
-        stacks.append((tuple(map(list, zip(*members, strict=True))), (wall, curve, damping)))
-    return stacks
-
-
-def stack(owners: Sequence[T]) -> T:
-    """Return walls, curves or dampers of numbers as one of arrays; text is that of the first."""
-    columns = {
-        field.name: [getattr(owner, field.name) for owner in owners] for field in fields(owners[0])
-    }
-    arrays: dict[str, Any] = {
-        name: values[0] if isinstance(values[0], str) else np.array(values, dtype=float)
-        for name, values in columns.items()
-    }
-    return type(owners[0])(**arrays)
+    alike: dict[Any, dict[Any, Specimen]] = defaultdict(dict)
+    for place, specimen in specimens.items():
+        alike[specimen.kind][place] = specimen
+    return [
+        (tuple(map(list, zip(*members, strict=True))), Specimen.stack([*members.values()]))
+        for members in alike.values()
+    ]
 
 
 # --- the comparison ---------------------------------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from rockdamp.histories.supports import floor_motions
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.floors import Diaphragm
+from rockdamp.mechanics.specimen import Specimen, stack_parts
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion, load_records
 from rockdamp.motions.intensity import intensity_measures
@@ -31,12 +32,10 @@ from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import HISTORIES, NOT_RUN
 from rockdamp.studies.runner import (
     Case,
-    Setup,
     WallAndCurve,
     compare_intensities,
     pair,
     run,
-    stack,
     study_walls,
 )
 
@@ -50,7 +49,7 @@ def cases(section: Supports) -> list[Case]:
     """Return the cases that are loads on an odd curve; a parapet has a flexible floor alone."""
     step, shift = section.step, -section.eccentricity
     floors = [Diaphragm(period, section.diaphragm_damping) for period in section.diaphragm_period]
-    changes: dict[str, Callable[[Any, TrilinearCurve], Setup | None]] = {
+    changes: dict[str, Callable[[Any, TrilinearCurve], Specimen | None]] = {
         "overburden has mass, e unchanged": lambda w, c: (
             change(w, c, overburden_mass=1.0) if is_loaded(w) else None
         ),
@@ -74,10 +73,10 @@ def cases(section: Supports) -> list[Case]:
 
 def change(
     wall: Wall | Parapet, curve: TrilinearCurve, rule: str = "measured", **sizes: Any
-) -> Setup:
+) -> Specimen:
     """Return a wall with other sizes, its curve, and e by a rule."""
     wall = replace(wall, **sizes)
-    return wall, curve, Damping("CR", float(getattr(wall, f"restitution_{rule}")))
+    return Specimen(wall, curve, Damping("CR", float(getattr(wall, f"restitution_{rule}"))))
 
 
 def is_loaded(wall: Wall | Parapet) -> bool:
@@ -106,7 +105,10 @@ def run_asymmetric(
         np.array([[float(getattr(wall, name))] for wall in owners])
         for name in ("frequency_parameter", "restitution_measured", "velocity_scale", "load_factor")
     )
-    curve, ratio = stack(curves).map(lambda value: value[:, None]), section.velocity_ratio.values()
+    curve, ratio = (
+        stack_parts(curves).map(lambda value: value[:, None]),
+        section.velocity_ratio.values(),
+    )
     stronger, weaker = (
         np.array([[change_strength(wall, sign * section.eccentricity)] for wall in owners])
         for sign in (1, -1)
