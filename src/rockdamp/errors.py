@@ -1,14 +1,19 @@
-"""The exception for bad input, and the checks that raise it: a rule is what is valid, and the same in words."""
+"""The exception for bad input, and the checks that raise it.
+
+A rule is a test of values and the same in words. Every number that a user passes comes through `check`, which copies
+it: frozen objects do not change with the caller's arrays.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Rule: TypeAlias = tuple[Callable[[NDArray[np.float64]], ArrayLike], str]
+T = TypeVar("T")
 
 
 class InputError(ValueError):
@@ -28,16 +33,31 @@ class InputError(ValueError):
 def check(
     name: str, value: ArrayLike, valid: Callable[[NDArray[np.float64]], ArrayLike], allowed: str
 ) -> NDArray[Any]:
-    """Return `value` as an array of floats. Raise `InputError` unless it is finite and `valid` everywhere.
+    """Return a copy of `value` as an array of floats.
 
-    The message reads ``NAME is VALUE; it must be ALLOWED`` and shows the first value that is wrong.
+    The message of an error reads ``NAME is VALUE; it must be ALLOWED`` and shows the first wrong value.
+
+    Raises
+    ------
+    InputError
+        If `value` is no number and no array of numbers, or is not finite and `valid` everywhere.
     """
-    array = np.asarray(value, dtype=float)
+    array = _copy_numbers(name, value)
     good = np.isfinite(array) & np.asarray(valid(array))
     if not good.all():
         wrong = np.broadcast_to(array, good.shape)[~good].flat[0]
         raise InputError(f"{name} is {wrong:g}; it must be {allowed}")
     return array
+
+
+def check_number(
+    name: str, value: ArrayLike, valid: Callable[[NDArray[np.float64]], ArrayLike], allowed: str
+) -> float:
+    """Return one number as a float; the errors are those of `check`, and another for an array."""
+    array = check(name, value, valid, allowed)
+    if array.size != 1:
+        raise InputError(f"{name} is {_shorten(value)}; it must be one number, {allowed}")
+    return float(array.item())
 
 
 def check_fields(instance: object, rules: Mapping[str, Rule]) -> None:
@@ -48,6 +68,46 @@ def check_fields(instance: object, rules: Mapping[str, Rule]) -> None:
 
 def check_choice(name: str, value: str, choices: Sequence[str]) -> str:
     """Return `value`. Raise `InputError` unless it is one of the choices."""
-    if value not in choices:
-        raise InputError(f"{name} is {value!r}; it must be one of {', '.join(choices)}")
+    if not isinstance(value, str) or value not in choices:
+        raise InputError(f"{name} is {_shorten(value)}; it must be one of {', '.join(choices)}")
     return value
+
+
+def check_type(name: str, value: T, *types: type) -> T:
+    """Return `value`. Raise `TypeError` unless it is an instance of one of the types."""
+    if not isinstance(value, types):
+        allowed = " or ".join(kind.__name__ for kind in types)
+        raise TypeError(f"{name} is {_shorten(value)}; it must be {allowed}")
+    return value
+
+
+def check_list(name: str, value: T | Iterable[T], kind: type[T]) -> list[T]:
+    """Return one object of a type, or several, as a list; raise `TypeError` for others, `InputError` for none."""
+    if isinstance(value, kind):
+        return [value]
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise TypeError(f"{name} is {_shorten(value)}; it must be {kind.__name__}, or a list of it")
+    members = [check_type(name, member, kind) for member in value]
+    if not members:
+        raise InputError(f"{name} is empty; it must be {kind.__name__}, or a list of it")
+    return members
+
+
+def _copy_numbers(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    allowed = "a number or an array of numbers"
+    if np.ma.is_masked(value):
+        raise InputError(f"{name} has masked values; it must be {allowed}")
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise InputError(f"{name} is a ragged list; it must be {allowed}") from None
+    if array.dtype.kind not in "biuf":
+        raise InputError(f"{name} is {_shorten(value)}; it must be {allowed}")
+    if isinstance(value, list | tuple) and not array.size:
+        raise InputError(f"{name} is empty; it must be {allowed}")
+    return np.array(array, dtype=float)
+
+
+def _shorten(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 50 else f"{text[:50]}..."

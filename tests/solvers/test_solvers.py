@@ -18,7 +18,7 @@ CURVE = CURVES[0]  # the wall of Fig. 5
 W1, K1 = float(CURVE.initial_frequency), float(CURVE.initial_stiffness)
 
 
-def solve(solver, curve, damping, step, steps, load=(), sampling=0.0, **start):
+def solve(solver, curve, damping, step, steps, load=None, sampling=0.0, **start):
     """Displacement at each step."""
     if solver == "exact":
         times = step * np.arange(steps + 1)
@@ -27,7 +27,7 @@ def solve(solver, curve, damping, step, steps, load=(), sampling=0.0, **start):
         ).displacement
     run = (
         {"load": Load(load, 1.0, sampling, round(sampling / step))}
-        if len(load)
+        if load is not None
         else {"step": step, "steps": steps}
     )
     return simulate(curve, damping, **run, **start).displacement

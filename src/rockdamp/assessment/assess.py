@@ -21,7 +21,7 @@ from rockdamp.assessment.collapses import (
 )
 from rockdamp.assessment.table import DEFAULT_RULE, BadRow, Row, find_restitution
 from rockdamp.constants import BLOCK_RESTITUTION_DEVIATION, WALL_RESTITUTION_DEVIATION
-from rockdamp.errors import InputError, check
+from rockdamp.errors import InputError, check, check_number, check_type
 from rockdamp.histories.one_sided import add_reversed
 from rockdamp.histories.supports import Records, collect_motions, floor_motions
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -126,8 +126,10 @@ def assess(
     (array([16]), 18)
     """
     measure, intensity = intensities(pgv, pga)
-    check("tail", tail, lambda tail: tail >= 0, "at least 0 [s]")
-    check("step", step, lambda step: step > 0, "greater than 0")
+    check_type("wall", wall, Wall, Parapet, OneSidedWall)
+    check_type("curve", curve, TrilinearCurve)
+    tail = check_number("tail", tail, lambda tail: tail >= 0, "at least 0 [s]")
+    step = check_number("step", step, lambda step: step > 0, "greater than 0")
     if curve.shape or np.shape(wall.load_factor):
         raise InputError("assess takes one wall and one curve; its parameters must be numbers")
     e, reason = find_restitution(wall, restitution)
@@ -309,7 +311,8 @@ def _solve_rows(
 
 def _loss(exponent: float, amplitude: float) -> dict[str, Any]:
     """Return the loss as `Damping` takes it; nothing for one e at all amplitudes."""
-    if exponent == 0:
+    amplitude = check_number("reference_amplitude", amplitude, lambda x: x > 0, "greater than 0")
+    if check_number("loss_exponent", exponent, lambda g: g >= 0, "at least 0") == 0:
         return {}
     loss: dict[str, Any] = {"loss_exponent": exponent, "reference_amplitude": amplitude}
     damping_pair(None, 1.0, **loss)  # refuses what either damper does not take
@@ -332,8 +335,6 @@ def ground_motions(records: Records) -> list[GroundMotion]:
     """Return the motions of some records; refuse none, and one that is there twice."""
     motions = collect_motions(records)
     names = [motion.name for motion in motions]
-    if not motions:
-        raise InputError("there are no records; there must be at least one")
     if repeated := [name for name in names if names.count(name) > 1]:
         raise InputError(f"the record {repeated[0]!r} is there twice; each must be there once")
     return motions

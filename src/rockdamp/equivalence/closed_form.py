@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
 from rockdamp.constants import VISCOUS_MODELS
-from rockdamp.errors import Rule, check, check_choice
+from rockdamp.errors import Rule, check, check_choice, check_type
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.coefficient import damping_coefficient
@@ -63,6 +63,8 @@ def equivalence_factor(
     ... ]
     [0.44, 1.26]
     """
+    check_type("curve", curve, TrilinearCurve)
+    check_type("damping", damping, Damping)
     check_choice("damping_model", damping.model, (*VISCOUS_MODELS, "CQD"))
     a1, a2, a3 = (
         curve.yield_displacement_ratio,

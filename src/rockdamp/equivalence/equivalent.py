@@ -14,7 +14,7 @@ from rockdamp.constants import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import RESTITUTION, damping_ratio_energy
 from rockdamp.equivalence.matching import Cases, Matched, match_dampers
 from rockdamp.equivalence.polynomials import shipped_polynomials
-from rockdamp.errors import check
+from rockdamp.errors import check, check_number, check_type
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.solvers.newmark import default_step
 
@@ -57,8 +57,13 @@ def equivalent(
     '0.0517'
     """
     e = np.atleast_1d(check("restitution", restitution, *RESTITUTION))
-    amplitude = np.full(e.size, release_amplitude, dtype=float)
-    check("response_length", response_length, lambda length: length > 0, "greater than 0, in tau")
+    check_type("curve", curve, TrilinearCurve)
+    finite = "a finite number"
+    x0 = check_number("release_amplitude", release_amplitude, np.isfinite, finite)
+    amplitude = np.full(e.size, x0)
+    check_number(
+        "response_length", response_length, lambda length: length > 0, "greater than 0, in tau"
+    )
     a1, curves = (
         float(curve.yield_displacement_ratio),
         curve.map(lambda parameter: np.full(e.size, parameter)),

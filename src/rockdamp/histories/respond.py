@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.errors import check
+from rockdamp.errors import check, check_list, check_number, check_type
 from rockdamp.histories.loads import count_steps, make_load
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
@@ -65,11 +65,15 @@ def free_decay(
     >>> dict(decay.control_displacement.sizes), decay.control_displacement.attrs["units"]
     ({'restitution': 2, 'tau': 8001}, 'm')
     """
-    check("length", length, lambda tau: tau > 0, "greater than 0")
+    check_type("curve", curve, TrilinearCurve)
+    dampings = check_list("damping", damping, Damping)
+    if wall is not None:
+        check_type("wall", wall, Wall, Parapet)
+    length = check_number("length", length, lambda tau: tau > 0, "greater than 0")
     steps = int(count_steps(length, default_step(curve) if step is None else step))
     runs = [
         simulate(curve, each, step=length / steps, steps=steps, release_amplitude=release_amplitude)
-        for each in _several(damping)
+        for each in dampings
     ]
     tau = length / steps * np.arange(steps + 1)
     decay = _assemble(runs, damping, curve, wall, tau)
@@ -124,8 +128,12 @@ def respond(
     >>> response.collapsed.values.tolist()
     [0, 0]
     """
+    check_type("wall", wall, Wall, Parapet)
+    check_type("curve", curve, TrilinearCurve)
+    dampings = check_list("damping", damping, Damping)
+    check_type("record", record, Record, GroundMotion)
     motion: Record = record.record if isinstance(record, GroundMotion) else record
-    scale, dampings = np.asarray(scale, dtype=float), _several(damping)
+    scale = check("scale", scale, np.isfinite, "a finite number")
     longest = default_step(curve) if step is None else step
     substeps = int(count_steps(wall.frequency_parameter * motion.step, longest))
     factor = np.reshape(scale, (*scale.shape, *(1 for _ in dampings[0].shape)))
@@ -143,10 +151,6 @@ def respond(
     return describe(
         history.swap_dims(tau="elapsed").assign_attrs(record_attributes(motion.header)), "response"
     )
-
-
-def _several(damping: Damping | Sequence[Damping]) -> list[Damping]:
-    return [damping] if isinstance(damping, Damping) else list(damping)
 
 
 # --- names ------------------------------------------------------------------------------------------------------------

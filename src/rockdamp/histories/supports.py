@@ -26,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rockdamp.arrays import Array
+from rockdamp.errors import InputError, check_type
 from rockdamp.histories.loads import SupportRecord
 from rockdamp.mechanics.floors import RIGID_PERIOD, Building, Diaphragm, Modes
 from rockdamp.motions.catalogue import GroundMotion, load_records
@@ -98,6 +99,10 @@ def floor_motions(
     >>> round(floor / ground, 1)  # at the top the supports shake more than the ground
     2.2
     """
+    if building is not None:
+        check_type("building", building, Building)
+    if diaphragm is not None:
+        check_type("diaphragm", diaphragm, Diaphragm)
     motions = []
     for motion in collect_motions(records):
         ground = motion.intensity_record
@@ -110,6 +115,7 @@ def collect_motions(records: Records) -> list[GroundMotion]:
     """Return ground motions as they are, and read those that are named."""
     if isinstance(records, (str, os.PathLike, GroundMotion, Record)):
         records = [records]
+    check_type("records", records, Iterable)
     motions: list[GroundMotion] = []
     for number, record in enumerate(records, 1):
         if isinstance(record, Record):
@@ -117,7 +123,10 @@ def collect_motions(records: Records) -> list[GroundMotion]:
         elif isinstance(record, GroundMotion):
             motions.append(record)
         else:
+            check_type("records", record, str, os.PathLike)
             motions += load_records(record)
+    if not motions:
+        raise InputError("there are no records; there must be at least one")
     return motions
 
 

@@ -15,7 +15,14 @@ from scipy.optimize import OptimizeResult
 from rockdamp.arrays import Array
 from rockdamp.config import Config
 from rockdamp.constants import MODELS, REFERENCE, SOFTENING
-from rockdamp.errors import InputError, check, check_choice
+from rockdamp.errors import (
+    InputError,
+    check,
+    check_choice,
+    check_list,
+    check_number,
+    check_type,
+)
 from rockdamp.histories.measured_test import measured_displacement
 from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.record_fit import PARAMETERS, RecordFit
@@ -189,17 +196,16 @@ def make_fits(
     step: float,
 ) -> list[RecordFit]:
     """Return the fit of each record; refuse a displacement that no standing wall can have."""
-    check("step", step, lambda step: step > 0, "greater than 0")
-    a3 = float(
-        check(
-            "ultimate_displacement_ratio",
-            ultimate_displacement_ratio,
-            *RULES["ultimate_displacement_ratio"],
-        )
+    check_type("wall", wall, Wall, Parapet)
+    step = check_number("step", step, lambda step: step > 0, "greater than 0")
+    a3 = check_number(
+        "ultimate_displacement_ratio",
+        ultimate_displacement_ratio,
+        *RULES["ultimate_displacement_ratio"],
     )
     check_choice("softening", softening, SOFTENING)
     check_choice("damping_model", damping_model, MODELS)
-    several = [records] if isinstance(records, Record) else list(records)
+    several = check_list("records", records, Record)
     # ASSUME: a wall that survives stays below u_ins; a sensor's drift and an inexact size may add half of that.
     largest = 1.5 * float(wall.instability_displacement)
     for record in several:

@@ -13,7 +13,7 @@ from scipy.stats import t as student
 from rockdamp.arrays import Array
 from rockdamp.constants import MODELS, REFERENCE, SOFTENING
 from rockdamp.equivalence.closed_form import equivalence_factor
-from rockdamp.errors import check, check_choice
+from rockdamp.errors import check, check_choice, check_list, check_number, check_type
 from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.calibration import true_values
 from rockdamp.laboratory.free_decay import FreeDecay
@@ -93,17 +93,16 @@ def fit_free_rocking(
     >>> fitted.estimate.values.round(3)
     array([0.05, 0.8 , 0.88])
     """
-    a3 = float(
-        check(
-            "ultimate_displacement_ratio",
-            ultimate_displacement_ratio,
-            *RULES["ultimate_displacement_ratio"],
-        )
+    check_type("wall", wall, Wall, Parapet)
+    a3 = check_number(
+        "ultimate_displacement_ratio",
+        ultimate_displacement_ratio,
+        *RULES["ultimate_displacement_ratio"],
     )
     check_choice("softening", softening, SOFTENING)
     if least_peak is not None:
-        check("least_peak", least_peak, lambda peak: peak > 0, "greater than 0 [m]")
-    several = [tests] if isinstance(tests, FreeRocking) else list(tests)
+        check_number("least_peak", least_peak, lambda peak: peak > 0, "greater than 0 [m]")
+    several = check_list("tests", tests, FreeRocking)
     deviations = check_deviations(wall, uncertain)
     u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
     # ASSUME: the measured rotation is small, and is the rotation of the lower body or of the parapet.

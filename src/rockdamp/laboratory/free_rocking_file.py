@@ -13,7 +13,7 @@ import numpy as np
 
 from rockdamp import units
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, check
+from rockdamp.errors import InputError, check, check_number
 from rockdamp.motions.record import cells, check_series, read_header
 from rockdamp.storage.files import read_text
 
@@ -59,7 +59,7 @@ class FreeRocking:
     def __post_init__(self) -> None:
         if (self.displacement is None) == (self.rotation is None):
             raise InputError("a free-rocking test must have either a displacement or a rotation")
-        check_series(self, ("elapsed", "displacement", "rotation"))
+        check_series(self, ("elapsed",), optional=("displacement", "rotation"))
         falls = np.flatnonzero(np.diff(self.elapsed) <= 0)
         if falls.size:
             before, after = self.elapsed[falls[0] : falls[0] + 2]
@@ -118,7 +118,9 @@ def read_free_rocking(
         if frame_rate is None:
             elapsed = times * _unit(heads[0], "s")[1]
         else:
-            check("frame_rate", frame_rate, lambda rate: rate > 0, "greater than 0 [s-1]")
+            frame_rate = check_number(
+                "frame_rate", frame_rate, lambda rate: rate > 0, "greater than 0 [s-1]"
+            )
             elapsed = (
                 check("frame", times, lambda frame: frame == np.round(frame), "a whole number")
                 / frame_rate
@@ -128,7 +130,7 @@ def read_free_rocking(
         else:
             kind, factor = (
                 "m",
-                float(check("pixel", pixel, lambda size: size > 0, "greater than 0 [m]")),
+                check_number("pixel", pixel, lambda size: size > 0, "greater than 0 [m]"),
             )
         measured = {"displacement" if kind == "m" else "rotation": factor * values}
         return FreeRocking(

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, check, check_choice
+from rockdamp.errors import InputError, check_choice, check_number, check_type
 from rockdamp.histories.loads import make_load
 from rockdamp.histories.measured_test import motion_noise
 from rockdamp.laboratory.record_fit import RecordFit
@@ -93,7 +93,9 @@ def check_deviations(
     wall: Wall | Parapet, uncertain: Mapping[str, float] | None
 ) -> Mapping[str, float]:
     """Return the standard deviations of sizes of the wall, by name, all greater than 0."""
-    for name, deviation in (uncertain or {}).items():
+    if uncertain is None:
+        return {}
+    for name, deviation in check_type("uncertain", uncertain, Mapping).items():
         check_choice("a size that is uncertain", name, [field.name for field in fields(wall)])
-        check(f"uncertain {name}", deviation, lambda size: size > 0, "greater than 0")
-    return uncertain or {}
+        check_number(f"uncertain {name}", deviation, lambda size: size > 0, "greater than 0")
+    return uncertain

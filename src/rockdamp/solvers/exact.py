@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from scipy.integrate import DOP853
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, check
+from rockdamp.errors import InputError, check, check_number, check_type
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.dampers import band_strength
 from rockdamp.mechanics.damping import Damping
@@ -528,7 +528,7 @@ def exact_history(
     *,
     release_amplitude: float = 0.0,
     release_velocity: float = 0.0,
-    load: ArrayLike = (),
+    load: ArrayLike | None = None,
     sampling: float = 0.0,
     one_sided: bool = False,
 ) -> ExactHistory:
@@ -542,7 +542,7 @@ def exact_history(
         Ascending moments tau >= 0 at which the history is given; the last is the end of the run. [-]
     release_amplitude, release_velocity : float
         u/u_ins and its derivative by tau at tau = 0. [-]
-    load : ndarray, shape (samples,)
+    load : ndarray, shape (samples,), optional
         `Wall.load_factor` times the ground acceleration; linear between its samples, and zero after the last. [-]
     sampling : float
         Time between two samples of the load, in tau. [-]
@@ -565,20 +565,25 @@ def exact_history(
     >>> history.turning_displacement.round(3)[:3]
     array([-0.335,  0.237, -0.174])
     """
+    check_type("curve", curve, TrilinearCurve)
+    check_type("damping", damping, Damping)
     if one_sided and damping.model != "CR":
         raise InputError(
             f"damping_model is {damping.model}; it must be CR with a wall that rocks to one side"
         )
     a3 = float(curve.ultimate_displacement_ratio)
     allowed = f"less than a3, {a3:g}, " + ("and at least 0" if one_sided else "to either side")
-    check(
+    x = check_number(
         "release_amplitude",
         release_amplitude,
         lambda x: (abs(x) < a3) & ((x >= 0) | (not one_sided)),
         allowed,
     )
-    times, load = np.array(times, dtype=float, ndmin=1), np.array(load, dtype=float)
-    x, v = float(release_amplitude), float(release_velocity)
+    finite = "a finite number"
+    v = check_number("release_velocity", release_velocity, np.isfinite, finite)
+    times = np.atleast_1d(check("times", times, np.isfinite, finite))
+    load = np.empty(0) if load is None else check("load", load, np.isfinite, finite)
+    sampling = check_number("sampling", sampling, lambda h: h >= 0, "at least 0")
     law, constants = law_parameters(curve, damping)
     rows = curve_branches(curve, law, constants)
     rows = rows[len(rows) // 2 :] if one_sided else rows
@@ -587,7 +592,7 @@ def exact_history(
     displacement, velocity = np.full(times.shape, np.nan), np.full(times.shape, np.nan)
     displacement[times == 0.0], velocity[times == 0.0] = x, v
     ended, tau, x_end, impacts, turns = run(
-        rows, law, one_sided, at, x, v, load, float(sampling), times, displacement, velocity
+        rows, law, one_sided, at, x, v, load, sampling, times, displacement, velocity
     )
     if ended == STALLED:
         raise ArithmeticError(f"no progress at tau = {tau:.9g}, x = {x_end:.9g}")

@@ -18,7 +18,7 @@ from numba import config
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, Rule, check, check_choice
+from rockdamp.errors import InputError, Rule, check, check_choice, check_number, check_type
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import kernel
@@ -55,8 +55,7 @@ class Load:
     substeps: int = 1
 
     def __post_init__(self) -> None:
-        # A writable copy: the kernel is compiled for one.
-        ground = check("ground acceleration", self.ground, np.isfinite, "a finite number").copy()
+        ground = check("ground acceleration", self.ground, np.isfinite, "a finite number")
         ground = ground[None] if ground.ndim == 1 else ground
         if ground.ndim != 2 or ground.shape[0] < 1 or ground.shape[1] < 2:
             raise InputError(
@@ -68,7 +67,7 @@ class Load:
             raise InputError(
                 f"load factor has shape {factor.shape}; its first axis must be the {len(ground)} motions"
             )
-        check("substeps", self.substeps, *WHOLE)
+        check_number("substeps", self.substeps, *WHOLE)
         object.__setattr__(self, "ground", ground)
         object.__setattr__(self, "factor", factor)
         object.__setattr__(
@@ -154,6 +153,7 @@ def stable_step(curve: TrilinearCurve) -> Array:
     ... ).item()
     0.434
     """
+    check_type("curve", curve, TrilinearCurve)
     return np.asarray(2.0 / curve.initial_frequency)
 
 
@@ -213,7 +213,7 @@ def simulate(
     (2, 81)
     """
     batch = _Batch(curve, damping, load, step, steps, release_amplitude, release_velocity)
-    every = int(check("store_every", store_every, *WHOLE))
+    every = int(check_number("store_every", store_every, *WHOLE))
     stored = batch.steps // every + 1
     batch.require_room(stored)
     displacement, velocity = np.full((2, batch.blocks, batch.width, stored), np.nan)
@@ -344,9 +344,14 @@ class _Batch:
         release_velocity: ArrayLike,
         reference: Reference | None = None,
     ) -> None:
+        check_type("curve", curve, TrilinearCurve)
+        check_type("damping", damping, Damping)
+        if reference is not None:
+            check_type("reference", reference, Reference)
         self.ground, self.substeps, factors = np.empty((1, 0)), 1, np.zeros(1)
         most = 10**9  # minutes for each block of lanes
         if load is not None:
+            check_type("load", load, Load)
             self.ground, self.substeps, factors = load.ground, int(load.substeps), load.factor
             step, most = load.sampling / load.substeps, self.substeps * (self.ground.shape[1] - 1)
             steps = most if steps is None else steps
@@ -354,7 +359,9 @@ class _Batch:
             raise InputError("a free decay needs a step and steps; a load has its own")
         whole = f"a whole number from 1 to {most}"
         self.steps = int(
-            check("steps", steps, lambda n: (n >= 1) & (n <= most) & (n == np.floor(n)), whole)
+            check_number(
+                "steps", steps, lambda n: (n >= 1) & (n <= most) & (n == np.floor(n)), whole
+            )
         )
         k1, b1, ks, a1, a2, a3 = curve.parameters()
         x = check("release_amplitude", release_amplitude, lambda x: np.abs(x) < a3, "less than a3")
@@ -461,6 +468,8 @@ class _Batch:
         """
         stopped = Event()
         # For fewer than 8 192 steps of a block a thread would cost more than it gives.
+        if threads is not None:
+            threads = int(check_number("threads", threads, *WHOLE))
         workers = threads or min(available_threads(), self.blocks * self.steps // 2**13)
         workers = min(workers, self.blocks)
         if workers <= 1:

@@ -64,7 +64,7 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     s = check("intensity", intensity, lambda s: s > 0, "greater than 0")
     if s.ndim != 1 or np.any(np.diff(s) <= 0):
         raise InputError("intensity must be ascending and have one dimension")
-    runs = np.asarray(runs, dtype=float)
+    runs = check("runs", runs, lambda n: n >= 0, "at least 0")
     collapses = check(
         "collapses", collapses, lambda k: (k >= 0) & (k <= runs), "at least 0 and at most the runs"
     )
