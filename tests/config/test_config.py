@@ -146,7 +146,7 @@ BAD = [  # a key, a wrong value, and the key that the error begins with, if it i
     ("earthquakes.walls", [WALL, WALL]),
     # steps
     ("solver.step", 0.15),
-    ("earthquakes.walls", [{**WALL, "yield_displacement_ratio": 1e-6}], "solver.step"),
+    ("earthquakes.walls", [{**WALL, "yield_displacement_ratio": 1e-6}], "earthquakes.walls.0"),
     ("validation.step", 0.5),
     # what is looked up
     ("release_amplitude", 0.4, "studies.amplitude"),

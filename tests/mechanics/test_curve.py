@@ -97,7 +97,7 @@ def test_arrays_of_curves_give_what_each_gives_alone():
 
 A1, B1, A3 = "yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio"
 BAD = [
-    (A1, {A1: 0.0}),
+    (A1, {A1: 0.99e-5}),
     (A1, {A1: np.nan}),
     (A1, {A1: [0.04, 0.15]}),  # the plateau ends there
     (B1, {B1: 0.0}),

@@ -48,7 +48,14 @@ def test_modes_that_are_as_stiff_as_the_ground_are_left_out():
 
 @pytest.mark.parametrize(
     "change",
-    [{"storey": 4}, {"storey": 0}, {"storeys": 3.5}, {"damping_ratio": 5.0}, {"period": 0.0}],
+    [
+        {"storey": 4},
+        {"storey": 0},
+        {"storeys": 3.5},
+        {"damping_ratio": 5.0},
+        {"period": 0.0},
+        {"period": 21.0},
+    ],
 )
 def test_buildings_and_floors_that_cannot_be_are_refused(change):
     (name,) = change

@@ -123,6 +123,7 @@ BAD = [
     ("width", 0.0),
     ("density", np.inf),
     ("overburden_ratio", [0.0, -0.5]),
+    ("overburden_ratio", 1001.0),
     ("eccentricity", 0.1501),
     ("eccentricity", -0.2),
 ]

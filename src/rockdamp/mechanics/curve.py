@@ -14,7 +14,8 @@ from rockdamp.errors import Rule, check, check_choice, check_fields
 
 ROUNDING = 1e-12  # a shorter branch has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point
 RULES: dict[str, Rule] = {
-    "yield_displacement_ratio": (lambda a1: a1 > 0, "greater than 0"),
+    # ASSUME: joints are rougher than some micrometres, 1e-5 of the thickness of a wall.
+    "yield_displacement_ratio": (lambda a1: a1 >= 1e-5, "at least 1e-5, as joints are rough"),
     "strength_ratio": (lambda b1: (b1 > ROUNDING) & (b1 < 1), "greater than 0 and less than 1"),
     "ultimate_displacement_ratio": (
         lambda a3: (a3 > 0) & (a3 <= 1),

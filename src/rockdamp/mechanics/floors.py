@@ -122,7 +122,12 @@ class Diaphragm:
 
 
 def _check_oscillator(name: str, period: float, damping_ratio: float) -> None:
-    check_number(f"period of the {name}", period, lambda seconds: seconds > 0, "greater than 0 [s]")
+    check_number(
+        f"period of the {name}",
+        period,
+        lambda seconds: (seconds > 0) & (seconds <= 20),
+        "greater than 0 and at most 20 s, beyond the tallest towers",
+    )
     check_number(
         f"damping_ratio of the {name}",
         damping_ratio,

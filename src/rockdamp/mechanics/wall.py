@@ -22,7 +22,11 @@ RULES: dict[str, Rule] = {
     "height": (lambda h: (h > 0) & (h <= 1000), "greater than 0 and at most 1000 m"),
     "width": (lambda width: width > 0, "greater than 0 [m]"),
     "density": (lambda density: density > 0, "greater than 0 [kg m-3]"),
-    "overburden_ratio": (lambda ratio: ratio >= 0, "at least 0"),
+    # Masonry of 1 m, the lightest that carries a floor, is crushed by some 1000 times its weight (20 MPa).
+    "overburden_ratio": (
+        lambda ratio: (ratio >= 0) & (ratio <= 1000),
+        "at least 0 and at most 1000, where masonry is crushed",
+    ),
 }
 HINGE_RULES: dict[str, Rule] = {
     "hinge_ratio": (lambda r: (r > 0) & (r < 1), "greater than 0 and less than 1"),
