@@ -33,6 +33,7 @@ VALID = {
     rd.FreeRocking: {"elapsed": ELAPSED, "displacement": np.cos(ELAPSED)},
     rd.simulate: {"curve": CURVE, "damping": DAMPING, "step": 0.01, "steps": 10},
     rd.peaks: {"curve": CURVE, "damping": DAMPING, "step": 0.01, "steps": 10},
+    rd.damping_coefficient: {"curve": CURVE, "damping": DAMPING, "x": 0.1},
     rd.stable_step: {"curve": CURVE},
     rd.exact_history: {"curve": CURVE, "damping": DAMPING, "times": [1.0, 2.0]},
     rd.free_decay: {"curve": CURVE, "damping": DAMPING},

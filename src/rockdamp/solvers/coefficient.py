@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
+from rockdamp.errors import check, check_type
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import kernel
@@ -36,8 +37,10 @@ def damping_coefficient(
     >>> rd.damping_coefficient(curve, rd.Damping("CDR", 0.05), [0.02, 0.5]).round(3)
     array([0.461, 0.1  ])
     """
-    x = np.asarray(x, dtype=float)
-    v = np.asarray(v, dtype=float)
+    check_type("curve", curve, TrilinearCurve)
+    check_type("damping", damping, Damping)
+    x = check("x", x, np.isfinite, "a finite number")
+    v = check("v", v, np.isfinite, "a finite number")
     shape = np.broadcast_shapes(x.shape, v.shape, curve.shape, damping.shape)
     formula, parameters = damping.kernel_arguments(curve)
     if damping.model == "CR":
