@@ -21,7 +21,8 @@ from rockdamp.histories.loads import make_load, sample_load
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
-from rockdamp.motions.record import Record, write_record
+from rockdamp.motions.record import Record
+from rockdamp.motions.record_file import write_record
 from rockdamp.solvers.exact import exact_history
 
 # The wall of Fig. 8; width and density too, though neither changes the response.

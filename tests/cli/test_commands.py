@@ -171,7 +171,20 @@ def test_a_command_loads_what_it_computes_with(arguments, light):
             ("respond", *WALL, *CURVE, "--restitution", 0.85, "--record", "cut.csv"),
             "velocity at the end over PGV",
         ),
-        (("respond", *WALL, *CURVE, "--restitution", 0.85, "--record", "strong.csv"), "PGA in g"),
+        (
+            (
+                "respond",
+                *WALL,
+                *CURVE,
+                "--restitution",
+                0.85,
+                "--scale",
+                1e4,
+                "--record",
+                "weak.csv",
+            ),
+            "PGA in g",
+        ),
     ],
 )
 def test_an_unusual_value_is_warned_of_once(command, name, record, monkeypatch):
@@ -179,7 +192,7 @@ def test_an_unusual_value_is_warned_of_once(command, name, record, monkeypatch):
     pulse = rd.read_record("pulse.csv")
     elapsed, motion = pulse.elapsed, pulse.ground_acceleration
     rd.write_record("cut.csv", rd.Record(elapsed[:20], motion[:20], header={"synthetic": "yes"}))
-    rd.write_record("strong.csv", rd.Record(elapsed, 40 * motion, header={"synthetic": "yes"}))
+    rd.write_record("weak.csv", rd.Record(elapsed, 1e-4 * motion, header={"synthetic": "yes"}))
     result = run(*command)
     warnings = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
     assert result.exit_code == 0 and [name in line for line in warnings] == [True]

@@ -17,7 +17,8 @@ from rockdamp.laboratory import record_fit, uncertainty
 from rockdamp.laboratory.calibration import calibrate, compare_dampers, study
 from rockdamp.laboratory.record_fit import RecordFit
 from rockdamp.laboratory.uncertainty import covariance_by_sensor
-from rockdamp.motions.record import Record, read_record
+from rockdamp.motions.record import Record
+from rockdamp.motions.record_file import read_record
 from rockdamp.solvers.exact import exact_history
 
 STEP = 0.01  # twice the default, for speed: the solver's error stays below the bounds used here

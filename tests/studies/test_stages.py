@@ -15,7 +15,8 @@ from rockdamp.mechanics.two_bodies import TwoBodies
 from rockdamp.mechanics.wall import Wall
 from rockdamp.motions.catalogue import load_record
 from rockdamp.motions.intensity import intensity_measures
-from rockdamp.motions.record import Record, read_record
+from rockdamp.motions.record import Record
+from rockdamp.motions.record_file import read_record
 from rockdamp.solvers.exact import exact_history
 from rockdamp.storage import dataset
 from rockdamp.studies.bilinear import bilinear

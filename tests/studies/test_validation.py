@@ -14,7 +14,8 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.histories.half_cycles import half_cycles
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.motions.record import Record, read_record
+from rockdamp.motions.record import Record
+from rockdamp.motions.record_file import read_record
 from rockdamp.studies.validation import compare, damping_ratios, validate
 
 U_INS = float(WALL.instability_displacement)

@@ -21,7 +21,7 @@ def read(paths):
         return [read(path) for path in paths]
     if paths.endswith(".nc"):
         return dataset.read(paths)
-    return load("motions.record.read_record")(
+    return load("motions.record_file.read_record")(
         paths
     )  # not imported: other stages do not depend on it
 

@@ -112,7 +112,8 @@ def read_motions(inputs: Inputs) -> list[rd.GroundMotion]:
         raise click.UsageError(
             f"--output is {str(output)!r}, which the command reads; it must be another file"
         )
-    motions = rd.load_records(inputs["records"], step=inputs["step"], unit=inputs["unit"])
+    statements = {name: inputs[name] for name in ("step", "unit", "column")}
+    motions = rd.load_records(inputs["records"], **statements)
     for motion in motions:
         measures, name = rd.intensity_measures(motion.record), motion.name
         warn(
@@ -279,7 +280,7 @@ def write_outputs(
     if output is not None and output.suffix == ".nc":
         from rockdamp.storage.dataset import write
 
-        files = ("output", "plot", "report", "walls", "files", "as_json", "step", "unit")
+        files = ("output", "plot", "report", "walls", "files", "as_json", "step", "unit", "column")
         config = {name: value for name, value in inputs.items() if name not in files} | read
         write(dataset, output, kind, config=config, code_version=rd.__version__)
         click.echo(f"{output} written", err=True)

