@@ -113,7 +113,7 @@ def test_a_video_has_frames_and_pixels(tmp_path):
     )
     assert all(f"{row['estimate']:.5g}" in text for row in values["parameters"])
     assert f"--restitution {values['restitution_at'][1]['restitution']:.3f}" in text
-    assert "half periods" in refused(*video)
+    assert "step is 1 s" in refused(*video)
 
 
 def test_the_longest_gap_of_a_test_is_named(tmp_path):

@@ -14,32 +14,38 @@ import numpy as np
 from rockdamp import units
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check, check_number
-from rockdamp.motions.record import check_series
-from rockdamp.motions.text_lines import read_header, split_cells
+from rockdamp.motions.record import check_series, check_step
+from rockdamp.motions.text_lines import read_header, refused_line, split_cells
 from rockdamp.storage.files import read_text
+
+# Units that the columns of measured values may have, by their names.
+MEASURED_KINDS = {"displacement": ("m",), "rotation": ("rad",)}
 
 
 @dataclass(frozen=True, eq=False)
 class FreeRocking:
-    """A free-rocking test: one or more releases, without a motion of the ground.
+    """A free-rocking test: one or more releases, without ground motion.
 
     Parameters
     ----------
     elapsed : ndarray, shape (samples,)
-        Time, ascending by any steps. [s]
+        Time, ascending in any steps; the median step is 0.0001 to 0.1 s. [s]
     displacement : ndarray, shape (samples,), optional
-        Horizontal displacement at the hinge, or at the top of a parapet; the sensor's zero need not be the wall's. [m]
+        Horizontal displacement at the hinge, or at the top of a parapet. The sensor's zero need not
+        be the wall's. Default: none; then `rotation` is required. [m]
     rotation : ndarray, shape (samples,), optional
-        Rotation of the lower body, or of a parapet, in place of the displacement. [rad]
-    header : mapping of str
-        What the file says of itself: specimen, source, licence, units, synthetic (yes or no), and more.
+        Rotation of the lower body, or of a parapet; alternative to `displacement`. [rad]
+    header : mapping of str, optional
+        Description of the test: specimen, source, licence, synthetic (yes or no), and any other
+        keys. Default: empty.
     digest : str, optional
-        SHA-256 of the text that it was read from.
+        SHA-256 of the file that the test was read from. Default: empty.
 
     Raises
     ------
     InputError
-        Unless there is either a displacement or a rotation, of finite numbers at times that rise.
+        If both or neither of displacement and rotation are given, a value is not finite, the shapes
+        differ, or the times do not rise in steps of the stated size.
 
     Examples
     --------
@@ -61,43 +67,64 @@ class FreeRocking:
         if (self.displacement is None) == (self.rotation is None):
             raise InputError("a free-rocking test must have either a displacement or a rotation")
         check_series(self, ("elapsed",), optional=("displacement", "rotation"))
-        falls = np.flatnonzero(np.diff(self.elapsed) <= 0)
-        if falls.size:
-            before, after = self.elapsed[falls[0] : falls[0] + 2]
-            raise InputError(f"elapsed goes from {before:.9g} to {after:.9g}; it must rise")
+        _check_times(self.elapsed)
 
     @property
     def synthetic(self) -> bool:
-        """True if the header says that it was computed; without such a statement it was measured."""
+        """True if the header says that the test was computed; otherwise it counts as measured."""
         return self.header.get("synthetic") == "yes"
 
     @property
     def measured(self) -> Array:
-        """What was measured: the displacement [m] or the rotation [rad]."""
+        """Measured values: the displacement [m] or the rotation [rad]."""
         return self.displacement if self.displacement is not None else self.rotation  # type: ignore[return-value]
+
+
+def _check_times(elapsed: Array) -> None:
+    if elapsed.size < 2:
+        raise InputError(f"number of samples is {elapsed.size}; it must be at least 2")
+    intervals = np.diff(elapsed)
+    falls = np.flatnonzero(intervals <= 0)
+    if falls.size:
+        before, after = elapsed[falls[0] : falls[0] + 2]
+        raise InputError(f"elapsed goes from {before:.9g} to {after:.9g}; it must rise")
+    check_step(float(np.median(intervals)))
 
 
 def read_free_rocking(
     path: str | os.PathLike[str], *, frame_rate: float | None = None, pixel: float | None = None
 ) -> FreeRocking:
-    """Read a free-rocking test: times, and displacements or rotations, in the first two columns of a text file.
+    """Read a free-rocking test from a text file.
 
-    The columns may have any name. A head ends with their unit, as ``t [ms]``, ``angle (deg)`` or ``rotation_rad``; one
-    without a unit is in s, or in m. Rows without a value are left out.
+    The file has optional lines ``# key: value``, then columns divided by semicolons, tabs, commas or
+    blanks. Times are in the column ``elapsed`` and measured values in the column ``displacement``
+    or ``rotation``, wherever these stand. Without these names they are in the first two columns;
+    a column without a name, such as the index that pandas writes, does not count.
+
+    A name ends with its unit, as in ``elapsed_s``, ``displacement [mm]`` or ``angle (deg)``. Values
+    without a unit are in s, m, or, in the column ``rotation``, rad. Rows without a value are
+    skipped.
 
     Parameters
     ----------
     path : path-like
-        Lines ``# key: value``, then the columns, which semicolons, tabs, commas or blanks divide.
+        The file.
     frame_rate : float, optional
-        Of a video, whose first column has frame numbers. [s-1]
+        Frames per second of a video. The times are then frame numbers, in the column ``frame`` or
+        in the first one. Default: none, the file has times. [s-1]
     pixel : float, optional
-        Size of a pixel, where the second column has pixels. [m]
+        Size of a pixel, if the displacement is in pixels. Default: none. [m]
+
+    Returns
+    -------
+    FreeRocking
+        The test in SI units, with the header and the digest of the file.
 
     Raises
     ------
     InputError
-        For whatever cannot be read or used, with the file, and the line or the time.
+        If the file cannot be read or used. The message names the file and the line, the column or
+        the time.
 
     Examples
     --------
@@ -115,75 +142,138 @@ def read_free_rocking(
     lines = text.splitlines()
     try:
         header, first = read_header(lines)
-        heads, (times, values) = _first_two_columns(lines, first)
-        if frame_rate is None:
-            elapsed = times * _unit(heads[0], "s")[1]
-        else:
-            frame_rate = check_number(
-                "frame_rate", frame_rate, lambda rate: rate > 0, "greater than 0 [s-1]"
-            )
-            elapsed = (
-                check("frame", times, lambda frame: frame == np.round(frame), "a whole number")
-                / frame_rate
-            )
-        if pixel is None:
-            kind, factor = _unit(heads[1], "m", "rad")
-        else:
-            kind, factor = (
-                "m",
-                check_number("pixel", pixel, lambda size: size > 0, "greater than 0 [m]"),
-            )
-        measured = {"displacement" if kind == "m" else "rotation": factor * values}
-        return FreeRocking(
-            elapsed, **measured, header=header, digest=sha256(text.encode()).hexdigest()
-        )
+        time_name = "elapsed" if frame_rate is None else "frame"
+        heads, start = _find_heads(lines, first, time_name)
+        time_column, value_column = _find_columns(heads, time_name)
+        times, values = _read_rows(lines, start, (time_column, value_column), len(heads))
+        elapsed = _elapsed(times, heads[time_column], frame_rate)
+        measured = _measured(values, heads[value_column], pixel)
+        digest = sha256(text.encode()).hexdigest()
+        return FreeRocking(elapsed, **measured, header=header, digest=digest)
     except InputError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from None
 
 
-def _first_two_columns(lines: Sequence[str], first: int) -> tuple[list[str], Array]:
-    """Return the heads of the first two columns, and their numbers, shape (2, rows), where both have one.
+# --- columns --------------------------------------------------------------------------------------
 
-    The heads are the last line above the numbers that has as many cells as they.
-    """
-    heads, rows, width = ["", ""], [], 0
-    for number, line in enumerate(lines[first:], first + 1):
+
+def _find_heads(lines: Sequence[str], first: int, time_name: str) -> tuple[list[str], int]:
+    """Return the heads of the columns, or empty texts, and the index of the first row."""
+    heads: list[str] = []
+    head_line = ""
+    for index, line in enumerate(lines[first:], first):
         row = split_cells(line)
-        values = _values(row[:2])
-        if not width and (values is None or len(row) < 2):
-            heads = (
-                split_cells(re.sub(r"\s+(?=[\[(])", "", line)) or heads
-            )  # a unit stays with its name
-            continue
-        width = width or len(row)
-        if values is None or len(row) > width:
+        if _numbers(row[:2]) is None:
+            head_line = re.sub(r"\s+(?=[\[(])", "", line)  # a unit stays with its name
+            heads = split_cells(head_line)
+            names = {_name_and_unit(head)[0] for head in heads}
+            if time_name in names and not names.isdisjoint(MEASURED_KINDS):
+                return heads, index + 1
+        elif len(row) > 1:
+            # Rows may lack their last cells. A line that blanks divide may be a title.
+            is_divided = any(mark in head_line for mark in ";\t,")
+            if len(heads) == len(row) or (len(heads) > len(row) and is_divided):
+                return heads, index
+            if len(row) > 2 and "," in line and "." not in line:
+                raise refused_line(lines, index, "the columns must have heads")
+            return [""] * len(row), index
+    for index, line in enumerate(lines[first:], first):
+        if re.match(r"[\s\"+-]*\d", line):
+            raise refused_line(lines, index, "it must have numbers in its first two columns")
+    raise InputError(
+        "the file has no rows of numbers; it must have times, and displacements or rotations"
+    )
+
+
+def _find_columns(heads: Sequence[str], time_name: str) -> tuple[int, int]:
+    """Return the indices of the columns of times and of measured values."""
+    names = [_name_and_unit(head)[0] for head in heads]
+    for name in (time_name, *MEASURED_KINDS):
+        if names.count(name) > 1:
+            raise InputError(f"the file has {names.count(name)} columns {name}; it must have one")
+    time_names = [name for name in names if name == time_name]
+    measured_names = [name for name in names if name in MEASURED_KINDS]
+    if len(measured_names) > 1:
+        raise InputError("the file has a displacement and a rotation; it must have one of them")
+    if time_names and measured_names:
+        return names.index(time_name), names.index(measured_names[0])
+    named_columns = [column for column, name in enumerate(names) if name]
+    time_column, value_column = named_columns[:2] if len(named_columns) > 1 else (0, 1)
+    for column, known_names in ((time_column, time_names), (value_column, measured_names)):
+        if known_names and names[column] not in known_names:
             raise InputError(
-                f"line {number} is {line.strip()[:30]!r}; it must be {width} cells, the first two numbers"
+                f"columns are {', '.join(heads)[:50]}; they must be {time_name}"
+                " and displacement or rotation, or the first two must be times and measured values"
             )
-        if len(values) == 2 and not any(map(math.isnan, values)):
-            rows.append(values)
+    return time_column, value_column
+
+
+def _name_and_unit(head: str) -> tuple[str, str]:
+    """Return the name of a column in small letters and the unit that its head ends with, if any."""
+    name, unit = units.name_and_unit(head)
+    stem, _, ending = name.rpartition("_")
+    if not unit and stem and any(units.size(ending, kind) for kind in ("s", "m", "rad")):
+        return stem.casefold(), ending
+    return name.casefold(), unit
+
+
+def _unit(head: str, *kinds: str) -> tuple[str, float]:
+    """Return the SI unit of a column, one of `kinds` and by default the first, and the unit's size."""
+    _, unit = _name_and_unit(head)
+    if not unit:
+        return kinds[0], 1.0
+    for kind in kinds:
+        size = units.size(unit, kind)
+        if size is not None:
+            return kind, size
+    allowed = ", ".join(spelling for kind in kinds for spelling in units.UNITS[kind])
+    raise InputError(f"the unit of {head!r} is {unit!r}; it must be one of {allowed}")
+
+
+def _elapsed(times: Array, head: str, frame_rate: float | None) -> Array:
+    if frame_rate is None:
+        return times * _unit(head, "s")[1]
+    rate = check_number("frame_rate", frame_rate, lambda rate: rate > 0, "greater than 0 [s-1]")
+    frames = check("frame", times, lambda frame: frame == np.round(frame), "a whole number")
+    return frames / rate
+
+
+def _measured(values: Array, head: str, pixel: float | None) -> dict[str, Array]:
+    """Return the measured values in SI, by the field of `FreeRocking` that they belong to."""
+    if pixel is not None:
+        size = check_number("pixel", pixel, lambda pixel: pixel > 0, "greater than 0 [m]")
+        return {"displacement": size * values}
+    kinds = MEASURED_KINDS.get(_name_and_unit(head)[0], ("m", "rad"))
+    kind, size = _unit(head, *kinds)
+    return {"displacement" if kind == "m" else "rotation": size * values}
+
+
+# --- rows -----------------------------------------------------------------------------------------
+
+
+def _read_rows(lines: Sequence[str], start: int, columns: tuple[int, int], width: int) -> Array:
+    """Return times and measured values, shape (2, rows), of the rows that have both."""
+    first, second = (column + 1 for column in columns)
+    rows = []
+    for index in range(start, len(lines)):
+        row = split_cells(lines[index])
+        if len(row) > width:
+            raise refused_line(lines, index, f"it must have at most {width} cells")
+        texts = [row[column] if column < len(row) else "" for column in columns]
+        numbers = _numbers(texts)
+        if numbers is None:
+            allowed = f"it must have numbers in columns {first} and {second}"
+            raise refused_line(lines, index, allowed)
+        if not any(map(math.isnan, numbers)):
+            rows.append(numbers)
     if not rows:
-        raise InputError(
-            "has no rows of numbers; it must have times and displacements, or rotations, in two columns"
-        )
-    return heads if len(heads) == width else ["", ""], np.array(rows).T
+        raise InputError("the file has no rows with a time and a displacement or rotation")
+    return np.array(rows).T
 
 
-def _values(texts: Sequence[str]) -> list[float] | None:
-    """Return the numbers of cells, NaN of an empty one; None where anything else stands there."""
+def _numbers(texts: Sequence[str]) -> list[float] | None:
+    """Return the numbers of cells, NaN for an empty one, or None if a text is no number."""
     try:
         return [float(text or "nan") for text in texts]
     except ValueError:
         return None
-
-
-def _unit(head: str, *kinds: str) -> tuple[str, float]:
-    """Return the SI unit, one of some, and the size of the unit that a head ends with; the first without one."""
-    name, stated = units.name_and_unit(head)
-    ending = stated or name.rpartition("_")[2]
-    sizes = ((kind, units.size(ending, kind)) for kind in kinds)
-    known = [(kind, size) for kind, size in sizes if size is not None]
-    if stated and not known:
-        allowed = ", ".join(spelling for kind in kinds for spelling in units.UNITS[kind])
-        raise InputError(f"the unit of {head!r} is {stated!r}; it must be one of {allowed}")
-    return known[0] if known else (kinds[0], 1.0)

@@ -3,25 +3,42 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 from scipy.signal import detrend, find_peaks
 from scipy.stats import median_abs_deviation, theilslopes
 
 from rockdamp.arrays import Array
-from rockdamp.errors import check
-from rockdamp.histories.half_cycles import CLEAR, half_cycles
+from rockdamp.errors import InputError, check
+from rockdamp.histories.half_cycles import CLEAR, HalfCycles, half_cycles
 
-FEWEST_PEAKS = 4  # ASSUME: of a release, itself included: three impacts, of which two leave something to compare
+Indices: TypeAlias = NDArray[np.int64]
+
+# ASSUME: a release has at least three impacts, of which two leave a peak to compare.
+FEWEST_PEAKS = 4
 FEWEST_SAMPLES = 50  # of a test, and of its part at rest
+MOST_LOST_FRAMES = 5  # in a row
 
 
 @dataclass(frozen=True)
 class Release:
-    """A part of a test that is one free decay, in SI and as the sensor shows it.
+    """Part of a test that is one free decay, in SI units, as the sensor measured it.
 
-    Times [s] and displacements [m] of the samples; crossings of zero, one for each impact [s]; signed peaks around
-    them, one more than crossings [m].
+    Parameters
+    ----------
+    elapsed : ndarray, shape (samples,)
+        Time. [s]
+    displacement : ndarray, shape (samples,)
+        Measured displacement. [m]
+    zero : float
+        Level of the sensor about which the specimen rocks. [m]
+    crossings : ndarray, shape (impacts,)
+        Times at which the displacement crosses zero, one for each impact. [s]
+    peaks : ndarray, shape (impacts + 1,)
+        Signed peaks around the crossings. [m]
     """
 
     elapsed: Array
@@ -31,122 +48,207 @@ class Release:
     peaks: Array
 
 
-def sensor_noise(displacement: Array) -> float:
-    """Return the standard deviation of white noise, or half of the deviation at rest where this is larger. [m]
+# --- noise and zero of the sensor -----------------------------------------------------------------
 
-    White noise shows in second differences, which motion hardly changes; filtered noise shows only at rest.
+
+def sensor_noise(displacement: Array) -> float:
+    """Return the standard deviation of white noise, or half of the one at rest if it is larger. [m]
+
+    White noise shows in second differences, which motion hardly changes; filtered noise shows only
+    at rest.
     """
-    resting = rest_deviation(displacement)
-    return max(_white_noise(displacement), 0.0 if np.isnan(resting) else resting / 2)
+    white_noise = _white_noise(displacement)
+    resting_deviation = rest_deviation(displacement)
+    if np.isnan(resting_deviation):
+        return white_noise
+    return max(white_noise, resting_deviation / 2)
 
 
 def rest_deviation(displacement: Array) -> float:
-    """Return the standard deviation of the sensor at rest, at the start or the end of a test; NaN without rest. [m]"""
+    """Return the standard deviation at rest, at the start or the end of a test; NaN without rest. [m]"""
     count = max(int(0.05 * displacement.size), FEWEST_SAMPLES)
-    spread = min(
-        float(np.std(detrend(part))) for part in (displacement[:count], displacement[-count:])
-    )
+    ends = displacement[:count], displacement[-count:]
+    deviation = min(float(np.std(detrend(end))) for end in ends)
     # ASSUME: the specimen is at rest where a twentieth of the test varies this little.
     quiet = max(1.5 * _white_noise(displacement), 0.005 * float(np.ptp(displacement)))
-    return spread if spread < quiet else np.nan
+    return deviation if deviation < quiet else np.nan
 
 
 def _white_noise(displacement: Array) -> float:
-    """Return the standard deviation of white noise, at least the one of the logger's steps. [m]"""
-    spread = float(median_abs_deviation(np.diff(displacement, 2), scale="normal")) / np.sqrt(6)
-    steps = np.unique(np.abs(np.diff(displacement)))
-    return max(spread, float(steps[steps > 0].min()) / np.sqrt(12) if steps.any() else 0.0)
+    """Return the standard deviation of white noise, or of the rounding to the logger's steps. [m]"""
+    curvature = np.diff(displacement, 2)
+    deviation = float(median_abs_deviation(curvature, scale="normal")) / np.sqrt(6)
+    steps = np.abs(np.diff(displacement))
+    if not steps.any():
+        return deviation
+    return max(deviation, float(steps[steps > 0].min()) / np.sqrt(12))
 
 
 def rocking_zero(displacement: Array, noise: float) -> float:
     """Return the level about which the specimen rocks: the middle between peaks, as they fade. [m]
 
-    A specimen that rocks to one side of a support has its middle move with the amplitude, and is refused.
+    The middle moves with the amplitude if the specimen rocks to one side of a support; such a test
+    is refused.
     """
-    top, bottom = (
-        find_peaks(side, prominence=2 * CLEAR * noise)[0] for side in (displacement, -displacement)
-    )
-    values = displacement[np.sort(np.concatenate([top, bottom]))]
-    _check_peaks(values.size, CLEAR * noise)
-    middle = (values[:-2] + 2 * values[1:-1] + values[2:]) / 4
-    amplitude = np.abs(values[:-2] - 2 * values[1:-1] + values[2:]) / 4
-    slope = float(
-        theilslopes(middle, amplitude)[0]
-    )  # robust: of several releases some peaks follow from a pull
-    allowed = "at most 0.5: a specimen that rocks to one side of a support is not fitted"
+    prominence = 2 * CLEAR * noise
+    top, _ = find_peaks(displacement, prominence=prominence)
+    bottom, _ = find_peaks(-displacement, prominence=prominence)
+    peaks = displacement[np.sort(np.concatenate([top, bottom]))]
+    _check_peaks(peaks.size, CLEAR * noise)
+    middle = (peaks[:-2] + 2 * peaks[1:-1] + peaks[2:]) / 4
+    amplitude = np.abs(peaks[:-2] - 2 * peaks[1:-1] + peaks[2:]) / 4
+    # A robust slope, as some peaks of several releases follow from a pull.
+    slope = float(theilslopes(middle, amplitude)[0])
     check(
         "shift of the middle between peaks over their amplitude",
         slope,
-        lambda s: np.abs(s) <= 0.5,
-        allowed,
+        lambda slope: np.abs(slope) <= 0.5,
+        "at most 0.5: a specimen that rocks to one side of a support is not fitted",
     )
     return float(np.median(middle - slope * amplitude))
 
 
-def find_releases(elapsed: Array, displacement: Array, least: float | None = None) -> list[Release]:
-    """Split a test into its releases, each from where the specimen falls freely to its last clear half cycle.
+# --- releases -------------------------------------------------------------------------------------
 
-    Times [s], displacements at the hinge or the top [m], and the smallest peak that is used [m], by default ten
-    standard deviations of the noise. Raises `InputError` for too few peaks, lost frames, or a specimen that rocks to
-    one side only.
+
+def find_releases(elapsed: Array, displacement: Array, least: float | None = None) -> list[Release]:
+    """Split a test into its releases, each from the start of free fall to its last clear half cycle.
+
+    Parameters
+    ----------
+    elapsed : ndarray, shape (samples,)
+        Time. [s]
+    displacement : ndarray, shape (samples,)
+        Displacement at the hinge or the top. [m]
+    least : float, optional
+        Smallest peak that is used; default: ten standard deviations of the noise. [m]
+
+    Raises
+    ------
+    InputError
+        If there are too few samples or peaks, a sample lies far off its neighbours, frames are
+        lost, or the specimen rocks to one side only.
     """
     check(
         "samples of the test",
         displacement.size,
-        lambda n: n >= FEWEST_SAMPLES,
+        lambda count: count >= FEWEST_SAMPLES,
         f"at least {FEWEST_SAMPLES}",
     )
     noise = sensor_noise(displacement)
+    _check_spikes(elapsed, displacement, CLEAR * noise)
     clear = CLEAR * noise if least is None else least
     zero = rocking_zero(displacement, noise)
     cycles = half_cycles(elapsed, displacement - zero, clear)
+    releases = [
+        _make_release(elapsed, displacement, zero, decay)
+        for decay in _split_decays(cycles, clear)
+        if decay.peak.size >= FEWEST_PEAKS
+    ]
+    for release in releases:
+        _check_gaps(release.elapsed, release.crossings)
+    return releases
+
+
+def _split_decays(cycles: HalfCycles, clear: float) -> list[HalfCycles]:
+    """Split half cycles where the specimen was pulled again."""
     sizes = np.abs(cycles.peak)
     _check_peaks(sizes.size, clear)
-    # ASSUME: a release is at least a fifth of the largest peak. A peak half as large again as the one before it did not
-    # follow from free motion: the specimen was pulled again.
+    # ASSUME: a release is at least a fifth of the largest peak. A peak half as large again as the one
+    # before it did not follow from free motion: the specimen was pulled again.
     smallest = 0.2 * sizes.max()
-    starts = 1 + np.flatnonzero((sizes[1:] > 1.5 * sizes[:-1]) & (sizes[1:] > smallest))
-    edges = [0, *starts.tolist(), sizes.size]
-    parts = [
+    pulls = 1 + np.flatnonzero((sizes[1:] > 1.5 * sizes[:-1]) & (sizes[1:] > smallest))
+    starts = [0, *pulls.tolist()]
+    ends = [*pulls.tolist(), sizes.size]
+    decays = [
         cycles[start:end]
-        for start, end in zip(edges[:-1], edges[1:], strict=True)
+        for start, end in zip(starts, ends, strict=True)
         if sizes[start] > smallest
     ]
-    _check_peaks(max(part.peak.size for part in parts), clear)
-    found = []
-    for part in parts:
-        if part.peak.size < FEWEST_PEAKS:
-            continue
-        crossings, peaks = part.start[1:], part.peak
-        # The last half cycle ends in the noise: it is used to a little before where its like would end.
-        last = part.peak_elapsed[-1] + 0.4 * (crossings[-1] - crossings[-2])
-        # ASSUME: below 0.8 of the release the specimen moves freely, whatever held it.
-        fall = (elapsed < crossings[0]) & (np.abs(displacement - zero) >= 0.8 * abs(peaks[0]))
-        first = int(np.flatnonzero(fall)[-1]) if fall.any() else 0
-        if np.abs(displacement[first] - zero) < 0.5 * np.abs(
-            peaks[1]
-        ):  # no energy before the first impact
-            first, crossings, peaks = (
-                int(np.argmax(elapsed >= crossings[0])),
-                crossings[1:],
-                peaks[1:],
-            )
-        used = slice(first, int(np.searchsorted(elapsed, last)) + 1)
-        _check_gaps(elapsed[used], crossings)
-        found.append(Release(elapsed[used], displacement[used], zero, crossings, peaks))
-    return found
+    _check_peaks(max(decay.peak.size for decay in decays), clear)
+    return decays
 
 
-def _check_gaps(elapsed: Array, crossings: Array) -> None:
-    """Refuse a release that lost more than 5 frames in a row and a quarter of a half period: two crossings may hide."""
-    intervals, half_periods = np.diff(elapsed), np.diff(crossings)
-    around = np.interp(elapsed[:-1], crossings[:-1] + half_periods / 2, half_periods)
-    allowed = np.maximum(6.5 * np.median(intervals), 0.25 * around)
-    at = int(np.argmax(intervals - allowed))
-    rule = f"at most {allowed[at]:.3g}: 5 frames, or 0.25 of the half period there"
-    check(f"gap after {elapsed[at]:.6g} s", intervals[at], lambda gap: gap <= allowed[at], rule)
+def _make_release(elapsed: Array, displacement: Array, zero: float, decay: HalfCycles) -> Release:
+    """Return the release of a decay, without the part in which the specimen was held."""
+    crossings = decay.start[1:]
+    peaks = decay.peak
+    # The last half cycle ends in the noise: it is used to a little before its expected end.
+    end = decay.peak_elapsed[-1] + 0.4 * (crossings[-1] - crossings[-2])
+    # ASSUME: below 0.8 of the release the specimen moves freely, whatever held it.
+    is_held = (elapsed < crossings[0]) & (np.abs(displacement - zero) >= 0.8 * abs(peaks[0]))
+    first = int(np.flatnonzero(is_held)[-1]) if is_held.any() else 0
+    if np.abs(displacement[first] - zero) < 0.5 * np.abs(peaks[1]):
+        # The test begins too late for the energy before the first impact.
+        first = int(np.argmax(elapsed >= crossings[0]))
+        crossings = crossings[1:]
+        peaks = peaks[1:]
+    used = slice(first, int(np.searchsorted(elapsed, end)) + 1)
+    return Release(elapsed[used], displacement[used], zero, crossings, peaks)
+
+
+# --- checks ---------------------------------------------------------------------------------------
 
 
 def _check_peaks(count: int, clear: float) -> None:
     allowed = f"at least {FEWEST_PEAKS} above {1000 * clear:.3g} mm, the release included"
-    check("number of clear peaks", count, lambda n: n >= FEWEST_PEAKS, allowed)
+    check("number of clear peaks", count, lambda count: count >= FEWEST_PEAKS, allowed)
+
+
+def _check_gaps(elapsed: Array, crossings: Array) -> None:
+    """Refuse a release that lost several frames and a quarter of a half period: impacts may hide."""
+    intervals = np.diff(elapsed)
+    half_periods = np.diff(crossings)
+    middles = crossings[:-1] + half_periods / 2
+    local_half_periods = np.interp(elapsed[:-1], middles, half_periods)
+    longest_loss = (MOST_LOST_FRAMES + 1.5) * np.median(intervals)
+    allowed = np.maximum(longest_loss, 0.25 * local_half_periods)
+    worst = int(np.argmax(intervals - allowed))
+    check(
+        f"gap after {elapsed[worst]:.6g} s",
+        intervals[worst],
+        lambda gap: gap <= allowed[worst],
+        f"at most {allowed[worst]:.3g}: {MOST_LOST_FRAMES} frames, or 0.25 of the half period there",
+    )
+
+
+def _check_spikes(elapsed: Array, displacement: Array, clear: float) -> None:
+    """Refuse samples far off the motion on both sides of them, where a sensor or a marker was lost.
+
+    From each side the motion is extended by the line through two samples, and across by the chord.
+    After an impact or a release, and at a low frame rate, samples lie between these lines. A spike
+    of up to `MOST_LOST_FRAMES` samples lies outside them by more than `clear`, and by more than
+    five times the distance of any neighbour from its own chord.
+    """
+    t = np.pad(elapsed, 2, mode="reflect", reflect_type="odd")
+    u = np.pad(displacement, 2, mode="reflect")
+    inner = np.arange(1, u.size - 1)
+    roughness = np.pad(np.abs(u[inner] - _line(t, u, inner - 1, inner + 1, inner)), 1)
+    # Largest of four neighbours: those up to a sample, and those from it on.
+    largest = sliding_window_view(np.pad(roughness, 3), 4).max(axis=1)
+    largest_before = largest[:-3]
+    largest_after = largest[3:]
+    for width in range(1, MOST_LOST_FRAMES + 1):
+        first = np.arange(2, u.size - width - 1)
+        last = first + width - 1
+        run = first + np.arange(width)[:, None]
+        from_left = _line(t, u, first - 2, first - 1, run)
+        from_right = _line(t, u, last + 1, last + 2, run)
+        chord = _line(t, u, first - 1, last + 1, run)
+        above = u[run] - np.maximum(np.maximum(from_left, from_right), chord)
+        below = np.minimum(np.minimum(from_left, from_right), chord) - u[run]
+        distance = np.maximum(above.min(axis=0), below.min(axis=0))
+        nearby = np.maximum(largest_before[first - 2], largest_after[last + 2])
+        allowed = np.maximum(clear, 5 * nearby)
+        worst = int(np.argmax(distance - allowed))
+        if distance[worst] > allowed[worst]:
+            raise InputError(
+                f"jump of the displacement at {t[first[worst]]:.6g} s is {distance[worst]:.3g} m;"
+                f" it must be at most {allowed[worst]:.3g} m: leave out samples of a lost marker"
+            )
+
+
+def _line(t: Array, u: Array, start: Indices, end: Indices, sample: Indices) -> Array:
+    """Return the line through two samples, at the time of another one."""
+    slope = (u[end] - u[start]) / (t[end] - t[start])
+    return np.asarray(u[start] + slope * (t[sample] - t[start]))
