@@ -1,4 +1,4 @@
-"""The paper's claims: the minimal build, changed in one or two places, must give each verdict that a claim can get."""
+"""The verdicts: the minimal build, changed in one or two places, gives each verdict of a claim."""
 
 import numpy as np
 import pytest
@@ -7,22 +7,43 @@ from repository import ROOT
 
 from rockdamp import claims
 from rockdamp.claims import FAILS, HOLDS, IN_PART, UNTESTED
-from rockdamp.claims.decays import half_cycle_areas, paired_ratio
-from rockdamp.claims.ratios import spans
+from rockdamp.claims.decays import half_cycle_areas
+from rockdamp.claims.judgement import spans
+from rockdamp.claims.walls import paired_ratio
 from rockdamp.storage import dataset
 
 CLAIMS = {claim["id"]: claim for claim in claims.read(ROOT / "data/claims.yaml")}
-STUDIES = ("amplitude", "cracked_stiffness", "slenderness", "overburden")
-NAMES = ("mechanism", "bilinear", "damping_force", "response_lengths", "equivalence", "validation")
-AMPLITUDE, ERROR = "match/amplitude damping_ratio", "match/amplitude rms_error"
-A1, FIT = "match/cracked_stiffness damping_ratio", "equivalence damping_ratio_fit"
-DECREMENT, MISFIT = "validation log_decrement", "validation decay_peak_misfit"
+ALWAYS_UNTESTED = {name for name, claim in CLAIMS.items() if "untested" in claim}
+DATASETS = [
+    "mechanism",
+    "bilinear",
+    "damping_force",
+    "response_lengths",
+    "equivalence",
+    "validation",
+    "match/amplitude",
+    "match/cracked_stiffness",
+    "match/slenderness",
+    "match/overburden",
+]
+
+AMPLITUDE = "match/amplitude damping_ratio"
+ERROR = "match/amplitude rms_error"
+A1 = "match/cracked_stiffness damping_ratio"
+SLENDERNESS = "match/slenderness damping_ratio"
+OVERBURDEN = "match/overburden damping_ratio"
+FIT = "equivalence damping_ratio_fit"
+DECREMENT = "validation log_decrement"
+MISFIT = "validation decay_peak_misfit"
+ROCKING = "damping_force rocking_displacement"
+LOOPS = "damping_force damping_force"
+MASS = "mechanism effective_mass_ratio"
+TESTED = "mechanism tested_restitution_rigid"
 
 
 @pytest.fixture(scope="module")
 def built(minimal):
-    names = (*NAMES, *(f"match/{study}" for study in STUDIES))
-    return {name: dataset.read(minimal / f"{name}.nc").load() for name in names}
+    return {name: dataset.read(minimal / f"{name}.nc").load() for name in DATASETS}
 
 
 @pytest.fixture
@@ -34,151 +55,146 @@ def judge(name, data):
     return claims.judge(CLAIMS[name], data)
 
 
-def scale(place, factor, model=None, **at):
+def scale(place, factor, model=None, **selection):
     """Return a change: multiply a variable, ``dataset variable``, at the coordinates given."""
     name, variable = place.split()
-    at |= {} if model is None else {"damping_model": model}
+    if model is not None:
+        selection["damping_model"] = model
 
     def change(data):
         values = data[name][variable]
-        values.loc[at] = values.loc[at] * factor
+        values.loc[selection] = values.loc[selection] * factor
 
     return change
 
 
-def decay(model, like):
+def copy_decay(model, source):
     """Return a change: give a model the decay and the loops of another."""
 
     def change(data):
         for name in ("displacement", "velocity", "damping_force"):
             values = data["damping_force"][name]
-            values.loc[{"damping_model": model}] = values.sel(damping_model=like).values
+            values.loc[{"damping_model": model}] = values.sel(damping_model=source).values
 
     return change
 
 
-def measured(data):
+def copy_rocking(target, source):
+    """Return a change: give a rocking model the history of another."""
+
+    def change(data):
+        values = data["damping_force"]["rocking_displacement"]
+        values.loc[{"rocking_model": target}] = values.sel(rocking_model=source).values
+
+    return change
+
+
+def claim_measured_record(data):
     data["validation"].attrs["record_synthetic"] = "no"
 
 
-ROCKING, LOOPS = "damping_force rocking_displacement", "damping_force damping_force"
-EQUAL = [decay("CDC", "CDR"), decay("SDR", "CDR")]
-TOGETHER = scale(AMPLITUDE, 1.15, "CDR", release_amplitude=0.3)
-# Of a measured record: SDR damps most, by a few per cent, and follows the peaks best.
-AS_CLAIMED = [measured, scale(DECREMENT, [1, 1.4, 1.15, 1, 1, 1]), scale(MISFIT, 0.01, "SDR")]
-# Claim, the parts of it that then do not hold, and what is changed.
+EQUAL_LOOPS = [copy_decay("CDC", "CDR"), copy_decay("SDR", "CDR")]
+RIGID = copy_rocking("large rotation", "tri-linear")
+SLIGHTLY_MORE = scale(DECREMENT, [1, 1.4, 1.15, 1, 1, 1])  # SDR then damps a few per cent more
+NEAR_FIT = scale(FIT, 1.1, "CDR")
+COME_TOGETHER = scale(AMPLITUDE, 1.15, "CDR", release_amplitude=0.3)
+SOFT = {"yield_displacement_ratio": 0.02}
+FAR = {"release_amplitude": 0.5}
+NEAR = {"release_amplitude": 0.3}
+
+# A claim, the parts of it that then fail, and the changes.
 CASES = [
     ("hinge-mass", []),
-    (
-        "hinge-mass",
-        ["effective mass"],
-        scale("mechanism effective_mass_ratio", 1.2, hinge_height_ratio=0.7),
-    ),
-    (
-        "hinge-mass",
-        ["effective mass"],
-        scale("mechanism effective_mass_ratio", 0, hinge_height_ratio=0.7),
-    ),
+    ("hinge-mass", ["effective mass"], scale(MASS, 1.2, hinge_height_ratio=0.7)),
+    ("hinge-mass", ["effective mass"], scale(MASS, 0, hinge_height_ratio=0.7)),
     (
         "hinge-mass",
         ["excitation factor"],
         scale("mechanism excitation_factor", 1.2, hinge_height_ratio=0.7),
     ),
-    ("bilinear-demand", ["displacement demand"]),
-    ("bilinear-demand", [], scale("bilinear peak", 50, force_curve="bi-linear")),
     ("ean-slender", []),
     (
         "ean-slender",
         ["e"],
         scale("mechanism restitution_rigid", 0.99, hinge_height_ratio=0.6, slenderness=30),
     ),
-    ("e-measured", []),
-    ("e-measured", ["mean of the tests"], scale("mechanism tested_restitution_rigid", 0.9)),
-    ("e-measured", ["mean of the tests"], scale("mechanism tested_restitution_rigid", 1.02)),
-    ("fig3-energy", ["each loop"]),
-    ("fig3-energy", [], *EQUAL),
-    ("fig3-energy", ["each loop"], *EQUAL, scale(LOOPS, 1.1, "SDR")),
-    ("fig3-energy", ["each loop"], *EQUAL, scale(LOOPS, 1.1, "SDR", tau=slice(5, None))),
+    ("e-measured", ["0.90 of it"]),
+    ("e-measured", [], scale(TESTED, 0.955)),
+    ("e-measured", ["below Eq. (7)", "0.90 of it"], scale(TESTED, 0.90)),
+    ("fig3-energy", ["all cycles together", "each later cycle"]),
+    ("fig3-energy", [], *EQUAL_LOOPS),
+    (
+        "fig3-energy",
+        ["the first cycle", "all cycles together", "each later cycle"],
+        *EQUAL_LOOPS,
+        scale(LOOPS, 1.1, "SDR"),
+    ),
+    (
+        "fig3-energy",
+        ["each later cycle"],
+        *EQUAL_LOOPS,
+        scale(LOOPS, 1.1, "SDR", tau=slice(5, None)),
+    ),
     ("fig3-impact", []),
-    ("fig3-impact", ["SDR"], decay("SDR", "CDC")),
-    ("fig3-impact", ["CDR"], decay("CDR", "CDC")),
-    ("fig3-impact", ["CDC does not"], decay("CDC", "SDR")),
-    ("fig4-rigid", []),
-    ("fig4-rigid", [], scale(ROCKING, 1.5, rocking_model="large rotation")),
-    ("fig4-rigid", ["decay"], scale(ROCKING, 1.2, rocking_model="slender")),
+    ("fig3-impact", ["SDR"], copy_decay("SDR", "CDC")),
+    ("fig3-impact", ["CDR"], copy_decay("CDR", "CDC")),
+    ("fig3-impact", ["CDC does not"], copy_decay("CDC", "SDR")),
+    ("fig4-rigid", ["history"]),
+    ("fig4-rigid", [], RIGID),
+    ("fig4-rigid", ["history"], scale(ROCKING, 1.5, rocking_model="slender")),
+    ("fig4-rigid", ["peaks", "history"], scale(ROCKING, 1.2, rocking_model="large rotation")),
     ("fig4-smooth", []),
-    ("fig4-smooth", ["smooth"], scale("damping_force velocity", 0.8, "CDR", tau=slice(0.8, None))),
+    (
+        "fig4-smooth",
+        ["smooth"],
+        scale("damping_force velocity", 0.8, "CDR", tau=slice(0.8, None)),
+    ),
     ("fig4-smooth", ["follows CR"], scale("damping_force displacement", 0.8, "CDR")),
     ("fig4-smooth", ["follows CR"], scale("damping_force velocity", 0.7, "CDR")),
     ("amp-cdc", []),
-    ("amp-cdc", ["CDC"], scale(AMPLITUDE, 0.85, "CDC", release_amplitude=0.3)),
+    ("amp-cdc", ["CDC"], scale(AMPLITUDE, 0.85, "CDC", **NEAR)),
     ("amp-cdr", []),
-    ("amp-cdr", ["CDR"], scale(AMPLITUDE, 0.9, "CDR", release_amplitude=0.5)),
+    ("amp-cdr", ["CDR"], scale(AMPLITUDE, 0.9, "CDR", **FAR)),
     ("amp-sign", []),
-    (
-        "amp-sign",
-        ["CDC less"],
-        scale(AMPLITUDE, 0.5, "CDC", release_amplitude=0.3, restitution=0.75),
-    ),
-    (
-        "amp-sign",
-        ["CDR less"],
-        scale(AMPLITUDE, 0.5, "CDR", release_amplitude=0.3, restitution=0.75),
-    ),
-    (
-        "amp-sign",
-        ["SDR more"],
-        scale(AMPLITUDE, 1.1, "SDR", release_amplitude=0.3, restitution=0.75),
-    ),
-    ("amp-sign", ["SDR slightly"], scale(AMPLITUDE, 1.1, "SDR", release_amplitude=0.5)),
+    ("amp-sign", ["CDC less"], scale(AMPLITUDE, 0.5, "CDC", **NEAR, restitution=0.75)),
+    ("amp-sign", ["CDR less"], scale(AMPLITUDE, 0.5, "CDR", **NEAR, restitution=0.75)),
+    ("amp-sign", ["SDR more"], scale(AMPLITUDE, 1.1, "SDR", **NEAR, restitution=0.75)),
+    ("amp-sign", ["SDR slightly"], scale(AMPLITUDE, 1.1, "SDR", **FAR)),
     ("amp-dispersion", ["dispersion"]),
-    ("amp-dispersion", [], scale(AMPLITUDE, 2, release_amplitude=0.3, restitution=0.95)),
+    ("amp-dispersion", [], scale(AMPLITUDE, 2, **NEAR, restitution=0.95)),
     (
         "amp-dispersion",
         ["dispersion"],
-        scale(AMPLITUDE, 2, ["CDC", "CDR"], release_amplitude=0.3, restitution=0.95),
+        scale(AMPLITUDE, 2, ["CDC", "CDR"], **NEAR, restitution=0.95),
     ),
+    ("sdr-collapse", []),
+    ("sdr-collapse", ["very low"], scale("mechanism force", 3, displacement=slice(0.8, 1))),
+    ("cdc-poor", []),
+    ("cdc-poor", ["most dependent on amplitude"], scale(AMPLITUDE, 0.85, "CDC", **NEAR)),
+    ("cdc-poor", ["largest error"], scale(ERROR, 0.1, "CDC")),
     ("slenderness", []),
-    (
-        "slenderness",
-        ["damping ratios"],
-        scale("match/slenderness damping_ratio", 1.002, "CDR", slenderness=20),
-    ),
-    (
-        "slenderness",
-        [],
-        scale("match/slenderness damping_ratio_fixed_seconds", 1.1, slenderness=20),
-    ),
+    ("slenderness", ["damping ratios"], scale(SLENDERNESS, 1.002, "CDR", slenderness=20)),
+    ("slenderness", [], scale(f"{SLENDERNESS}_fixed_seconds", 1.1, slenderness=20)),
     ("overburden", []),
-    (
-        "overburden",
-        ["damping ratios"],
-        scale("match/overburden damping_ratio", 1.002, "CDR", overburden_ratio=0.1),
-    ),
-    (
-        "overburden",
-        [],
-        scale("match/overburden damping_ratio_fixed_seconds", 1.1, overburden_ratio=0.1),
-    ),
+    ("overburden", ["damping ratios"], scale(OVERBURDEN, 1.002, "CDR", overburden_ratio=0.1)),
+    ("overburden", [], scale(f"{OVERBURDEN}_fixed_seconds", 1.1, overburden_ratio=0.1)),
     ("a1-most", []),
-    ("a1-most", ["a1"], scale("match/slenderness damping_ratio_fixed_seconds", 3, slenderness=20)),
-    (
-        "a1-most",
-        ["a1"],
-        scale("match/overburden damping_ratio_fixed_seconds", 3, overburden_ratio=0.1),
-    ),
+    ("a1-most", ["a1"], scale(f"{SLENDERNESS}_fixed_seconds", 3, slenderness=20)),
+    ("a1-most", ["a1"], scale(f"{OVERBURDEN}_fixed_seconds", 3, overburden_ratio=0.1)),
     ("a1-rank", []),
-    ("a1-rank", ["CDC most"], scale(A1, 2, "SDR", yield_displacement_ratio=0.02)),
-    ("a1-rank", ["CDR least"], scale(A1, 0.9, "SDR", yield_displacement_ratio=0.02)),
-    ("a1-rank", ["CDC most", "CDR least"], scale(A1, 0.2, "CDR", yield_displacement_ratio=0.02)),
+    ("a1-rank", ["CDC most"], scale(A1, 2, "SDR", **SOFT)),
+    ("a1-rank", ["CDR least"], scale(A1, 0.9, "SDR", **SOFT)),
+    ("a1-rank", ["CDC most", "CDR least"], scale(A1, 0.2, "CDR", **SOFT)),
     ("a1-sign", []),
-    ("a1-sign", [], scale(A1, 0.1, "SDR", yield_displacement_ratio=0.02)),
-    ("a1-sign", ["CDC less"], scale(A1, 2, "CDC", yield_displacement_ratio=0.02, restitution=0.95)),
-    ("a1-sign", ["CDR less"], scale(A1, 2, "CDR", yield_displacement_ratio=0.02, restitution=0.95)),
+    ("a1-sign", [], scale(A1, 0.1, "SDR", **SOFT)),
+    ("a1-sign", ["CDC less"], scale(A1, 2, "CDC", **SOFT, restitution=0.95)),
+    ("a1-sign", ["CDR less"], scale(A1, 2, "CDR", **SOFT, restitution=0.95)),
+    ("a1-low-e", []),
+    ("a1-low-e", ["dispersion"], scale(A1, 20, "CDR", **SOFT, restitution=0.95)),
     ("err-secant", []),
-    ("err-secant", ["CDR"], scale(ERROR, 9, "CDR", release_amplitude=0.5, restitution=0.75)),
-    ("err-secant", ["SDR"], scale(ERROR, 9, "SDR", release_amplitude=0.5, restitution=0.75)),
-    ("err-secant", [], scale(ERROR, 9, "SDR", release_amplitude=0.3)),
+    ("err-secant", ["CDR"], scale(ERROR, 9, "CDR", **FAR, restitution=0.75)),
+    ("err-secant", ["SDR"], scale(ERROR, 9, "SDR", **FAR, restitution=0.75)),
+    ("err-secant", [], scale(ERROR, 9, "SDR", **NEAR)),
     ("err-secant", ["CDR", "SDR"], scale(ERROR, 0.1, "CDC")),
     ("err-e", ["CDC", "SDR"]),
     ("err-e", ["SDR"], scale(ERROR, 0.9, "CDC", restitution=0.85)),
@@ -190,88 +206,135 @@ CASES = [
     ),
     ("err-e", ["CDC", "CDR", "SDR"], scale(ERROR, 0.1, restitution=0.75)),
     ("fit-order", ["CDR slightly"]),
-    ("fit-order", [], scale(FIT, 1.1, "CDR")),
+    ("fit-order", [], NEAR_FIT),
     ("fit-order", ["CDR below"], scale(FIT, 1.2, "CDR")),
-    ("fit-order", ["SDR above"], scale(FIT, 1.1, "CDR"), scale(FIT, 0.8, "SDR")),
-    ("fit-order", ["CDC below"], scale(FIT, 1.1, "CDR"), scale(FIT, 2.5, "CDC")),
-    (
-        "fit-order",
-        ["CDR least dependent on a1"],
-        scale(FIT, 1.1, "CDR"),
-        scale(FIT, [[0.9], [1]], "SDR"),
-    ),
-    ("fig8-sdr", [], *AS_CLAIMED),
-    ("fig8-sdr", ["slightly"], *AS_CLAIMED, scale(DECREMENT, 1.1, "SDR")),
-    ("fig8-sdr", ["SDR damps most"], *AS_CLAIMED, scale(DECREMENT, 0.96, "SDR")),
-    ("fig8-sdr", ["SDR damps most", "slightly"], *AS_CLAIMED, scale(DECREMENT, np.nan, "SDR")),
-    ("fig8-sdr", ["SDR follows the peaks best"], *AS_CLAIMED, scale(MISFIT, 1000, "SDR")),
+    ("fit-order", ["SDR above"], NEAR_FIT, scale(FIT, 0.8, "SDR")),
+    ("fit-order", ["CDC below"], NEAR_FIT, scale(FIT, 2.5, "CDC")),
+    ("fit-order", ["CDR least dependent on a1"], NEAR_FIT, scale(FIT, [[0.9], [1]], "SDR")),
+    ("fig8-sdr", [], SLIGHTLY_MORE),
+    ("fig8-sdr", ["slightly"], SLIGHTLY_MORE, scale(DECREMENT, 1.1, "SDR")),
+    ("fig8-sdr", ["SDR damps most"], SLIGHTLY_MORE, scale(DECREMENT, 0.96, "SDR")),
+    ("fig8-sdr", ["SDR damps most", "slightly"], scale(DECREMENT, np.nan, "SDR")),
+    ("fig8-peaks", [], claim_measured_record, scale(MISFIT, 0.01, "SDR")),
+    ("fig8-peaks", ["SDR"], claim_measured_record, scale(MISFIT, 1000, "SDR")),
     ("low-amp", ["CDR and SDR come together"]),
-    ("low-amp", [], TOGETHER),
-    ("low-amp", ["slightly"], TOGETHER, scale(AMPLITUDE, 1.1, "SDR", release_amplitude=0.5)),
-    (
-        "low-amp",
-        ["SDR overdamps"],
-        TOGETHER,
-        scale(AMPLITUDE, 1.3, ["CDR", "SDR"], release_amplitude=0.3),
-    ),
+    ("low-amp", [], COME_TOGETHER),
+    ("low-amp", ["slightly"], COME_TOGETHER, scale(AMPLITUDE, 1.1, "SDR", **FAR)),
+    ("low-amp", ["SDR overdamps"], COME_TOGETHER, scale(AMPLITUDE, 1.3, ["CDR", "SDR"], **NEAR)),
     ("best-cdr", []),
-    ("best-cdr", ["least error"], scale(ERROR, 2, "CDR")),
-    (
-        "best-cdr",
-        ["least dependence on amplitude"],
-        scale(AMPLITUDE, 0.5, "CDR", release_amplitude=0.5),
-    ),
-    ("best-cdr", ["least dependence on a1"], scale(A1, 0.5, "CDR", yield_displacement_ratio=0.02)),
+    ("best-cdr", [], scale(ERROR, 2, "CDR")),
+    ("best-cdr", ["least dependent on amplitude"], scale(AMPLITUDE, 0.5, "CDR", **FAR)),
+    ("best-cdr", ["least dependent on a1"], scale(FIT, 0.5, "CDR", **SOFT)),
     ("good-sdr", []),
-    ("good-sdr", ["error"], scale(ERROR, 3, "SDR")),  # more than CDC's
-    ("good-sdr", ["error"], scale(ERROR, 4)),  # more than 5 %
+    pytest.param("good-sdr", ["error"], scale(ERROR, 3, "SDR"), id="good-sdr, more than CDC's"),
+    pytest.param("good-sdr", ["error"], scale(ERROR, 4), id="good-sdr, more than 5 %"),
 ]
 
 
-@pytest.mark.parametrize(
-    ("name", "failing", "changes"), [(name, failing, rest) for name, failing, *rest in CASES]
-)
+def list_case(case):
+    """Return a case as claim, failing parts, changes."""
+    name, failing, *changes = getattr(case, "values", case)
+    return name, failing, changes
+
+
+@pytest.mark.parametrize(("name", "failing", "changes"), map(list_case, CASES))
 def test_verdict_follows_the_numbers(data, name, failing, changes):
     for change in changes:
         change(data)
-    parts, *_ = claims.JUDGES[name](data, CLAIMS[name].get("limits", {}))
-    assert [part for part, holds in parts.items() if not holds] == failing
-    verdict = HOLDS if not failing else FAILS if len(failing) == len(parts) else IN_PART
-    assert judge(name, data)["verdict"] == verdict
+    judgement = claims.JUDGES[name](data, CLAIMS[name].get("limits", {}))
+    assert [part for part, holds in judgement.parts.items() if not holds] == failing
+    if not failing:
+        expected = HOLDS
+    elif len(failing) == len(judgement.parts):
+        expected = FAILS
+    else:
+        expected = IN_PART
+    assert judge(name, data)["verdict"] == expected
 
 
-def test_each_claim_is_seen_to_hold_and_to_fail():
+@pytest.mark.parametrize("is_failing", [False, True])
+def test_each_claim_holds_and_fails_in_a_case(is_failing):
+    cases = [list_case(case) for case in CASES]
+    names = {name for name, failing, _ in cases if bool(failing) is is_failing}
+    assert names == set(CLAIMS) - ALWAYS_UNTESTED
+
+
+def test_each_claim_has_a_judge():
     assert set(CLAIMS) == set(claims.JUDGES)
-    for verdict in (True, False):
-        assert {name for name, failing, *_ in CASES if bool(failing) is verdict} == set(CLAIMS) - {
-            "err-range"
-        }
 
 
-def test_what_cannot_be_tested_is_not_judged(data):
-    assert judge("fig8-sdr", data)["verdict"] == UNTESTED  # a synthetic record
-    found = judge("err-range", data)  # from which the length of the response was inferred
-    assert (found["verdict"], found["measured"]) == (UNTESTED, "CDR 3 of 3 e, SDR 2 of 2")
+def test_synthetic_record_leaves_a_claim_untested(data):
+    row = judge("fig8-peaks", data)
+    assert row["verdict"] == UNTESTED
+    assert "synthetic" in row["finding"]
+
+
+def test_models_are_compared_under_a_synthetic_record(data):
+    assert judge("fig8-sdr", data)["verdict"] != UNTESTED
+
+
+@pytest.mark.parametrize("name", sorted(ALWAYS_UNTESTED))
+def test_untestable_claim_states_its_reason(data, name):
+    row = judge(name, data)
+    assert row["verdict"] == UNTESTED
+    assert CLAIMS[name]["untested"] in row["finding"]
+
+
+def test_inferred_claim_still_counts_its_cases(data):
+    assert judge("err-range", data)["measured"] == "CDR 3 of 3 e, SDR 2 of 2"
     scale("response_lengths error", 9, "CDR", response_length=8, restitution=0.8)(data)
     assert judge("err-range", data)["measured"] == "CDR 2 of 3 e, SDR 2 of 2"
 
 
-def test_table_has_a_row_a_claim(built):
+@pytest.mark.parametrize(
+    ("name", "place", "dim"),
+    [
+        ("amp-cdc", "match/amplitude", "release_amplitude"),
+        ("amp-cdr", "match/amplitude", "release_amplitude"),
+        ("amp-sign", "match/amplitude", "release_amplitude"),
+        ("amp-dispersion", "match/amplitude", "release_amplitude"),
+        ("amp-dispersion", "match/amplitude", "restitution"),
+        ("cdc-poor", "match/amplitude", "release_amplitude"),
+        ("low-amp", "match/amplitude", "release_amplitude"),
+        ("best-cdr", "match/amplitude", "release_amplitude"),
+        ("best-cdr", "equivalence", "yield_displacement_ratio"),
+        ("fit-order", "equivalence", "yield_displacement_ratio"),
+        ("slenderness", "match/slenderness", "slenderness"),
+        ("overburden", "match/overburden", "overburden_ratio"),
+        ("a1-most", "match/cracked_stiffness", "yield_displacement_ratio"),
+        ("a1-most", "match/slenderness", "slenderness"),
+        ("a1-rank", "match/cracked_stiffness", "yield_displacement_ratio"),
+        ("a1-sign", "match/cracked_stiffness", "yield_displacement_ratio"),
+        ("a1-low-e", "match/cracked_stiffness", "restitution"),
+        ("err-e", "match/amplitude", "restitution"),
+    ],
+)
+def test_study_of_one_value_is_not_judged(data, name, place, dim):
+    data[place] = data[place].isel({dim: [-1]})
+    row = judge(name, data)
+    assert row["verdict"] == UNTESTED
+    assert f"one value of the {dim.replace('_', ' ')}" in row["finding"]
+
+
+def test_table_has_a_complete_row_for_each_claim(built):
     table = claims.table(list(CLAIMS.values()), built)
-    assert list(table["id"]) == list(CLAIMS) and not table.isin([""]).any().any()
+    assert list(table["id"]) == list(CLAIMS)
+    assert not table.isin([""]).any().any()
     assert not table["threshold"].str.contains("[{}]").any()
 
 
-# --- what is measured ------------------------------------------------------------------------------------------------
+# --- what is measured --------------------------------------------------------------------------
 
 
-def test_the_work_of_a_linear_damper_is_the_energy_that_a_half_cycle_loses():
-    """u'' + 2 xi w u' + w^2 u = 0: in each half cycle the energy falls by 1 - exp(-2 pi xi/sqrt(1 - xi^2))."""
-    tau, xi, w = np.arange(0, 9, 0.001), 0.1, 2.0
+def test_linear_damper_does_the_work_that_a_half_cycle_loses():
+    """In each half cycle of u'' + 2 xi w u' + w^2 u = 0 the energy falls by the same share."""
+    tau = np.arange(0, 9, 0.001)
+    xi = 0.1
+    w = 2.0
     damped = w * np.sqrt(1 - xi**2)
     envelope = np.exp(-xi * w * tau)
-    v = -(w**2) / damped * envelope * np.sin(damped * tau)
     u = envelope * (np.cos(damped * tau) + xi * w / damped * np.sin(damped * tau))
+    v = -(w**2) / damped * envelope * np.sin(damped * tau)
     values = {"displacement": u, "velocity": v, "damping_force": 2 * xi * w * v}
     history = xr.Dataset(
         {name: (("damping_model", "tau"), [column]) for name, column in values.items()},
@@ -279,20 +342,17 @@ def test_the_work_of_a_linear_damper_is_the_energy_that_a_half_cycle_loses():
     )
     ratio = np.exp(-2 * np.pi * xi / np.sqrt(1 - xi**2))
     energy = 0.5 * w**2 * ratio ** np.arange(5)
-    np.testing.assert_allclose(
-        half_cycle_areas(history, "CDC", 8.0), energy * (1 - ratio), rtol=2e-3
-    )
+    areas = half_cycle_areas(history, "CDC", 8.0)
+    np.testing.assert_allclose(areas, energy * (1 - ratio), rtol=2e-3)
 
 
-def test_pairs_in_which_the_trilinear_wall_does_not_rock_or_both_collapse_say_nothing():
+def test_pairs_without_rocking_or_survivor_are_left_out():
     peak = [[[0.03, 0.2, 0.4, 1.0]], [[0.001, 0.3, 1.0, 1.0]]]
+    dims = ("force_curve", "record", "velocity_ratio")
     pairs = xr.Dataset(
         {
-            "peak": (("force_curve", "record", "velocity_ratio"), peak),
-            "collapsed": (
-                ("force_curve", "record", "velocity_ratio"),
-                np.equal(peak, 1).astype(int),
-            ),
+            "peak": (dims, peak),
+            "collapsed": (dims, np.equal(peak, 1).astype(int)),
             "yield_displacement_ratio": ("force_curve", [0.04, 0.005]),
         },
         coords={"force_curve": ["tri-linear", "bi-linear"]},
@@ -300,24 +360,39 @@ def test_pairs_in_which_the_trilinear_wall_does_not_rock_or_both_collapse_say_no
     np.testing.assert_allclose(paired_ratio(pairs), [[np.nan, 1.5, np.inf, np.nan]])
 
 
-def test_what_the_paper_did_not_vary_stays_out_of_its_claims(data):
-    """Walls of another plateau, amplitudes beyond Fig. 5, and the middle third of e."""
-    before = {
-        name: judge(name, data)["measured"] for name in ("a1-rank", "amp-cdc", "amp-dispersion")
-    }
+def test_a1_of_another_plateau_stays_out(data):
+    before = judge("a1-rank", data)["measured"]
     scale(A1, 50, yield_displacement_ratio=0.17)(data)
+    assert judge("a1-rank", data)["measured"] == before
+
+
+def test_middle_third_of_e_stays_out_of_the_dispersion(data):
+    before = judge("amp-dispersion", data)["measured"]
     scale(AMPLITUDE, 9, restitution=[0.8, 0.85, 0.9], release_amplitude=0.3)(data)
-    assert judge("a1-rank", data)["measured"] == before["a1-rank"]
-    assert judge("amp-dispersion", data)["measured"] == before["amp-dispersion"]
-    study = data["match/amplitude"]
-    assert judge("amp-cdc", data)["measured"] != before["amp-cdc"]
+    assert judge("amp-dispersion", data)["measured"] == before
+
+
+def test_amplitudes_beside_those_of_fig_5_stay_out(data):
     before = judge("amp-cdc", data)["measured"]
-    wide = study.isel(release_amplitude=[0, 0, 1]).assign_coords(release_amplitude=[0.1, 0.3, 0.5])
-    data["match/amplitude"] = wide
+    wide = data["match/amplitude"].isel(release_amplitude=[0, 0, 1])
+    data["match/amplitude"] = wide.assign_coords(release_amplitude=[0.1, 0.3, 0.5])
     scale(AMPLITUDE, 0.2, "SDR", release_amplitude=0.1)(data)
     assert judge("amp-cdc", data)["measured"] == before
 
 
+def test_a1_beside_those_of_fig_7_stay_out(data):
+    before = judge("fit-order", data)["measured"]
+    fits = data["equivalence"]
+    stiffer = fits.isel(yield_displacement_ratio=[0]).assign_coords(yield_displacement_ratio=[0.1])
+    data["equivalence"] = xr.concat([fits, stiffer * 5], "yield_displacement_ratio")
+    data["equivalence"]["giannini_masiani"] = fits["giannini_masiani"]
+    assert judge("fit-order", data)["measured"] == before
+
+
 def test_runs_of_cases_are_written_by_their_ends():
-    held = xr.DataArray([1, 1, 0, 1], coords={"response_length": [3.0, 4.0, 5.0, 8.0]})
-    assert spans(held) == "3 to 4, 8" and spans(held * 0) == "none"
+    holds = xr.DataArray([1, 1, 0, 1], coords={"response_length": [3.0, 4.0, 5.0, 8.0]})
+    assert spans(holds) == "3 to 4, 8"
+
+
+def test_no_case_is_written_as_none():
+    assert spans(xr.DataArray([0, 0], coords={"response_length": [3.0, 4.0]})) == "none"

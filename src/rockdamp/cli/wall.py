@@ -86,7 +86,8 @@ def wall(**inputs: Any) -> None:
         )
         click.echo(
             f"CDC: C = {damping['damping_coefficient']:.5g} N s/m. OpenSees: rayleigh {damping['rayleigh_alpha_m']:.5g}"
-            f" 0 0 0 (alphaM = 2 xi w1); it misses {common.percent(missed)} of the collapses under restitution"
+            f" 0 0 0 (alphaM = 2 xi w1). In the study's walls it misses {common.percent(missed)} of the collapses"
+            " under restitution"
         )
 
 

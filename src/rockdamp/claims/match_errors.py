@@ -1,0 +1,132 @@
+"""Judge the claims on the error of the matches and on the best model: sections 6 and 8."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.claims.judgement import (
+    A1,
+    MODELS,
+    RELEASE,
+    Judgement,
+    Limits,
+    count_cases,
+    is_largest,
+    is_smallest,
+    list_models,
+    mean_spread,
+    several,
+    spans,
+)
+from rockdamp.claims.ratios import select_amplitudes, select_fits
+from rockdamp.storage.dataset import Datasets
+from rockdamp.text import percent, plain
+
+
+def matched_error(data: Datasets) -> xr.DataArray:
+    """Return the rms error over the release, at the reference amplitude (damping_model, e)."""
+    release = float(data["damping_force"][RELEASE])
+    errors = data["match/amplitude"]["rms_error"].sel({RELEASE: release}, method="nearest")
+    return errors.sel(damping_model=MODELS).sortby("restitution") / release
+
+
+def err_secant(data: Datasets, limits: Limits) -> Judgement:
+    """Compare the errors of CDR and SDR with those of CDC."""
+    error = matched_error(data)
+    lengths = data["response_lengths"]["secant_below_constant"].astype(bool)
+    cdc = error.sel(damping_model="CDC")
+    cdr_below = error.sel(damping_model="CDR") < cdc
+    sdr_below = error.sel(damping_model="SDR") < cdc
+    return Judgement(
+        {"CDR": bool(cdr_below.all()), "SDR": bool(sdr_below.all())},
+        list_models(error.mean("restitution")),
+        "Root mean square error over the release, averaged over e. Both are lower than CDC's at"
+        f" {count_cases(cdr_below & sdr_below)}, and so at every e for {int(lengths.sum())} of"
+        f" {lengths.size} lengths of the response.",
+    )
+
+
+def err_range(data: Datasets, limits: Limits) -> Judgement:
+    """Find the model with the smallest error at each e, at the length inferred from this claim."""
+    lengths = data["response_lengths"]
+    inferred_length = float(lengths["inferred_response_length"])
+    inferred = lengths["error"].sel(response_length=inferred_length, method="nearest")
+    error = inferred.sel(damping_model=MODELS).transpose("damping_model", "restitution")
+    best_model = np.array(MODELS)[error.argmin("damping_model")]
+    low, high = limits["range"]
+    e = error["restitution"].values
+    is_inside = (e > low - 1e-9) & (e < high + 1e-9)
+    cdr = best_model[is_inside] == "CDR"
+    sdr = best_model[~is_inside] == "SDR"
+    others = lengths["misclassified"].drop_sel(response_length=inferred["response_length"])
+    return Judgement(
+        {"CDR within": bool(cdr.all()), "SDR outside": bool(sdr.all())},
+        f"CDR {cdr.sum()} of {cdr.size} e, SDR {sdr.sum()} of {sdr.size}",
+        f"At a response length of τ = {plain(inferred['response_length'])}. At every other length"
+        f" of the study the claim fails at {int(others.min())} e or more.",
+    )
+
+
+def err_e(data: Datasets, limits: Limits) -> Judgement:
+    """Follow the error over e, model by model."""
+    error = several(matched_error(data), "restitution")
+    steps = error.sizes["restitution"] - 1
+    rising = (error.diff("restitution") < 0).sum("restitution")
+    every_length = data["response_lengths"]["error_rises_as_restitution_falls"]
+    all_rise = every_length.sel(damping_model=MODELS).all("damping_model")
+
+    def write_count(count: float) -> str:
+        return f"{int(count)} of {steps}"
+
+    return Judgement(
+        {model: int(rising.sel(damping_model=model)) == steps for model in MODELS},
+        list_models(rising, write_count),
+        "The steps from one e to the next lower one at which the error rises. It rises at all of"
+        f" them, for all three models, only for response lengths of τ = {spans(all_rise)}.",
+    )
+
+
+def cdc_poor(data: Datasets, limits: Limits) -> Judgement:
+    """Compare dependence on the amplitude and error of CDC with those of the others."""
+    error = matched_error(data).mean("restitution")
+    amplitude = mean_spread(select_amplitudes(data, limits), RELEASE)
+    return Judgement(
+        {
+            "most dependent on amplitude": bool(is_largest(amplitude, "CDC")),
+            "largest error": bool(is_largest(error, "CDC")),
+        },
+        f"spread {list_models(amplitude)}; error {list_models(error)}",
+        "The spread of ξ over the amplitudes of Fig. 5, and the root mean square error over the"
+        " release; both are averaged over e.",
+    )
+
+
+def best_cdr(data: Datasets, limits: Limits) -> Judgement:
+    """Compare the dependence of CDR on amplitude and stiffness with that of the others."""
+    amplitude = mean_spread(select_amplitudes(data, limits), RELEASE)
+    stiffness = mean_spread(select_fits(data, limits), A1)
+    error = matched_error(data).mean("restitution")
+    errors = data["response_lengths"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
+    return Judgement(
+        {
+            "least dependent on amplitude": bool(is_smallest(amplitude, "CDR")),
+            "least dependent on a1": bool(is_smallest(stiffness, "CDR")),
+        },
+        f"amplitude {list_models(amplitude)}; a1 {list_models(stiffness)}",
+        f"Spread of ξ, averaged over e. The mean error is {list_models(error)}; that of CDR is the"
+        f" smallest for response lengths of τ = {spans(is_smallest(errors, 'CDR'))}.",
+    )
+
+
+def good_sdr(data: Datasets, limits: Limits) -> Judgement:
+    """Compare the error of SDR with a limit and with CDC's."""
+    error = matched_error(data).mean("restitution")
+    sdr = error.sel(damping_model="SDR")
+    cdc = error.sel(damping_model="CDC")
+    return Judgement(
+        {"error": bool(sdr <= limits["small"]) and bool(sdr < cdc)},
+        f"SDR {percent(sdr)}",
+        "Root mean square error over the release, averaged over e. The error of CDC is"
+        f" {percent(cdc)}.",
+    )

@@ -1,0 +1,128 @@
+"""Judge the claims on the wall, its curve and its restitution: sections 2 to 4 of the paper."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from rockdamp.claims.judgement import Judgement, Limits, extremes
+from rockdamp.storage.dataset import Datasets
+from rockdamp.text import number, percent, plain
+
+
+def hinge_mass(data: Datasets, limits: Limits) -> Judgement:
+    """Compare effective mass and excitation factor at rest between the lowest and highest hinge."""
+    mechanism = data["mechanism"].sortby(["slenderness", "hinge_height_ratio"])
+    variables = {
+        "effective mass": "effective_mass_ratio",
+        "excitation factor": "excitation_factor",
+    }
+    parts = {}
+    changes = []
+    for name, variable in variables.items():
+        by_hinge = mechanism[variable].transpose("hinge_height_ratio", "slenderness").values
+        change = by_hinge[-1] / by_hinge[0] - 1
+        size = np.abs(change)
+        is_slight = (size > limits["none"]) & (size <= limits["slight"])
+        parts[name] = bool(is_slight.all())
+        changes.append(f"{name} {percent(change[0])} to {percent(change[-1])}")
+    hinge = extremes(mechanism["hinge_height_ratio"], plain)
+    slenderness = extremes(mechanism["slenderness"], plain)
+    return Judgement(
+        parts,
+        ", ".join(changes),
+        f"The change at rest from h1/h = {hinge}, over h/t = {slenderness}. Eqs (2) and (4), for"
+        " slender bodies, show no change.",
+    )
+
+
+def uncracked_capacity(data: Datasets, limits: Limits) -> Judgement:
+    """Compare the largest forces of the curves; neither of them has a cracking force."""
+    largest_force = data["mechanism"]["force"].max("displacement")
+    bilinear = largest_force.sel(curve_name="bi-linear")
+    trilinear = largest_force.sel(curve_name="tri-linear")
+    return Judgement(
+        {},
+        f"largest force {number(trilinear)} F0",
+        f"The largest force of the tri-linear curve; the bi-linear curve has {number(bilinear)} F0."
+        " The force at which the wall cracks depends on the tensile strength of the masonry.",
+    )
+
+
+def bilinear_demand(data: Datasets, limits: Limits) -> Judgement:
+    """Divide peaks with the bi-linear curve by those with the tri-linear one, in pairs."""
+    ratio = paired_ratio(data["bilinear"])
+    pairs = ratio.notnull().sum()
+    return Judgement(
+        {},
+        f"median ratio {number(ratio.median())}",
+        "The peak with the bi-linear curve over that with the tri-linear one. It is above 1 in"
+        f" {percent((ratio > 1).sum() / pairs)} of the pairs in which the tri-linear wall rocks and"
+        " at least one wall survives.",
+    )
+
+
+def paired_ratio(pairs: xr.Dataset) -> xr.DataArray:
+    """Return the peak with the bi-linear curve over that with the tri-linear one.
+
+    A collapse counts as larger than any peak. NaN where the tri-linear wall does not rock or both
+    walls collapse.
+    """
+    peak = pairs["peak"].where(pairs["collapsed"] == 0, np.inf)
+    bilinear = peak.sel(force_curve="bi-linear", drop=True)
+    trilinear = peak.sel(force_curve="tri-linear", drop=True)
+    first_branch = float(pairs["yield_displacement_ratio"].sel(force_curve="tri-linear"))
+    both_collapse = np.isinf(bilinear) & np.isinf(trilinear)
+    rocks = trilinear > first_branch
+    ratio = bilinear / trilinear.where(rocks & ~both_collapse)
+    return ratio.drop_vars("force_curve", errors="ignore")
+
+
+def ean_slender(data: Datasets, limits: Limits) -> Judgement:
+    """Compare e of Eq. (7) at each slenderness with that at the next."""
+    mechanism = data["mechanism"].sortby(["slenderness", "hinge_height_ratio"])
+    order = ("hinge_height_ratio", "slenderness")
+    rigid = mechanism["restitution_rigid"].transpose(*order)
+    impulsive = mechanism["restitution_impulsive"].transpose(*order)
+    steps = rigid.diff("slenderness")
+    return Judgement(
+        {"e": bool((steps > 0).all())},
+        f"e {extremes(rigid[0], number)}",
+        f"With the hinge at {plain(rigid['hinge_height_ratio'][0])} h, over h/t ="
+        f" {extremes(rigid['slenderness'], plain)}. With the impulses of all supports, e is"
+        f" {extremes(impulsive[0], number)}.",
+    )
+
+
+def e_measured(data: Datasets, limits: Limits) -> Judgement:
+    """Compare the measured restitution that the paper quotes with Eq. (7) for the tested wall."""
+    analytical = float(data["mechanism"]["tested_restitution_rigid"])
+    low, mean, high = limits["measured"]
+    # In e itself nearly all values agree, as every loss is small: the loss is what dampers need.
+    loss_ratio = np.log(mean) / np.log(limits["share"] * analytical)
+    return Judgement(
+        {
+            "below Eq. (7)": high < analytical,
+            "0.90 of it": bool(abs(loss_ratio - 1) <= limits["same"]),
+        },
+        f"mean {number(mean / analytical)} of Eq. (7)",
+        f"Eq. (7) gives {number(analytical)}; the tests have {number(low / analytical)} to"
+        f" {number(high / analytical)} of it. Their mean loss −ln e is {number(loss_ratio)} times"
+        f" that of {plain(limits['share'])} of Eq. (7).",
+    )
+
+
+def sdr_collapse(data: Datasets, limits: Limits) -> Judgement:
+    """Compute SDR's damping ratio close to collapse; it is proportional to the secant frequency."""
+    curve = data["mechanism"].sel(curve_name="tri-linear")
+    first_stiffness = float(curve["strength_ratio"] / curve["yield_displacement_ratio"])
+    amplitudes = np.array([limits["reference"], limits["close"]])
+    force = np.interp(amplitudes, curve["displacement"], curve["force"])
+    reference, close = np.sqrt(force / amplitudes / first_stiffness)
+    return Judgement(
+        {"very low": bool(close <= limits["very_low"])},
+        f"{percent(close)} of ξ",
+        f"The secant frequency over ω1 at {plain(amplitudes[1])} u_ins, on the paper's curve: under"
+        f" SDR the damping ratio is proportional to it. At {plain(amplitudes[0])} u_ins it is"
+        f" {percent(reference)}.",
+    )
