@@ -4,11 +4,12 @@ import fcntl
 import os
 import signal
 from itertools import pairwise
+from pathlib import Path
 
 import mpmath as mp
 import pytest
 from hypothesis import settings
-from minimal_build import RESULTS
+from minimal_build import FINISHED_BUILD, RESULTS
 from repository import ROOT
 from workflow_tree import Tree
 
@@ -56,11 +57,12 @@ def areas_under(corners, force, end):
 
 @pytest.fixture(scope="session")
 def minimal(tmp_path_factory, worker_id):
-    """The folder of the minimal results, built in the repository where they are missing or out of date."""
+    """Folder of the minimal results; tests/support/minimal_build.py says how it is made and reused."""
+    if FINISHED_BUILD in os.environ:
+        return Path(os.environ[FINISHED_BUILD])
     base = tmp_path_factory.getbasetemp()
-    with open(
-        (base if worker_id == "master" else base.parent) / "build.lock", "w", encoding="utf-8"
-    ) as lock:
+    folder = base if worker_id == "master" else base.parent
+    with open(folder / "build.lock", "w", encoding="utf-8") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # one process builds, the others wait
         run = Tree(ROOT).snakemake("--nolock")
     assert run.returncode == 0, run.stdout + run.stderr
