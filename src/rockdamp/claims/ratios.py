@@ -130,7 +130,7 @@ def low_amp(data: Datasets, limits: Limits) -> Judgement:
     reference = float(data["damping_force"][RELEASE])
     cdr = xi.sel(damping_model="CDR")
     sdr = xi.sel(damping_model="SDR")
-    gap = np.abs(sdr / cdr - 1).mean("restitution")
+    gap = abs(sdr / cdr - 1).mean("restitution")
     low, high = float(gap[0]), float(gap[-1])
     excess = sdr.sel({RELEASE: reference}, method="nearest") / sdr.isel({RELEASE: 0}) - 1
     mean_excess = float(excess.mean())
