@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from configs import configured
 from experimental_style import PULSE_CENTRE, SAMPLING, WALL, synthetic_record
+from made_datasets import make_dataset
 from repository import ROOT
 
 from rockdamp.constants import VISCOUS_MODELS
@@ -23,28 +24,28 @@ METRICS = ["rms_misfit", "decay_peak_misfit", "decay_peak_ratio", "log_decrement
 
 
 def calibrated(a1=0.031, b1=0.799, e=0.84):
-    """What the calibration would give: by default the values that made the shipped record."""
+    """Return a calibration; by default the values that made the shipped record."""
     names = ["yield_displacement_ratio", "strength_ratio", "restitution"]
-    return xr.Dataset({"estimate": ("parameter", [a1, b1, e])}, coords={"parameter": names})
+    return make_dataset("calibration", {"parameter": names}, estimate=[a1, b1, e])
 
 
 @pytest.fixture(scope="module")
 def equivalence():
     """Polynomials through the closed form: near the matched ones, and made in no time."""
-    e, a1 = np.arange(0.70, 0.985, 0.01), [0.02, 0.04, 0.06]
-    curves = [TrilinearCurve(one, 0.85) for one in a1]
-    ratios = [
-        [damping_ratio_energy(curve, model, e, 0.5) for curve in curves] for model in VISCOUS_MODELS
-    ]
-    fits = np.polynomial.polynomial.polyfit(e, np.reshape(ratios, (-1, e.size)).T, 2).T.reshape(
-        -1, 3, 3
-    )
-    coords = {
+    e = np.arange(0.70, 0.985, 0.01)
+    yield_displacement_ratios = [0.02, 0.04, 0.06]
+    coefficients = []
+    for model in VISCOUS_MODELS:
+        for a1 in yield_displacement_ratios:
+            ratio = damping_ratio_energy(TrilinearCurve(a1, 0.85), model, e, 0.5)
+            coefficients.append(np.polynomial.polynomial.polyfit(e, ratio, 2))
+    dims = {
         "damping_model": list(VISCOUS_MODELS),
-        "yield_displacement_ratio": a1,
-        "degree": [0, 1, 2],
+        "yield_displacement_ratio": yield_displacement_ratios,
+        "degree": 3,
     }
-    return xr.Dataset({"coefficient": ([*coords], fits)}, coords={**coords, "restitution": e})
+    values = np.reshape(coefficients, (-1, 3, 3))
+    return make_dataset("equivalence", {**dims, "restitution": e}, coefficient=(list(dims), values))
 
 
 @pytest.fixture(scope="module")
