@@ -42,13 +42,13 @@ TESTED = "mechanism tested_restitution_rigid"
 
 
 @pytest.fixture(scope="module")
-def built(minimal):
+def build(minimal):
     return {name: dataset.read(minimal / f"{name}.nc").load() for name in DATASETS}
 
 
 @pytest.fixture
-def data(built):
-    return {name: values.copy(deep=True) for name, values in built.items()}
+def data(build):
+    return {name: values.copy(deep=True) for name, values in build.items()}
 
 
 def judge(name, data):
@@ -264,7 +264,7 @@ def test_synthetic_record_leaves_a_claim_untested(data):
     assert "synthetic" in row["finding"]
 
 
-def test_models_are_compared_under_a_synthetic_record(data):
+def test_synthetic_record_compares_models(data):
     assert judge("fig8-sdr", data)["verdict"] != UNTESTED
 
 
@@ -311,17 +311,17 @@ def test_study_of_one_value_is_not_judged(data, name, place, dim):
     assert f"one value of the {dim.replace('_', ' ')}" in row["finding"]
 
 
-def test_table_has_a_complete_row_for_each_claim(built):
-    table = claims.table(list(CLAIMS.values()), built)
+def test_table_has_a_complete_row_for_each_claim(build):
+    table = claims.table(list(CLAIMS.values()), build)
     assert list(table["id"]) == list(CLAIMS)
     assert not table.isin([""]).any().any()
     assert not table["threshold"].str.contains("[{}]").any()
 
 
-# --- what is measured --------------------------------------------------------------------------
+# --- measured quantities --------------------------------------------------------------------------
 
 
-def test_linear_damper_does_the_work_that_a_half_cycle_loses():
+def test_linear_damper_does_the_work_of_its_loss():
     """In each half cycle of u'' + 2 xi w u' + w^2 u = 0 the energy falls by the same share."""
     tau = np.arange(0, 9, 0.001)
     xi = 0.1
@@ -341,7 +341,7 @@ def test_linear_damper_does_the_work_that_a_half_cycle_loses():
     np.testing.assert_allclose(areas, energy * (1 - ratio), rtol=2e-3)
 
 
-def test_pairs_without_rocking_or_survivor_are_left_out():
+def test_pairs_without_rocking_are_left_out():
     peak = [[[0.03, 0.2, 0.4, 1.0]], [[0.001, 0.3, 1.0, 1.0]]]
     dims = ("force_curve", "record", "velocity_ratio")
     pairs = xr.Dataset(
@@ -356,27 +356,27 @@ def test_pairs_without_rocking_or_survivor_are_left_out():
 
 
 def test_a1_of_another_plateau_stays_out(data):
-    before = judge("a1-rank", data)["measured"]
+    original = judge("a1-rank", data)["measured"]
     scale(A1, 50, yield_displacement_ratio=0.17)(data)
-    assert judge("a1-rank", data)["measured"] == before
+    assert judge("a1-rank", data)["measured"] == original
 
 
-def test_middle_third_of_e_stays_out_of_the_dispersion(data):
-    before = judge("amp-dispersion", data)["measured"]
+def test_middle_e_stays_out_of_the_dispersion(data):
+    original = judge("amp-dispersion", data)["measured"]
     scale(AMPLITUDE, 9, restitution=[0.8, 0.85, 0.9], release_amplitude=0.3)(data)
-    assert judge("amp-dispersion", data)["measured"] == before
+    assert judge("amp-dispersion", data)["measured"] == original
 
 
 def test_amplitudes_beside_those_of_fig_5_stay_out(data):
-    before = judge("amp-cdc", data)["measured"]
+    original = judge("amp-cdc", data)["measured"]
     wide = data["match/amplitude"].isel(release_amplitude=[0, 0, 1])
     data["match/amplitude"] = wide.assign_coords(release_amplitude=[0.1, 0.3, 0.5])
     scale(AMPLITUDE, 0.2, "SDR", release_amplitude=0.1)(data)
-    assert judge("amp-cdc", data)["measured"] == before
+    assert judge("amp-cdc", data)["measured"] == original
 
 
 def test_a1_beside_those_of_fig_7_stay_out(data):
-    before = judge("fit-order", data)["measured"]
+    original = judge("fit-order", data)["measured"]
     equivalence = data["equivalence"]
     fits = equivalence["damping_ratio_fit"]
     softer = 5 * fits.isel(yield_displacement_ratio=[0])
@@ -384,7 +384,7 @@ def test_a1_beside_those_of_fig_7_stay_out(data):
     data["equivalence"] = wide.to_dataset(name="damping_ratio_fit").assign(
         giannini_masiani=equivalence["giannini_masiani"]
     )
-    assert judge("fit-order", data)["measured"] == before
+    assert judge("fit-order", data)["measured"] == original
 
 
 def test_runs_of_cases_are_written_by_their_ends():

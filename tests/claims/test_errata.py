@@ -24,7 +24,7 @@ def test_every_erratum_says_where_and_how():
     assert len(EVIDENCE) == len(ERRATA)
 
 
-def test_printed_bilinear_law_misses_its_value_at_rest():
+def test_printed_bilinear_law_at_rest():
     """In W t/h, for O = W and r = 0.7: F0 = 4/r + 1/(1 - r), printed 4/r + 1/(r (1 - r))."""
     r = 0.7
     f0 = 4 / r + 1 / (1 - r)
@@ -46,7 +46,7 @@ def test_eq_7_for_the_wall_of_fig_4(name):
     assert low == pytest.approx(1 - 2 * np.sin(np.arctan(0.2)) ** 2)
 
 
-def test_impulsive_restitution_of_the_wall_of_fig_4():
+def test_impulsive_restitution_of_fig_4():
     low, high = (rd.Wall(**FIG4, hinge_ratio=ratio).restitution_impulsive for ratio in (0.5, 0.7))
     assert f"{low:.3f} and {high:.3f}" in EVIDENCE["eq-7"]
     assert low == pytest.approx((16 - 14 * 0.16) / (16 + 16 * 0.16))
@@ -60,7 +60,7 @@ def test_restitution_of_fig_4_needs_a_high_hinge():
     assert f"needs h1/h = {hinge_ratio:.3f}" in EVIDENCE["restitution-of-fig-4"]
 
 
-def test_coordinate_carries_twice_the_mechanical_energy():
+def test_coordinate_carries_twice_the_energy():
     wall = rd.Wall(**FIG5)
     bodies = TwoBodies(wall)
     assert wall.rigid_strength / bodies.potential_slope(0.0) == pytest.approx(2)
@@ -89,9 +89,9 @@ def test_plateau_leaves_no_room_for_the_printed_a1(b1, words):
 
 
 def test_damping_ratios_by_the_words_of_eq_17():
-    matched = read_full("match/amplitude")
-    squares = matched["damping_ratio"].sel(release_amplitude=0.5, method="nearest")
-    change = 100 * (matched["damping_ratio_absolute"] / squares - 1)
+    match = read_full("match/amplitude")
+    squares = match["damping_ratio"].sel(release_amplitude=0.5, method="nearest")
+    change = 100 * (match["damping_ratio_absolute"] / squares - 1)
     for model in MODELS:
         values = change.sel(damping_model=model)
         words = f"{float(values.min()):.2g}% to {float(values.max()):.2g}% ({model})"
@@ -106,7 +106,7 @@ def test_sdr_needs_more_where_the_wall_is_stiffer():
     assert f"from {soft:.4f} to {stiff:.4f}" in EVIDENCE["sdr-and-a1"]
 
 
-def test_no_response_length_bears_both_claims_on_the_error():
+def test_no_response_length_bears_both_claims():
     lengths = read_full("response_lengths")
     rises = lengths["error_rises_as_restitution_falls"].sel(damping_model=MODELS).astype(bool)
     all_rise = rises.all("damping_model")
@@ -117,7 +117,7 @@ def test_no_response_length_bears_both_claims_on_the_error():
     assert not bool((in_range & all_rise).any())
 
 
-def test_cdr_is_nowhere_best_where_the_error_of_sdr_rises():
+def test_cdr_is_never_best_where_sdr_error_rises():
     lengths = read_full("response_lengths")
     rises = lengths["error_rises_as_restitution_falls"].sel(damping_model="SDR").astype(bool)
     best = lengths["error"].sel(damping_model=MODELS).idxmin("damping_model")

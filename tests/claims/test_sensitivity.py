@@ -43,9 +43,9 @@ def data():
 @pytest.mark.parametrize(("name", "limit", "value"), TURNS)
 def test_verdict_turns_at_the_stated_limit(data, name, limit, value):
     limits = CLAIMS[name]["limits"]
-    below = claims.JUDGES[name](data, limits | {limit: 0.98 * value})
-    above = claims.JUDGES[name](data, limits | {limit: 1.02 * value})
-    assert below.parts != above.parts
+    lower = claims.JUDGES[name](data, limits | {limit: 0.98 * value})
+    higher = claims.JUDGES[name](data, limits | {limit: 1.02 * value})
+    assert lower.parts != higher.parts
 
 
 def test_amplitude_of_cdr_over_all_releases(data):
@@ -54,14 +54,16 @@ def test_amplitude_of_cdr_over_all_releases(data):
     assert f"spread is {words}" in CLAIMS["amp-cdr"]["sensitivity"]
 
 
-def test_rank_over_a1_holds_in_the_two_of_the_paper(data):
+def test_rank_over_the_two_a1_of_the_paper(data):
     xi = ratios(data["match/cracked_stiffness"]).sel({A1: [0.02, 0.04]})
     spreads = mean_spread(xi, A1)
     assert bool(is_largest(spreads, "CDC"))
     assert bool(is_smallest(spreads, "CDR"))
     for study, dim in (("slenderness", "slenderness"), ("overburden", "overburden_ratio")):
-        other = mean_spread(ratios(data[f"match/{study}"], "damping_ratio_fixed_seconds"), dim)
-        assert bool((spreads > other).all())
+        other_spread = mean_spread(
+            ratios(data[f"match/{study}"], "damping_ratio_fixed_seconds"), dim
+        )
+        assert bool((spreads > other_spread).all())
 
 
 def test_best_cdr_holds_over_every_a1(data):
@@ -74,10 +76,10 @@ def test_fit_order_over_every_a1(data):
     fit = equivalence["damping_ratio_fit"].sel(damping_model="CDR")
     relative = fit / equivalence["giannini_masiani"] - 1
     mean = 100 * float(np.abs(relative).mean())
-    above = 100 * float((relative > 0).mean())
+    share_above = 100 * float((relative > 0).mean())
     sensitivity = CLAIMS["fit-order"]["sensitivity"]
     assert f"differs by {mean:.2g} % in the mean" in sensitivity
-    assert f"at {above:.2g} % of all" in sensitivity
+    assert f"at {share_above:.2g} % of all" in sensitivity
 
 
 def test_low_amplitude_by_other_gaps(data):

@@ -78,10 +78,10 @@ def fig3_impact(data: Datasets, limits: Limits) -> Judgement:
     shares = {}
     ranges = []
     for model in MODELS:
-        whole = half_cycle_areas(histories, model, length)
+        total = half_cycle_areas(histories, model, length)
         inner = half_cycle_areas(histories, model, length, limits["inner"])
-        shares[model] = inner.sum() / whole.sum()
-        ranges.append(f"{model} {extremes(inner / whole)}")
+        shares[model] = inner.sum() / total.sum()
+        ranges.append(f"{model} {extremes(inner / total)}")
     concentrated = {model: bool(share > limits["concentrated"]) for model, share in shares.items()}
     return Judgement(
         {
@@ -99,7 +99,7 @@ def fig3_impact(data: Datasets, limits: Limits) -> Judgement:
 
 
 def fig4_rigid(data: Datasets, limits: Limits) -> Judgement:
-    """Compare the nearly rigid tri-linear model with two bodies of finite and of small rotations."""
+    """Compare the nearly rigid tri-linear model with two bodies of finite and small rotations."""
     rocking = data["damping_force"]["rocking_displacement"]
     model = rocking.sel(rocking_model="tri-linear").values
     release = abs(float(rocking[0, 0]))
@@ -116,8 +116,8 @@ def fig4_rigid(data: Datasets, limits: Limits) -> Judgement:
         },
         f"history {percent(history['large rotation'])}, peaks {percent(peaks['large rotation'])}",
         "The root mean square difference from two bodies with finite rotations, and the largest"
-        f" difference of the first {limits['peaks']} peaks, over the release. From bodies with small"
-        f" rotations, as in Eq. (1), they are {percent(history['slender'])} and"
+        f" difference of the first {limits['peaks']} peaks, over the release. From bodies with"
+        f" small rotations, as in Eq. (1), they are {percent(history['slender'])} and"
         f" {percent(peaks['slender'])}.",
     )
 
@@ -140,9 +140,9 @@ def fig4_smooth(data: Datasets, limits: Limits) -> Judgement:
     """Compare CDR with CR over the matched length: velocity steps and the whole histories."""
     histories = data["damping_force"]
     length = float(data["match/amplitude"]["response_length"])
-    matched = histories.isel(tau=histories["tau"].values <= length)
-    cr = matched.sel(damping_model="CR")
-    cdr = matched.sel(damping_model="CDR")
+    compared = histories.isel(tau=histories["tau"].values <= length)
+    cr = compared.sel(damping_model="CR")
+    cdr = compared.sel(damping_model="CDR")
     difference = {}
     for name in ("displacement", "velocity"):
         largest = float(np.abs(cr[name]).max())
@@ -156,7 +156,8 @@ def fig4_smooth(data: Datasets, limits: Limits) -> Judgement:
         {"smooth": step <= limits["jump"], "follows CR": follows},
         f"step {percent(step)} of CR's, displacement {percent(difference['displacement'])}",
         "The largest change of velocity in a step, and the root mean square difference of the"
-        f" displacement. The velocity differs by {percent(difference['velocity'])} of CR's largest.",
+        f" displacement. The velocity differs by {percent(difference['velocity'])} of CR's"
+        " largest.",
     )
 
 
@@ -172,12 +173,12 @@ def fig8_sdr(data: Datasets, limits: Limits) -> Judgement:
     """Compare the logarithmic decrement of SDR after the largest peak with the other models'."""
     decrement = data["validation"]["log_decrement"].sel(damping_model=["CR", *MODELS])
     sdr = decrement.sel(damping_model="SDR")
-    others = decrement.drop_sel(damping_model="SDR")
-    excess = float(sdr / others.mean(skipna=False)) - 1
-    next_excess = float(sdr / others.max()) - 1
+    other_models = decrement.drop_sel(damping_model="SDR")
+    excess = float(sdr / other_models.mean(skipna=False)) - 1
+    next_excess = float(sdr / other_models.max()) - 1
     return Judgement(
         {
-            "SDR damps most": bool((sdr > others).all()),
+            "SDR damps most": bool((sdr > other_models).all()),
             "slightly": 0 < excess <= limits["slight"],
         },
         f"logarithmic decrement {list_models(decrement, number)}",
@@ -191,13 +192,13 @@ def fig8_peaks(data: Datasets, limits: Limits) -> Judgement:
     """Compare the models' misfit of the peaks after the largest peak of the test."""
     misfit = data["validation"]["decay_peak_misfit"].sel(damping_model=["CR", *MODELS])
     sdr = misfit.sel(damping_model="SDR")
-    others = misfit.drop_sel(damping_model="SDR")
+    other_models = misfit.drop_sel(damping_model="SDR")
 
     def write_millimetres(metres: SupportsFloat) -> str:
         return f"{number(1000 * float(metres), 2)} mm"
 
     return Judgement(
-        {"SDR": bool((sdr < others).all())},
+        {"SDR": bool((sdr < other_models).all())},
         list_models(misfit, write_millimetres),
         "The root mean square error of the peaks of the decay, in the config's record.",
     )

@@ -29,7 +29,7 @@ class Judgement(NamedTuple):
 
 
 class Untestable(Exception):
-    """A study has too few values for a claim; the message is a sentence that says of what."""
+    """A study has too few values for a claim; the message is a sentence that names them."""
 
 
 # --- words -------------------------------------------------------------------------------------
@@ -59,8 +59,9 @@ def spans(holds: xr.DataArray) -> str:
         return "none"
     runs = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
     words = []
-    for run in runs:
-        first, last = plain(coordinates[run[0]]), plain(coordinates[run[-1]])
+    for span in runs:
+        first = plain(coordinates[span[0]])
+        last = plain(coordinates[span[-1]])
         words.append(first if first == last else f"{first} to {last}")
     return ", ".join(words)
 
@@ -86,12 +87,14 @@ def several(values: xr.DataArray, dim: str) -> xr.DataArray:
     return values
 
 
-def select_paper_values(values: xr.DataArray, dim: str, listed: Sequence[float]) -> xr.DataArray:
-    """Select the `listed` coordinates along `dim`; all in a study that has fewer than two of them."""
-    is_listed = np.isclose(values[dim].values[:, None], listed).any(axis=1)
-    if is_listed.sum() < 2:
+def select_paper_values(
+    values: xr.DataArray, dim: str, paper_values: Sequence[float]
+) -> xr.DataArray:
+    """Select the paper's values of `dim`; all in a study that has fewer than two of them."""
+    is_paper_value = np.isclose(values[dim].values[:, None], paper_values).any(axis=1)
+    if is_paper_value.sum() < 2:
         return values
-    return values.isel({dim: is_listed})
+    return values.isel({dim: is_paper_value})
 
 
 def dispersion(xi: xr.DataArray, dim: str) -> xr.DataArray:
@@ -121,8 +124,8 @@ def low_over_high_restitution(values: xr.DataArray) -> xr.DataArray:
 
 def is_largest(values: xr.DataArray, model: str) -> xr.DataArray:
     """Return true where `model` has the largest of the models' values."""
-    others = values.drop_sel(damping_model=model)
-    return (values.sel(damping_model=model) > others).all("damping_model")
+    other_models = values.drop_sel(damping_model=model)
+    return (values.sel(damping_model=model) > other_models).all("damping_model")
 
 
 def is_smallest(values: xr.DataArray, model: str) -> xr.DataArray:

@@ -59,12 +59,12 @@ def err_range(data: Datasets, limits: Limits) -> Judgement:
     is_inside = (e > low - 1e-9) & (e < high + 1e-9)
     cdr = best_model[is_inside] == "CDR"
     sdr = best_model[~is_inside] == "SDR"
-    others = lengths["misclassified"].drop_sel(response_length=inferred["response_length"])
+    other_lengths = lengths["misclassified"].drop_sel(response_length=inferred["response_length"])
     return Judgement(
         {"CDR within": bool(cdr.all()), "SDR outside": bool(sdr.all())},
         f"CDR {cdr.sum()} of {cdr.size} e, SDR {sdr.sum()} of {sdr.size}",
         f"At a response length of τ = {plain(inferred['response_length'])}. At every other length"
-        f" of the study the claim fails at {int(others.min())} e or more.",
+        f" of the study the claim fails at {int(other_lengths.min())} e or more.",
     )
 
 

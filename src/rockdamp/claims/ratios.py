@@ -30,15 +30,15 @@ from rockdamp.storage.dataset import Datasets
 from rockdamp.text import number, percent, plain
 
 
-def ratios(matched: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray:
+def ratios(match: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray:
     """Select the ratios of the paper's models.
 
     In the study of the cracked stiffness, only the a1 that have the plateau of the first.
     """
-    xi = matched[variable].sel(damping_model=MODELS)
-    if "strength_ratio" not in matched.coords:
+    xi = match[variable].sel(damping_model=MODELS)
+    if "strength_ratio" not in match.coords:
         return xi
-    plateau = matched["strength_ratio"].values
+    plateau = match["strength_ratio"].values
     return xi.isel({A1: np.isclose(plateau, plateau[0])})
 
 
@@ -82,13 +82,13 @@ def amp_cdr(data: Datasets, limits: Limits) -> Judgement:
     """Compare CDR's spread over the amplitude with a limit."""
     spreads = mean_spread(select_amplitudes(data, limits), RELEASE)
     cdr = spreads.sel(damping_model="CDR")
-    studied = ratios(data["match/amplitude"])
-    wide = mean_spread(studied, RELEASE).sel(damping_model="CDR")
+    all_releases = ratios(data["match/amplitude"])
+    wide = mean_spread(all_releases, RELEASE).sel(damping_model="CDR")
     return Judgement(
         {"CDR": bool(cdr <= limits["slight"])},
         f"CDR {percent(cdr)}",
-        f"Over all releases of the study, from {extremes(studied[RELEASE], plain)} u_ins, it is"
-        f" {percent(wide)}.",
+        f"Over all releases of the study, from {extremes(all_releases[RELEASE], plain)} u_ins, it"
+        f" is {percent(wide)}.",
     )
 
 
@@ -112,7 +112,7 @@ def amp_sign(data: Datasets, limits: Limits) -> Judgement:
 
 
 def amp_dispersion(data: Datasets, limits: Limits) -> Judgement:
-    """Divide the dispersion over the amplitude at high e by that at low e, in the axis of Fig. 5."""
+    """Divide the dispersion over the amplitude at high e by that at low e, in Fig. 5's axis."""
     xi = select_amplitudes(data, limits)
     growth = 1 / low_over_high_restitution(dispersion(xi, RELEASE))
     relative_growth = 1 / low_over_high_restitution(spread(xi, RELEASE))
@@ -125,13 +125,14 @@ def amp_dispersion(data: Datasets, limits: Limits) -> Judgement:
 
 
 def low_amp(data: Datasets, limits: Limits) -> Judgement:
-    """Compare CDR with SDR from the largest to the lowest amplitude, and SDR with its polynomial's."""
+    """Compare CDR with SDR by amplitude, and SDR with its ratio at the reference amplitude."""
     xi = select_amplitudes(data, limits)
     reference = float(data["damping_force"][RELEASE])
     cdr = xi.sel(damping_model="CDR")
     sdr = xi.sel(damping_model="SDR")
     gap = abs(sdr / cdr - 1).mean("restitution")
-    low, high = float(gap[0]), float(gap[-1])
+    low = float(gap[0])
+    high = float(gap[-1])
     excess = sdr.sel({RELEASE: reference}, method="nearest") / sdr.isel({RELEASE: 0}) - 1
     mean_excess = float(excess.mean())
     return Judgement(
@@ -141,8 +142,8 @@ def low_amp(data: Datasets, limits: Limits) -> Judgement:
             "slightly": mean_excess <= limits["slight"],
         },
         f"gap {percent(high)} to {percent(low)}, SDR {percent(mean_excess)} more",
-        f"ξ of SDR differs from that of CDR by {percent(high)} at {plain(xi[RELEASE][-1])} u_ins and"
-        f" by {percent(low)} at {plain(xi[RELEASE][0])} u_ins, averaged over e. From"
+        f"ξ of SDR differs from that of CDR by {percent(high)} at {plain(xi[RELEASE][-1])} u_ins"
+        f" and by {percent(low)} at {plain(xi[RELEASE][0])} u_ins, averaged over e. From"
         f" {plain(reference)} u_ins it is {percent(mean_excess)} larger than from the lowest.",
     )
 
@@ -150,10 +151,10 @@ def low_amp(data: Datasets, limits: Limits) -> Judgement:
 # --- the wall's parameters ---------------------------------------------------------------------
 
 
-def judge_independence(matched: xr.Dataset, dim: str, limits: Limits) -> Judgement:
+def judge_independence(match: xr.Dataset, dim: str, limits: Limits) -> Judgement:
     """Compare the spread over a parameter with a limit, for equally long responses in tau."""
-    spread_tau = spread(ratios(matched), dim).max()
-    spread_seconds = spread(ratios(matched, "damping_ratio_fixed_seconds"), dim).max()
+    spread_tau = spread(ratios(match), dim).max()
+    spread_seconds = spread(ratios(match, "damping_ratio_fixed_seconds"), dim).max()
     return Judgement(
         {"damping ratios": bool(spread_tau <= limits["same"])},
         percent(spread_tau),
@@ -175,16 +176,16 @@ def overburden(data: Datasets, limits: Limits) -> Judgement:
 def a1_most(data: Datasets, limits: Limits) -> Judgement:
     """Compare the spread over a1 with those over slenderness and overburden."""
     a1 = mean_spread(ratios(data["match/cracked_stiffness"]), A1)
-    others = []
+    other_spreads = []
     for study, dim in (("slenderness", "slenderness"), ("overburden", "overburden_ratio")):
         xi = ratios(data[f"match/{study}"], "damping_ratio_fixed_seconds")
-        others.append(mean_spread(xi, dim))
-    other = xr.concat(others, "parameter").max("parameter")
+        other_spreads.append(mean_spread(xi, dim))
+    largest_other = xr.concat(other_spreads, "parameter").max("parameter")
     return Judgement(
-        {"a1": bool((a1 > other).all())},
+        {"a1": bool((a1 > largest_other).all())},
         f"a1 {list_models(a1)}",
-        f"Over slenderness and overburden it is {list_models(other)}, and only for responses that"
-        " are equally long in seconds.",
+        f"Over slenderness and overburden it is {list_models(largest_other)}, and only for responses"
+        " that are equally long in seconds.",
     )
 
 

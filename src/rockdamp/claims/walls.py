@@ -98,7 +98,7 @@ def e_measured(data: Datasets, limits: Limits) -> Judgement:
     """Compare the measured restitution that the paper quotes with Eq. (7) for the tested wall."""
     analytical = float(data["mechanism"]["tested_restitution_rigid"])
     low, mean, high = limits["measured"]
-    # In e itself nearly all values agree, as every loss is small: the loss is what dampers need.
+    # By the loss, which dampers need: in e itself nearly all values agree, as e is near 1.
     loss_ratio = np.log(mean) / np.log(limits["share"] * analytical)
     return Judgement(
         {
