@@ -79,7 +79,6 @@ clean: ## Remove what was built, and the caches
 		-r requirements.lock
 	@$(if $(findstring peers,$*),$*/bin/uv pip install --quiet --python $*/bin/python --group peers)
 	@$*/bin/uv pip install --quiet --python $*/bin/python --no-deps --no-build-isolation --editable .
-	@echo "Compiling the solvers: half a minute, once."
 	@$*/bin/python -c "from os import cpu_count; from rockdamp.solvers.compile_all import compile_all; compile_all(cpu_count() or 1)"
 	@touch $@
 

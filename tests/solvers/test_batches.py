@@ -13,7 +13,7 @@ from rockdamp.constants import MODELS
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
-from rockdamp.solvers import newmark
+from rockdamp.solvers import blocks
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import SCHEMES, Load, Reference, peaks, simulate, stable_step
 
@@ -227,7 +227,7 @@ def test_a_result_does_not_depend_on_other_lanes_threads_or_where_a_run_is_cut(
     ):
         for found, expected in zip(run(lanes, threads=1), everything, strict=True):
             assert_same(found, expected, lanes)
-    monkeypatch.setattr(newmark, "STEPS_PER_CALL", 7)
+    monkeypatch.setattr(blocks, "STEPS_PER_CALL", 7)
     for threads in (1, 2):
         for found, expected in zip(run(np.arange(LANES), threads=threads), everything, strict=True):
             assert_same(found, expected)

@@ -22,7 +22,7 @@ from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import available_threads
+from rockdamp.solvers.blocks import available_threads
 
 UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
 ORDER = (

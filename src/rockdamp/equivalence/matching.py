@@ -28,7 +28,8 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.dampers import DAMPERS
 from rockdamp.mechanics.damping import Damping
 from rockdamp.progress import track
-from rockdamp.solvers.newmark import Reference, available_threads, peaks, simulate, stable_step
+from rockdamp.solvers.blocks import available_threads
+from rockdamp.solvers.newmark import Reference, peaks, simulate, stable_step
 
 T = TypeVar("T")
 K = TypeVar("K", bound=Hashable)

@@ -55,5 +55,5 @@ def damping_coefficient(
         f = kernel.force(z, ratios)
         double_v = kernel.double_energy(z, ratios)
         outward_v = np.where(x < 0, -v, v)
-        c = getattr(kernel, formula)(z, f, double_v, outward_v, 0.0, parameters)
+        c = kernel.COEFFICIENTS[formula](z, f, double_v, outward_v, 0.0, parameters)
     return np.broadcast_to(c, shape).copy()

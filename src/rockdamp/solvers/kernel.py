@@ -1,65 +1,80 @@
-"""The batched solver's compiled code: steps of one lane, both marches, and a compiled entry for each damper.
+"""The compiled code of the batched solver: steps of one lane, two marches, and an entry for each.
 
-A *lane* is one time history: one wall, one damper, one release. A history alone waits for each operation's result
-before the next can begin; a processor's vector unit computes several at once. So lanes advance together in blocks of
-up to `LANES`, and a loop over the lanes of a block has choices between computed values in place of branches. A block is
-one flat array of rows, a row for each variable: variable R of lane i is block[R + i]. The result of a lane does not
-depend on its neighbours, on the number of lanes or on the number of threads.
+A *lane* is one time history: one wall, one damper, one release. In a history alone, each operation
+waits for the result of the one before, although the vector unit of a processor could compute
+several at once. Lanes therefore advance together in blocks of up to `LANES`, and a loop over the
+lanes of a block chooses between computed values in place of branches. A block is one flat array of
+rows, a row for each variable: variable R of lane i is block[R + i]. The result of a lane depends
+neither on the lanes beside it nor on the number of lanes or threads.
 
-`viscous(coefficient)` and `impact(kept)` make the step of a lane, `block_step` the loop over a block, `full_march` and
-`peaks_march` the loop over the steps; the last lines compile them, one for each damper and march. Machine code is kept
-by Numba, which recompiles where *this file* changes and notices no other: nothing is imported into it but NumPy
-and Numba, neither functions nor numbers.
+Templates build the code: `viscous_step(coefficient)` and `impact_step(restitution)` return the step
+of a lane, `block_step` the loop over a block, `full_march` and `peaks_march` the loop over the
+steps. The last lines compile an entry for each march, scheme and damper: `FULL` and `PEAKS`. Numba
+keeps the machine code and recompiles when *this file* changes, but notices no other file. So the
+compiled code uses neither functions nor numbers of other modules.
 
-Everything is dimensionless: x = u/u_ins, tau = p t, unit mass, f = F/(K0 u_ins). Symbols are the paper's: a1, b1, a3
-shape the curve, k1 = b1/a1 is the first branch's stiffness, ks the softening branch's, taken positive.
+Everything is dimensionless: x = u/u_ins, tau = p t, unit mass, f = F/(K0 u_ins). The symbols are
+the paper's: a1, b1 and a3 shape the curve, k1 = b1/a1 is the stiffness of the first branch, and
+-ks < 0 that of the softening branch.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 
-LANES = 64  # of a block at most, and the distance of its rows
-VECTOR = 8  # lanes that are computed at once: the width of a block of four or more lanes is a multiple of it
-ROWS = 22
-X, V, A, ALIVE, END, PEAK, PEAK_AT, CROSSINGS, ERROR = (LANES * row for row in range(9))
-K1, B1, KS, A1, A2, A3 = (
-    LANES * row for row in range(9, 15)
-)  # in the order of `TrilinearCurve.parameters`
-H, G, G_BEFORE = (
-    LANES * row for row in range(15, 18)
-)  # step; factor on the motion, or loads of several motions
-P0, P1, P2 = (LANES * row for row in range(18, 21))  # the damper's parameters
-DAMPER = LANES * 21  # its place in `DAMPERS`, which the paper's scheme alone reads
-LANE = CROSSINGS  # the lane's number, in the march of peaks
+from rockdamp.solvers.machine_code import compile_cached
 
-TINY = (
-    1e-100  # keeps 0/0 away at x = 0; its square and the square's inverse are still normal numbers
-)
+LANES = 64  # most lanes of a block, and the distance between its rows
+VECTOR = 8  # lanes computed at once; the width of a block of four or more lanes is a multiple of it
+ROWS = 21
+X, V, A, ALIVE, END, PEAK, PEAK_STEP, CROSSINGS, ERROR = range(0, 9 * LANES, LANES)
+K1, B1, KS, A1, A2, A3 = range(9 * LANES, 15 * LANES, LANES)  # as `TrilinearCurve.parameters`
+# Step; load factor, or the load itself where several motions add up; the latter at the step's start
+H, G, G_START = range(15 * LANES, 18 * LANES, LANES)
+P0, P1, P2 = range(18 * LANES, ROWS * LANES, LANES)  # parameters of the damper
+LANE = CROSSINGS  # number of the lane, in the march of peaks
+
+TINY = 1e-100  # avoids 0/0 at x = 0; its square and the inverse of that are still normal numbers
 INTERVAL = 128  # steps after which finished lanes leave the march of peaks
 COMPLETED, COLLAPSED, RUNNING = 0, 1, -1
 
+COEFFICIENTS: dict[str, Callable[..., Any]] = {}  # formulas of C, by name
+RESTITUTIONS: dict[str, Callable[..., Any]] = {}  # laws of the restitution, by name
 
-def entry(name, function):
-    """Compile a function under a name of its own, by which Numba keeps its machine code."""
+
+def compile_entry(name, function):
+    """Compile a function under a unique name, by which Numba finds its machine code again."""
     function.__name__ = function.__qualname__ = name
-    # Allow FMA but no reassociation, so that a result does not depend on the batch.
-    return njit(
-        error_model="numpy", nogil=True, fastmath={"nnan", "ninf", "nsz", "contract"}, cache=True
-    )(function)
+    # Fused multiply-adds are allowed and reassociation is not, lest a result depend on the batch.
+    fastmath = {"nnan", "ninf", "nsz", "contract"}
+    return compile_cached(function, error_model="numpy", nogil=True, fastmath=fastmath)
 
 
-def inlined(function, *parts):
-    """Let compiled code call a function that a template made, under a name of its own.
+def inline(function, *parts):
+    """Make a function from a template available to compiled code, under a unique name.
 
-    Numba tells machine code apart by names: two functions of one name, of which one was read from the cache, would be
-    taken for each other.
+    Numba tells machine code apart by names: of two functions of one name, the one that was read
+    from the cache would be taken for the other.
     """
     function.__qualname__ = "_".join([function.__name__, *(part.__qualname__ for part in parts)])
     return register_jitable(function)
 
 
-# --- the curve --------------------------------------------------------------------------------------------------------
+def damping_formula(function):
+    """Register a formula of C under its name."""
+    COEFFICIENTS[function.__name__] = function
+    return register_jitable(function)
+
+
+def restitution_law(function):
+    """Register a law of the restitution under its name."""
+    RESTITUTIONS[function.__name__] = function
+    return register_jitable(function)
+
+
+# --- the curve ------------------------------------------------------------------------------------
 
 
 @register_jitable
@@ -71,7 +86,7 @@ def force(z, curve):
 
 @register_jitable
 def tangent(z, curve):
-    """Return the slope of the force; at a corner that of the branch further out."""
+    """Return the slope of the force; at a corner the slope of the outer branch."""
     k1, _, ks, a1, a2, a3 = curve
     return k1 * (z < a1) - ks * ((z >= a2) & (z < a3))
 
@@ -86,43 +101,55 @@ def double_energy(z, curve):
     return k1 * z1 * z1 + 2.0 * b1 * (z2 - a1) + ks * (z3 - a2) * (2.0 * a3 - a2 - z3)
 
 
-# --- the dampers ------------------------------------------------------------------------------------------------------
-# A coefficient C takes z = |x|, f(z), 2V(z), the velocity v away from x = 0, the step h, and the three parameters of
-# `Damping.kernel_arguments`. What it does not use costs nothing.
+# --- the dampers ----------------------------------------------------------------------------------
+# A formula of C takes z = |x|, f(z), 2V(z), the outward velocity v (positive away from x = 0), the
+# step h, and p, the three parameters of `Damping.kernel_arguments`. An argument that it does not
+# use costs nothing.
 
 
-@register_jitable
+@damping_formula
 def cdc(z, f, double_v, v, h, p):
+    """Return C = 2 xi w1, Eq. (10); p[0] is C."""
     return p[0]
 
 
-@register_jitable
+@damping_formula
 def cdr(z, f, double_v, v, h, p):
+    """Return C = 2 xi w with the secant frequency w = sqrt(f/z), Eq. (11); p[0] is 2 xi."""
     return p[0] * np.sqrt(f / z)
 
 
-@register_jitable
+@damping_formula
 def sdr(z, f, double_v, v, h, p):
+    """Return C = 2 xi w^2/w1 with w^2 = f/z, Eq. (12); p[0] is 2 xi/w1."""
     return p[0] * (f / z)
 
 
-@register_jitable
+@damping_formula
 def ecd(z, f, double_v, v, h, p):
-    """ECD of order 0, without a phase."""
+    """Return C = kappa f/sqrt(2V) of ECD of order 0; p[0] is kappa."""
     return p[0] * np.sqrt(f * f / double_v)
 
 
 @register_jitable
 def phase_coefficient(size, f, double_v, v, inverse, has_phase):
-    """Return w_E size/(1 - size sin cos) of the phase, tan phi = sqrt(V/T), with kappa cos^2m as the size."""
+    """Return C = size w_E/(1 - size cos(phi) sin(phi)) of ECD, w_E = f/sqrt(2V).
+
+    The phase has tan(phi) = sqrt(V/T), and `size` is kappa cos(phi)^2m. `inverse` is 1/(2T + 2V).
+    """
     root = np.sqrt(double_v)
+    # The largest subtrahend is `dampers.CAP`, with which half cycles still end.
     return size * f / (root * (1.0 - np.minimum(size * v * root * inverse, 0.95) * has_phase))
 
 
-@register_jitable
+@damping_formula
 def ecd_doubled(z, f, double_v, v, h, p):
-    """ECD of an order that is a power of 2, from 1 to 128: squares, which the compiler makes vectors of."""
-    m, inverse = p[1], 1.0 / (v * v + double_v)
+    """Return C of ECD of order 1, 2, 4, ... 128; p has kappa and the order.
+
+    The power cos(phi)^2m is computed by squares, which the compiler makes vectors of.
+    """
+    m = p[1]
+    inverse = 1.0 / (v * v + double_v)
     power = v * v * inverse
     power = power * power if m >= 2.0 else power
     power = power * power if m >= 4.0 else power
@@ -134,260 +161,265 @@ def ecd_doubled(z, f, double_v, v, h, p):
     return phase_coefficient(p[0] * power, f, double_v, v, inverse, 1.0)
 
 
-@register_jitable
+@damping_formula
 def ecd_any(z, f, double_v, v, h, p):
-    """ECD of any order m and any exponent g of the loss, in one batch; where both are 0 there is no phase."""
+    """Return C of ECD of any order m and loss exponent g; p has kappa (2E_r)^g, m and g.
+
+    The size kappa (E_r/E)^g cos(phi)^2m falls with the energy E. Without m and g there is no phase.
+    """
     _, m, g = p
     inverse = 1.0 / (v * v + double_v)
-    return phase_coefficient(
-        p[0] * inverse**g * (v * v * inverse) ** m, f, double_v, v, inverse, m + g > 0.0
-    )
+    size = p[0] * inverse**g * (v * v * inverse) ** m
+    return phase_coefficient(size, f, double_v, v, inverse, m + g > 0.0)
 
 
-@register_jitable
+@damping_formula
 def band(z, f, double_v, v, h, p):
-    """BAND: size (1 - (z/(c v))^2); at rest the size at z = 0, and 0 elsewhere."""
+    """Return C = size (1 - (z/(c v))^2) of BAND, 0 outside the band; p has size and c = t_c/w1.
+
+    At rest C is the size at z = 0 and 0 elsewhere.
+    """
     r = np.minimum(z / np.maximum(p[1] * np.abs(v), 1e-90), 1.0)
     return p[0] * (1.0 - r * r)
 
 
-@register_jitable
+@damping_formula
 def cqd(z, f, double_v, v, h, p):
-    """CQD in a step h: the integral of mu from z - h v/2 to z + h v/2, over h, lest a step pass the band."""
+    """Return C = mu(z) |v| of CQD, mu(z) = size (1 - (z/w)^2)/w; p has size and w.
+
+    It is the mean over the way from z - h v/2 to z + h v/2, lest a step jump over the band.
+    """
     half = 0.5 * h * v
     a = np.minimum(np.maximum((z - half) / p[1], -1.0), 1.0)
     b = np.minimum(np.maximum((z + half) / p[1], -1.0), 1.0)
     return p[0] * np.abs((b - a) * (1.0 - (a * a + a * b + b * b) / 3.0)) / h
 
 
-@register_jitable
+@restitution_law
 def cr(v, p):
-    """Return what an impact at the speed v leaves of it: e."""
+    """Return the factor e on the velocity at an impact, Eq. (8); p[0] is e."""
     return p[0]
 
 
-@register_jitable
+@restitution_law
 def cr_law(v, p):
-    """Return the same where the loss depends on the energy: E+^g = E-^g - E_r^g (1 - e^2g), and 0 where none is left.
+    """Return the factor on the speed v where E+^g = E-^g - E_r^g (1 - e^2g), 0 where none is left.
 
-    Written by the quotient of the energies, which is well conditioned down to g = 0.
+    p has e, g and 2E_r. The quotient of the energies keeps it well conditioned down to g = 0.
     """
     e, g, double_reference = p
-    steep = np.minimum(
-        g * np.log(double_reference / np.maximum(v * v, 1e-200)), 700.0
-    )  # far beyond a stop
-    left = np.exp(steep) * np.expm1(2.0 * g * np.log(e))
-    kept = np.exp(np.log1p(np.maximum(left, -1.0 + 1e-16)) / np.maximum(2.0 * g, 1e-300))
-    kept = kept if left > -1.0 else 0.0
-    return e if g == 0.0 else kept
+    # (E_r/E-)^g; exp(700) is far beyond a stop and does not overflow.
+    log_ratio = np.minimum(g * np.log(double_reference / np.maximum(v * v, 1e-200)), 700.0)
+    change = np.exp(log_ratio) * np.expm1(2.0 * g * np.log(e))  # (E+/E-)^g - 1
+    factor = np.exp(np.log1p(np.maximum(change, -1.0 + 1e-16)) / np.maximum(2.0 * g, 1e-300))
+    factor = factor if change > -1.0 else 0.0
+    return e if g == 0.0 else factor
 
 
-# --- one step of one lane ---------------------------------------------------------------------------------------------
-# A step takes the lane's state, its step, its load at both ends, its curve and its damper's parameters. It returns
-# displacement, velocity and acceleration at its end.
+# --- one step of one lane -------------------------------------------------------------------------
+# A step takes the state of the lane, the step h, the loads at its start and end, the curve and the
+# parameters of the damper. It returns displacement, velocity and acceleration at its end.
 
 
 @register_jitable
-def odd(x, f):
-    """Return f with the sign of x: the force of f(|x|), and of a velocity how fast the wall moves away from x = 0."""
+def signed(x, f):
+    """Return f with the sign of x: the force from f(|x|), or the outward velocity from v."""
     return -f if x < 0.0 else f
 
 
 @register_jitable(fastmath=False)
-def product(one, other):
+def rounded_product(a, b):
     """Round a product before it enters a sum, alike in a vector of lanes and in a lane alone."""
-    return one * other
+    return a * b
 
 
 @register_jitable
-def ahead(x, v, a, h):
+def predict(x, v, a, h):
     """Return the displacement after a step at a constant acceleration."""
-    return x + product(h, v + 0.5 * h * a)
+    return x + rounded_product(h, v + 0.5 * h * a)
 
 
 @register_jitable
-def crossed(before, after):
-    """Tell if a step has reached or passed x = 0. By signs, as the product underflows late in a decay."""
-    return ((before > 0.0) & (after <= 0.0)) | ((before < 0.0) & (after >= 0.0))
+def crosses_zero(x, x_end):
+    """Tell if a step from x reaches or passes 0. By signs, as the product underflows in a decay."""
+    return ((x > 0.0) & (x_end <= 0.0)) | ((x < 0.0) & (x_end >= 0.0))
 
 
 @register_jitable
 def time_to_impact(x, v, a, h):
-    """Return the time from the start of the step to the root of x + v s + a s^2/2, known to lie in (0, h]."""
-    away = v if x > 0.0 else -v
+    """Return the root of x + v s + a s^2/2, known to lie in (0, h]: the time s to the impact."""
+    outward_v = v if x > 0.0 else -v
     root = np.sqrt(np.maximum(v * v - 2.0 * a * x, 0.0))
-    return np.minimum(2.0 * np.abs(x) / np.maximum(root - away, TINY), h)
+    return np.minimum(2.0 * np.abs(x) / np.maximum(root - outward_v, TINY), h)
 
 
 @register_jitable
 def newmark_end(v, a, h, load, restoring, c):
-    """Explicit Newmark (beta 0, gamma 1/2): velocity and acceleration at the end of a step, its displacement known."""
-    half = v + 0.5 * h * a
-    a = (load - restoring - c * half) / (1.0 + 0.5 * h * c)
-    return half + 0.5 * h * a, a
+    """Return velocity and acceleration at the end of an explicit Newmark step (beta 0, gamma 1/2).
+
+    Load, restoring force and coefficient are those at its end, where the displacement is known.
+    """
+    half_v = v + 0.5 * h * a
+    a = (load - restoring - c * half_v) / (1.0 + 0.5 * h * c)
+    return half_v + 0.5 * h * a, a
 
 
-def viscous(coefficient):
-    """Explicit Newmark; C at the displacement at the end of the step and the velocity v + h a expected there."""
+def viscous_step(coefficient):
+    """Explicit Newmark; C at the displacement at the step's end and the velocity v + h a there."""
 
-    def viscous_step(x, v, a, h, start, end, curve, damper, number):
+    def step_viscous(x, v, a, h, start, end, curve, damper):
         x = x + h * (v + 0.5 * h * a)
         z = np.maximum(np.abs(x), TINY)
         f = force(z, curve)
-        c = coefficient(z, f, double_energy(z, curve), odd(x, v + h * a), h, damper)
-        v, a = newmark_end(v, a, h, end, odd(x, f), c)
+        c = coefficient(z, f, double_energy(z, curve), signed(x, v + h * a), h, damper)
+        v, a = newmark_end(v, a, h, end, signed(x, f), c)
         return x, v, a
 
-    return inlined(viscous_step, coefficient)
+    return inline(step_viscous, coefficient)
 
 
 @register_jitable
-def constant_step(x, v, a, h, start, end, curve, damper, number):
-    """The same for a constant C, which needs no z > 0: the maximum would cost a tenth of the time."""
+def constant_step(x, v, a, h, start, end, curve, damper):
+    """Step as `viscous_step` with a constant C, without z > 0: that would cost a tenth more time."""
     x = x + h * (v + 0.5 * h * a)
-    v, a = newmark_end(v, a, h, end, odd(x, force(np.abs(x), curve)), damper[0])
+    v, a = newmark_end(v, a, h, end, signed(x, force(np.abs(x), curve)), damper[0])
     return x, v, a
 
 
 @register_jitable
-def free_step(x, v, a, h, start, end, curve, damper, number):
-    """CR without an impact: Newmark without damping."""
-    x = ahead(x, v, a, h)
-    v, a = newmark_end(v, a, h, end, odd(x, force(np.abs(x), curve)), 0.0)
+def free_step(x, v, a, h, start, end, curve, damper):
+    """Step without damping and without an impact."""
+    x = predict(x, v, a, h)
+    v, a = newmark_end(v, a, h, end, signed(x, force(np.abs(x), curve)), 0.0)
     return x, v, a
 
 
-def impact(kept):
-    """CR, Eq. (8), the impact located inside the step: Newmark up to it, the velocity times e, Newmark after it."""
+def impact_step(restitution):
+    """CR, Eq. (8), the impact located in the step: Newmark to it, the velocity times e, Newmark."""
 
-    def impact_step(x, v, a, h, start, end, curve, damper, number):
-        hit = crossed(x, ahead(x, v, a, h))
-        s = time_to_impact(x, v, a, h) if hit else 0.0
+    def step_with_impact(x, v, a, h, start, end, curve, damper):
+        has_impact = crosses_zero(x, predict(x, v, a, h))
+        s = time_to_impact(x, v, a, h) if has_impact else 0.0
         load = start + (end - start) * (s / h)  # at x = 0 the restoring force vanishes
-        v = v + 0.5 * s * (a + load) if hit else v
-        v = kept(v, damper) * v if hit else v
-        a = load if hit else a
-        return free_step(0.0 if hit else x, v, a, h - s, start, end, curve, damper, number)
+        v = v + 0.5 * s * (a + load) if has_impact else v
+        v = restitution(v, damper) * v if has_impact else v
+        a = load if has_impact else a
+        x = 0.0 if has_impact else x
+        return free_step(x, v, a, h - s, start, end, curve, damper)
 
-    return inlined(impact_step, kept)
-
-
-DAMPERS = ("cr", "cr_law", "cdc", "cdr", "sdr", "ecd", "ecd_doubled", "ecd_any", "band", "cqd")
+    return inline(step_with_impact, restitution)
 
 
 @register_jitable
-def any_coefficient(z, f, double_v, v, h, p, number):
-    """Return C of the damper at a place of `DAMPERS`; 0 of CR."""
-    if number < 2.0:
-        return 0.0
-    if number == 2.0:
-        return cdc(z, f, double_v, v, h, p)
-    if number == 3.0:
-        return cdr(z, f, double_v, v, h, p)
-    if number == 4.0:
-        return sdr(z, f, double_v, v, h, p)
-    if number == 5.0:
-        return ecd(z, f, double_v, v, h, p)
-    if number == 6.0:
-        return ecd_doubled(z, f, double_v, v, h, p)
-    if number == 8.0:
-        return band(z, f, double_v, v, h, p)
-    if number == 9.0:
-        return cqd(z, f, double_v, v, h, p)
-    return ecd_any(z, f, double_v, v, h, p)
+def linear_acceleration(v, a, h, load_change, k, c):
+    """Return increments of x and v by linear acceleration, stiffness k and C frozen in the step."""
+    force_change = load_change + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)
+    dx = force_change / (k + 3.0 * c / h + 6.0 / (h * h))
+    dv = 3.0 * dx / h - 3.0 * v - 0.5 * h * a
+    return dx, dv
+
+
+# ASSUME: in the paper's scheme the acceleration at the end of a step comes from the balance of
+# forces there, not from the increment.
+
+
+def paper_step(coefficient):
+    """The printed scheme: linear acceleration without iteration, C and tangent of the start."""
+
+    def step_as_printed(x, v, a, h, start, end, curve, damper):
+        k = tangent(np.abs(x), curve)
+        z = np.maximum(np.abs(x), TINY)
+        f = force(z, curve)
+        c = coefficient(z, f, double_energy(z, curve), signed(x, v), h, damper)
+        dx, dv = linear_acceleration(v, a, h, end - start, k, c)
+        x = x + dx
+        v = v + dv
+        z = np.maximum(np.abs(x), TINY)
+        f = force(z, curve)
+        c = coefficient(z, f, double_energy(z, curve), signed(x, v), h, damper)
+        return x, v, end - signed(x, f) - c * v
+
+    return inline(step_as_printed, coefficient)
+
+
+def paper_impact_step(restitution):
+    """The printed scheme for CR: after a crossing, the velocity at the end of the step times e."""
+
+    def step_with_impact_as_printed(x, v, a, h, start, end, curve, damper):
+        dx, dv = linear_acceleration(v, a, h, end - start, tangent(np.abs(x), curve), 0.0)
+        x_end = x + dx
+        v = v + dv
+        if crosses_zero(x, x_end):
+            v = restitution(v, damper) * v
+        return x_end, v, end - signed(x_end, force(np.abs(x_end), curve))
+
+    return inline(step_with_impact_as_printed, restitution)
+
+
+# --- one step of a block --------------------------------------------------------------------------
 
 
 @register_jitable
-def linear_acceleration(v, a, h, dp, k, c):
-    """Return increments of displacement and velocity by linear acceleration, stiffness and damping frozen in a step."""
-    dx = (dp + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)) / (
-        k + 3.0 * c / h + 6.0 / (h * h)
-    )
-    return dx, 3.0 * dx / h - 3.0 * v - 0.5 * h * a
-
-
-@register_jitable
-def paper_step(x, v, a, h, start, end, curve, damper, number):
-    """The scheme as printed: linear acceleration without iteration, C and the tangent frozen at the step's start.
-
-    The velocity is multiplied by e at the end of the step, and balance is restored there.
-    """
-    # ASSUME: the acceleration at the end of the step comes from the balance of forces there, not from the increment.
-    k = tangent(np.abs(x), curve)
-    if number < 2.0:
-        dx, dv = linear_acceleration(v, a, h, end - start, k, 0.0)
-        before, x, v = x, x + dx, v + dv
-        if crossed(before, x):
-            v = (cr(v, damper) if number == 0.0 else cr_law(v, damper)) * v
-        return x, v, end - odd(x, force(np.abs(x), curve))
-    z = np.maximum(np.abs(x), TINY)
-    c = any_coefficient(z, force(z, curve), double_energy(z, curve), odd(x, v), h, damper, number)
-    dx, dv = linear_acceleration(v, a, h, end - start, k, c)
-    x, v = x + dx, v + dv
-    z = np.maximum(np.abs(x), TINY)
-    f = force(z, curve)
-    c = any_coefficient(z, f, double_energy(z, curve), odd(x, v), h, damper, number)
-    return x, v, end - odd(x, f) - c * v
-
-
-# --- one step of a block ----------------------------------------------------------------------------------------------
-
-
-@register_jitable
-def keep_all(w, i, x, v, a, step):
-    """Take the new state unless the wall has collapsed; note its peak, crossings of x = 0, and collapse beyond a3."""
+def update_all(w, i, x, v, a, step):
+    """Take the new state unless the wall has collapsed; update peak, crossings and collapse."""
     alive = w[ALIVE + i] > 0.0
-    old = w[X + i]
+    old_x = w[X + i]
     z = np.abs(x) if alive else 0.0
-    w[CROSSINGS + i] += 1.0 if alive & crossed(old, x) else 0.0
-    w[PEAK_AT + i] = step if z > w[PEAK + i] else w[PEAK_AT + i]
+    w[CROSSINGS + i] += 1.0 if alive & crosses_zero(old_x, x) else 0.0
+    w[PEAK_STEP + i] = step if z > w[PEAK + i] else w[PEAK_STEP + i]
     w[PEAK + i] = np.maximum(w[PEAK + i], z)
     w[END + i] = step if alive else w[END + i]
     w[ALIVE + i] = 1.0 if alive & (z <= w[A3 + i]) else 0.0
-    w[X + i] = x if alive else old
+    w[X + i] = x if alive else old_x
     w[V + i] = v if alive else w[V + i]
     w[A + i] = a if alive else w[A + i]
 
 
 @register_jitable
-def keep_peak(w, i, x, v, a, step):
-    """Take the new state and note the peak."""
-    w[X + i], w[V + i], w[A + i] = x, v, a
-    # The peak's own size: a value just read would be stored only where it changes, by masks, which take several times
-    # as long on some processors.
+def update_peak(w, i, x, v, a, step):
+    """Take the new state and update the peak."""
+    w[X + i] = x
+    w[V + i] = v
+    w[A + i] = a
+    # Through `abs` the peak is always stored. A value just read would be stored by a mask, only
+    # where it changes, which takes several times as long on some processors.
     w[PEAK + i] = np.maximum(np.abs(w[PEAK + i]), np.abs(x))
 
 
-def block_step(lane_step, keep):
-    """Return a function that advances each lane of a block, from the motion p0 to p1."""
+def block_step(lane_step, update):
+    """Return a function that advances each lane of a block while the motion goes from p0 to p1."""
 
     def advance(w, width, p0, p1, step):
         for i in range(width):
             curve = w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i]
-            start, end = product(w[G_BEFORE + i], p0), product(w[G + i], p1)
             damper = w[P0 + i], w[P1 + i], w[P2 + i]
-            x, v, a = lane_step(
-                w[X + i], w[V + i], w[A + i], w[H + i], start, end, curve, damper, w[DAMPER + i]
-            )
-            keep(w, i, x, v, a, step)
+            start = rounded_product(w[G_START + i], p0)
+            end = rounded_product(w[G + i], p1)
+            x, v, a = lane_step(w[X + i], w[V + i], w[A + i], w[H + i], start, end, curve, damper)
+            update(w, i, x, v, a, step)
 
-    return inlined(advance, lane_step, keep)
+    return inline(advance, lane_step, update)
 
 
-def block_step_with_impacts(kept, keep):
-    """Return the same for CR. In few steps any lane has an impact; the others need no root or division."""
-    hit, free = block_step(impact(kept), keep), block_step(free_step, keep)
+def block_step_with_impacts(restitution, update):
+    """Return the same for CR.
 
-    def advance_with_impacts(w, width, p0, p1, step):
+    Most steps have no impact in any lane. They need neither its root nor its division.
+    """
+    advance_with_impacts = block_step(impact_step(restitution), update)
+    advance_freely = block_step(free_step, update)
+
+    def advance_by_impacts(w, width, p0, p1, step):
         impacts = 0
         for i in range(width):
-            impacts += crossed(w[X + i], ahead(w[X + i], w[V + i], w[A + i], w[H + i]))
+            x_end = predict(w[X + i], w[V + i], w[A + i], w[H + i])
+            impacts += crosses_zero(w[X + i], x_end)
         if impacts > 0:
-            hit(w, width, p0, p1, step)
+            advance_with_impacts(w, width, p0, p1, step)
         else:
-            free(w, width, p0, p1, step)
+            advance_freely(w, width, p0, p1, step)
 
-    return inlined(advance_with_impacts, kept, keep)
+    return inline(advance_by_impacts, restitution, update)
 
 
 @register_jitable
@@ -402,81 +434,95 @@ def motion_at(ground, motion, step, substeps):
 
 @register_jitable
 def add_motions(w, width, ground, factors, step, substeps):
-    """Move each lane's load to the start of the step, and sum its motions at the end of it."""
+    """Move the load of each lane to the start of the step, and sum its motions at the end."""
     for i in range(width):
-        w[G_BEFORE + i], w[G + i] = w[G + i], 0.0
+        w[G_START + i] = w[G + i]
+        w[G + i] = 0.0
     for motion in range(ground.shape[0]):
         acceleration = motion_at(ground, motion, step, substeps)
         for i in range(width):
             w[G + i] += factors[motion, i] * acceleration
 
 
-# --- the march with histories -----------------------------------------------------------------------------------------
+# --- the march with histories ---------------------------------------------------------------------
 
 
 @register_jitable
-def store(w, width, at, displacement, velocity):
-    """Store the state of the lanes that have not collapsed, as number `at`."""
+def store_states(w, width, index, displacement, velocity):
+    """Store the states of the lanes that have not collapsed, under an index."""
     for i in range(width):
         if w[ALIVE + i] > 0.0:
-            displacement[i, at], velocity[i, at] = w[X + i], w[V + i]
+            displacement[i, index] = w[X + i]
+            velocity[i, index] = w[V + i]
+
+
+@register_jitable
+def any_alive(w, width):
+    """Tell if any lane of a block has not collapsed."""
+    count = 0.0
+    for i in range(width):
+        count += w[ALIVE + i]
+    return count > 0.0
 
 
 def full_march(advance):
-    """Return a function that advances blocks by the steps `first` to `last`, in place; the first of a run is step 1.
+    """Return a function that advances blocks by the steps `first` to `last`, in place.
 
-    Its parameters
-    --------------
+    The first step of a run is step 1. The parameters of the function are:
+
     blocks, width : ndarray, shape (blocks, ROWS * LANES), and int
-        The rows above; lanes of each block.
+        The rows above, and the lanes of each block.
     ground : ndarray, shape (motions, samples)
-        Shared accelerations, linear between samples; empty for a free decay. Of one motion, rows G and G_BEFORE hold
-        each lane's factor on it; of several, its loads at the end of the step and at its start.
+        Accelerations shared by all lanes, linear between samples; empty for a free decay. For one
+        motion the rows G and G_START hold the factor of each lane on it; for several, its loads at
+        the end of the step and at its start.
     factors : ndarray, shape (blocks, motions, width)
-        Of several motions, each lane's factors on them.
+        Factors of each lane on several motions.
     substeps, first, last : int
-        Steps per sample of `ground`; and the steps to take.
-    every, displacement, velocity : int and ndarray, shape (blocks, width, last//every + 1 or more)
-        Histories at each `every`-th step. After a collapse they stay as they were made.
+        Steps per sample of `ground`, and the steps to take.
+    stride, displacement, velocity : int, and ndarray, shape (blocks, width, last//stride + 1)
+        Histories at each `stride`-th step. After a collapse they are left as they were made.
     """
 
-    def march(blocks, width, ground, factors, substeps, first, last, every, displacement, velocity):
-        forced, motions = ground.size > 0, ground.shape[0]
+    def march(
+        blocks, width, ground, factors, substeps, first, last, stride, displacement, velocity
+    ):
+        motions = ground.shape[0]
+        has_load = ground.size > 0
         for b in range(blocks.shape[0]):
             w = blocks[b]
-            p1 = motion_at(ground, 0, first - 1, substeps) if forced else 0.0
+            p1 = motion_at(ground, 0, first - 1, substeps) if has_load else 0.0
             if first == 1:
-                store(w, width, 0, displacement[b], velocity[b])
+                store_states(w, width, 0, displacement[b], velocity[b])
             for step in range(first, last + 1):
                 p0 = p1
                 if motions > 1:
                     add_motions(w, width, ground, factors[b], step, substeps)
-                    p0, p1 = 1.0, 1.0
-                elif forced:
+                    p0 = 1.0
+                    p1 = 1.0
+                elif has_load:
                     p1 = motion_at(ground, 0, step, substeps)
                 advance(w, width, p0, p1, step)
-                if step % every == 0:
-                    store(w, width, step // every, displacement[b], velocity[b])
-                if step % 256 == 0:  # does any wall of the block still stand?
-                    standing = 0.0
-                    for i in range(width):
-                        standing += w[ALIVE + i]
-                    if standing == 0.0:
-                        break
+                if step % stride == 0:
+                    store_states(w, width, step // stride, displacement[b], velocity[b])
+                # Rarely enough to cost nothing.
+                if step % 256 == 0 and not any_alive(w, width):
+                    break
 
-    return inlined(march, advance)
+    return inline(march, advance)
 
 
-# --- the march of peaks -----------------------------------------------------------------------------------------------
+# --- the march of peaks ---------------------------------------------------------------------------
 
 
 @register_jitable
 def lane_status(w, i, impulse):
-    """Return COLLAPSED, COMPLETED (it cannot exceed its peak any more) or RUNNING.
+    """Return COLLAPSED, COMPLETED (the lane cannot exceed its peak any more) or RUNNING.
 
-    Dampers and impacts only take energy, and a load p raises sqrt(v^2 + 2V(x)) by at most its impulse, the integral of
-    |p| from now to the end. If that sum, by a hundredth larger, is less than sqrt(2V(peak)), the rest is not needed. At
-    steps of w1 h > 0.1 the corners of the curve feed energy in, and no lane may leave early.
+    Dampers and impacts only take energy, and a load p raises sqrt(v^2 + 2V(x)) by at most its
+    impulse, the integral of |p| from now to the end. If the sum of both, larger by a hundredth for
+    the errors of the scheme, is less than sqrt(2V(peak)), the rest is not needed. With steps
+    w1 h > 0.1 the corners of the curve feed energy in, and no lane may leave early.
     """
     if w[PEAK + i] > w[A3 + i]:
         return COLLAPSED
@@ -484,84 +530,114 @@ def lane_status(w, i, impulse):
         return RUNNING
     curve = w[K1 + i], w[B1 + i], w[KS + i], w[A1 + i], w[A2 + i], w[A3 + i]
     largest = double_energy(w[PEAK + i], curve)
-    if 1.01 * impulse * (1.01 * impulse) >= largest:  # early in a record this answers for most
+    # The impulse alone decides for most lanes early in a record.
+    if 1.01 * impulse * (1.01 * impulse) >= largest:
         return RUNNING
-    speed = np.sqrt(w[V + i] * w[V + i] + double_energy(np.abs(w[X + i]), curve)) + impulse
+    energy = w[V + i] * w[V + i] + double_energy(np.abs(w[X + i]), curve)
+    speed = np.sqrt(energy) + impulse
     return COMPLETED if 1.01 * speed < np.sqrt(largest) else RUNNING
 
 
 @register_jitable
-def impulse_left(w, i, factors, remaining, substeps):
-    """Return the integral of a lane's |p| over what remains of its motions, which is given in samples."""
+def remaining_impulse(w, i, factors, remaining, substeps):
+    """Return the integral of |p| of a lane over the rest of its motions, given in samples."""
     motions = remaining.size
     total = 0.0
     for motion in range(motions):
-        total += np.abs(w[G + i] if motions == 1 else factors[motion, i]) * remaining[motion]
+        factor = w[G + i] if motions == 1 else factors[motion, i]
+        total += np.abs(factor) * remaining[motion]
     return total * w[H + i] * substeps
 
 
 @register_jitable
+def move_lane(blocks, factors, case, source, target):
+    """Copy a lane to another place, each given as block and lane."""
+    b, i = source
+    target_b, target_i = target
+    for row in range(0, ROWS * LANES, LANES):
+        blocks[target_b, row + target_i] = blocks[b, row + i]
+    for motion in range(factors.shape[1]):
+        factors[target_b, motion, target_i] = factors[b, motion, i]
+    case[target_b, target_i] = case[b, i]
+
+
+@register_jitable
 def retire_finished(
-    blocks, width, running, factors, case, remaining, substeps, is_end, outcome, peak
+    blocks, width, running, factors, case, compares, remaining, substeps, is_end, outcome, peak
 ):
-    """Store the results of finished lanes and move the others together; return how many still run."""
-    kept = 0
-    b, i, to_b, to_i = 0, -1, 0, 0
-    for lane in range(running):
-        i += 1
-        if i == width:
-            b, i = b + 1, 0
+    """Store the results of finished lanes, move the others together, and return how many run."""
+    count = 0
+    for b in range((running + width - 1) // width):
         w = blocks[b]
-        status = COLLAPSED if w[PEAK + i] > w[A3 + i] else COMPLETED if is_end else RUNNING
-        if status == RUNNING and case.shape[0] == 0:  # Eq. (17) is a sum up to the end
-            status = lane_status(w, i, impulse_left(w, i, factors[b], remaining, substeps))
-        if status == RUNNING:
-            if kept < lane:
-                for row in range(0, ROWS * LANES, LANES):
-                    blocks[to_b, row + to_i] = blocks[b, row + i]
-                for motion in range(factors.shape[1]):
-                    factors[to_b, motion, to_i] = factors[b, motion, i]
-                if case.shape[0] > 0:
-                    case[to_b, to_i] = case[b, i]
-            kept, to_i = kept + 1, to_i + 1
-            if to_i == width:
-                to_b, to_i = to_b + 1, 0
-        else:
-            number = int(w[LANE + i])
-            outcome[number] = status
-            peak[number] = np.minimum(w[PEAK + i], w[A3 + i])
-    return kept
+        for i in range(min(width, running - b * width)):
+            status = COLLAPSED if w[PEAK + i] > w[A3 + i] else COMPLETED if is_end else RUNNING
+            if status == RUNNING and not compares:  # Eq. (17) is a sum up to the end
+                impulse = remaining_impulse(w, i, factors[b], remaining, substeps)
+                status = lane_status(w, i, impulse)
+            if status == RUNNING:
+                if count < b * width + i:
+                    move_lane(blocks, factors, case, (b, i), divmod(count, width))
+                count += 1
+            else:
+                number = int(w[LANE + i])
+                outcome[number] = status
+                peak[number] = np.minimum(w[PEAK + i], w[A3 + i])
+    return count
+
+
+@register_jitable
+def shared_loads(ground, first, last, substeps):
+    """Return one motion at the steps first - 1 to last; zeros where there is no or another load."""
+    loads = np.zeros(last - first + 2)
+    if ground.shape[0] == 1 and ground.size > 0:
+        for step in range(first - 1, last + 1):
+            loads[step - first + 1] = motion_at(ground, 0, step, substeps)
+    return loads
 
 
 @register_jitable
 def add_errors(w, width, reference, case, step):
-    """Add this step's term of Eq. (17)."""
+    """Add the term of Eq. (17) at a step."""
     for i in range(width):
         difference = np.abs(reference[case[i], step]) - np.abs(w[X + i])
         w[ERROR + i] += difference * difference
 
 
 def peaks_march(advance):
-    """Return a function that advances the first `running` lanes by some steps, and returns how many go on.
+    """Return a function that advances the first `running` lanes, and returns how many still run.
 
-    The steps are those of `full_march`, and so is each lane's peak, to the bit. But every `INTERVAL` steps the lanes
-    leave whose answer is known, and the others move together.
+    Steps and peaks are those of `full_march`, to the bit. But every `INTERVAL` steps the lanes
+    whose answer is known leave, and the others move together. The parameters of the function are
+    those of `full_march` and:
 
-    Its parameters
-    --------------
-    blocks, width, ground, factors, substeps, first, last
-        As for `full_march`. Row LANE holds the lane's number. Lanes change their places in blocks, factors and case.
+    blocks, factors, case
+        Lanes change their places in them. Row LANE holds the number of the lane.
     running, steps : int
         Lanes that still run, and the steps of the whole run.
     remaining : ndarray, shape (motions, samples)
-        The integral of each motion's absolute value from a sample to the end, with samples as the unit of time.
-    comparison : four ndarrays
-        Displacements that Eq. (17) compares with, shape (cases, steps + 1 or more), each lane's row of them, shape
-        (blocks, width), the steps at which the sums are stored, ascending, and the sums, shape (checkpoints, lanes), by
-        the lane's number. No cases, no comparison.
-    results : two ndarrays, shape (lanes,)
+        Integral of the absolute value of each motion from a sample to the end, in samples.
+    comparison : tuple
+        Displacements that Eq. (17) compares with, shape (cases, steps + 1 or more); the row of them
+        that belongs to each lane, shape (blocks, width); the steps at which the sums are stored,
+        ascending; and the sums, shape (checkpoints, lanes), by the number of the lane. Without
+        cases nothing is compared.
+    results : tuple of two ndarrays, shape (lanes,)
         Outcome and peak, written for lanes that leave; the peak of a lane that collapsed is a3.
     """
+
+    def advance_block(w, width, loads, ground, factors, substeps, first, last, reference, case):
+        for step in range(first, last + 1):
+            p0 = loads[step - first]
+            p1 = loads[step - first + 1]
+            if ground.shape[0] > 1:
+                add_motions(w, width, ground, factors, step, substeps)
+                p0 = 1.0
+                p1 = 1.0
+            advance(w, width, p0, p1, step)
+            if reference.shape[0] > 0:
+                add_errors(w, width, reference, case, step)
+
+    advance_block = inline(advance_block, advance)
 
     def march_of_peaks(
         blocks,
@@ -579,149 +655,128 @@ def peaks_march(advance):
     ):
         reference, case, checkpoints, error = comparison
         outcome, peak = results
-        motions, compare, mark = ground.shape[0], reference.shape[0] > 0, 0
+        compares = reference.shape[0] > 0
+        mark = 0
         while mark < checkpoints.size - 1 and checkpoints[mark] < first:
             mark += 1
         while first <= last and running > 0:
             stop = min(first + INTERVAL - 1, last)
-            if compare and checkpoints[mark] >= first:
+            if compares and checkpoints[mark] >= first:
                 stop = min(stop, checkpoints[mark])
-            loads = np.zeros(stop - first + 2)
-            if motions == 1 and ground.size > 0:
-                for step in range(first - 1, stop + 1):
-                    loads[step - first + 1] = motion_at(ground, 0, step, substeps)
+            loads = shared_loads(ground, first, stop, substeps)
             for b in range((running + width - 1) // width):
-                w, lanes = blocks[b], min(width, running - b * width)
-                lanes = lanes if width < VECTOR else (lanes + VECTOR - 1) // VECTOR * VECTOR
-                for step in range(first, stop + 1):
-                    p0, p1 = loads[step - first], loads[step - first + 1]
-                    if motions > 1:
-                        add_motions(w, lanes, ground, factors[b], step, substeps)
-                        p0, p1 = 1.0, 1.0
-                    advance(w, lanes, p0, p1, step)
-                    if compare:
-                        add_errors(w, lanes, reference, case[b], step)
-                if compare and stop == checkpoints[mark]:
+                w = blocks[b]
+                lanes = min(width, running - b * width)
+                if width >= VECTOR:
+                    lanes = (lanes + VECTOR - 1) // VECTOR * VECTOR
+                advance_block(
+                    w, lanes, loads, ground, factors[b], substeps, first, stop, reference, case[b]
+                )
+                if compares and stop == checkpoints[mark]:
                     for i in range(min(width, running - b * width)):
                         error[mark, int(w[LANE + i])] = w[ERROR + i]
-            if compare and stop == checkpoints[mark]:
+            if compares and stop == checkpoints[mark]:
                 mark = min(mark + 1, checkpoints.size - 1)
-            left = remaining[:, min(stop // substeps, remaining.shape[1] - 1)]
-            is_end = stop == steps
+            sample = min(stop // substeps, remaining.shape[1] - 1)
             running = retire_finished(
-                blocks, width, running, factors, case, left, substeps, is_end, outcome, peak
+                blocks,
+                width,
+                running,
+                factors,
+                case,
+                compares,
+                remaining[:, sample],
+                substeps,
+                stop == steps,
+                outcome,
+                peak,
             )
             first = stop + 1
         return running
 
-    return inlined(march_of_peaks, advance)
+    return inline(march_of_peaks, advance)
 
 
-# --- walls of an uneven force -----------------------------------------------------------------------------------------
+# --- walls with an uneven force -------------------------------------------------------------------
 
 
 @register_jitable
 def uneven_lane_collapses(lane, ground, vertical):
-    """Tell if a lane of `uneven_lanes` collapses."""
+    """Tell if a lane of `uneven_march` collapses."""
     k1, b1, ks, a1, a2, a3, e, h, substeps, load, lift, positive, negative = lane
-    curve, parts = (k1, b1, ks, a1, a2, a3), int(substeps)
-    x, v, end = 0.0, 0.0, load * ground[0]
+    curve = (k1, b1, ks, a1, a2, a3)
+    parts = int(substeps)
+    x = 0.0
+    v = 0.0
+    end = load * ground[0]
     a = end
     for sample in range(ground.size - 1):
         for part in range(1, parts + 1):
             share = part / parts
-            start, end = (
-                end,
-                load * (ground[sample] + (ground[sample + 1] - ground[sample]) * share),
-            )
-            rest, moved = h, x + h * (v + 0.5 * h * a)
-            if crossed(x, moved):
-                until = time_to_impact(x, v, a, h)
-                at = start + (end - start) * (
-                    until / h
-                )  # at x = 0 the acceleration is the load's alone
-                v += 0.5 * until * (a + at)
+            start = end
+            end = load * (ground[sample] + (ground[sample + 1] - ground[sample]) * share)
+            rest = h
+            x_end = x + h * (v + 0.5 * h * a)
+            if crosses_zero(x, x_end):
+                s = time_to_impact(x, v, a, h)
+                impact_a = start + (end - start) * (s / h)  # at x = 0 only the load accelerates
+                v += 0.5 * s * (a + impact_a)
                 v *= e
-                a, rest = at, h - until
-                moved = rest * (v + 0.5 * rest * a)
-            x = moved
+                a = impact_a
+                rest = h - s
+                x_end = rest * (v + 0.5 * rest * a)
+            x = x_end
             scale = negative if x < 0.0 else positive
             z = np.abs(x) / scale
             if z > a3:
                 return True
-            up = vertical[sample] + (vertical[sample + 1] - vertical[sample]) * share
-            pull = odd(x, scale * force(z, curve)) * max(1.0 + lift * up, 0.0)
-            v, a = v + 0.5 * rest * (a + end - pull), end - pull
+            vertical_end = vertical[sample] + (vertical[sample + 1] - vertical[sample]) * share
+            restoring = signed(x, scale * force(z, curve)) * max(1.0 + lift * vertical_end, 0.0)
+            v = v + 0.5 * rest * (a + end - restoring)
+            a = end - restoring
     return False
 
 
 def uneven_lanes(lanes, ground, vertical, collapsed):
-    """Write which lanes collapse under restitution, each up to its collapse, from rest.
+    """Write which lanes collapse under restitution, each from rest up to its collapse.
 
-    A wall may be stronger to one side than to the other, and vertical shaking may change its weights. The scheme is
-    that of `impact`.
+    A wall may be stronger to one side than to the other, and vertical shaking may change its
+    weights. The scheme is that of `impact_step`.
 
     Parameters
     ----------
     lanes : ndarray, shape (lanes, 13)
-        Curve; e; step in tau and substeps; factors on both motions; what times the curve is that of u > 0, and of
-        u < 0, in force and displacement alike.
+        Curve; e; step in tau and substeps; factors on both motions; scale factors of the curve for
+        u > 0 and u < 0, in force and displacement alike.
     ground, vertical : ndarray, shape (samples,)
+        Horizontal and vertical acceleration.
     collapsed : ndarray of bool, shape (lanes,)
+        Result.
     """
     for i in range(lanes.shape[0]):
         collapsed[i] = uneven_lane_collapses(lanes[i], ground, vertical)
 
 
-uneven_march = entry("uneven_march", uneven_lanes)
+# --- the compiled entries -------------------------------------------------------------------------
 
 
-# --- the compiled entries ---------------------------------------------------------------------------------------------
+def block_steps(update):
+    """Return the functions that advance a block, by scheme and damper."""
+    steps = {}
+    for name, formula in COEFFICIENTS.items():
+        steps["newmark", name] = block_step(viscous_step(formula), update)
+        steps["paper", name] = block_step(paper_step(formula), update)
+    steps["newmark", "cdc"] = block_step(constant_step, update)
+    for name, law in RESTITUTIONS.items():
+        steps["newmark", name] = block_step_with_impacts(law, update)
+        steps["paper", name] = block_step(paper_impact_step(law), update)
+    return steps
 
-full_cr_march = full_march(block_step_with_impacts(cr, keep_all))
-full_cr_law_march = full_march(block_step_with_impacts(cr_law, keep_all))
-full_cdc_march = full_march(block_step(constant_step, keep_all))
-full_cdr_march = full_march(block_step(viscous(cdr), keep_all))
-full_sdr_march = full_march(block_step(viscous(sdr), keep_all))
-full_ecd_march = full_march(block_step(viscous(ecd), keep_all))
-full_ecd_doubled_march = full_march(block_step(viscous(ecd_doubled), keep_all))
-full_ecd_any_march = full_march(block_step(viscous(ecd_any), keep_all))
-full_band_march = full_march(block_step(viscous(band), keep_all))
-full_cqd_march = full_march(block_step(viscous(cqd), keep_all))
-full_paper_march = full_march(block_step(paper_step, keep_all))
-peaks_cr_march = peaks_march(block_step_with_impacts(cr, keep_peak))
-peaks_cr_law_march = peaks_march(block_step_with_impacts(cr_law, keep_peak))
-peaks_cdc_march = peaks_march(block_step(constant_step, keep_peak))
-peaks_cdr_march = peaks_march(block_step(viscous(cdr), keep_peak))
-peaks_sdr_march = peaks_march(block_step(viscous(sdr), keep_peak))
-peaks_ecd_march = peaks_march(block_step(viscous(ecd), keep_peak))
-peaks_ecd_doubled_march = peaks_march(block_step(viscous(ecd_doubled), keep_peak))
-peaks_ecd_any_march = peaks_march(block_step(viscous(ecd_any), keep_peak))
-peaks_band_march = peaks_march(block_step(viscous(band), keep_peak))
-peaks_cqd_march = peaks_march(block_step(viscous(cqd), keep_peak))
-peaks_paper_march = peaks_march(block_step(paper_step, keep_peak))
 
-full_cr = entry("full_cr", lambda *arguments: full_cr_march(*arguments))
-full_cr_law = entry("full_cr_law", lambda *arguments: full_cr_law_march(*arguments))
-full_cdc = entry("full_cdc", lambda *arguments: full_cdc_march(*arguments))
-full_cdr = entry("full_cdr", lambda *arguments: full_cdr_march(*arguments))
-full_sdr = entry("full_sdr", lambda *arguments: full_sdr_march(*arguments))
-full_ecd = entry("full_ecd", lambda *arguments: full_ecd_march(*arguments))
-full_ecd_doubled = entry("full_ecd_doubled", lambda *arguments: full_ecd_doubled_march(*arguments))
-full_ecd_any = entry("full_ecd_any", lambda *arguments: full_ecd_any_march(*arguments))
-full_band = entry("full_band", lambda *arguments: full_band_march(*arguments))
-full_cqd = entry("full_cqd", lambda *arguments: full_cqd_march(*arguments))
-full_paper = entry("full_paper", lambda *arguments: full_paper_march(*arguments))
-peaks_cr = entry("peaks_cr", lambda *arguments: peaks_cr_march(*arguments))
-peaks_cr_law = entry("peaks_cr_law", lambda *arguments: peaks_cr_law_march(*arguments))
-peaks_cdc = entry("peaks_cdc", lambda *arguments: peaks_cdc_march(*arguments))
-peaks_cdr = entry("peaks_cdr", lambda *arguments: peaks_cdr_march(*arguments))
-peaks_sdr = entry("peaks_sdr", lambda *arguments: peaks_sdr_march(*arguments))
-peaks_ecd = entry("peaks_ecd", lambda *arguments: peaks_ecd_march(*arguments))
-peaks_ecd_doubled = entry(
-    "peaks_ecd_doubled", lambda *arguments: peaks_ecd_doubled_march(*arguments)
-)
-peaks_ecd_any = entry("peaks_ecd_any", lambda *arguments: peaks_ecd_any_march(*arguments))
-peaks_band = entry("peaks_band", lambda *arguments: peaks_band_march(*arguments))
-peaks_cqd = entry("peaks_cqd", lambda *arguments: peaks_cqd_march(*arguments))
-peaks_paper = entry("peaks_paper", lambda *arguments: peaks_paper_march(*arguments))
+FULL: dict[tuple[str, str], Callable[..., Any]] = {}  # marches with histories, by scheme and damper
+PEAKS: dict[tuple[str, str], Callable[..., Any]] = {}  # marches of peaks
+for (scheme, damper), advance in block_steps(update_all).items():
+    FULL[scheme, damper] = compile_entry(f"full_{scheme}_{damper}", full_march(advance))
+for (scheme, damper), advance in block_steps(update_peak).items():
+    PEAKS[scheme, damper] = compile_entry(f"peaks_{scheme}_{damper}", peaks_march(advance))
+uneven_march = compile_entry("uneven_march", uneven_lanes)

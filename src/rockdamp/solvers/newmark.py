@@ -1,35 +1,26 @@
-"""The batched solver: any number of walls, dampers and releases advance together through the compiled kernel.
+"""The batched solver: any number of walls, dampers and releases advance together.
 
 Everything is dimensionless: displacements over u_ins, times tau = p t.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from threading import Event
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import config
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.errors import InputError, Rule, check, check_choice, check_number, check_type
+from rockdamp.errors import InputError, check, check_choice, check_number, check_type
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers import kernel
+from rockdamp.solvers.blocks import WHOLE, Blocks, steps_per_call
 from rockdamp.solvers.coefficient import damping_coefficient
 
 SCHEMES = ("newmark", "paper")
-WHOLE: Rule = (lambda n: (n >= 1) & (n == np.floor(n)), "a whole number, at least 1")
-MOST_VALUES = 2**28  # of one array
-STEPS_PER_CALL = (
-    2**18
-)  # of a block, in one call of the kernel: a fraction of a second, so that Ctrl-C is noticed
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +30,14 @@ class Load:
     Parameters
     ----------
     ground : ndarray, shape (samples,) or (motions, samples)
-        Acceleration, linear between its samples. [m s-2]
+        Ground acceleration, linear between its samples. [m s-2]
     factor : float or ndarray
-        What makes it the load, `Wall.load_factor`; broadcasts to the batch. Of several motions they are its first
-        axis. [s2 m-1]
+        Factor from the ground acceleration to the load, `Wall.load_factor`, which broadcasts to the
+        batch. For several motions their factors are its first axis. [s2 m-1]
     sampling : float or ndarray
-        p dt, the time between two samples in tau; broadcasts to the batch. [-]
+        Time p dt between two samples, in tau; broadcasts to the batch. [-]
     substeps : int
-        Steps of the solver between two samples.
+        Steps of the solver between two samples. The default is 1.
     """
 
     ground: Any
@@ -56,37 +47,40 @@ class Load:
 
     def __post_init__(self) -> None:
         ground = check("ground acceleration", self.ground, np.isfinite, "a finite number")
-        ground = ground[None] if ground.ndim == 1 else ground
+        ground = np.atleast_2d(ground)
         if ground.ndim != 2 or ground.shape[0] < 1 or ground.shape[1] < 2:
             raise InputError(
-                f"ground acceleration has shape {ground.shape}; it must be (motions, 2 samples or more)"
+                f"ground acceleration has shape {ground.shape}; it must be (motions, 2 samples or "
+                "more)"
             )
+        motions = len(ground)
         factor = check("load factor", self.factor, np.isfinite, "a finite number")
-        factor = factor[None] if len(ground) == 1 else factor
-        if factor.shape[:1] != ground.shape[:1]:
+        if motions == 1:
+            factor = factor[None]
+        if factor.shape[:1] != (motions,):
             raise InputError(
-                f"load factor has shape {factor.shape}; its first axis must be the {len(ground)} motions"
+                f"load factor has shape {factor.shape}; its first axis must be the {motions} "
+                "motions"
             )
+        sampling = check("sampling", self.sampling, lambda h: h > 0, "greater than 0")
         check_number("substeps", self.substeps, *WHOLE)
         object.__setattr__(self, "ground", ground)
         object.__setattr__(self, "factor", factor)
-        object.__setattr__(
-            self, "sampling", check("sampling", self.sampling, lambda h: h > 0, "greater than 0")
-        )
+        object.__setattr__(self, "sampling", sampling)
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Histories that Eq. (17) compares with while the kernel runs, so that no other history is stored.
+    """Histories that Eq. (17) compares with during a run, so that no other history is stored.
 
     Parameters
     ----------
     displacement : ndarray, shape (cases, steps + 1)
         u/u_ins at each step of the solver. [-]
-    case : int or ndarray of int, broadcasts to the batch
-        The row that each lane is compared with.
-    checkpoints : sequence of int, ascending
-        Steps up to which the error is summed.
+    case : int or ndarray of int
+        Row of the displacements that each lane is compared with; broadcasts to the batch.
+    checkpoints : sequence of int
+        Steps up to which the error is summed, ascending.
     """
 
     displacement: ArrayLike
@@ -96,20 +90,20 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class Histories:
-    """Time histories of a batch; `shape` is what the inputs broadcast to.
+    """Time histories of a batch; `shape` is the shape that its inputs broadcast to.
 
     Attributes
     ----------
     displacement, velocity : ndarray, shape (..., stored)
-        u/u_ins and its derivative by tau, the start included; NaN after a collapse. [-]
+        u/u_ins and its derivative by tau, from the start on; NaN after a collapse. [-]
     peak, peak_tau : ndarray, shape
         Largest |u|/u_ins at the steps of the solver, and its time. [-]
     impacts : ndarray of int, shape
-        Crossings of u = 0, whatever the damper. [-]
+        Number of crossings of u = 0, with any damper.
     collapsed : ndarray of bool, shape
         Whether |u| went beyond u3, where the run ends.
     end_tau : ndarray, shape
-        Time of the last step, or of the one that collapsed. [-]
+        Time of the last step, or of the step that collapsed. [-]
     """
 
     displacement: Array
@@ -123,16 +117,18 @@ class Histories:
 
 @dataclass(frozen=True, eq=False)
 class Peaks:
-    """How far a batch of time histories came, and which of them collapsed.
+    """Peaks and collapses of a batch of time histories.
 
     Attributes
     ----------
     peak : ndarray, shape
-        Largest |u|/u_ins at the steps of the solver; a3 of a wall that collapsed. [-]
+        Largest |u|/u_ins at the steps of the solver; a3 for a wall that collapsed. [-]
     collapsed : ndarray of bool, shape
+        Whether |u| went beyond u3.
     error : ndarray, shape (checkpoints, ...)
-        Err of Eq. (17) at each checkpoint k: over the steps 1 to k, the sum of the squared differences between
-        |u|/u_ins and the reference's; infinite where the wall collapsed. None without a reference. [-]
+        Err of Eq. (17) at each checkpoint k: the sum, over the steps 1 to k, of the squared
+        differences between |u|/u_ins and that of the reference; infinite where the wall collapsed.
+        None without a reference. [-]
     """
 
     peak: Array
@@ -141,16 +137,20 @@ class Peaks:
 
 
 def stable_step(curve: TrilinearCurve) -> Array:
-    r"""Return the stability limit of the `curve`, the step in tau that the explicit scheme must stay below. [-]
+    r"""Return the stability limit of a curve: the explicit scheme needs a shorter step in tau. [-]
 
     .. math:: \Delta\tau < \frac{2}{\omega_1} = 2 \sqrt{\frac{a_1}{b_1}}
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        Force-displacement curves.
 
     Examples
     --------
     >>> import rockdamp as rd
-    >>> rd.stable_step(rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)).round(
-    ...     3
-    ... ).item()
+    >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
+    >>> rd.stable_step(curve).round(3).item()
     0.434
     """
     check_type("curve", curve, TrilinearCurve)
@@ -158,7 +158,15 @@ def stable_step(curve: TrilinearCurve) -> Array:
 
 
 def default_step(curve: TrilinearCurve) -> Array:
-    """Return the step of the studies, 0.0025 in tau, or a 60th of the stability limit where a curve is stiffer. [-]"""
+    """Return the step of the studies in tau. [-]
+
+    It is 0.0025, or a 60th of the stability limit where a curve is stiffer.
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        Force-displacement curves.
+    """
     return np.minimum(0.0025, 1 / 60 * 2 / curve.initial_frequency)
 
 
@@ -175,34 +183,43 @@ def simulate(
     scheme: str = "newmark",
     threads: int | None = None,
 ) -> Histories:
-    r"""Integrate Eq. (16), or its undamped form with the impacts of Eq. (8), for every lane of a batch.
+    r"""Integrate Eq. (16), or its undamped form with the impacts of Eq. (8), for a batch of lanes.
 
     .. math::
         \ddot{x} + C(x, \dot{x}) \, \dot{x} + f(x) = \gamma \, \ddot{u}_g(\tau); \qquad
         \text{CR:} \quad C = 0, \quad \dot{x}^+ = e \, \dot{x}^- \quad \text{at} \quad x = 0
 
-    with the load's factor :math:`\gamma`. Curve, damping, load, step and release broadcast together to the batch.
+    with the factor :math:`\gamma` of the load. Curve, damping, load, step and release broadcast
+    together to the shape of the batch.
 
     Parameters
     ----------
-    curve, damping : TrilinearCurve, Damping
-        One model for the whole batch.
+    curve : TrilinearCurve
+        Force-displacement curves of the walls.
+    damping : Damping
+        Damping, one model for the whole batch.
     load : Load, optional
-        None for a free decay.
+        Ground motion. By default the walls decay freely.
     step : float or ndarray
-        Of a free decay, in tau; a load has its own. Below the stability limit; without damping the corners of the curve
-        feed energy in from a fifth of the limit on, so keep to a twentieth of it. [-]
+        Step of a free decay, in tau; a load has its own. It must be below the stability limit,
+        `stable_step`. Without damping the corners of the curve feed energy in from a fifth of the
+        limit on, so keep to a twentieth of it. [-]
     steps : int
-        Number of steps; by default the load's length.
+        Number of steps; by default the length of the load.
     release_amplitude, release_velocity : float or ndarray
-        u/u_ins, less than a3, and its derivative by tau, at the start. [-]
+        u/u_ins, less than a3, and its derivative by tau, at the start. The default is 0. [-]
     store_every : int
-        Steps from one stored state to the next.
+        Steps from one stored state to the next. The default is 1.
     scheme : {"newmark", "paper"}
-        Explicit Newmark with located impacts, second order for every damper; or the paper's linear acceleration
-        without iteration, with impacts at the end of the step.
+        Explicit Newmark with located impacts, of second order for every damper; or the paper's
+        linear acceleration without iteration, with impacts at the end of the step.
     threads : int, optional
-        By default those that the process may use.
+        Threads to use; by default as many as the process may use.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range, or the histories do not fit into an array.
 
     Examples
     --------
@@ -212,35 +229,38 @@ def simulate(
     >>> rd.simulate(curve, rd.Damping("CR", [0.8, 0.9]), store_every=100, **run).displacement.shape
     (2, 81)
     """
-    batch = _Batch(curve, damping, load, step, steps, release_amplitude, release_velocity)
-    every = int(check_number("store_every", store_every, *WHOLE))
-    stored = batch.steps // every + 1
-    batch.require_room(stored)
-    displacement, velocity = np.full((2, batch.blocks, batch.width, stored), np.nan)
-    march = batch.march("full", scheme)
+    problem = _check_problem(curve, damping, load, step, steps, release_amplitude, release_velocity)
+    march = kernel.FULL[check_choice("scheme", scheme, SCHEMES), problem.formula]
+    stride = int(check_number("store_every", store_every, *WHOLE))
+    stored = problem.steps // stride + 1
+    blocks = Blocks(problem.shape, stored)
+    work = problem.arrange_rows(blocks)
+    factors = problem.arrange_factors(blocks)
+    displacement, velocity = np.full((2, blocks.count, blocks.width, stored), np.nan)
 
     def run(part: slice, stopped: Event) -> None:
-        blocks = batch.work[part], batch.width, batch.ground, batch.factors[part], batch.substeps
-        length = max(STEPS_PER_CALL // max(part.stop - part.start, 1), 1)
-        for first in range(1, batch.steps + 1, length):
+        length = steps_per_call(part)
+        motion = problem.ground, factors[part], problem.substeps
+        states = displacement[part], velocity[part]
+        for first in range(1, problem.steps + 1, length):
             if stopped.is_set():
                 return
-            last = min(first + length - 1, batch.steps)
-            march(*blocks, first, last, every, displacement[part], velocity[part])
+            last = min(first + length - 1, problem.steps)
+            march(work[part], blocks.width, *motion, first, last, stride, *states)
 
-    batch.in_threads(run, threads)
-    displacement, velocity = (
-        values.reshape(-1, stored)[: batch.lanes].reshape(*batch.shape, stored)
-        for values in (displacement, velocity)
-    )
+    blocks.run_in_threads(run, problem.steps, threads)
+
+    def row(place: int) -> Array:
+        return blocks.batch(work[:, place : place + blocks.width])
+
     return Histories(
-        displacement,
-        velocity,
-        peak=batch.row(kernel.PEAK),
-        peak_tau=batch.row(kernel.PEAK_AT) * batch.step,
-        impacts=batch.row(kernel.CROSSINGS).astype(np.int64),
-        collapsed=batch.row(kernel.ALIVE) == 0,
-        end_tau=batch.row(kernel.END) * batch.step,
+        blocks.batch(displacement),
+        blocks.batch(velocity),
+        peak=row(kernel.PEAK),
+        peak_tau=row(kernel.PEAK_STEP) * problem.step,
+        impacts=row(kernel.CROSSINGS).astype(np.int64),
+        collapsed=row(kernel.ALIVE) == 0,
+        end_tau=row(kernel.END) * problem.step,
     )
 
 
@@ -257,244 +277,243 @@ def peaks(
     scheme: str = "newmark",
     threads: int | None = None,
 ) -> Peaks:
-    """Return peaks and collapses alone, the same as `simulate` finds, and Err of Eq. (17) against a reference.
+    """Return only the peaks and collapses of `simulate`, and Err of Eq. (17) against a reference.
 
-    It is faster, as a history ends once its peak is sure. The parameters are those of `simulate`.
+    It is faster, as a history ends once its peak is known.
 
     Parameters
     ----------
+    curve : TrilinearCurve
+        Force-displacement curves of the walls.
+    damping : Damping
+        Damping, one model for the whole batch.
+    load : Load, optional
+        Ground motion. By default the walls decay freely.
+    step : float or ndarray
+        Step of a free decay, in tau; a load has its own. It must be below the stability limit,
+        `stable_step`. [-]
+    steps : int
+        Number of steps; by default the length of the load.
+    release_amplitude, release_velocity : float or ndarray
+        u/u_ins, less than a3, and its derivative by tau, at the start. The default is 0. [-]
     reference : Reference, optional
+        Histories to compare with. By default `error` is None.
+    scheme : {"newmark", "paper"}
+        The scheme, as described for `simulate`.
+    threads : int, optional
+        Threads to use; by default as many as the process may use.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range, or the batch does not fit into an array.
 
     Examples
     --------
     >>> import rockdamp as rd
     >>> curve = rd.TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)
     >>> run = {"release_velocity": [0.2, 1.5], "step": 0.0025, "steps": 4000}
-    >>> found = rd.peaks(curve, rd.Damping("CR", 0.8), **run)
-    >>> found.collapsed.tolist(), found.peak.round(3).tolist()
+    >>> result = rd.peaks(curve, rd.Damping("CR", 0.8), **run)
+    >>> result.collapsed.tolist(), result.peak.round(3).tolist()
     ([False, True], [0.044, 1.0])
     """
-    batch = _Batch(
+    problem = _check_problem(
         curve, damping, load, step, steps, release_amplitude, release_velocity, reference
     )
-    batch.require_room(batch.checkpoints.size)
-    lanes = np.arange(batch.blocks * batch.width).reshape(-1, batch.width)
-    batch.work[:, kernel.LANE : kernel.LANE + batch.width] = lanes
-    outcome, peak = np.empty(batch.lanes, np.int8), np.empty(batch.lanes)
-    error = np.empty((batch.checkpoints.size, batch.lanes if reference else 0))
-    remaining = _remaining(batch.ground)
-    march = batch.march("peaks", scheme)
+    march = kernel.PEAKS[check_choice("scheme", scheme, SCHEMES), problem.formula]
+    checkpoints = problem.checkpoints
+    blocks = Blocks(problem.shape, checkpoints.size)
+    work = problem.arrange_rows(blocks)
+    lane_numbers = np.arange(blocks.count * blocks.width).reshape(-1, blocks.width)
+    work[:, kernel.LANE : kernel.LANE + blocks.width] = lane_numbers
+    factors = problem.arrange_factors(blocks)
+    case = blocks.arrange([problem.case], blocks.width)[:, 0].astype(np.int64)
+    outcome = np.empty(blocks.lanes, np.int8)
+    peak = np.empty(blocks.lanes)
+    error = np.empty((checkpoints.size, blocks.lanes if reference else 0))
+    remaining = _remaining_integral(problem.ground)
 
     def run(part: slice, stopped: Event) -> None:
-        blocks, factors, case = batch.work[part], batch.factors[part], batch.case[part]
-        comparison = batch.reference, case, batch.checkpoints, error
-        length = (
-            max(STEPS_PER_CALL // max(part.stop - part.start, 1) // kernel.INTERVAL, 1)
-            * kernel.INTERVAL
-        )
-        running, first = min(part.stop * batch.width, batch.lanes) - part.start * batch.width, 1
-        while first <= batch.steps and running > 0 and not stopped.is_set():
-            last = min(first + length - 1, batch.steps)
-            span = batch.substeps, first, last, batch.steps
-            running = march(
-                blocks,
-                batch.width,
-                running,
-                batch.ground,
-                remaining,
-                factors,
-                *span,
-                comparison,
-                (outcome, peak),
-            )
+        length = steps_per_call(part, kernel.INTERVAL)
+        comparison = problem.reference, case[part], checkpoints, error
+        motion = problem.ground, remaining, factors[part], problem.substeps
+        running = min(part.stop * blocks.width, blocks.lanes) - part.start * blocks.width
+        first = 1
+        while first <= problem.steps and running > 0 and not stopped.is_set():
+            last = min(first + length - 1, problem.steps)
+            span = first, last, problem.steps
+            lanes = work[part], blocks.width, running
+            running = march(*lanes, *motion, *span, comparison, (outcome, peak))
             first = last + 1
 
-    batch.in_threads(run, threads)
-    largest, collapsed = peak.reshape(batch.shape), outcome.reshape(batch.shape) == kernel.COLLAPSED
+    blocks.run_in_threads(run, problem.steps, threads)
+    largest = peak.reshape(problem.shape)
+    collapsed = outcome.reshape(problem.shape) == kernel.COLLAPSED
     if reference is None:
         return Peaks(largest, collapsed)
-    return Peaks(
-        largest, collapsed, np.where(collapsed, np.inf, error.reshape(len(error), *batch.shape))
+    error = error.reshape(checkpoints.size, *problem.shape)
+    return Peaks(largest, collapsed, np.where(collapsed, np.inf, error))
+
+
+def _remaining_integral(ground: Array) -> Array:
+    """Return the integral of |motion| from each sample to the end, with samples as unit of time."""
+    if not ground.size:
+        return np.zeros((1, 1))
+    size = np.abs(ground)
+    between_samples = (size[:, 1:] + size[:, :-1]) / 2
+    integral = np.cumsum(between_samples[:, ::-1], axis=1)[:, ::-1]
+    return np.pad(integral, ((0, 0), (0, 1)))
+
+
+# --- the checked problem --------------------------------------------------------------------------
+
+
+class _Problem(NamedTuple):
+    """A checked run of a batch; the values of its lanes broadcast to `shape`."""
+
+    shape: tuple[int, ...]
+    curve: TrilinearCurve
+    formula: str  # name of the damper in the kernel
+    parameters: tuple[Any, Any, Any]  # parameters of the damper in the kernel
+    start: tuple[Array, Array, Array]  # displacement, velocity and acceleration
+    step: Array
+    steps: int
+    ground: Array  # shape (motions, samples); without samples in a free decay
+    substeps: int
+    factors: Array  # shape (motions, ...)
+    load: Any  # factor on one motion, or the load of several at the start
+    reference: Array  # shape (cases, samples); without cases where nothing is compared
+    case: Array
+    checkpoints: NDArray[np.int64]
+
+    def arrange_rows(self, blocks: Blocks) -> Array:
+        """Return the rows of the kernel in blocks."""
+        x, v, a = self.start
+        alive = 1.0
+        state = (x, v, a, alive, 0.0, np.abs(x), 0.0, 0.0, 0.0)
+        loads = (self.step, self.load, self.load)
+        rows = (*state, *self.curve.parameters(), *loads, *self.parameters)
+        arranged = blocks.arrange(rows, kernel.LANES)
+        return arranged.reshape(blocks.count, kernel.ROWS * kernel.LANES)
+
+    def arrange_factors(self, blocks: Blocks) -> Array:
+        """Return the factors on several motions in blocks."""
+        if len(self.factors) == 1:
+            return np.empty((blocks.count, 0, 0))
+        return blocks.arrange(self.factors, blocks.width)
+
+
+def _check_problem(
+    curve: TrilinearCurve,
+    damping: Damping,
+    load: Load | None,
+    step: ArrayLike | None,
+    steps: int | None,
+    release_amplitude: ArrayLike,
+    release_velocity: ArrayLike,
+    reference: Reference | None = None,
+) -> _Problem:
+    check_type("curve", curve, TrilinearCurve)
+    check_type("damping", damping, Damping)
+    step, steps = _check_steps(load, step, steps)
+    a3 = curve.ultimate_displacement_ratio
+    x = check("release_amplitude", release_amplitude, lambda x: np.abs(x) < a3, "less than a3")
+    v = check("release_velocity", release_velocity, np.isfinite, "a finite number")
+    step = _check_step(step, curve, damping)
+    formula, parameters = damping.kernel_arguments(curve)
+    ground = np.empty((1, 0))
+    substeps = 1
+    factors = np.zeros(1)
+    start_load: Any = 0.0
+    if load is not None:
+        ground = load.ground
+        substeps = int(load.substeps)
+        factors = load.factor
+        start_load = np.einsum("m...,m->...", factors, ground[:, 0]) + 0.0
+    drag = damping_coefficient(curve, damping, x, v) * v if v.any() else 0.0
+    restoring = np.sign(x) * kernel.force(np.abs(x), curve.parameters())
+    a = check(
+        "acceleration at the start",
+        start_load - restoring - drag,
+        np.isfinite,
+        "a finite number",
+    )
+    displacements, case, checkpoints = _check_reference(reference, steps)
+    lanes = (step, x, v, curve, damping, factors[0], case)
+    return _Problem(
+        np.broadcast_shapes(*(values.shape for values in lanes)),
+        curve,
+        formula,
+        parameters,
+        (x, v, a),
+        step,
+        steps,
+        ground,
+        substeps,
+        factors,
+        factors[0] if len(factors) == 1 else start_load,
+        displacements,
+        case,
+        checkpoints,
     )
 
 
-def _remaining(ground: Array) -> Array:
-    """Return the integral of each motion's absolute value from each sample to the end, in units of time of a sample."""
-    size = np.abs(ground)
-    if not size.size:
-        return np.zeros((1, 1))
-    between = (size[:, 1:] + size[:, :-1]) / 2
-    return np.pad(np.cumsum(between[:, ::-1], axis=1)[:, ::-1], ((0, 0), (0, 1)))
+def _check_steps(
+    load: Load | None, step: ArrayLike | None, steps: int | None
+) -> tuple[ArrayLike, int]:
+    """Return step and number of steps; a load has its own step, and at most so many steps."""
+    limit = 10**9  # minutes for each block of lanes
+    if load is not None:
+        check_type("load", load, Load)
+        step = load.sampling / load.substeps
+        limit = int(load.substeps) * (load.ground.shape[1] - 1)
+        steps = limit if steps is None else steps
+    if step is None or steps is None:
+        raise InputError("a free decay needs a step and steps; a load has its own")
+    checked = check_number(
+        "steps",
+        steps,
+        lambda n: (n >= 1) & (n <= limit) & (n == np.floor(n)),
+        f"a whole number from 1 to {limit}",
+    )
+    return step, int(checked)
 
 
-class _Batch:
-    """The lanes of a batch in the kernel's blocks; copies of the last lane fill up the last block.
-
-    The blocks are as narrow as they can be with so many of them, as an idle lane costs as much as a busy one.
-    """
-
-    def __init__(
-        self,
-        curve: TrilinearCurve,
-        damping: Damping,
-        load: Load | None,
-        step: ArrayLike | None,
-        steps: int | None,
-        release_amplitude: ArrayLike,
-        release_velocity: ArrayLike,
-        reference: Reference | None = None,
-    ) -> None:
-        check_type("curve", curve, TrilinearCurve)
-        check_type("damping", damping, Damping)
-        if reference is not None:
-            check_type("reference", reference, Reference)
-        self.ground, self.substeps, factors = np.empty((1, 0)), 1, np.zeros(1)
-        most = 10**9  # minutes for each block of lanes
-        if load is not None:
-            check_type("load", load, Load)
-            self.ground, self.substeps, factors = load.ground, int(load.substeps), load.factor
-            step, most = load.sampling / load.substeps, self.substeps * (self.ground.shape[1] - 1)
-            steps = most if steps is None else steps
-        if step is None or steps is None:
-            raise InputError("a free decay needs a step and steps; a load has its own")
-        whole = f"a whole number from 1 to {most}"
-        self.steps = int(
-            check_number(
-                "steps", steps, lambda n: (n >= 1) & (n <= most) & (n == np.floor(n)), whole
-            )
-        )
-        k1, b1, ks, a1, a2, a3 = curve.parameters()
-        x = check("release_amplitude", release_amplitude, lambda x: np.abs(x) < a3, "less than a3")
-        v = check("release_velocity", release_velocity, np.isfinite, "a finite number")
-        self.step = _checked_step(step, curve, damping)
-        self.damper, parameters = damping.kernel_arguments(curve)
-        case = np.asarray(reference.case if reference else 0)
-        shapes = (
-            self.step.shape,
-            x.shape,
-            v.shape,
-            curve.shape,
-            damping.shape,
-            factors.shape[1:],
-            case.shape,
-        )
-        self.shape = np.broadcast_shapes(*shapes)
-        self.lanes = math.prod(self.shape)
-        least = -(-self.lanes // max(-(-self.lanes // kernel.LANES), 1))
-        self.width = max(least, 1) if least < 4 else -(-least // kernel.VECTOR) * kernel.VECTOR
-        self.blocks = -(-self.lanes // self.width)
-        start = (
-            np.einsum("m...,m->...", factors, self.ground[:, 0]) + 0.0 if load is not None else 0.0
-        )
-        restoring = np.sign(x) * kernel.force(np.abs(x), (k1, b1, ks, a1, a2, a3))
-        drag = damping_coefficient(curve, damping, x, v) * v if v.any() else 0.0
-        a = check(
-            "acceleration at the start", start - restoring - drag, np.isfinite, "a finite number"
-        )
-        g = factors[0] if len(factors) == 1 else start
-        number = float(kernel.DAMPERS.index(self.damper))
-        state = x, v, a, 1.0, 0.0, np.abs(x), 0.0, 0.0, 0.0
-        rows = (*state, k1, b1, ks, a1, a2, a3, self.step, g, g, *parameters, number)
-        self.require_room(0)
-        self.work = self._in_blocks(rows, kernel.LANES).reshape(
-            self.blocks, kernel.ROWS * kernel.LANES
-        )
-        several = len(factors) > 1
-        self.factors = (
-            self._in_blocks(factors, self.width) if several else np.empty((self.blocks, 0, 0))
-        )
-        self.reference, self.checkpoints = np.empty((0, 0)), np.zeros(1, np.int64)
-        self.case = np.empty((self.blocks if reference else 0, self.width), np.int64)
-        if reference:
-            self._compare(reference, case)
-
-    def _compare(self, reference: Reference, case: NDArray[np.int64]) -> None:
-        compared = np.ascontiguousarray(
-            check("reference", reference.displacement, np.isfinite, "a finite number")
-        )
-        if compared.ndim != 2 or compared.shape[1] <= self.steps:
-            raise InputError(
-                f"reference has shape {compared.shape}; it must be (cases, more than {self.steps} steps)"
-            )
-        check(
-            "case", case, lambda row: (row >= 0) & (row < len(compared)), "a row of the reference"
-        )
-        self.reference, self.checkpoints = compared, np.array(reference.checkpoints, np.int64)
-        marks = np.diff([0, *self.checkpoints, self.steps + 1])
-        check(
-            "the space between checkpoints",
-            marks,
-            lambda n: n > 0,
-            f"positive, from 1 to {self.steps} steps",
-        )
-        self.case = self._in_blocks((case,), self.width)[:, 0].astype(np.int64)
-
-    def _in_blocks(self, rows: Sequence[Any] | Array, width: int) -> Array:
-        """Return rows of values in the shape (blocks, rows, width)."""
-        lane = np.minimum(np.arange(self.blocks * self.width), self.lanes - 1)
-        # From a line of the processor's cache on, 8 numbers: a vector that lay in two would cost up to 8 % of the time.
-        size = self.blocks * len(rows) * width
-        spare = np.zeros(size + 7)
-        start = -(spare.ctypes.data // spare.itemsize) % 8
-        blocks = spare[start : start + size].reshape(self.blocks, len(rows), width)
-        for number, row in enumerate(rows):
-            values = np.broadcast_to(row, self.shape).reshape(-1)[lane]
-            blocks[:, number, : self.width] = values.reshape(self.blocks, self.width)
-        return blocks
-
-    def row(self, place: int) -> Array:
-        """Return a row of the kernel's blocks in the shape of the batch."""
-        return (
-            self.work[:, place : place + self.width].reshape(-1)[: self.lanes].reshape(self.shape)
-        )
-
-    def require_room(self, stored: int) -> None:
-        """Raise `InputError` where the lanes, with what is stored of each, are more than an array may hold."""
-        if self.lanes * max(stored, kernel.ROWS) > MOST_VALUES:
-            raise InputError(
-                f"{self.lanes} histories of {stored} values are more than {MOST_VALUES} values; run parts"
-            )
-
-    def march(self, name: str, scheme: str) -> Callable[..., Any]:
-        """Return the compiled march of the damper, or of all dampers by the printed scheme."""
-        damper = "paper" if check_choice("scheme", scheme, SCHEMES) == "paper" else self.damper
-        march: Callable[..., Any] = getattr(kernel, f"{name}_{damper}")
-        return march
-
-    def in_threads(self, run: Callable[..., None], threads: int | None) -> None:
-        """Call `run` on parts of the blocks, side by side; the parts do not change a bit.
-
-        Where one part fails, or the user interrupts the run, the others stop between two calls of the kernel.
-        """
-        stopped = Event()
-        # For fewer than 8 192 steps of a block a thread would cost more than it gives.
-        if threads is not None:
-            threads = int(check_number("threads", threads, *WHOLE))
-        workers = threads or min(available_threads(), self.blocks * self.steps // 2**13)
-        workers = min(workers, self.blocks)
-        if workers <= 1:
-            run(slice(0, self.blocks), stopped)
-            return
-        edges = np.linspace(0, self.blocks, min(4 * workers, self.blocks) + 1).astype(int).tolist()
-        with ThreadPoolExecutor(workers) as pool:
-            try:
-                list(pool.map(partial(run, stopped=stopped), map(slice, edges[:-1], edges[1:])))
-            finally:
-                stopped.set()
-
-
-def _checked_step(step: ArrayLike, curve: TrilinearCurve, damping: Damping) -> Array:
+def _check_step(step: ArrayLike, curve: TrilinearCurve, damping: Damping) -> Array:
     limit = stable_step(curve)
-    allowed = f"below the stability limit 2 sqrt(a1/b1) = {np.min(limit, initial=np.inf):.6g} in tau, and positive"
-    # The printed scheme divides by the step's square.
+    smallest = np.min(limit, initial=np.inf)
+    allowed = f"below the stability limit 2 sqrt(a1/b1) = {smallest:.6g} in tau, and positive"
+    # The printed scheme divides by the square of the step.
     checked = check("step", step, lambda h: (h >= 1e-12) & (h < limit), allowed)
     damping.damper.check_step(checked, damping.parameters, curve)
     return checked
 
 
-def available_threads() -> int:
-    """Return the threads this process may use: NUMBA_NUM_THREADS where set, else its processors."""
-    return int(config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+def _check_reference(
+    reference: Reference | None, steps: int
+) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Return displacements to compare with, the row of them for each lane, and checkpoints."""
+    if reference is None:
+        return np.empty((0, 0)), np.zeros(()), np.zeros(1, np.int64)
+    check_type("reference", reference, Reference)
+    finite = "a finite number"
+    checked = check("reference", reference.displacement, np.isfinite, finite)
+    displacements = np.ascontiguousarray(checked)
+    if displacements.ndim != 2 or displacements.shape[1] <= steps:
+        raise InputError(
+            f"reference has shape {displacements.shape}; it must be (cases, more than {steps} "
+            "steps)"
+        )
+    rows = len(displacements)
+    case = check("case", reference.case, lambda c: (c >= 0) & (c < rows), "a row of the reference")
+    checkpoints = np.array(reference.checkpoints, np.int64)
+    spaces = np.diff([0, *checkpoints, steps + 1])
+    allowed = f"positive, from 1 to {steps} steps"
+    check("the space between checkpoints", spaces, lambda n: n > 0, allowed)
+    return displacements, case, checkpoints
+
+
+# --- walls with an uneven force -------------------------------------------------------------------
 
 
 def uneven_collapses(
@@ -509,28 +528,43 @@ def uneven_collapses(
     vertical: Array | None = None,
     side: tuple[ArrayLike, ArrayLike] = (1.0, 1.0),
 ) -> NDArray[np.bool_]:
-    """Return which lanes collapse: x'' + (1 + lift vertical) f(x) = load ground, and e at each impact, from rest.
+    """Return which lanes collapse: x'' + (1 + lift vertical) f(x) = load ground, from rest.
 
-    The force need not be odd, and may change with time. Everything but the motions broadcasts to the result's shape.
+    Each impact multiplies the velocity by e. The force need not be odd, and may change with time.
+    Everything but the motions broadcasts to the shape of the result.
 
     Parameters
     ----------
-    step, substeps : ndarray
-        In tau, and how many there are between two samples of the motions.
-    load, ground, lift, vertical : ndarray
-        Factors of the lanes on the two motions, and these, shape (samples,). The weights are never less than none.
-    side : two ndarrays
-        What times the curve is that of u > 0, and of u < 0, in force and displacement alike.
+    curve : TrilinearCurve
+        Force-displacement curves of the walls.
+    restitution : float or ndarray
+        Coefficient of restitution e. [-]
+    step : float or ndarray
+        Step in tau. [-]
+    substeps : int or ndarray of int
+        Steps between two samples of the motions.
+    load : float or ndarray
+        Load factor on the horizontal motion. [s2 m-1]
+    ground : ndarray, shape (samples,)
+        Horizontal acceleration. [m s-2]
+    lift : float or ndarray
+        Factor on the vertical motion; the weights never fall below zero. [s2 m-1]
+    vertical : ndarray, shape (samples,), optional
+        Vertical acceleration. The default is none. [m s-2]
+    side : pair of float or ndarray
+        Scale factors of the curve for u > 0 and u < 0, in force and displacement alike. [-]
     """
-    up = np.zeros_like(ground) if vertical is None else vertical
-    if up.shape != ground.shape:
+    vertical = np.zeros_like(ground) if vertical is None else vertical
+    if vertical.shape != ground.shape:
         raise InputError(
-            f"vertical has {up.size} samples; it must have those of the ground motion, {ground.size}"
+            f"vertical has {vertical.size} samples; it must have those of the ground motion, "
+            f"{ground.size}"
         )
-    columns = np.broadcast_arrays(
-        *curve.parameters(), restitution, step, substeps, load, lift, *side
-    )
-    lanes = np.stack([np.ravel(np.asarray(column, dtype=float)) for column in columns], axis=-1)
+    parameters = (*curve.parameters(), restitution, step, substeps, load, lift, *side)
+    columns = np.broadcast_arrays(*parameters)
+    flat_columns = [np.ravel(np.asarray(column, dtype=float)) for column in columns]
+    lanes = np.stack(flat_columns, axis=-1)
     collapsed = np.empty(len(lanes), dtype=bool)
-    kernel.uneven_march(lanes, np.array(ground), np.array(up), collapsed)
+    # Writable copies: the kernel is compiled for these.
+    kernel.uneven_march(lanes, np.array(ground), np.array(vertical), collapsed)
     return collapsed.reshape(columns[0].shape)
