@@ -238,6 +238,7 @@ def assumed() -> str:
             ("a rigid floor at the top", f"a {floor}", floor)
             for floor in (f"floor of {t} s" for t in (0.1, 0.3, 0.6))
         ),
+        ("the mass of slender blocks", "own inertia of the bodies", "own inertia"),
         ("overburden without mass", "all of it is a mass", "overburden has mass, e unchanged"),
         (rule, "e by the rule `impulsive`", "e impulsive"),
         (rule, "e of Eq. (7)", "e of Eq. (7)"),

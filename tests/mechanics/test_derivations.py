@@ -6,6 +6,8 @@ touches the top support at x = +s t/2 (Fig. 1). The top support keeps that corne
 overburden lies on it.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -174,6 +176,8 @@ def test_the_effective_mass_and_the_excitation_factor_are_the_slender_limits():
     load = 2 * sum(m * share * v[0] for share, v in zip(SHARE, motion[1], strict=True))
     assert sp.simplify(load / limit - sp.Rational(3, 2)) == 0  # Eq. (4)
     np.testing.assert_allclose(WALL.effective_mass, on_walls(limit), rtol=1e-15)
+    own = replace(WALL, own_inertia=True)
+    np.testing.assert_allclose(own.effective_mass, on_walls(exact), rtol=1e-13)
     assert EXCITATION_FACTOR == 1.5 and np.all(WALL.excitation_factor == 1.5)
     squat = exact.subs({t: 1, h1: 5, h2: 5, m: sp.Rational(3, 2)})
     assert squat == sp.Rational(116, 100)  # +16 % at h/t = 10, r = 0.5
@@ -185,6 +189,9 @@ def test_the_parapet_has_the_same_effective_mass_and_excitation_factor():
     assert sp.simplify(limit - 2 * m / 3) == 0
     assert sp.simplify(2 * m / 2 / limit) == sp.Rational(3, 2)
     np.testing.assert_allclose(PARAPET.effective_mass, on_walls(limit, PARAPET), rtol=1e-15)
+    own = replace(PARAPET, own_inertia=True)
+    exact = on_walls(2 * about_corner / h**2, PARAPET)
+    np.testing.assert_allclose(own.effective_mass, exact, rtol=1e-13)
     assert np.all(PARAPET.excitation_factor == EXCITATION_FACTOR)
 
 

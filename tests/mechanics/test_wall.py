@@ -83,6 +83,38 @@ def test_the_mass_of_the_overburden_changes_inertia_and_not_the_load():
     np.testing.assert_allclose(slower**2, heavy.inertia_ratio, rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    "wall",
+    [
+        Wall(0.3, [3.0, 4.5], hinge_ratio=0.6, overburden_ratio=1.2, overburden_mass=0.7),
+        Parapet(0.3, [1.5, 3.0]),
+    ],
+    ids=["wall", "parapet"],
+)
+def test_own_inertia_changes_time_and_not_the_load(wall):
+    own = replace(wall, own_inertia=True)
+    for name in ("rigid_strength", "rigid_stiffness", "restitution_rigid", "restitution_measured"):
+        np.testing.assert_array_equal(getattr(own, name), getattr(wall, name))
+    np.testing.assert_allclose(own.load_factor, wall.load_factor, rtol=1e-14)
+    np.testing.assert_allclose(own.excitation_factor * own.effective_mass, own.mass, rtol=1e-14)
+    slower = wall.frequency_parameter / own.frequency_parameter
+    np.testing.assert_allclose(slower**2, own.inertia_ratio / wall.inertia_ratio, rtol=1e-14)
+    assert np.all(slower > 1.004)
+
+
+def test_own_inertia_may_differ_among_walls():
+    walls = Wall(0.3, 3.0, own_inertia=[False, True])
+    alone = [Wall(0.3, 3.0, own_inertia=choice).effective_mass for choice in (False, True)]
+    np.testing.assert_array_equal(walls.effective_mass, alone)
+
+
+def test_text_of_a_wall_has_what_differs_from_the_defaults():
+    assert repr(Wall(0.25, 3.0)) == "Wall(thickness=0.25, height=3.0)"
+    several = Wall(np.linspace(0.2, 0.3, 9), [3.0], own_inertia=True)
+    text = "Wall(thickness=<array of shape (9,)>, height=[3.0], own_inertia=True)"
+    assert repr(several) == text
+
+
 @pytest.mark.parametrize("overburden", [0.0, 0.3, 0.5, 1.0, 2.0, 6.0, 10.0])
 @pytest.mark.parametrize("share", [-0.5, -0.2, 0.0, 0.4])
 def test_the_weakest_hinge_has_the_least_strength_within_its_range(overburden, share):
@@ -124,6 +156,7 @@ BAD = [
     ("density", np.inf),
     ("overburden_ratio", [0.0, -0.5]),
     ("overburden_ratio", 1001.0),
+    ("own_inertia", 0.5),
     ("eccentricity", 0.1501),
     ("eccentricity", -0.2),
 ]

@@ -53,6 +53,7 @@ def cases(section: Supports) -> list[Case]:
         "overburden has mass, e unchanged": lambda w, c: (
             change(w, c, overburden_mass=1.0) if is_loaded(w) else None
         ),
+        "own inertia": lambda w, c: change(w, c, own_inertia=True),
         "e of Eq. (7)": lambda w, c: None if isinstance(w, Parapet) else change(w, c, "rigid"),
         "e impulsive": lambda w, c: None if isinstance(w, Parapet) else change(w, c, "impulsive"),
     }
