@@ -1,10 +1,12 @@
-"""Numbers with units, in every spelling of the table, and what is refused."""
+"""Numbers with units, in every spelling of the table, and refusals of others."""
 
 import pytest
 
 from rockdamp import units
 
-FOOT, POUND, G = 0.3048, 0.45359237, 9.80665
+FOOT = 0.3048
+POUND = 0.45359237
+G = 9.80665
 
 
 @pytest.mark.parametrize(
@@ -34,13 +36,17 @@ FOOT, POUND, G = 0.3048, 0.45359237, 9.80665
         ("30deg", "rad", 0.5235987755982988),
     ],
 )
-def test_a_number_with_its_unit_is_in_si(text, unit, expected):
+def test_number_with_its_unit_is_in_si(text, unit, expected):
     assert units.quantity(text, unit) == pytest.approx(expected, rel=1e-14)
     assert units.quantities(f"{text},{text}", unit) == 2 * [units.quantity(text, unit)]
 
 
-def test_decimals_have_no_noise_and_si_units_are_their_own_spelling():
-    assert (units.quantity("102mm", "m"), units.quantity("0.7cm", "m")) == (0.102, 0.007)
+@pytest.mark.parametrize(("text", "expected"), [("102mm", 0.102), ("0.7cm", 0.007)])
+def test_conversion_leaves_no_noise(text, expected):
+    assert units.quantity(text, "m") == expected
+
+
+def test_si_unit_is_its_own_spelling():
     assert all(units.size(unit, unit) == 1 for unit in units.UNITS if unit)
 
 
@@ -57,19 +63,26 @@ def test_decimals_have_no_noise_and_si_units_are_their_own_spelling():
         ("4Hz", "s"),
     ],
 )
-def test_another_unit_or_no_number_is_refused_with_its_text(text, unit):
+def test_other_unit_or_no_number_is_refused_with_its_text(text, unit):
     with pytest.raises(ValueError, match=repr(text)):
         units.quantity(text, unit)
 
 
-def test_a_list_has_a_unit_at_each_number_or_at_none():
-    with pytest.raises(ValueError, match="unit"):
-        units.quantities("0.2,0.4g", "m s-2")
+@pytest.mark.parametrize(("text", "unit"), [("4,5", "m"), ("3,0m", "m"), ("-0,25 g", "m s-2")])
+def test_decimal_comma_is_named(text, unit):
+    with pytest.raises(ValueError, match="the decimal sign must be a point"):
+        units.quantity(text, unit)
+
+
+@pytest.mark.parametrize("text", ["0.2,0.4g", "0,4g"])
+def test_list_has_a_unit_at_each_number_or_at_none(text):
+    with pytest.raises(ValueError, match="unit at each number"):
+        units.quantities(text, "m s-2")
 
 
 @pytest.mark.parametrize(
     ("head", "expected"),
     [("thickness [mm]", ("thickness", "mm")), ("time (s)", ("time", "s")), (" id ", ("id", ""))],
 )
-def test_the_head_of_a_column_has_a_name_and_a_unit(head, expected):
+def test_head_of_a_column_has_a_name_and_a_unit(head, expected):
     assert units.name_and_unit(head) == expected

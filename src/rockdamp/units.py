@@ -1,6 +1,6 @@
-"""Numbers with a unit: on the command line, in heads of tables and in files of records. Inside the package all is SI.
+"""Numbers with units, as users write them on the command line, in heads of tables and in files of records.
 
-It imports nothing heavy, so that `--help` stays quick.
+Inside the package all numbers are in SI. The module imports nothing heavy, so that `--help` is quick.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from math import pi
 
 from rockdamp.constants import STANDARD_GRAVITY
 
-POUND, FOOT = 0.45359237, 0.3048  # [kg], [m]
-# By the SI unit: the spellings that a number may have, in capital or small letters, and their sizes.
+POUND = 0.45359237  # [kg]
+FOOT = 0.3048  # [m]
+# For each SI unit, the spellings that a number may have, in capital or small letters, and their sizes.
 UNITS: dict[str, dict[str, float]] = {
     "": {"%": 0.01, "-": 1.0},
     "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": FOOT / 12, "ft": FOOT},
@@ -40,55 +41,89 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "N m-1": {"N/m": 1.0, "kN/m": 1000.0, "lb/ft": POUND * STANDARD_GRAVITY / FOOT},
 }
-_NUMBER = re.compile(
+
+_NUMBER_AND_UNIT = re.compile(
     r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(.*?)\s*", re.IGNORECASE | re.ASCII
 )
-_FEET = re.compile(
+_FEET_AND_INCHES = re.compile(
     r"\s*(\d+)\s*(?:ft|')\s*(\d+(?:\.\d+)?)\s*(?:in|\")\s*", re.IGNORECASE | re.ASCII
 )
 _HEAD = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(](.*)[\])])?\s*")
 
 
 def size(text: str, unit: str) -> float | None:
-    """Return the size of a unit in the SI unit, as 0.01 for "CM/SEC**2" in "m s-2"; None for another unit."""
-    folded = (
-        re.sub(r"\*\*|\^|[()]", "", text.strip().lower())
-        .replace("sec", "s")
-        .replace("²", "2")
-        .replace("³", "3")
-    )
-    folded = re.sub(r"[\s·]+([a-z]+)-(\d)", r"/\1\2", folded).replace(" ", "")  # of "m s-2"
-    return {spelling.lower(): value for spelling, value in UNITS[unit].items()}.get(
-        folded.removesuffix("1")
-    )
+    """Return the size of a unit in an SI unit, such as 0.01 for "CM/SEC**2" in "m s-2"; None if it is no such unit."""
+    folded = re.sub(r"\*\*|\^|[()]", "", text.strip().lower())
+    folded = folded.replace("sec", "s").replace("²", "2").replace("³", "3")
+    folded = re.sub(r"[\s·]+([a-z]+)-(\d)", r"/\1\2", folded)  # "m s-2" is "m/s2"
+    folded = folded.replace(" ", "").removesuffix("1")
+    spellings = {spelling.lower(): value for spelling, value in UNITS[unit].items()}
+    return spellings.get(folded)
 
 
 def quantity(text: str, unit: str = "") -> float:
-    """Return a number in the SI unit: a plain one, or with one of its `UNITS`; a length may be ``13ft 6in``.
+    """Return a number in an SI unit.
 
-    Of a conversion fifteen digits are kept: ``102mm`` is exactly 0.102.
+    Parameters
+    ----------
+    text : str
+        Plain number, in the SI unit, or a number with one of the spellings in `UNITS`; a length may be ``13ft 6in``.
+    unit : str
+        SI unit, a key of `UNITS`.
+
+    Returns
+    -------
+    float
+        Number in the SI unit. A conversion keeps fifteen digits: ``102mm`` is exactly 0.102.
+
+    Raises
+    ------
+    ValueError
+        If the text is no number, has another unit or a decimal comma.
     """
-    if unit == "m" and (feet := _FEET.fullmatch(text)):
-        return float(f"{float(feet[1]) * FOOT + float(feet[2]) * FOOT / 12:.15g}")
-    match = _NUMBER.fullmatch(text)
-    factor = None if match is None else size(match[2], unit) if match[2] else 1.0
-    if match is None or factor is None:
-        raise ValueError(
-            f"{text!r} must be a number{f' in {unit}' if unit else ''}, or one with {', '.join(UNITS[unit])}"
-        )
+    value = _parse(text, unit)
+    if value is not None:
+        return value
+    if _parse(text.replace(",", "."), unit) is not None:
+        raise ValueError(f"{text!r} has a decimal comma; the decimal sign must be a point")
+    in_unit = f" in {unit}" if unit else ""
+    spellings = ", ".join(UNITS[unit])
+    raise ValueError(f"{text!r} must be a number{in_unit}, or one with {spellings}")
+
+
+def _parse(text: str, unit: str) -> float | None:
+    """Return a number in an SI unit; None for a text that is none."""
+    feet = _FEET_AND_INCHES.fullmatch(text)
+    if feet and unit == "m":
+        return _round(float(feet[1]) * FOOT + float(feet[2]) * FOOT / 12)
+    match = _NUMBER_AND_UNIT.fullmatch(text)
+    if match is None:
+        return None
     value = float(match[1])
-    return value if factor == 1 else float(f"{value * factor:.15g}")
+    factor = size(match[2], unit) if match[2] else 1.0
+    if factor is None:
+        return None
+    return value if factor == 1 else _round(value * factor)
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.15g}")
 
 
 def quantities(text: str, unit: str = "") -> list[float]:
-    """Return the numbers of a list, ``0.2g,0.4g``, in the SI unit; all have a unit, or none has."""
+    """Return the numbers of a list, such as ``0.2g,0.4g``, in an SI unit; all must have a unit, or none."""
     parts = text.split(",")
-    if len({part.strip()[-1:].isdigit() for part in parts}) > 1:
-        raise ValueError(f"{text!r} must have a unit at each number, or at none")
+    ends_with_digit = {part.strip()[-1:].isdigit() for part in parts}
+    if len(ends_with_digit) > 1:
+        raise ValueError(
+            f"{text!r} must have a unit at each number, or at none; the decimal sign must be a point"
+        )
     return [quantity(part, unit) for part in parts]
 
 
 def name_and_unit(head: str) -> tuple[str, str]:
-    """Return the name and the unit of a column's head: ``thickness [mm]``, ``time (s)``; "" where it has none."""
+    """Return the name and the unit of a column from its head, ``thickness [mm]`` or ``time (s)``; "" for no unit."""
     match = _HEAD.fullmatch(head)
-    return (match[1], match[2] or "") if match else (head, "")
+    if match is None:
+        return head, ""
+    return match[1], match[2] or ""

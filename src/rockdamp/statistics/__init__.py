@@ -1,4 +1,4 @@
-"""Statistics that know nothing of walls: the fragility fit, resampling, weighted quantiles.
+"""Statistics without walls: the fragility fit, the bootstrap over stations, and paired comparisons.
 
-What they are taken of is decided in studies.
+The studies decide which histories they are taken from.
 """

@@ -1,6 +1,6 @@
-"""Collapse fragility: lognormal curves by maximum likelihood, and the bootstrap over stations that bounds them.
+"""Collapse fragility: lognormal curves by maximum likelihood, and a bootstrap over stations for their intervals.
 
-And the interval of a proportion of trials that come in groups whose outcomes may agree.
+The module also has the interval of a proportion of trials in groups, such as the components of one station.
 """
 
 from __future__ import annotations
@@ -14,7 +14,12 @@ from scipy.special import erfcx, ndtri
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check
 
-INTERVAL = (0.025, 0.975)
+INTERVAL_ENDS = (0.025, 0.975)  # probabilities at the ends of a 95 % interval
+# An interval is given where this share of the replicates of a bootstrap define the value.
+LEAST_DEFINED_SHARE = 0.9
+LEAST_SLOPE = 1e-9  # less than this is the rounding of a share that does not rise
+
+_TINY = 1e-300  # keeps divisions by zero away; the quotients are not used
 
 
 class Fragility(NamedTuple):
@@ -23,11 +28,12 @@ class Fragility(NamedTuple):
     Attributes
     ----------
     median : ndarray
-        Intensity at which half collapse, in the unit of the intensity; NaN where the outcomes do not define it.
+        Intensity at which half of the runs collapse, in the unit of the intensity; NaN where the counts do not define
+        a curve.
     dispersion : ndarray
         Standard deviation of the logarithm of the intensity. [-]
     reason : ndarray of str
-        Why there is no curve; empty where there is one.
+        Reason why there is no curve; empty where there is one.
     """
 
     median: Array
@@ -36,23 +42,30 @@ class Fragility(NamedTuple):
 
 
 def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -> Fragility:
-    """Fit lognormal fragility curves to counts of collapses at stripes of intensity, by maximum likelihood.
+    """Fit lognormal fragility curves to counts of collapses at several intensities, by maximum likelihood.
 
-    The likelihood of binomial outcomes (Baker 2015, doi:10.1193/021113EQS025M) is that of a probit regression on ln s:
-    it is concave, and Newton's method climbs it for all curves at once.
+    The likelihood of binomial outcomes (Baker 2015, doi:10.1193/021113EQS025M) is that of a probit regression on ln s.
+    It is concave, and Newton's method climbs it for all curves at once.
 
     Parameters
     ----------
     intensity : ndarray, shape (stripes,)
-        Ascending, greater than 0.
-    collapses, runs : ndarray, shape (..., stripes)
-        Counts, or sums of weights; they broadcast. [-]
+        Intensities, ascending and greater than 0, in any unit.
+    collapses : ndarray, shape (..., stripes)
+        Number of runs that collapse, or the sum of their weights. [-]
+    runs : ndarray, shape (..., stripes)
+        Number of runs, or the sum of their weights; it broadcasts with `collapses`. [-]
 
     Returns
     -------
     Fragility
-        ``median`` and ``dispersion``, of shape (...); NaN where no curve is most likely, and ``reason`` says why:
-        without a collapse below a survival the outcomes are separated and any small dispersion is as good.
+        ``median`` and ``dispersion``, of shape (...). They are NaN, and ``reason`` says why, where no curve is most
+        likely: if no intensity with a collapse lies below one with a survival, any small dispersion is as good.
+
+    Raises
+    ------
+    InputError
+        If the intensities do not ascend from above 0, or a count is below 0 or above the runs.
 
     Examples
     --------
@@ -69,163 +82,243 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
         "collapses", collapses, lambda k: (k >= 0) & (k <= runs), "at least 0 and at most the runs"
     )
     k, n, _ = np.broadcast_arrays(collapses, runs, s)
+    lowest_collapse, highest_survival = _outcome_stripes(k, n)
+    defined = lowest_collapse < highest_survival
     x = np.log(s)
-    center, spread = x.mean(), max(float(x.std()), 1e-12)
-    defined = _overlap(k, n)
-    a, b = _climb((x - center) / spread, k[defined], n[defined])
-    median, dispersion = (np.full(k.shape[:-1], np.nan) for _ in range(2))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        median[defined] = np.where(b > 0, np.exp(center - spread * a / b), np.nan)
-        dispersion[defined] = np.where(b > 0, spread / b, np.nan)
-    reason = np.select(
-        [np.isfinite(median), np.all(k == 0, -1), np.all(k == n, -1), defined],
-        ["", "no run collapses", "every run collapses", "collapses become fewer with intensity"],
-        "all runs collapse from one stripe on, and none below it",
-    )
-    return Fragility(
-        median, dispersion, np.where(reason == "", "", np.char.add("no fragility: ", reason))
-    )
+    center = x.mean()
+    spread = max(float(x.std()), 1e-12)  # of a single stripe it is 0
+    a, b = _maximize_likelihood((x - center) / spread, k[defined], n[defined])
+    median = np.full(k.shape[:-1], np.nan)
+    dispersion = np.full(k.shape[:-1], np.nan)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        median[defined] = np.where(b > LEAST_SLOPE, np.exp(center - spread * a / b), np.nan)
+        dispersion[defined] = np.where(b > LEAST_SLOPE, spread / b, np.nan)
+    reasons = {
+        "": np.isfinite(median),
+        "no fragility: nothing was run": np.all(n == 0, axis=-1),
+        "no fragility: no run collapses": np.all(k == 0, axis=-1),
+        "no fragility: every run collapses": np.all(k == n, axis=-1),
+        "no fragility: the share of collapses does not rise with intensity": defined,
+        "no fragility: only one intensity has both collapses and survivals": (
+            lowest_collapse == highest_survival
+        ),
+    }
+    separated = "no fragility: all runs collapse from one intensity on, and none below it"
+    reason = np.select(list(reasons.values()), list(reasons), separated)
+    return Fragility(median, dispersion, reason)
 
 
 def fit_resampled(
     intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike, weights: Array
 ) -> tuple[Fragility, Fragility]:
-    """Fit fragility curves to counts by record: of all records, and of each replicate of a bootstrap.
+    """Fit fragility curves to all records, and to each replicate of a bootstrap.
 
-    `collapses` and `runs` have the shape (records, ..., stripes) and broadcast; `weights` is that of `resample`. A
-    replicate draws whole groups, and groups differ in size: its runs are those of what it drew, not all of them.
+    A replicate draws whole groups, and groups differ in size: its runs are those of the records that it drew.
+
+    Parameters
+    ----------
+    intensity : ndarray, shape (stripes,)
+        Intensities, ascending.
+    collapses, runs : ndarray, shape (records, ..., stripes)
+        Counts for each record; they broadcast.
+    weights : ndarray, shape (replicates, records)
+        Weights of the records in each replicate, from `resample`.
     """
-    counts = np.broadcast_arrays(np.asarray(collapses, dtype=float), np.asarray(runs, dtype=float))
-    whole = fit_fragility(intensity, *(count.sum(axis=0) for count in counts))
-    return whole, fit_fragility(intensity, *(np.tensordot(weights, count, 1) for count in counts))
+    collapses = np.asarray(collapses, dtype=float)
+    runs = np.asarray(runs, dtype=float)
+    collapses, runs = np.broadcast_arrays(collapses, runs)
+    whole = fit_fragility(intensity, collapses.sum(axis=0), runs.sum(axis=0))
+    drawn_collapses = np.tensordot(weights, collapses, 1)
+    drawn_runs = np.tensordot(weights, runs, 1)
+    return whole, fit_fragility(intensity, drawn_collapses, drawn_runs)
 
 
-def _overlap(k: Array, n: Array) -> NDArray[np.bool_]:
-    """Return which curves have a collapse at a lower stripe than a survival."""
+def _outcome_stripes(k: Array, n: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the index of the lowest stripe with a collapse, and of the highest with a survival."""
     stripes = np.arange(k.shape[-1])
-    lowest = np.where(k > 0, stripes, k.shape[-1]).min(axis=-1)
-    highest = np.where(n > k, stripes, -1).max(axis=-1)
-    return np.asarray(lowest < highest)
+    lowest_collapse = np.where(k > 0, stripes, k.shape[-1]).min(axis=-1)
+    highest_survival = np.where(n > k, stripes, -1).max(axis=-1)
+    return lowest_collapse, highest_survival
 
 
-def _climb(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
-    """Maximise the log likelihood of P = Phi(a + b z) by Newton's method, for counts of shape (curves, stripes)."""
-    total = np.maximum(n.sum(axis=-1), 1e-300)
-    a, b = 2 * k.sum(axis=-1) / total - 1, np.ones(k.shape[0])
+def _maximize_likelihood(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
+    """Return a and b of the most likely P = Phi(a + b z), for counts of shape (curves, stripes)."""
+    total = np.maximum(n.sum(axis=-1), _TINY)
+    a = 2 * k.sum(axis=-1) / total - 1
+    b = np.ones(k.shape[0])
     for _ in range(50):
         eta = a[:, None] + b[:, None] * z
         # The normal density over Phi(eta), and over Phi(-eta).
-        up, down = (np.sqrt(2 / np.pi) / erfcx(side * eta / np.sqrt(2)) for side in (-1.0, 1.0))
-        slope = k * up - (n - k) * down
-        curvature = k * up * (up + eta) + (n - k) * down * (down - eta)
-        g0, g1 = slope.sum(axis=-1), (slope * z).sum(axis=-1)
-        h00, h01, h11 = (np.sum(curvature * power, axis=-1) for power in (1.0, z, z * z))
-        determinant = np.maximum(h00 * h11 - h01 * h01, 1e-300)
-        da, db = (h11 * g0 - h01 * g1) / determinant, (h00 * g1 - h01 * g0) / determinant
-        # No step moves the linear predictor by more than 2.
-        shorten = np.minimum(
-            1.0, 2.0 / np.maximum(np.abs(da) + np.abs(db) * np.abs(z).max(), 1e-300)
-        )
-        a, b = a + shorten * da, b + shorten * db
-        if not a.size or max(np.abs(shorten * da).max(), np.abs(shorten * db).max()) < 1e-10:
+        collapse_ratio = np.sqrt(2 / np.pi) / erfcx(-eta / np.sqrt(2))
+        survival_ratio = np.sqrt(2 / np.pi) / erfcx(eta / np.sqrt(2))
+        slope = k * collapse_ratio - (n - k) * survival_ratio
+        curvature = k * collapse_ratio * (collapse_ratio + eta)
+        curvature = curvature + (n - k) * survival_ratio * (survival_ratio - eta)
+        gradient_a = slope.sum(axis=-1)
+        gradient_b = (slope * z).sum(axis=-1)
+        h_aa = curvature.sum(axis=-1)
+        h_ab = (curvature * z).sum(axis=-1)
+        h_bb = (curvature * (z * z)).sum(axis=-1)
+        determinant = np.maximum(h_aa * h_bb - h_ab * h_ab, _TINY)
+        step_a = (h_bb * gradient_a - h_ab * gradient_b) / determinant
+        step_b = (h_aa * gradient_b - h_ab * gradient_a) / determinant
+        # No step moves the linear predictor by more than 2, or Newton's method may overshoot.
+        largest_move = np.abs(step_a) + np.abs(step_b) * np.abs(z).max()
+        shortening = np.minimum(1.0, 2.0 / np.maximum(largest_move, _TINY))
+        step_a = shortening * step_a
+        step_b = shortening * step_b
+        a = a + step_a
+        b = b + step_b
+        if not a.size or max(np.abs(step_a).max(), np.abs(step_b).max()) < 1e-10:
             break
     return a, b
 
 
-# --- the bootstrap ----------------------------------------------------------------------------------------------------
+# --- the bootstrap -----------------------------------------------------------------------------
 
 
 def resample(groups: ArrayLike, replicates: int, seed: int) -> Array:
-    """Return bootstrap weights: how often each record is drawn in each replicate, shape (replicates, records).
+    """Return how often a bootstrap draws each record in each replicate, shape (replicates, records).
 
-    Whole groups are drawn, with replacement: the two components of a station are not independent.
+    Whole groups are drawn, with replacement, as the two components of a station are not independent.
     """
     _, group = np.unique(np.asarray(groups), return_inverse=True)
     count = int(group.max()) + 1
-    drawn = np.random.default_rng(seed).integers(0, count, (replicates, count))
-    return np.stack([np.bincount(row, minlength=count) for row in drawn]).astype(float)[:, group]
+    draws = np.random.default_rng(seed).integers(0, count, (replicates, count))
+    group_weights = np.stack([np.bincount(draw, minlength=count) for draw in draws])
+    return group_weights.astype(float)[:, group]
 
 
 def weighted_quantile(
     values: Array, record: NDArray[np.int64], weights: Array, probability: float
 ) -> Array:
-    """Return the quantile of values, shape (n,), of these records, by each replicate's weights of the records.
+    """Return a quantile of values in each replicate of a bootstrap.
 
-    The inverse of the weighted distribution function, averaged where it is flat; NaN where nothing was drawn. The
-    weights are those of `resample`.
+    It is the inverse of the weighted distribution function, averaged where that is flat.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Values, of any order.
+    record : ndarray of int, shape (n,)
+        Index of the record of each value.
+    weights : ndarray, shape (replicates, records)
+        Whole numbers, from `resample`.
+    probability : float
+        Probability of the quantile, 0 to 1.
+
+    Returns
+    -------
+    ndarray, shape (replicates,)
+        Quantiles; NaN where no value was drawn.
     """
     order = np.argsort(values, kind="stable")
-    upto = np.zeros(
-        (values.size + 1, weights.shape[1])
-    )  # of each record's values, how many are among the least
-    upto[np.arange(1, values.size + 1), record[order]] = 1.0
-    np.cumsum(upto, axis=0, out=upto)
-    total = weights @ upto[-1]
+    # Row i counts, for each record, its values among the i least.
+    counts = np.zeros((values.size + 1, weights.shape[1]))
+    counts[np.arange(1, values.size + 1), record[order]] = 1.0
+    np.cumsum(counts, axis=0, out=counts)
+    total = weights @ counts[-1]
     if not values.size:
         return np.full(total.shape, np.nan)
-
-    def first(target: Array) -> NDArray[np.int64]:
-        """Return the first value, by bisection, up to which a weight lies that is above the target."""
-        low, high = np.zeros(total.size, dtype=np.int64), np.full(total.size, values.size - 1)
-        while np.any(low < high):
-            middle = (low + high) // 2
-            above = np.einsum("ij,ij->i", weights, upto[middle + 1]) > target
-            low, high = (
-                np.where(above, low, np.minimum(middle + 1, high)),
-                np.where(above, middle, high),
-            )
-        return low
-
     # Weights are whole numbers: so small a part of them decides between equal and above.
-    ends = [values[order][first(probability * total * (1 + side * 1e-12))] for side in (-1.0, 1.0)]
-    return np.where(total > 0, 0.5 * (ends[0] + ends[1]), np.nan)
+    target = probability * total
+    low_index = _first_above(target * (1 - 1e-12), weights, counts)
+    high_index = _first_above(target * (1 + 1e-12), weights, counts)
+    ordered = values[order]
+    middle = 0.5 * (ordered[low_index] + ordered[high_index])
+    return np.where(total > 0, middle, np.nan)
+
+
+def _first_above(target: Array, weights: Array, counts: Array) -> NDArray[np.int64]:
+    """Return the index of the first value up to which the weight exceeds a target, by bisection."""
+    low = np.zeros(target.size, dtype=np.int64)
+    high = np.full(target.size, len(counts) - 2)
+    while np.any(low < high):
+        middle = (low + high) // 2
+        above = np.einsum("ij,ij->i", weights, counts[middle + 1]) > target
+        low = np.where(above, low, np.minimum(middle + 1, high))
+        high = np.where(above, middle, high)
+    return low
 
 
 def interval(drawn: Array) -> Array:
-    """Return the 95 % interval over the replicates, the first axis; NaN where under nine in ten define a value."""
+    """Return the 95 % interval over the replicates of a bootstrap, the first axis, shape (..., 2).
+
+    It is NaN where under nine in ten replicates define a value.
+    """
     known = np.isfinite(drawn)
-    order, count = np.sort(np.where(known, drawn, np.inf), axis=0), known.sum(axis=0)
-    places = [np.clip((p * (count - 1)).round().astype(int), 0, len(drawn) - 1) for p in INTERVAL]
-    bounds = np.stack(
-        [np.take_along_axis(order, place[None], axis=0)[0] for place in places], axis=-1
-    )
-    return np.where((count >= 0.9 * len(drawn))[..., None], bounds, np.nan)
+    count = known.sum(axis=0)
+    ordered = np.sort(np.where(known, drawn, np.inf), axis=0)
+    bounds = []
+    for probability in INTERVAL_ENDS:
+        place = (probability * (count - 1)).round().astype(int)
+        place = np.clip(place, 0, len(drawn) - 1)
+        bounds.append(np.take_along_axis(ordered, place[None], axis=0)[0])
+    enough = count >= LEAST_DEFINED_SHARE * len(drawn)
+    return np.where(enough[..., None], np.stack(bounds, axis=-1), np.nan)
 
 
-# --- proportions ------------------------------------------------------------------------------------------------------
+# --- proportions -------------------------------------------------------------------------------
 
 
 def wilson(share: ArrayLike, count: ArrayLike) -> Array:
-    r"""Return the 95 % score interval of a proportion, shape (..., 2), within 0 to 1; `count` need not be whole.
+    r"""Return the 95 % score interval of a proportion, shape (..., 2), within 0 to 1.
 
     .. math::
         \frac{\hat{p} + \frac{z^2}{2 n} \pm z \sqrt{\frac{\hat{p} (1 - \hat{p})}{n} + \frac{z^2}{4 n^2}}}{1 + z^2/n}
 
+    Parameters
+    ----------
+    share : ndarray
+        Proportion of successes, 0 to 1.
+    count : ndarray
+        Number of trials, which need not be whole.
+
+    References
+    ----------
     Wilson E.B. (1927). Probable inference, the law of succession, and statistical inference. *Journal of the American
     Statistical Association* 22(158), 209-212, doi:10.1080/01621459.1927.10502953.
     """
-    p, n = np.broadcast_arrays(np.asarray(share, dtype=float), np.asarray(count, dtype=float))
-    z = float(ndtri(INTERVAL[1]))
-    middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + (z / (2 * n)) ** 2)
+    p = np.asarray(share, dtype=float)
+    n = np.asarray(count, dtype=float)
+    p, n = np.broadcast_arrays(p, n)
+    z = float(ndtri(INTERVAL_ENDS[1]))
+    middle = p + z * z / (2 * n)
+    half = z * np.sqrt(p * (1 - p) / n + (z / (2 * n)) ** 2)
     bounds = np.stack([middle - half, middle + half], axis=-1) / (1 + z * z / n)[..., None]
-    bounds[p == 0, 0], bounds[p == 1, 1] = 0.0, 1.0  # which rounding misses
+    # Rounding misses these ends.
+    bounds[p == 0, 0] = 0.0
+    bounds[p == 1, 1] = 1.0
     return bounds
 
 
 def effective_count(counted: NDArray[Any], groups: ArrayLike, replicates: int, seed: int) -> Array:
-    """Return how many independent trials would leave the proportion as uncertain as the groups do.
+    """Return the number of independent trials that would make a proportion as uncertain as grouped ones.
 
-    It is p (1 - p) over the variance of the proportion in a bootstrap over the groups (Kish 1965): as many as there are
-    trials where those of a group know nothing of each other, as many as there are groups where they agree, or where
-    none or all are `counted`, shape (trials, ...).
+    It is p (1 - p) over the variance of the proportion in a bootstrap over the groups (Kish 1965): the number of trials
+    if the outcomes within a group are independent; the number of groups if they agree, or if none or all are counted.
+
+    Parameters
+    ----------
+    counted : ndarray of bool, shape (trials, ...)
+        Outcomes.
+    groups : ndarray, shape (trials,)
+        Group of each trial.
+    replicates : int
+        Number of replicates of the bootstrap.
+    seed : int
+        Seed of the bootstrap.
     """
-    trials, number = len(counted), np.unique(np.asarray(groups)).size
-    if number == trials:
+    trials = len(counted)
+    group_count = np.unique(np.asarray(groups)).size
+    if group_count == trials:
         return np.full(counted.shape[1:], float(trials))
-    weights, p = resample(groups, replicates, seed), counted.mean(axis=0)
-    drawn = (np.tensordot(weights, counted.astype(float), 1).T / weights.sum(axis=1)).T
-    # Of g groups a bootstrap varies by (g - 1)/g too little.
-    variance = drawn.var(axis=0) * number / max(number - 1, 1)
+    weights = resample(groups, replicates, seed)
+    p = counted.mean(axis=0)
+    drawn_sums = np.tensordot(weights, counted.astype(float), 1)
+    drawn_shares = (drawn_sums.T / weights.sum(axis=1)).T
+    # With g groups the variance of a bootstrap is (g - 1)/g of the true one.
+    variance = drawn_shares.var(axis=0) * group_count / max(group_count - 1, 1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        effective = np.where((p > 0) & (p < 1), p * (1 - p) / variance, number)
-    return np.clip(effective, number, trials)
+        effective = np.where((p > 0) & (p < 1), p * (1 - p) / variance, group_count)
+    return np.clip(effective, group_count, trials)

@@ -1,19 +1,19 @@
-"""Compare an alternative with restitution: how far its peaks are off, and which walls it collapses otherwise.
+"""Compare an alternative with restitution: errors of its peaks, and collapses that only one of the two has.
 
-An alternative is a damper, or restitution with a slightly different e. The same walls are shaken by the same records
-with both, so histories come in pairs. These numbers describe the pairs:
+An alternative is a damper, or restitution with a slightly different e. The same records shake the same walls with both,
+so that histories come in pairs. These numbers describe the pairs:
 
 - median ratio: median of the alternative's peak over that under restitution, where neither wall collapses;
-- log error: root mean square of the logarithm of that ratio; of the logarithm's size the median, the 90 % quantile and
-  the share above `LARGE`;
+- log error: root mean square of the logarithm of that ratio; beside it the median and the 90 % quantile of the size of
+  the logarithm, and the share of pairs where it is above `LARGE_LOG_RATIO`;
 - missed and added collapses: those that only restitution, or only the alternative, has, as rates of the collapses and
   the survivals under restitution;
-- median intensity ratio: the intensity that collapses half of the walls over that under restitution.
+- median intensity ratio: intensity that collapses half of the walls, over that under restitution.
 
-**The paired bootstrap.** The study has some dozens of stations out of all that could have recorded an earthquake; the
-interval says how far another draw of stations would move a number. A replicate draws as many stations as there are,
-with replacement, and each history counts as often as its record was drawn (`weights`, from `fragility.resample`). Both
-components of a station are drawn together, as they saw the same earthquake.
+**The paired bootstrap.** The records are those of some dozens of stations out of all that could have recorded an
+earthquake; the interval says how far another draw of stations would move a number. A replicate draws as many stations
+as there are, with replacement, and each history counts as often as its record was drawn (`weights`, from
+`fragility.resample`). Both components of a station are drawn together, as they saw the same earthquake.
 
 It is *paired*: both sides of a ratio, or of a difference, are taken from the same replicate. A record that is hard on
 every wall raises the peaks with the damper and those under restitution alike, and cancels. Two separate bootstraps
@@ -31,11 +31,11 @@ from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.progress import track
-from rockdamp.statistics.fragility import fit_resampled, interval, weighted_quantile
+from rockdamp.statistics.fragility import Fragility, fit_resampled, interval, weighted_quantile
 
 BOUND = ("lower", "upper")
 HISTORIES = ("record", "velocity_ratio", "wall")
-LARGE = 0.05  # of the size of a logarithm
+LARGE_LOG_RATIO = 0.05  # about 5 % of a peak
 NOT_RUN = -1  # as an outcome
 
 
@@ -45,113 +45,144 @@ def compare_pairs(
     bands: Sequence[tuple[float, float]],
     description: str = "",
 ) -> xr.Dataset:
-    """Return the statistics of each alternative with their intervals, those of the peaks by band.
+    """Return the statistics of each alternative with their intervals; those of the peaks in bands of the peak.
 
     Parameters
     ----------
     histories : xarray.Dataset
-        ``peak`` [u/u_ins] and ``collapsed`` of the alternatives over `HISTORIES` and dimensions of their own, and
-        ``reference_peak`` and ``reference_collapsed``, which broadcast. Collapsed is 1, survived 0, not run -1.
+        ``peak`` [u/u_ins] and ``collapsed`` of the alternatives over `HISTORIES` and other dimensions, and
+        ``reference_peak`` and ``reference_collapsed`` of restitution, which broadcast. An outcome is 1 for a collapse,
+        0 for a survival, -1 where nothing was run.
     weights : ndarray, shape (replicates, records)
-        Of `fragility.resample`.
+        Weights of the records in each replicate, from `fragility.resample`.
     bands : sequence of pairs
-        Of the reference's peak; the first edge belongs to a band. [u/u_ins]
+        Bands of the peak under restitution; the lower edge belongs to a band. [u/u_ins]
     description : str
-        Of the progress bar; none if empty.
+        Label of the progress bar; no bar if empty.
     """
-    other = histories["peak"].transpose(*HISTORIES, ...)
+    alternative = histories["peak"].transpose(*HISTORIES, ...)
     names = ("reference_peak", "reference_collapsed", "peak", "collapsed")
-    arrays = [histories[name].broadcast_like(other).transpose(*other.dims).values for name in names]
-    shape, dims = other.shape[3:], other.dims[3:]
-    drawn = np.concatenate(
-        [np.ones((1, weights.shape[1])), weights]
-    )  # the first replicate is the sample itself
+    arrays = []
+    for name in names:
+        broadcast = histories[name].broadcast_like(alternative)
+        arrays.append(broadcast.transpose(*alternative.dims).values)
+    shape = alternative.shape[3:]
+    # The first replicate is the sample itself.
+    sample = np.ones((1, weights.shape[1]))
+    drawn = np.concatenate([sample, weights])
     cells = []
-    for at in track(list(np.ndindex(shape)), description):
-        reference, fell, peak, falls = (values[(..., *at)] for values in arrays)
-        stand = (fell == 0) & (falls == 0)
-        by_band = [
-            _compare_peaks(reference, peak, stand & (reference >= low) & (reference < high), drawn)
-            for low, high in bands
-        ]
-        rates = {
-            "missed_collapse_rate": _rate(
-                (fell == 1) & (falls == 0), (fell == 1) & (falls >= 0), drawn
-            ),
-            "added_collapse_rate": _rate(
-                (fell == 0) & (falls == 1), (fell == 0) & (falls >= 0), drawn
-            ),
-        }
-        cells.append(
-            {name: np.stack([one[name] for one in by_band]) for name in by_band[0]} | rates
-        )
-    statistics = {}
-    for name in cells[0]:
-        values = np.stack([cell[name] for cell in cells]).reshape(*shape, *cells[0][name].shape)
-        band = () if name.endswith("rate") else ("band",)
-        statistics[name] = ((*dims, *band), values[..., 0])
+    for cell in track(list(np.ndindex(shape)), description):
+        histories_of_cell = [values[(..., *cell)] for values in arrays]
+        cells.append(_compare_cell(histories_of_cell, bands, drawn))
+    statistics: dict[str, Any] = {}
+    for name, first_values in cells[0].items():
+        values = np.stack([cell[name] for cell in cells]).reshape(*shape, *first_values.shape)
+        dims = alternative.dims[3:]
+        if not name.endswith("rate"):
+            dims = (*dims, "band")
+        statistics[name] = (dims, values[..., 0])
         if name != "pairs":
-            statistics[f"{name}_interval"] = (
-                (*dims, *band, "bound"),
-                interval(np.moveaxis(values[..., 1:], -1, 0)),
-            )
+            bounds = interval(np.moveaxis(values[..., 1:], -1, 0))
+            statistics[f"{name}_interval"] = ((*dims, "bound"), bounds)
     return xr.Dataset(statistics)
 
 
-def _compare_peaks(
-    reference: Array, peak: Array, among: NDArray[np.bool_], drawn: Array
+def _compare_cell(
+    histories: Sequence[Array],
+    bands: Sequence[tuple[float, float]],
+    drawn: Array,
 ) -> dict[str, Array]:
-    """Return statistics of the ratio of peaks in each replicate; histories (record, velocity ratio, wall)."""
-    record = np.broadcast_to(np.arange(len(peak))[:, None, None], peak.shape)[among]
-    logarithm = np.log(peak[among] / reference[among])
-    size = np.abs(logarithm)
+    """Return the statistics of one alternative in each replicate; histories (record, velocity ratio, wall)."""
+    reference_peak, reference_collapsed, peak, collapsed = histories
+    both_survive = (reference_collapsed == 0) & (collapsed == 0)
+    by_band = []
+    for low, high in bands:
+        pairs = both_survive & (reference_peak >= low) & (reference_peak < high)
+        by_band.append(_compare_peaks(reference_peak, peak, pairs, drawn))
+    statistics = {name: np.stack([band[name] for band in by_band]) for name in by_band[0]}
+    was_run = collapsed > NOT_RUN
+    collapses = (reference_collapsed == 1) & was_run
+    survivals = (reference_collapsed == 0) & was_run
+    missed = collapses & (collapsed == 0)
+    added = survivals & (collapsed == 1)
+    statistics["missed_collapse_rate"] = _rate(missed, collapses, drawn)
+    statistics["added_collapse_rate"] = _rate(added, survivals, drawn)
+    return statistics
+
+
+def _compare_peaks(
+    reference_peak: Array, peak: Array, pairs: NDArray[np.bool_], drawn: Array
+) -> dict[str, Array]:
+    """Return statistics of the ratio of peaks in each replicate, over the pairs that count."""
+    record = np.broadcast_to(np.arange(len(peak))[:, None, None], peak.shape)[pairs]
+    log_ratio = np.log(peak[pairs] / reference_peak[pairs])
+    size = np.abs(log_ratio)
 
     def total(values: Array) -> Array:
         return drawn @ np.bincount(record, values, len(peak))
 
     count = total(np.ones(size.size))
+    large = (size > LARGE_LOG_RATIO).astype(float)
     return {
-        "median_ratio": np.exp(weighted_quantile(logarithm, record, drawn, 0.5)),
+        "median_ratio": np.exp(weighted_quantile(log_ratio, record, drawn, 0.5)),
         "log_error": root_mean_square(total(size**2), count),
         "log_error_median": weighted_quantile(size, record, drawn, 0.5),
         "log_error_90": weighted_quantile(size, record, drawn, 0.9),
-        "share_above": quotient(total((size > LARGE).astype(float)), count),
+        "share_above": quotient(total(large), count),
         "pairs": count.astype(int),
     }
 
 
-def _rate(wrong: NDArray[np.bool_], cases: NDArray[np.bool_], drawn: Array) -> Array:
-    """Return in which part of the cases something is wrong, in each replicate."""
-    return np.asarray(quotient(*(drawn @ count.sum(axis=(1, 2)) for count in (wrong, cases))))
+def _rate(events: NDArray[np.bool_], cases: NDArray[np.bool_], drawn: Array) -> Array:
+    """Return the share of the cases in which an event happens, in each replicate."""
+    event_count = drawn @ events.sum(axis=(1, 2))
+    case_count = drawn @ cases.sum(axis=(1, 2))
+    return np.asarray(quotient(event_count, case_count))
 
 
 def compare_fragilities(
     intensity: Array, collapses: Array, runs: Any, weights: Array, reference: Any
 ) -> dict[str, Array]:
-    """Fit fragility curves, and compare their medians with restitution's; arrays of shape (...), and their intervals.
+    """Fit fragility curves and compare their medians with those under restitution.
 
-    `collapses` and `runs` count by record, shape (records, ..., stripes), and broadcast. `reference` indexes the curves
-    under restitution: ``median[reference]`` broadcasts with ``median``.
+    Parameters
+    ----------
+    intensity : ndarray, shape (stripes,)
+        Intensities, ascending.
+    collapses, runs : ndarray, shape (records, ..., stripes)
+        Counts for each record; they broadcast.
+    weights : ndarray, shape (replicates, records)
+        Weights of the records in each replicate, from `fragility.resample`.
+    reference : index
+        Index of the curves under restitution: ``median[reference]`` broadcasts with ``median``.
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``median``, ``dispersion`` and ``median_intensity_ratio`` of shape (...), and the interval of each.
     """
-    fits = fit_resampled(intensity, collapses, runs, weights)
-    whole, drawn = (
-        {
-            "median": fit.median,
-            "dispersion": fit.dispersion,
-            # Paired: each replicate's median is divided by restitution's in the same replicate.
-            "median_intensity_ratio": fit.median / fit.median[reference],
-        }
-        for fit in fits
-    )
-    return whole | {f"{name}_interval": interval(replicates) for name, replicates in drawn.items()}
+    fit, drawn_fits = fit_resampled(intensity, collapses, runs, weights)
+    statistics = _with_ratio(fit, reference)
+    # Paired: each replicate's median is divided by the one under restitution in the same replicate.
+    for name, replicates in _with_ratio(drawn_fits, reference).items():
+        statistics[f"{name}_interval"] = interval(replicates)
+    return statistics
+
+
+def _with_ratio(fit: Fragility, reference: Any) -> dict[str, Array]:
+    return {
+        "median": fit.median,
+        "dispersion": fit.dispersion,
+        "median_intensity_ratio": fit.median / fit.median[reference],
+    }
 
 
 def root_mean_square(squares: Any, count: Any) -> Array:
-    """Return the root of sums of squares over their count; NaN of none."""
+    """Return the root of sums of squares over their count; NaN where the count is 0."""
     return np.sqrt(quotient(squares, count))
 
 
 def quotient(part: Any, whole: Any) -> Any:
-    """Return part over whole; NaN of none."""
+    """Return part over whole; NaN where the whole is not above 0."""
     part, whole = np.broadcast_arrays(part, whole)
     return np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
