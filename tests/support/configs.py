@@ -7,27 +7,28 @@ from snakemake.utils import update_config
 from rockdamp.config import Config
 
 
-def stated(*changes, minimal=False):
-    """Return what the default config states, or the minimal one over it, with changes, nested as in a file."""
+def merge_files(*changes, minimal=False):
+    """Return the values of the default config, or of the minimal one over it, with nested changes."""
     names = ["default", "minimal"] if minimal else ["default"]
-    raw = {}
-    for change in (
-        *(yaml.safe_load((ROOT / f"config/{name}.yaml").read_text()) for name in names),
-        *changes,
-    ):
-        update_config(raw, change)
-    return raw
+    values = {}
+    for name in names:
+        text = (ROOT / f"config/{name}.yaml").read_text(encoding="utf-8")
+        update_config(values, yaml.safe_load(text))
+    for change in changes:
+        update_config(values, change)
+    return values
 
 
 def configured(*changes, minimal=False):
     """Return the same as a model."""
-    return Config.model_validate(stated(*changes, minimal=minimal))
+    return Config.model_validate(merge_files(*changes, minimal=minimal))
 
 
 def changed(config, values):
-    """Return a config with other values, as made, at dotted keys; they may lie beyond what a file may state."""
+    """Return a config with other values at dotted keys; they may lie outside the bounds of a file."""
     for key, value in values.items():
         name, _, rest = key.partition(".")
-        inner = changed(getattr(config, name), {rest: value}) if rest else value
-        config = config.model_copy(update={name: inner})
+        if rest:
+            value = changed(getattr(config, name), {rest: value})
+        config = config.model_copy(update={name: value})
     return config

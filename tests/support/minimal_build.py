@@ -13,26 +13,43 @@ from rockdamp.figures import FIGURES
 FINISHED_BUILD = "ROCKDAMP_FINISHED_BUILD"  # environment variable: the folder of a finished build
 RESULTS = "results/minimal"
 LOGS = "logs/results/minimal"
-DECAYS, MATCHES = ([f"{kind}/{study}" for study in STUDIES] for kind in ("decay", "match"))
-# What the glossary calls each dataset that the report shows.
+# The kind that the glossary calls each dataset.
 KINDS = {
-    **dict.fromkeys(MATCHES, "match"),
-    **{
-        name: name
-        for name in ("mechanism", "damping_force", "response_lengths", "equivalence", "calibration")
-    },
-    **{
-        name: name
-        for name in ("validation", "bilinear", "measured_rocking", "convergence", "amplitude")
-    },
-    **{name: name for name in ("earthquakes", "comparison", "order", "loss_law", "supports")},
+    **{f"decay/{study}": "decay" for study in STUDIES},
+    **{f"match/{study}": "match" for study in STUDIES},
+    "mechanism": "mechanism",
+    "damping_force": "damping_force",
+    "response_lengths": "response_lengths",
+    "equivalence": "equivalence",
+    "calibration": "calibration",
+    "validation": "validation",
+    "bilinear": "bilinear",
+    "measured_rocking": "measured_rocking",
+    "convergence": "convergence",
+    "amplitude": "amplitude",
+    "earthquakes": "earthquakes",
     "earthquakes/walls": "earthquake_walls",
     "earthquakes/check": "earthquake_check",
+    "comparison": "comparison",
+    "order": "order",
+    "loss_law": "loss_law",
+    "supports": "supports",
 }
-DATASETS = [f"{name}.nc" for name in (*DECAYS, *KINDS)]
+# Parts of the last stages, one for each job.
+PARTS = {
+    "earthquakes/records-0": "earthquake_records",
+    "earthquakes/records-1": "earthquake_records",
+    "earthquakes/order-0": "order_records",
+    "earthquakes/order-1": "order_records",
+}
+DATASETS = [f"{name}.nc" for name in KINDS]
+PART_FILES = [f"{name}.nc" for name in PARTS]
+FIGURE_FILES = [f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("pdf", "png")]
 OUTPUTS = [
     *DATASETS,
-    *("coefficients.csv", "claims.csv", "report.html", "paper.html"),
-    *(f"figures/{name}.{suffix}" for name in FIGURES for suffix in ("pdf", "png")),
+    "coefficients.csv",
+    "claims.csv",
+    "report.html",
+    "paper.html",
+    *FIGURE_FILES,
 ]
-PAPER_FIGURES = [name for name in FIGURES if not name.startswith("fig_")]

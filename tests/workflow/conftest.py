@@ -10,9 +10,9 @@ from workflow_tree import Tree
 
 @pytest.fixture(scope="session")
 def tree(tmp_path_factory, minimal):
-    """A copy of the repository and of its minimal results; a test that changes it puts it back.
+    """A copy of the repository and of its minimal results; a test that changes it restores it.
 
-    The results are copied with Snakemake's notes on them, as `cp -r` would, with new times.
+    The results are copied with Snakemake's metadata, and with new times, as `cp -r` does.
     """
     tree = Tree(tmp_path_factory.mktemp("pipeline") / "a träe")
     for built in (RESULTS, LOGS, ".snakemake/metadata"):
@@ -26,21 +26,23 @@ def tree(tmp_path_factory, minimal):
 
 
 @pytest.fixture
-def edited(tree):
-    """Write files of the copy, for the length of a test."""
-    kept = {}
+def edit(tree):
+    """Replace text in files of the copy for the length of a test; a new file is made in a folder of its own."""
+    originals = {}
 
     def edit(name, old, new):
         path = tree.place / name
-        kept.setdefault(path, path.read_text(encoding="utf-8") if path.exists() else None)
-        text = kept[path] or ""
+        if path not in originals:
+            originals[path] = path.read_text(encoding="utf-8") if path.exists() else None
+        text = path.read_text(encoding="utf-8") if path.exists() else ""
         assert old in text, (name, old)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text.replace(old, new, 1), encoding="utf-8")
+        return path
 
     yield edit
-    for path, text in kept.items():
+    for path, text in originals.items():
         if text is None:
-            shutil.rmtree(path.parent)  # that it was made in
+            shutil.rmtree(path.parent, ignore_errors=True)
         else:
             path.write_text(text, encoding="utf-8")

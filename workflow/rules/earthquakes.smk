@@ -1,8 +1,12 @@
-"""Walls under earthquakes, with restitution and with every damper, and what the answer assumes."""
+"""Walls under earthquakes, with restitution and with every damper, and the assumptions of the answer."""
 
-QUAKES = settings("records", "earthquakes.walls", "earthquakes.tail")
-RUNS = settings(
-    *(f"earthquakes.{key}" for key in ("restitution_change", "velocity_ratio", "step", "chunk"))
+QUAKES = ("records", "earthquakes.walls", "earthquakes.tail")
+RUNS = (
+    *QUAKES,
+    "earthquakes.restitution_change",
+    "earthquakes.velocity_ratio",
+    "earthquakes.step",
+    "earthquakes.chunk",
 )
 
 
@@ -14,17 +18,15 @@ rule earthquake_walls:
     log:
         "<logs>/earthquakes/walls.log",
     params:
-        *settings(
+        *stage(
+            "studies.earthquakes.walls",
             "solver",
             "earthquakes.walls",
             "earthquakes.restitution",
             "release_amplitude",
             "matching",
+            dataset="earthquake_walls",
         ),
-        *code("studies.earthquakes"),
-        *texts("earthquake_walls"),
-        function="studies.earthquakes.walls",
-        dataset="earthquake_walls",
     script:
         "../scripts/dataset.py"
 
@@ -38,10 +40,8 @@ rule earthquake_records:
     log:
         "<logs>/earthquakes/records-{chunk}.log",
     params:
-        *QUAKES,
-        *RUNS,
-        *code("studies.earthquakes"),
-        function="studies.earthquakes.chunk",
+        *stage("studies.earthquakes.chunk", *RUNS, dataset="earthquake_records"),
+        *motions(RECORDS),
     script:
         "../scripts/dataset.py"
 
@@ -55,13 +55,15 @@ rule earthquakes_study:
     log:
         "<logs>/earthquakes.log",
     params:
-        *QUAKES,
-        *settings("solver", "release_amplitude", "matching", "earthquakes.restitution"),
-        *RUNS,
-        *code("studies.earthquakes"),
-        *texts("earthquakes"),
-        function="studies.earthquakes.gather",
-        dataset="earthquakes",
+        *stage(
+            "studies.earthquakes.gather",
+            *RUNS,
+            "solver",
+            "release_amplitude",
+            "matching",
+            "earthquakes.restitution",
+            dataset="earthquakes",
+        ),
     script:
         "../scripts/dataset.py"
 
@@ -75,12 +77,13 @@ rule earthquake_check:
     log:
         "<logs>/earthquakes/check.log",
     params:
-        *QUAKES,
-        *settings("earthquakes.check"),
-        *code("studies.event_driven_check"),
-        *texts("earthquake_check"),
-        function="studies.event_driven_check.check_earthquakes",
-        dataset="earthquake_check",
+        *stage(
+            "studies.event_driven_check.check_earthquakes",
+            *QUAKES,
+            "earthquakes.check",
+            dataset="earthquake_check",
+        ),
+        *motions(RECORDS),
     script:
         "../scripts/dataset.py"
 
@@ -93,11 +96,7 @@ rule comparison:
     log:
         "<logs>/comparison.log",
     params:
-        *settings("comparison"),
-        *code("studies.comparison"),
-        *texts("comparison"),
-        function="studies.comparison.compare_dampers",
-        dataset="comparison",
+        *stage("studies.comparison.compare_dampers", "comparison", dataset="comparison"),
     script:
         "../scripts/dataset.py"
 
@@ -117,10 +116,15 @@ rule order_records:
     log:
         "<logs>/earthquakes/order-{chunk}.log",
     params:
-        *QUAKES,
-        *settings("earthquakes.velocity_ratio", "earthquakes.chunk", "order"),
-        *code("studies.order"),
-        function="studies.order.chunk",
+        *stage(
+            "studies.order.chunk",
+            *QUAKES,
+            "earthquakes.velocity_ratio",
+            "earthquakes.chunk",
+            "order",
+            dataset="order_records",
+        ),
+        *motions(RECORDS),
     script:
         "../scripts/dataset.py"
 
@@ -133,12 +137,17 @@ rule order:
     log:
         "<logs>/order.log",
     params:
-        *settings("solver.step", "curve", "matching.response_length", "damping_force.restitution"),
-        *settings("earthquakes.walls", "order", "comparison"),
-        *code("studies.order"),
-        *texts("order"),
-        function="studies.order.compare",
-        dataset="order",
+        *stage(
+            "studies.order.compare",
+            "solver.step",
+            "curve",
+            "matching.response_length",
+            "damping_force.restitution",
+            "earthquakes.walls",
+            "order",
+            "comparison",
+            dataset="order",
+        ),
     script:
         "../scripts/dataset.py"
 
@@ -151,12 +160,14 @@ rule loss_law:
     log:
         "<logs>/loss_law.log",
     params:
-        *QUAKES,
-        *settings("earthquakes.velocity_ratio", "loss_law", "comparison"),
-        *code("studies.loss_law"),
-        *texts("loss_law"),
-        function="studies.loss_law.loss_law",
-        dataset="loss_law",
+        *stage(
+            "studies.loss_law.loss_law",
+            *QUAKES,
+            "earthquakes.velocity_ratio",
+            "loss_law",
+            "comparison",
+        ),
+        *motions(RECORDS),
     script:
         "../scripts/dataset.py"
 
@@ -169,11 +180,7 @@ rule supports:
     log:
         "<logs>/supports.log",
     params:
-        *QUAKES,
-        *settings("supports", "comparison.bootstrap"),
-        *code("studies.supports"),
-        *texts("supports"),
-        function="studies.supports.supports",
-        dataset="supports",
+        *stage("studies.supports.supports", *QUAKES, "supports", "comparison.bootstrap"),
+        *motions(RECORDS),
     script:
         "../scripts/dataset.py"

@@ -13,9 +13,10 @@ for figure, (module, datasets) in FIGURES.items():
         log:
             f"<logs>/figures/{figure}.log",
         params:
-            *settings("figures"),
             *code(module, script="figure"),
+            *package_files("figures/paper.mplstyle"),
             function=f"{module}.{figure}",
+            resolution=CONFIG.figures.resolution,
         script:
             "../scripts/figure.py"
 

@@ -1,6 +1,6 @@
 """The paper: force-displacement curves, decays, matched damping ratios, polynomials, a test, and its claims."""
 
-SOLVER = settings("solver", "curve", "release_amplitude")
+DECAY = ("solver", "curve", "release_amplitude", "wall")
 CLAIMED = [
     "mechanism",
     "damping_force",
@@ -11,17 +11,21 @@ CLAIMED = [
 ]
 
 
+def study_values(wildcards):
+    """Return the values that a study of free decay reads besides those of all studies."""
+    keys = [f"studies.{wildcards.study}"]
+    if wildcards.study == "cracked_stiffness":
+        keys.append("softer_plateau")
+    return select_values(CONFIG, *keys)
+
+
 rule mechanism:
     output:
         "<results>/mechanism.nc",
     log:
         "<logs>/mechanism.log",
     params:
-        *settings("wall", "curve", "validation.wall"),
-        *code("studies.mechanism"),
-        *texts("mechanism"),
-        function="studies.mechanism.mechanism",
-        dataset="mechanism",
+        *stage("studies.mechanism.mechanism", "wall", "curve", "validation.wall"),
     script:
         "../scripts/dataset.py"
 
@@ -32,14 +36,15 @@ rule decay_study:
     log:
         "<logs>/decay/{study}.log",
     params:
-        *SOLVER,
-        *settings("wall", "restitution", "matching.response_length", "response_lengths.stop"),
+        *stage(
+            "studies.decays.study",
+            *DECAY,
+            "restitution",
+            "matching.response_length",
+            "response_lengths.stop",
+            dataset="decay",
+        ),
         study_values,
-        softer_plateau,
-        *code("studies.decays"),
-        *texts("decay"),
-        function="studies.decays.study",
-        dataset="decay",
     script:
         "../scripts/dataset.py"
 
@@ -57,14 +62,8 @@ rule match_study:
     log:
         "<logs>/match/{study}.log",
     params:
-        *SOLVER,
-        *settings("wall", "matching"),
+        *stage("studies.matches.match", *DECAY, "matching"),
         study_values,
-        softer_plateau,
-        *code("studies.matches"),
-        *texts("match"),
-        function="studies.matches.match",
-        dataset="match",
     script:
         "../scripts/dataset.py"
 
@@ -82,12 +81,12 @@ rule response_lengths:
     log:
         "<logs>/response_lengths.log",
     params:
-        *SOLVER,
-        *settings("wall", "studies.amplitude", "response_lengths"),
-        *code("studies.response_lengths"),
-        *texts("response_lengths"),
-        function="studies.response_lengths.response_lengths",
-        dataset="response_lengths",
+        *stage(
+            "studies.response_lengths.response_lengths",
+            *DECAY,
+            "studies.amplitude",
+            "response_lengths",
+        ),
     script:
         "../scripts/dataset.py"
 
@@ -98,12 +97,14 @@ rule damping_force:
     log:
         "<logs>/damping_force.log",
     params:
-        *SOLVER,
-        *settings("matching", "damping_force"),
-        *code("studies.damping_force"),
-        *texts("damping_force"),
-        function="studies.damping_force.damping_force",
-        dataset="damping_force",
+        *stage(
+            "studies.damping_force.damping_force",
+            "solver",
+            "curve",
+            "release_amplitude",
+            "matching",
+            "damping_force",
+        ),
     script:
         "../scripts/dataset.py"
 
@@ -116,11 +117,7 @@ rule equivalence:
     log:
         "<logs>/equivalence.log",
     params:
-        *settings("curve", "release_amplitude"),
-        *code("studies.polynomial_fits"),
-        *texts("equivalence"),
-        function="studies.polynomial_fits.fit",
-        dataset="equivalence",
+        *stage("studies.polynomial_fits.fit", "curve", "release_amplitude", dataset="equivalence"),
     script:
         "../scripts/dataset.py"
 
@@ -133,32 +130,35 @@ rule coefficients:
     log:
         "<logs>/coefficients.log",
     params:
+        {"function": "studies.polynomial_fits.table"},
         *code("studies.polynomial_fits"),
-        function="studies.polynomial_fits.table",
     script:
         "../scripts/dataset.py"
 
 
 rule calibration:
     input:
-        record=CONFIG.validation.record,
+        record=project_file(CONFIG.validation.record),
     output:
         "<results>/calibration.nc",
     log:
         "<logs>/calibration.log",
     params:
-        *settings("validation.wall", "validation.curve", "validation.step"),
-        *code("laboratory.calibration"),
-        *texts("calibration"),
-        function="laboratory.calibration.study",
-        dataset="calibration",
+        *stage(
+            "laboratory.calibration.study",
+            "validation.wall",
+            "validation.curve",
+            "validation.step",
+            dataset="calibration",
+        ),
+        *files(project_file(CONFIG.validation.record)),
     script:
         "../scripts/dataset.py"
 
 
 rule validation:
     input:
-        record=CONFIG.validation.record,
+        record=project_file(CONFIG.validation.record),
         equivalence="<results>/equivalence.nc",
         calibration="<results>/calibration.nc",
     output:
@@ -166,16 +166,15 @@ rule validation:
     log:
         "<logs>/validation.log",
     params:
-        *settings(
+        *stage(
+            "studies.validation.validate",
             "validation.wall",
             "validation.curve",
             "validation.step",
             "validation.fit_yield_displacement_ratios",
+            dataset="validation",
         ),
-        *code("studies.validation"),
-        *texts("validation"),
-        function="studies.validation.validate",
-        dataset="validation",
+        *files(project_file(CONFIG.validation.record)),
     script:
         "../scripts/dataset.py"
 
@@ -188,18 +187,15 @@ rule bilinear:
     log:
         "<logs>/bilinear.log",
     params:
-        *settings("wall", "curve", "damping_force", "bilinear"),
-        *code("studies.bilinear"),
-        *texts("bilinear"),
-        function="studies.bilinear.bilinear",
-        dataset="bilinear",
+        *stage("studies.bilinear.bilinear", "wall", "curve", "damping_force", "bilinear"),
+        *motions(BILINEAR_RECORDS),
     script:
         "../scripts/dataset.py"
 
 
 rule claims:
     input:
-        claims="data/claims.yaml",
+        claims=project_file("data/claims.yaml"),
         datasets=[*MATCHES, *expand("<results>/{dataset}.nc", dataset=CLAIMED)],
     output:
         "<results>/claims.csv",
@@ -207,5 +203,6 @@ rule claims:
         "<logs>/claims.log",
     params:
         *code("claims", script="claims"),
+        *files(project_file("data/claims.yaml")),
     script:
         "../scripts/claims.py"

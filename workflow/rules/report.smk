@@ -1,18 +1,28 @@
 """The report, and the page of the paper alone."""
 
-# What the pages are made of, besides results.
-TEMPLATES = expand(
-    "src/rockdamp/report/{file}",
-    file=["figures.yaml", "report.html.j2", "report.css", "page.js"],
-)
-BEYOND = "calibration measured_rocking convergence amplitude order loss_law supports earthquakes/walls".split()
+PAGE = [
+    *code("report.page", script="page"),
+    *package_files(
+        "report/figures.yaml", "report/report.html.j2", "report/report.css", "report/page.js"
+    ),
+    *files(project_file("data/errata.yaml")),
+]
+BEYOND = [
+    "calibration",
+    "measured_rocking",
+    "convergence",
+    "amplitude",
+    "order",
+    "loss_law",
+    "supports",
+    "earthquakes/walls",
+]
 
 
 rule report:
     input:
-        TEMPLATES,
         claims="<results>/claims.csv",
-        errata="data/errata.yaml",
+        errata=project_file("data/errata.yaml"),
         figures=expand("<results>/figures/{figure}.png", figure=FIGURES),
         datasets=[
             *rules.claims.input.datasets,
@@ -24,17 +34,16 @@ rule report:
     log:
         "<logs>/report.log",
     params:
-        *settings("curve.yield_displacement_ratio"),
-        *code("report.page", script="page"),
+        *PAGE,
+        yield_displacement_ratio=CONFIG.curve.yield_displacement_ratio,
     script:
         "../scripts/page.py"
 
 
 rule paper_page:
     input:
-        TEMPLATES,
         claims="<results>/claims.csv",
-        errata="data/errata.yaml",
+        errata=project_file("data/errata.yaml"),
         figures=expand("<results>/figures/{figure}.png", figure=PAPER_FIGURES),
         datasets=rules.claims.input.datasets,
     output:
@@ -42,7 +51,7 @@ rule paper_page:
     log:
         "<logs>/paper.log",
     params:
-        *settings("curve.yield_displacement_ratio"),
-        *code("report.page", script="page"),
+        *PAGE,
+        yield_displacement_ratio=CONFIG.curve.yield_displacement_ratio,
     script:
         "../scripts/page.py"

@@ -8,11 +8,9 @@ from rockdamp.storage import dataset
 
 sys.stderr = sys.stdout = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)
 
-paths, results = snakemake.input, snakemake.config["results"]
-datasets = {
-    os.path.relpath(path, results).removesuffix(".nc"): dataset.read(path)
-    for path in paths.datasets
-}
-claims.table(claims.read(paths.claims), datasets).to_csv(
-    snakemake.output[0], index=False, lineterminator="\n"
-)
+datasets = {}
+for path in snakemake.input.datasets:
+    name = os.path.relpath(path, snakemake.config["results"]).removesuffix(".nc")
+    datasets[name] = dataset.read(path)
+table = claims.table(claims.read(snakemake.input.claims), datasets)
+table.to_csv(snakemake.output[0], index=False, lineterminator="\n")

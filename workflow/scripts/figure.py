@@ -9,7 +9,6 @@ from rockdamp.storage import dataset
 sys.stderr = sys.stdout = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)
 
 module, _, name = snakemake.params.function.rpartition(".")
-figure = getattr(importlib.import_module(f"rockdamp.{module}"), name)(
-    *map(dataset.read, snakemake.input)
-)
-save(figure, snakemake.output, snakemake.params[0]["figures.resolution"])
+draw = getattr(importlib.import_module(f"rockdamp.{module}"), name)
+figure = draw(*map(dataset.read, snakemake.input))
+save(figure, snakemake.output, snakemake.params.resolution)

@@ -1,4 +1,4 @@
-"""The report, or the page of the paper alone: tables, figures and datasets that it shows, handed to the package."""
+"""The report, or the page of the paper alone: tables, figures and datasets, handed to the package."""
 
 import os
 import sys
@@ -12,16 +12,18 @@ from rockdamp.storage import dataset
 
 sys.stderr = sys.stdout = open(snakemake.log[0], "w", encoding="utf-8", buffering=1)
 
-paths, output, results = snakemake.input, snakemake.output[0], snakemake.config["results"]
+output = snakemake.output[0]
+datasets = {}
+for path in snakemake.input.datasets:
+    name = os.path.relpath(path, snakemake.config["results"]).removesuffix(".nc")
+    datasets[name] = dataset.read(path)
+errata = yaml.safe_load(Path(snakemake.input.errata).read_text(encoding="utf-8"))
 content = Content(
-    claims=read_rows(paths.claims),
-    errata=yaml.safe_load(Path(paths.errata).read_text(encoding="utf-8"))["errata"],
-    figures={Path(path).stem: Path(path).read_bytes() for path in paths.figures},
-    datasets={
-        os.path.relpath(path, results).removesuffix(".nc"): dataset.read(path)
-        for path in paths.datasets
-    },
-    yield_displacement_ratio=snakemake.params[0]["curve.yield_displacement_ratio"],
+    claims=read_rows(snakemake.input.claims),
+    errata=errata["errata"],
+    figures={Path(path).stem: Path(path).read_bytes() for path in snakemake.input.figures},
+    datasets=datasets,
+    yield_displacement_ratio=snakemake.params.yield_displacement_ratio,
     documents=Path(os.path.relpath("docs", Path(output).parent)).as_posix(),
 )
 write(content, output)

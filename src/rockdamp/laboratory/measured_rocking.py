@@ -29,10 +29,10 @@ from rockdamp.laboratory.uncertainty import NORMAL
 from rockdamp.progress import track
 
 
-def measured_rocking(config: Config) -> xr.Dataset:
+def measured_rocking(config: Config, trials_file: str) -> xr.Dataset:
     """Fit each damper, and a power law of the loss, to measured ratios; describe restitution and its spread."""
     settings = config.measured_rocking
-    rows = read_rocking_trials(settings.trials)
+    rows = read_rocking_trials(trials_file)
     log_likelihood, exponents, by_restitution = [], [], {}
     for impacts in track(settings.impacts_used, "impacts used"):
         trials = make_trials(rows, impacts)

@@ -1,4 +1,4 @@
-"""Write datasets as NetCDF under CF, with what the glossary says of their variables, and read them."""
+"""Write datasets as NetCDF under CF, with the glossary's entries for their variables, and read them."""
 
 from __future__ import annotations
 
@@ -22,61 +22,87 @@ PAPER = (
     "Energy dissipation involved in the out-of-plane response of unreinforced masonry walls (conference paper); "
     "equation and figure numbers are its own"
 )
-LARGE = 10_000  # values; smaller variables are not worth compressing
+LARGE = 10_000  # values; compressing smaller variables saves nothing
 ATTRIBUTES = ("units", "long_name", "symbol")
 
+Entry: TypeAlias = dict[str, Any]
 Datasets: TypeAlias = "Mapping[str, xr.Dataset]"  # by the name of their file
+
+
+# --- the glossary -----------------------------------------------------------------------------------------------------
 
 
 @cache
 def glossary() -> dict[str, dict[str, Any]]:
-    """Return the glossary: the entries of all ``names``, and what it says of each kind of ``datasets``."""
+    """Return the glossary: the entries of all ``names``, and the names of each kind of ``datasets``."""
     text = Path(__file__).with_name("glossary.yaml").read_text(encoding="utf-8")
-    whole: dict[str, dict[str, Any]] = yaml.load(text, yaml.CSafeLoader)
-    return whole
+    entries: dict[str, dict[str, Any]] = yaml.load(text, yaml.CSafeLoader)
+    return entries
 
 
-def variables(kind: str) -> dict[str, dict[str, Any]]:
-    """Return the glossary's entry of each name that a kind of dataset has; ``optional`` ones only some of its files."""
+def variables(kind: str) -> dict[str, Entry]:
+    """Return the glossary's entries of the variables of a kind of dataset.
+
+    Parameters
+    ----------
+    kind : str
+        A key of ``datasets`` in the glossary.
+
+    Returns
+    -------
+    dict
+        Entries by name. Those that only some of its files have are ``optional``.
+    """
     dataset = glossary()["datasets"][kind]
-    optional, meanings = dataset.get("optional", []), dataset.get("says", {})
-    entries = {
-        name: {**_entry(name), **meanings.get(name, {})}
-        for name in [*dataset["variables"], *optional]
-    }
-    return entries | {name: {**entries[name], "optional": True} for name in optional}
+    meanings = dataset.get("says", {})
+    entries = {}
+    for name in dataset["variables"]:
+        entries[name] = _find_entry(name) | meanings.get(name, {})
+    for name in dataset.get("optional", []):
+        entries[name] = _find_entry(name) | meanings.get(name, {}) | {"optional": True}
+    return entries
 
 
-def _entry(name: str) -> dict[str, Any]:
+def _find_entry(name: str) -> Entry:
     names = glossary()["names"]
-    own = name.removesuffix("_interval")
-    if name in names or name == own:
+    statistic = name.removesuffix("_interval")
+    if name in names or name == statistic:
         return dict(names[name])
-    return {"units": names[own]["units"], "long_name": f"95 % bootstrap interval of {own}"}
+    long_name = f"95 % bootstrap interval of {statistic}"
+    return {"units": names[statistic]["units"], "long_name": long_name}
+
+
+def _select_attributes(entry: Entry) -> Entry:
+    return {key: entry[key] for key in ATTRIBUTES if key in entry}
 
 
 def describe(dataset: xr.Dataset, kind: str) -> xr.Dataset:
-    """Add the unit and the meaning that the glossary has for each variable of a kind of dataset."""
-    entries = variables(kind)
-    for name in entries.keys() & set(map(str, dataset.variables)):
-        dataset[name].attrs = {
-            key: entries[name][key] for key in ATTRIBUTES if key in entries[name]
-        }
+    """Add the glossary's unit and meaning to each variable of a dataset, and return the dataset."""
+    for name, entry in variables(kind).items():
+        if name in dataset.variables:
+            dataset[name].attrs = _select_attributes(entry)
     return dataset
 
 
-def check(dataset: xr.Dataset, kind: str) -> dict[str, dict[str, Any]]:
-    """Return the entries of a dataset's names, or raise `InputError` where it has other names than its kind."""
+def check(dataset: xr.Dataset, kind: str) -> dict[str, Entry]:
+    """Return the entries of a kind of dataset.
+
+    Raises
+    ------
+    InputError
+        If the dataset has a variable that its kind has not, or lacks one that is not optional.
+    """
     expected = variables(kind)
-    unknown = sorted(set(map(str, dataset.variables)) - set(expected))
-    missing = [
-        name
-        for name, entry in expected.items()
-        if name not in dataset.variables and not entry.get("optional")
-    ]
+    required = {name for name, entry in expected.items() if not entry.get("optional")}
+    names = set(map(str, dataset.variables))
+    unknown = sorted(names - set(expected))
+    missing = sorted(required - names)
     if unknown or missing:
-        raise InputError(f"{kind}: not in the glossary: {unknown}; missing: {sorted(missing)}")
+        raise InputError(f"{kind}: not in the glossary: {unknown}; missing: {missing}")
     return expected
+
+
+# --- writing ----------------------------------------------------------------------------------------------------------
 
 
 def write(
@@ -87,27 +113,43 @@ def write(
     config: Mapping[str, Any],
     code_version: str,
 ) -> None:
-    """Write a dataset of a `kind` of the glossary as NetCDF-4 under CF-1.11, complete or not at all.
+    """Write a dataset as NetCDF-4 under CF-1.11, complete or not at all.
 
-    `config` are the values that it was made with, kept as JSON; `code_version` is that of the sources. Coordinates that
-    are printed with few decimals are stored so that ``.sel`` finds what is printed.
+    Coordinates that are printed with few decimals are stored so that ``.sel`` finds the printed values. An integer
+    variable with a ``missing`` value in the glossary has it as its fill value, which xarray reads as NaN.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Variables without attributes.
+    path : str or path
+        The file; its folder is made.
+    kind : str
+        A key of ``datasets`` in the glossary.
+    config : mapping
+        Values that the dataset was computed from, stored as JSON.
+    code_version : str
+        Version of the code that computed it.
+
+    Raises
+    ------
+    InputError
+        If the variables are not those of the glossary.
     """
-    expected, entry_of_kind = check(dataset, kind), glossary()["datasets"][kind]
-    dataset = (
-        dataset.drop_encoding()
-    )  # of a file that it was read from, whose coordinates may be gone
-    dataset = dataset.assign_coords(
-        {name: _rounded(dataset[name]) for name in dataset.dims if name in dataset.coords}
-    )
-    encoding: dict[str, dict[str, Any]] = {}
+    expected = check(dataset, kind)
+    entry_of_kind = glossary()["datasets"][kind]
+    # A dataset that was read has the encoding of its file, whose coordinates it may have lost.
+    dataset = dataset.drop_encoding()
+    indexed = [name for name in dataset.dims if name in dataset.coords]
+    dataset = dataset.assign_coords({name: _round_coordinate(dataset[name]) for name in indexed})
+    encoding = {}
     for name in map(str, dataset.variables):
-        entry, variable = expected[name], dataset[name]
-        variable.attrs = {key: entry[key] for key in ATTRIBUTES if key in entry}
-        encoding[name] = _encoding(variable, entry, is_coordinate=name in dataset.coords)
+        variable = dataset[name]
+        variable.attrs = _select_attributes(expected[name])
+        encoding[name] = _encode(variable, expected[name], name in dataset.coords)
         if variable.size > LARGE and entry_of_kind.get("compressed", True):
             encoding[name] |= {"zlib": True, "complevel": 1, "shuffle": True}
-    dataset.attrs = {
-        **dataset.attrs,
+    dataset.attrs |= {
         "title": entry_of_kind["title"],
         "source": "rockdamp: numerical simulation",
         "references": PAPER,
@@ -120,35 +162,54 @@ def write(
         dataset.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
 
 
-def _rounded(coordinate: xr.DataArray) -> xr.DataArray:
-    """Round equal steps, and values that are off a short decimal by noise alone; others keep their bits."""
+def _round_coordinate(coordinate: xr.DataArray) -> xr.DataArray:
+    """Round equal steps, and values that only noise separates from a short decimal; others keep their bits."""
     if coordinate.dtype.kind != "f":
         return coordinate
-    values, steps = coordinate.values, np.diff(coordinate.values)
+    values = coordinate.values
     short = np.round(values, 12)
-    equal = steps.size > 1 and np.allclose(steps, steps[0], rtol=1e-6, atol=0)
-    noise = np.abs(values - short) <= 8 * np.spacing(np.abs(values))
-    return coordinate.copy(data=short) if equal or noise.all() else coordinate
+    steps = np.diff(values)
+    has_equal_steps = steps.size > 1 and np.allclose(steps, steps[0], rtol=1e-6, atol=0)
+    is_short = np.abs(values - short) <= 8 * np.spacing(np.abs(values))
+    if has_equal_steps or is_short.all():
+        return coordinate.copy(data=short)
+    return coordinate
 
 
-def _encoding(
-    variable: xr.DataArray, entry: Mapping[str, Any], is_coordinate: bool
-) -> dict[str, Any]:
-    # With a checksum a damaged file is an error, not other numbers. HDF5 has none for single values.
-    encoding: dict[str, Any] = {"fletcher32": True} if variable.ndim else {}
+def _encode(variable: xr.DataArray, entry: Entry, is_coordinate: bool) -> dict[str, Any]:
+    encoding: dict[str, Any] = {}
+    if variable.ndim > 0:
+        # With a checksum, damage to the file is an error on reading. HDF5 has none for single values.
+        encoding["fletcher32"] = True
     if variable.dtype.kind in "UO":
-        # Characters, not strings: the CF checker cannot compare strings.
-        return encoding | {"dtype": "S1"}
-    if is_coordinate or variable.dtype.kind != "f":
-        encoding["_FillValue"] = None  # CF allows none on coordinates
+        encoding["dtype"] = "S1"  # characters, as the CF checker cannot compare strings
+        return encoding
     if "dtype" in entry:
         encoding["dtype"] = entry["dtype"]
+    if "missing" in entry:
+        encoding["_FillValue"] = entry["missing"]
+    elif is_coordinate or variable.dtype.kind != "f":
+        encoding["_FillValue"] = (
+            None  # xarray's default would be NaN, which CF forbids on coordinates
+        )
     return encoding
 
 
+# --- reading ----------------------------------------------------------------------------------------------------------
+
+
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a dataset whole into memory."""
+    """Read a dataset whole into memory.
+
+    Integers with a fill value stay integers, and missing ones have the fill value, as before they were written.
+    """
     import xarray as xr
 
     with xr.open_dataset(path, engine="netcdf4") as dataset:
-        return dataset.load()
+        dataset.load()
+    for name, variable in dataset.data_vars.items():
+        stored_type = variable.encoding["dtype"]
+        if variable.dtype.kind == "f" and stored_type.kind == "i":
+            filled = variable.fillna(variable.encoding["_FillValue"])
+            dataset[name] = filled.astype(stored_type)
+    return dataset

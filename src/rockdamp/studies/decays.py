@@ -9,12 +9,13 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config, Study
+from rockdamp.config import Config
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
 from rockdamp.solvers.coefficient import damping_coefficient
 from rockdamp.solvers.newmark import simulate
+from rockdamp.studies.study import Study, make_study
 
 INFERS = "amplitude"  # the study from whose decays the length of the response is inferred
 
@@ -74,7 +75,11 @@ def study(name: str, config: Config) -> xr.Dataset:
     Those of `INFERS` run to the longest of the response lengths from which the paper's is inferred. The others run to
     that of the matching, in tau and in seconds.
     """
-    walls, restitution, step = config.study(name), config.restitution.values(), config.solver.step
+    walls, restitution, step = (
+        make_study(name, config),
+        config.restitution.values(),
+        config.solver.step,
+    )
     lengths = matched_lengths(walls, config.wall.make(), config.matching.response_length)
     steps = step_count(config.response_lengths.stop if name == INFERS else lengths.max(), step)
     response = simulate(

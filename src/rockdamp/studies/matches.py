@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config, Matching, Solver, Study
+from rockdamp.config import Config, Matching, Solver
 from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.equivalence.matching import (
@@ -22,6 +22,7 @@ from rockdamp.equivalence.matching import (
 )
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.studies.decays import matched_lengths, step_count
+from rockdamp.studies.study import Study, make_study
 
 
 def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
@@ -30,7 +31,11 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     Where the study varies the wall, the response length is also held in seconds, at the length that the wall of the
     config has. Those other lengths are matched at the solver's step.
     """
-    study, step, restitution = config.study(name), config.solver.step, decays["restitution"].values
+    study, step, restitution = (
+        make_study(name, config),
+        config.solver.step,
+        decays["restitution"].values,
+    )
     first, *others = matched_lengths(study, config.wall.make(), config.matching.response_length)
     cases, steps = (
         flatten_decays(study, decays, max(first, *others, 0.0), config.solver),

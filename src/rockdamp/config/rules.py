@@ -1,0 +1,199 @@
+"""Rules between keys of the config, and the errors that name the key."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from rockdamp.config.model import Config
+from rockdamp.constants import STUDIES
+from rockdamp.errors import InputError
+from rockdamp.mechanics.curve import TrilinearCurve
+
+# Folders of the project, in which results would mix with sources.
+SOURCE_FOLDERS = (
+    ".git",
+    ".venv",
+    "benchmarks",
+    "config",
+    "data",
+    "docs",
+    "examples",
+    "profiles",
+    "src",
+    "tests",
+    "tools",
+    "workflow",
+)
+
+
+def parse_config(values: Mapping[str, Any], project: Path) -> Config:
+    """Return the config that Snakemake has read and merged.
+
+    Parameters
+    ----------
+    values : mapping
+        The nested values of every key.
+    project : Path
+        Folder of the project, which has the files of the default config.
+
+    Raises
+    ------
+    InputError
+        One line for each wrong key, with its value and what is allowed.
+    """
+    try:
+        config = Config.model_validate(values)
+    except ValidationError as error:
+        raise InputError("\n".join(map(_describe, error.errors()))) from None
+    check_results(config, project)
+    check_files(config, project)
+    check_steps(config)
+    check_lists(config)
+    check_lengths(config)
+    return config
+
+
+def _describe(problem: Any) -> str:
+    """Return the line of one of pydantic's errors."""
+    key = ".".join(map(str, problem["loc"]))
+    message = problem["msg"].removeprefix("Value error, ")
+    line = f"{key}: {message}"
+    if not isinstance(problem["input"], Mapping):
+        line += f", is {problem['input']!r:.60}"
+    return line
+
+
+def _require(holds: Any, key: str, value: Any, allowed: str) -> None:
+    if not np.all(holds):
+        raise InputError(f"{key} is {value}; it must be {allowed}")
+
+
+def check_results(config: Config, project: Path) -> None:
+    """Check that the folder of results is apart from the project's sources."""
+    _require(
+        not config.results.startswith("~"),
+        "results",
+        repr(config.results),
+        "written in full, as ~ is not expanded",
+    )
+    folder = Path(os.path.abspath(config.results))
+    sources = [project / name for name in SOURCE_FOLDERS]
+    is_apart = not project.is_relative_to(folder)
+    is_apart = is_apart and not any(folder.is_relative_to(source) for source in sources)
+    allowed = "a folder of its own, such as results/mine, and not one of the project's sources"
+    _require(is_apart, "results", repr(config.results), allowed)
+
+
+def find_file(name: str, project: Path) -> str:
+    """Return the path of a file: `name` itself, or the file of this name in the folder of the project."""
+    if not Path(name).exists() and (project / name).exists():
+        return str(project / name)
+    return name
+
+
+def check_files(config: Config, project: Path) -> None:
+    """Check that the named files exist, in the working directory or in the folder of the project."""
+    files = {
+        "validation.record": config.validation.record,
+        "measured_rocking.trials": config.measured_rocking.trials,
+    }
+    for key, name in files.items():
+        exists = Path(find_file(name, project)).is_file()
+        _require(exists, key, repr(name), f"a file that exists, seen from {os.getcwd()}")
+
+
+def check_steps(config: Config) -> None:
+    """Check that steps in tau are below the stability limit of every curve that is run with them."""
+    curves = {
+        "curve": config.curve.make(),
+        "damping_force.rigid": config.damping_force.rigid.curve,
+        "studies.cracked_stiffness": _make_studies(config),
+    }
+    for wall in config.earthquakes.walls:
+        curves[f"earthquakes.walls.{wall.name}"] = wall.curve
+    _require_stable("solver.step", config.solver.step, curves)
+    validation = config.validation
+    _require_stable(
+        "validation.step", validation.step, {"validation.curve": validation.curve.make()}
+    )
+
+
+def _make_studies(config: Config) -> TrilinearCurve:
+    """Make the walls and curves of the studies, and return the curves that differ from the config's."""
+    for name, parameter in STUDIES.items():
+        values = np.array(getattr(config.studies, name))
+        try:
+            if parameter in type(config.wall).model_fields:
+                config.wall.make(**{parameter: values})
+            elif parameter == "yield_displacement_ratio":
+                curves = config.cracked_curves()
+        except InputError as error:
+            raise InputError(f"studies.{name}: {error}") from None
+    return curves
+
+
+def _require_stable(key: str, step: float, curves: Mapping[str, TrilinearCurve]) -> None:
+    limits = {name: 2 / np.max(curve.initial_frequency) for name, curve in curves.items()}
+    name = min(limits, key=limits.__getitem__)
+    allowed = f"less than the stability limit of {name}, {limits[name]:.6g}"
+    _require(step < limits[name], key, step, allowed)
+
+
+def check_lists(config: Config) -> None:
+    """Check that the values which figures and later stages look up are computed."""
+    shown_impacts = config.measured_rocking.shown_impacts
+    used_impacts = config.measured_rocking.impacts_used
+    amplitudes = config.studies.amplitude
+    _require_among("order.order", config.order.order, [16])
+    _require_among("order.band_width", config.order.band_width, [0.2, 0.4])
+    _require_among("measured_rocking.impacts_used", used_impacts, [shown_impacts])
+    _require_among("studies.amplitude", amplitudes, [config.release_amplitude])
+    a3 = config.curve.ultimate_displacement_ratio
+    _require(amplitudes[-1] < a3, "studies.amplitude", amplitudes, f"less than a3, {a3:g}")
+    names = [wall.name for wall in config.earthquakes.walls]
+    differ = len(set(names)) == len(names)
+    _require(differ, "earthquakes.walls", names, "walls of different names")
+    e = config.restitution.values()
+    fits = e.size >= 3 and e[-1] <= 1
+    _require(fits, "restitution", e.tolist(), "at least three values up to 1")
+    for key, section in (("earthquakes", config.earthquakes), ("order", config.order)):
+        change = section.restitution_change
+        room = min(section.restitution[0], 1 - section.restitution[-1])
+        allowed = f"less than {room:g}, so that {key}.restitution stays between 0 and 1"
+        _require(change < room, f"{key}.restitution_change", change, allowed)
+    _check_fits(config)
+
+
+def _require_among(key: str, values: list[Any], needed: list[Any]) -> None:
+    _require(set(needed) <= set(values), key, values, f"a list with {needed}")
+
+
+def _check_fits(config: Config) -> None:
+    """Check that the polynomials of the validation lie among those of the reference plateau."""
+    softer = config.softer_plateau.yield_displacement_ratio
+    a1 = [value for value in config.studies.cracked_stiffness if value < softer]
+    fits = config.validation.fit_yield_displacement_ratios
+    within = len(a1) > 0 and a1[0] <= fits[0] and fits[-1] <= a1[-1]
+    key = "validation.fit_yield_displacement_ratios"
+    _require(within, key, fits, f"within the a1 of the polynomials, {a1}")
+
+
+def check_lengths(config: Config) -> None:
+    """Check the length of the matched response, and that no decay has too many steps to store."""
+    length = config.matching.response_length
+    longest = config.response_lengths.stop
+    first_impact = float(config.curve.make().period(config.release_amplitude)) / 4
+    allowed = (
+        f"greater than {first_impact:.6g}, the first impact,"
+        f" and at most response_lengths.stop, {longest:g}"
+    )
+    _require(first_impact < length <= longest, "matching.response_length", length, allowed)
+    shortest = longest / 1e6
+    allowed = f"at least {shortest:g}, so that the longest response has at most a million steps"
+    _require(config.solver.step >= shortest, "solver.step", config.solver.step, allowed)
