@@ -18,9 +18,9 @@ HEAD = """# Datasets
 
 <!-- tools/dataset_page.py writes this page from a build. -->
 
-Every dataset of `results/`, as a full build leaves it. `xarray.open_dataset` opens each file. The unit 1 means dimensionless.
-Symbols are the paper's, where it has one. Each file states the values of the config that it was computed from (attribute `config`) and the version
-of the code (`code_version`).
+Every dataset of `results/`, as a full build leaves it. `xarray.open_dataset` opens each file. The unit 1 means
+dimensionless. Symbols are the paper's, where it has one. Each file states the values of the config that it was computed
+from (attribute `config`) and the version of the code (`code_version`).
 """
 TABLE = """
 | name | dimensions | unit | meaning | symbol |

