@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from html_page import Page, words
 
+from rockdamp.constants import MODELS
 from rockdamp.report import tables
+from rockdamp.report.page import png_size
 from rockdamp.storage import dataset
 
-REFERENCES = (
+LOADING = (
     "src",
     "href",
     "srcset",
@@ -23,8 +25,9 @@ REFERENCES = (
     "background",
     "cite",
 )
-PAPER = ["question", "paper", "claims", "errata", "versions"]
-BEYOND = ["use", "dampers", "force", "earthquakes", "rocking", "assumptions"]
+PAPER_SECTIONS = ["question", "words", "paper", "claims", "errata", "versions"]
+OTHER_SECTIONS = ["use", "dampers", "force", "earthquakes", "rocking", "assumptions"]
+VERDICT_ORDER = ["verdict-no", "verdict-partly", "verdict-unknown", "verdict-yes"]
 
 
 @pytest.fixture(scope="module", params=["report", "paper"])
@@ -37,23 +40,42 @@ def report(minimal):
     return Page((minimal / "report.html").read_text(encoding="utf-8"))
 
 
-def test_nothing_is_loaded_from_outside(page):
-    loaded = [element for element in page.elements if element["tag"] != "a"]
-    links = [
+def cell_words(html):
+    """Return the text of a cell as the page shows it."""
+    (cell,) = Page(f"<p>{html}</p>").all("p")
+    return words(cell["text"])
+
+
+def attributes(page, tag, name):
+    """Return an attribute of all elements of a tag that have it."""
+    return [
         element["attrs"][name]
-        for element in loaded
-        for name in REFERENCES
-        if name in element["attrs"]
+        for element in page.elements
+        if element["tag"] == tag and name in element["attrs"]
     ]
-    assert links and all(value.startswith(("#", "data:")) for value in links)
+
+
+# --- a page by itself --------------------------------------------------------------------------
+
+
+def test_nothing_is_loaded_from_outside(page):
+    links = []
+    for element in page.elements:
+        if element["tag"] != "a":
+            links += [element["attrs"][name] for name in LOADING if name in element["attrs"]]
+    assert links
+    assert all(link.startswith(("#", "data:")) for link in links)
     styles = "".join(element["text"] for element in page.all("style"))
-    assert "@import" not in styles and "url(" not in styles
-    (policy,) = [
-        one["attrs"]["content"] for one in page.all("meta") if "http-equiv" in one["attrs"]
-    ]
+    assert "@import" not in styles
+    assert "url(" not in styles
+
+
+def test_browser_may_load_nothing_from_outside(page):
+    policies = [meta for meta in page.all("meta") if "http-equiv" in meta["attrs"]]
+    (policy,) = (meta["attrs"]["content"] for meta in policies)
     rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
     assert rules["default-src"] == "'none'"
-    assert all("http" not in sources and "*" not in sources for sources in rules.values())
+    assert not any("http" in sources or "*" in sources for sources in rules.values())
 
 
 def test_names_are_unique_and_links_find_them(page):
@@ -62,113 +84,155 @@ def test_names_are_unique_and_links_find_them(page):
     for element in page.elements:
         for attribute in ("for", "aria-labelledby"):
             assert element["attrs"].get(attribute, names[0]) in names
-        if element["attrs"].get("href", "").startswith("#"):
-            assert element["attrs"]["href"][1:] in names
+        link = element["attrs"].get("href", "")
+        if link.startswith("#"):
+            assert link[1:] in names
 
 
 def test_headings_descend_one_level_at_a_time(page):
-    levels = [int(one["tag"][1]) for one in page.elements if re.fullmatch("h[1-6]", one["tag"])]
-    assert levels.count(1) == 1 and levels[0] == 1
-    assert all(after <= before + 1 for before, after in pairwise(levels))
+    headings = [element for element in page.elements if re.fullmatch("h[1-6]", element["tag"])]
+    levels = [int(heading["tag"][1]) for heading in headings]
+    assert levels.count(1) == 1
+    assert levels[0] == 1
+    assert all(lower <= level + 1 for level, lower in pairwise(levels))
 
 
-def test_pictures_and_sliders_have_names(page):
-    alternatives = [image["attrs"]["alt"] for image in page.all("img")]
-    assert all(alternatives) and len(set(alternatives)) == len(alternatives)
-    assert {one["attrs"]["id"] for one in page.all("input")} <= {
-        one["attrs"]["for"] for one in page.all("label")
-    }
+def test_pictures_have_a_text_of_their_own(page):
+    alternatives = attributes(page, "img", "alt")
+    assert all(alternatives)
+    assert len(set(alternatives)) == len(alternatives)
 
 
-def contrast(one, other):
+def test_sliders_have_labels(page):
+    assert set(attributes(page, "input", "id")) <= set(attributes(page, "label", "for"))
+
+
+def contrast(text, ground):
+    """Return the contrast of two colours by WCAG 2."""
+
     def luminance(colour):
-        parts = np.array([int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)])
+        parts = np.array([int(colour[start : start + 2], 16) / 255 for start in (1, 3, 5)])
         linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
         return float(linear @ [0.2126, 0.7152, 0.0722])
 
-    light, dark = sorted((luminance(one), luminance(other)), reverse=True)
+    dark, light = sorted([luminance(text), luminance(ground)])
     return (light + 0.05) / (dark + 0.05)
 
 
-def test_text_has_the_contrast_of_wcag_aa_by_day_and_night(report):
-    light, _, dark = report.all("style")[0]["text"].partition("prefers-color-scheme: dark")
-    for part in (light, dark.partition("figure img")[0]):
-        colours = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", part))
-        pairs = [
-            (text, ground) for text in ("ink", "quiet", "accent") for ground in ("paper", "tint")
-        ]
-        pairs += [
-            (f"{kind}-ink", ground)
-            for kind, _ in tables.MARKS.values()
-            for ground in ("paper", f"{kind}-ground")
-        ]
-        assert all(contrast(colours[text], colours[ground]) >= 4.5 for text, ground in pairs)
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_has_the_contrast_of_wcag_aa(report, scheme):
+    styles = report.all("style")[0]["text"]
+    light, _, dark = styles.partition("prefers-color-scheme: dark")
+    rules = light if scheme == "light" else dark.partition("figure img")[0]
+    colours = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6});", rules))
+    pairs = [(text, ground) for text in ("ink", "quiet", "accent") for ground in ("paper", "tint")]
+    for kind, _ in tables.VERDICT_MARKS.values():
+        pairs += [(f"{kind}-ink", "paper"), (f"{kind}-ink", f"{kind}-ground")]
+    assert all(contrast(colours[text], colours[ground]) >= 4.5 for text, ground in pairs)
 
 
-def test_the_page_of_the_paper_has_the_parts_of_the_report_without_what_goes_beyond(
-    minimal, report
-):
-    sections = [section["attrs"]["id"] for section in report.all("section")]
-    assert sections[:2] == ["question", "use"] and sorted(sections) == sorted(PAPER + BEYOND)
-    paper = Page((minimal / "paper.html").read_text(encoding="utf-8"))
-    assert [section["attrs"]["id"] for section in paper.all("section")] == PAPER
+# --- what it shows -----------------------------------------------------------------------------
 
 
-def test_every_claim_is_there_with_its_verdict_what_fails_first(minimal, page):
+def test_report_has_every_section(report):
+    sections = attributes(report, "section", "id")
+    assert sections[:2] == ["question", "use"]
+    assert sorted(sections) == sorted(PAPER_SECTIONS + OTHER_SECTIONS)
+
+
+def test_page_of_the_paper_has_its_sections_alone(minimal):
+    page = Page((minimal / "paper.html").read_text(encoding="utf-8"))
+    assert attributes(page, "section", "id") == PAPER_SECTIONS
+
+
+def test_every_model_is_explained(page):
+    text = words(page.by_id("words")["text"])
+    for damper in tables.dampers():
+        assert f"{damper['model']} {damper['title']} {cell_words(damper['formula'])}" in text
+    assert [damper["model"] for damper in tables.dampers()] == list(MODELS)
+
+
+def test_every_symbol_is_explained(page):
+    text = words(page.by_id("words")["text"])
+    for symbol, meaning in tables.symbols():
+        assert f"{cell_words(symbol)} {cell_words(meaning)}" in text
+
+
+def test_every_table_has_a_caption_or_a_heading(report):
+    scrolling = [
+        table for table in report.all("table") if "stacked" not in table["attrs"].get("class", "")
+    ]
+    assert len(report.all("caption")) == len(scrolling)
+
+
+def test_answer_states_errors_of_band_and_cdc(minimal, report):
+    compared = dataset.read(minimal / "comparison.nc")
+    (answer,) = (p for p in report.all("p") if p["attrs"].get("class") == "answer")
+    middle = compared.sizes["restitution"] // 2
+    for row in (tables.programs(compared)[0], tables.programs(compared)[-1]):
+        for errors in (row["errors"][0], row["errors"][2]):
+            assert words(errors[middle]) in words(answer["text"])
+
+
+def test_every_claim_has_its_verdict(minimal, page):
     rows = {
         row["attrs"]["id"]: words(row["text"]) for row in page.all("tr") if "id" in row["attrs"]
     }
     for claim in tables.read_rows(minimal / "claims.csv"):
         for name in ("section", "claim", "verdict", "measured", "finding"):
-            cell = words(Page(f"<p>{tables.inline(claim[name])}</p>").all("p")[0]["text"])
-            assert cell in rows[f"claim-{claim['id']}"]
-    groups = [one["attrs"]["id"] for one in page.all("tbody") if "id" in one["attrs"]]
-    order = ["verdict-no", "verdict-partly", "verdict-unknown", "verdict-yes"]
-    assert groups == [name for name in order if name in groups]
+            assert cell_words(tables.inline(claim[name])) in rows[f"claim-{claim['id']}"]
+
+
+def test_claims_that_fail_come_first(page):
+    groups = attributes(page, "tbody", "id")
+    assert groups == [name for name in VERDICT_ORDER if name in groups]
 
 
 def test_every_figure_is_there_once(minimal, report):
-    names = [figure["attrs"]["id"] for figure in report.all("figure")]
-    assert (
-        sorted(names) == sorted(path.stem for path in (minimal / "figures").glob("*.png"))
-        and names[0] == "fig4"
-    )
+    names = attributes(report, "figure", "id")
+    assert sorted(names) == sorted(path.stem for path in (minimal / "figures").glob("*.png"))
+    assert names[0] == "fig4"
     for name, image in zip(names, report.all("img"), strict=True):
-        png = base64.b64decode(image["attrs"]["src"].removeprefix("data:image/png;base64,"))
+        encoded = image["attrs"]["src"].removeprefix("data:image/png;base64,")
+        png = base64.b64decode(encoded)
         assert png == (minimal / f"figures/{name}.png").read_bytes()
-        size = [int.from_bytes(png[at : at + 4], "big") for at in (16, 20)]
-        assert [int(image["attrs"][side]) for side in ("width", "height")] == size
+        assert (int(image["attrs"]["width"]), int(image["attrs"]["height"])) == png_size(png)
 
 
-def test_the_numbers_of_the_datasets_stand_in_the_page(minimal, report):
-    text = words(report.by_id("main")["text"])
-    names = ("comparison", "earthquakes/walls", "order", "measured_rocking")
-    compared, walls, order, rocking = (dataset.read(minimal / f"{name}.nc") for name in names)
-    shown = tables.earthquakes(compared, walls)
-    rows = (
-        [cells for *_, cells in shown["errors"]]
-        + shown["walls"]
-        + [cells for _, cells in shown["by_band"]]
-    )
-    rows += [row["errors"] for row in tables.order(order)["rows"]]
-    for cell in np.concatenate(rows):
-        assert words(Page(f"<p>{cell}</p>").all("p")[0]["text"]) in text
-    assert all(sentence in text for sentence in tables.measured_rocking(rocking)["sentences"])
+@pytest.fixture(scope="module")
+def main_text(report):
+    return words(report.by_id("main")["text"])
 
 
-def test_the_sliders_begin_at_the_study_s_e_and_the_curve_s_a1(minimal, report):
-    programs = report.by_id("dampers"), report.by_id("programs")["attrs"]
-    stored = json.loads(programs[1]["data-ratios"])
+def test_numbers_of_the_earthquakes_stand_in_the_page(minimal, main_text):
+    compared = dataset.read(minimal / "comparison.nc")
+    walls = dataset.read(minimal / "earthquakes/walls.nc")
+    values = tables.earthquakes(compared, walls)
+    rows = [cells for *_, cells in values["errors"]]
+    rows += [cells for _, cells in values["by_band"]]
+    for cells in [*rows, *values["walls"]]:
+        assert all(cell_words(cell) in main_text for cell in cells)
+
+
+def test_numbers_of_the_dampers_stand_in_the_page(minimal, main_text):
+    for row in tables.order(dataset.read(minimal / "order.nc"))["rows"]:
+        assert all(cell_words(cell) in main_text for cell in row["errors"])
+
+
+def test_sentences_on_trials_stand_in_the_page(minimal, main_text):
+    rocking = tables.measured_rocking(dataset.read(minimal / "measured_rocking.nc"))
+    assert all(words(sentence) in main_text for sentence in rocking["sentences"])
+
+
+def test_sliders_start_at_the_middle_e_and_the_a1_of_the_curve(minimal, report):
+    group = report.by_id("programs")["attrs"]
+    stored = json.loads(group["data-ratios"])
     assert stored == tables.ratios(dataset.read(minimal / "equivalence.nc"))
-    e = json.loads(programs[1]["data-studied"])
-    first = e[len(e) // 2]
-    assert report.by_id("slider-e")["attrs"]["value"] == str(first)
+    studied = json.loads(group["data-studied"])
+    middle = studied[len(studied) // 2]
+    assert report.by_id("slider-e")["attrs"]["value"] == str(middle)
     assert report.by_id("slider-a1")["attrs"]["value"] == "0.04"
-    cells = {
-        one["attrs"]["data-model"]: one["text"]
-        for one in report.all("td")
-        if "data-model" in one["attrs"]
-    }
-    assert (
-        cells == {model: tables.ratio_at(stored, model, first, 0.04) for model in cells} and cells
-    )
+    cells = [cell for cell in report.all("td") if "data-model" in cell["attrs"]]
+    assert cells
+    for cell in cells:
+        assert cell["text"] == tables.ratio_at(stored, cell["attrs"]["data-model"], middle, 0.04)

@@ -1,4 +1,4 @@
-"""The page itself: what goes into its template, and writing it."""
+"""Build the page of the report from its template, and write it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from rockdamp.report import tables
 from rockdamp.storage.dataset import Datasets
 from rockdamp.storage.files import replace_file
 
-# Functions of a dataset, by the name that the template has for their result; a section without its dataset is left out.
+# Names in the template, with the function of a dataset that gives the value. Without the dataset the
+# value is None, and the template leaves the section out.
 TABLES = {
     "order": (tables.order, "order"),
     "programs": (tables.programs, "comparison"),
@@ -32,45 +33,53 @@ TABLES = {
 
 @dataclass(frozen=True)
 class Content:
-    """Everything that the report shows."""
+    """Everything that the report shows.
 
-    claims: Sequence[Mapping[str, str]]  # rows of claims.csv
-    errata: Sequence[Mapping[str, str]]  # entries of data/errata.yaml
-    figures: Mapping[str, bytes]  # PNG by name
+    Attributes
+    ----------
+    claims : sequence of dict
+        Rows of claims.csv.
+    errata : sequence of dict
+        Entries of data/errata.yaml.
+    figures : mapping of str to bytes
+        PNG images by name.
+    datasets : mapping of str to xarray.Dataset
+        Datasets of the results by name.
+    yield_displacement_ratio : float
+        a1 of the reference curve, at which the sliders start. [-]
+    documents : str
+        Folder of the documents, relative to the page.
+    """
+
+    claims: Sequence[Mapping[str, str]]
+    errata: Sequence[Mapping[str, str]]
+    figures: Mapping[str, bytes]
     datasets: Datasets
-    yield_displacement_ratio: float  # a1 of the reference curve
-    documents: str = "../docs"  # the folder of the documents, relative to the page
+    yield_displacement_ratio: float
+    documents: str = "../docs"
 
 
 def build(content: Content) -> str:
     """Return the report as HTML. The same content gives the same text."""
-    environment = Environment(
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.filters["inline"] = tables.inline
-    environment.globals["ratio_at"] = tables.ratio_at
     data = content.datasets
-    values = {
-        name: make(data[source]) if source in data else None
-        for name, (make, source) in TABLES.items()
-    }
-    shaken = "comparison" in data and "earthquakes/walls" in data
-    return environment.from_string(_text("report.html.j2")).render(
+    values: dict[str, Any] = {"earthquakes": None, "e": []}
+    for name, (make_table, source) in TABLES.items():
+        values[name] = make_table(data[source]) if source in data else None
+    if "comparison" in data:
+        values["e"] = data["comparison"]["restitution"].values.tolist()
+    if "comparison" in data and "earthquakes/walls" in data:
+        values["earthquakes"] = tables.earthquakes(data["comparison"], data["earthquakes/walls"])
+    template = make_environment().from_string(read_text("report.html.j2"))
+    return template.render(
         **values,
-        earthquakes=tables.earthquakes(data["comparison"], data["earthquakes/walls"])
-        if shaken
-        else None,
-        e=[float(e) for e in data["comparison"]["restitution"]] if "comparison" in data else [],
         a1=content.yield_displacement_ratio,
-        style=Markup(_text("report.css")),
-        script=Markup(_text("page.js")),
+        style=Markup(read_text("report.css")),
+        script=Markup(read_text("page.js")),
+        dampers=tables.dampers(),
+        symbols=tables.symbols(),
         verdicts=tables.verdicts(content.claims),
         errata=content.errata,
-        figures=_figures(content.figures),
+        figures=describe_figures(content.figures),
         documents=content.documents,
         software=tables.software(),
     )
@@ -84,29 +93,49 @@ def write(content: Content, path: str | os.PathLike[str]) -> None:
         temporary.write_text(html, encoding="utf-8", newline="\n")
 
 
-def _text(name: str) -> str:
+def make_environment() -> Environment:
+    """Return the settings of the template: a name that it misses is an error."""
+    environment = Environment(
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["inline"] = tables.inline
+    environment.globals["ratio_at"] = tables.ratio_at
+    return environment
+
+
+def read_text(name: str) -> str:
     """Read a file of this package; workflow/rules/report.smk names them all."""
     return files("rockdamp.report").joinpath(name).read_text(encoding="utf-8")
 
 
-def _figures(pictures: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
-    """Return what the page shows of each figure, by its name, in the order of the page."""
-    # The header of a PNG has width and height.
-    sizes = {
-        name: [int.from_bytes(png[at : at + 4], "big") for at in (16, 20)]
-        for name, png in pictures.items()
-    }
+def png_size(png: bytes) -> tuple[int, int]:
+    """Return width and height of an image from its header. [pixel]"""
+    width = int.from_bytes(png[16:20], "big")
+    height = int.from_bytes(png[20:24], "big")
+    return width, height
+
+
+def describe_figures(images: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
+    """Return image, size and words of each figure, by its name, in the order of the page."""
+    sizes = {name: png_size(png) for name, png in images.items()}
     widest = max((width for width, _ in sizes.values()), default=1)
-    return {
-        name: {
-            "image": f"data:image/png;base64,{base64.b64encode(pictures[name]).decode('ascii')}",
-            "width": sizes[name][0],
-            "height": sizes[name][1],
-            "share": round(sizes[name][0] / widest, 3),
-            "title": text["title"],
-            "alternative": text["alternative"],
-            "caption": Markup(text["caption"]),
+    figures = {}
+    for name, words in yaml.safe_load(read_text("figures.yaml")).items():
+        if name not in images:
+            continue
+        width, height = sizes[name]
+        encoded = base64.b64encode(images[name]).decode("ascii")
+        figures[name] = {
+            "image": f"data:image/png;base64,{encoded}",
+            "width": width,
+            "height": height,
+            "share": round(width / widest, 3),
+            "title": words["title"],
+            "alternative": words["alternative"],
+            "caption": Markup(words["caption"]),
         }
-        for name, text in yaml.safe_load(_text("figures.yaml")).items()
-        if name in pictures
-    }
+    return figures

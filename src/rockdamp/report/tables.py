@@ -6,7 +6,7 @@ import csv
 import os
 import platform
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
@@ -16,37 +16,57 @@ from markupsafe import Markup, escape
 from scipy.stats import chi2
 
 from rockdamp.claims import FAILS, HOLDS, IN_PART, UNTESTED
-from rockdamp.constants import PAPER_MODELS, RECOMMENDED_SOURCE, REFERENCE, VISCOUS_MODELS
+from rockdamp.constants import (
+    MODELS,
+    PAPER_MODELS,
+    RECOMMENDED_SOURCE,
+    REFERENCE,
+    VISCOUS_MODELS,
+)
 from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
 from rockdamp.figures.style import RESTITUTION
 from rockdamp.mechanics.dampers import DAMPERS
 from rockdamp.text import DASH, count_noun, join_words, number, percent, plain
 
-# How each verdict is marked, by shape and word as well as colour; what fails comes first.
-MARKS = {
+# A verdict has a sign and words besides its colour; failures come first.
+VERDICT_MARKS = {
     FAILS: ("no", "✗"),
     IN_PART: ("partly", "◐"),
     UNTESTED: ("unknown", "–"),
     HOLDS: ("yes", "✓"),
 }
-BAND = "BAND0.2"  # the damper to use, by its name in the dataset ``order``
-SHOWN = (
-    "ECD",
-    "ECD16",
-    "ECD64",
-    "BAND0.4",
-    BAND,
-    "BAND0.1",
-    "CQD0.25",
-)  # and CR with another e after them
+RECOMMENDED_BAND = "BAND0.2"  # the damper to use, by its name in the dataset ``order``
+ORDER_DAMPERS = ("ECD", "ECD16", "ECD64", "BAND0.4", RECOMMENDED_BAND, "BAND0.1", "CQD0.25")
 ORDER_COLUMNS = {
-    "|ln r|, median": "log_error_median",
-    "|ln r|, 90 %": "log_error_90",
-    "|ln r| > 5 %": "share_above",
+    "error of the peak, median": "log_error_median",
+    "error of the peak, 90 %": "log_error_90",
+    "peaks off by more than 5 %": "share_above",
     "collapses missed": "missed_collapse_rate",
     "collapses added": "added_collapse_rate",
 }
 PROGRAM_COLUMNS = ("log_error_median", "log_error_90", "missed_collapse_rate")
+# Formulas as HTML; docs/theory.md derives those of ECD and BAND.
+FORMULAS = {
+    "CR": "u′ becomes e u′ whenever u passes 0",
+    "CDC": "C = 2 m<sub>eff</sub> ω<sub>1</sub> ξ",
+    "CDR": "C = 2 m<sub>eff</sub> ω ξ, with ω = √(F/(m<sub>eff</sub> u))",
+    "SDR": "C = 2 m<sub>eff</sub> (ω²/ω<sub>1</sub>) ξ",
+    "ECD": "C = 2 m<sub>eff</sub> ω<sub>E</sub> ξ, with ω<sub>E</sub> = |F|/√(2 m<sub>eff</sub> V)",
+    "BAND": "C = m<sub>eff</sub> (3 δ′/(4 c)) max(0, 1 − (u/(c u′))²), with δ′ ≈ π ξ",
+}
+SYMBOLS = {
+    "e": "coefficient of restitution: velocity after an impact over that before it",
+    "ξ": "damping ratio of a viscous damper",
+    "u, u<sub>ins</sub>": "displacement of the wall at its hinge, and that at which a rigid wall"
+    " becomes unstable",
+    "F, F<sub>0</sub>": "restoring force, and that of the rigid wall at u = 0",
+    "a<sub>1</sub>": "end of the first, stiff branch of the force-displacement curve, over"
+    " u<sub>ins</sub>",
+    "b<sub>1</sub>": "height of the curve's plateau, over F<sub>0</sub>",
+    "ω<sub>1</sub>": "angular frequency of the first branch",
+    "τ": "dimensionless time p t, with the frequency parameter p of the wall",
+    "V": "area under the curve from 0 to u",
+}
 
 
 def read_rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
@@ -56,108 +76,140 @@ def read_rows(path: str | os.PathLike[str]) -> list[dict[str, str]]:
 
 
 def inline(text: str) -> Markup:
-    """Return a cell's text as HTML: what stands between backticks as code, u_ins with its index, minus as a minus."""
+    """Return a cell's text as HTML: backticks as code, u_ins with its index, minus signs."""
     html = re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text)))
     html = re.sub(r"(?<![\w])-(?=\d)", "−", html)
     html = re.sub(r"(?<=\d)%", "&nbsp;%", html)
     return Markup(html.replace("u_ins", "u<sub>ins</sub>"))
 
 
-def interval(cell: xr.Dataset, name: str, write: Any = number) -> str:
+def write_interval(cell: xr.Dataset, name: str, write: Callable[..., str] = number) -> str:
     """Write a statistic and its interval: "0.149 (0.138 to 0.160)"."""
+    value = write(cell[name])
     bounds = cell[f"{name}_interval"].values
     if not np.isfinite(bounds).all():
-        return str(write(cell[name]))
-    return Markup("{} <small>({} to {})</small>").format(
-        write(cell[name]), *(write(bound) for bound in bounds)
-    )
+        return value
+    low, high = (write(bound) for bound in bounds)
+    return Markup("{} <small>({} to {})</small>").format(value, low, high)
+
+
+def write_range(values: Any, write: Callable[..., str] = plain) -> str:
+    """Write the first and the last value: "0.3 to 0.5"."""
+    return f"{write(values[0])} to {write(values[-1])}"
 
 
 def verdicts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
     """Return the verdicts, each with its mark and its claims."""
+    groups = []
+    for verdict, (kind, mark) in VERDICT_MARKS.items():
+        members = [claim for claim in claims if claim["verdict"] == verdict]
+        groups.append({"verdict": verdict, "kind": kind, "mark": mark, "claims": members})
+    return groups
+
+
+def dampers() -> list[dict[str, Any]]:
+    """Return name, words and formula of each damping model."""
     return [
-        {
-            "verdict": name,
-            "kind": kind,
-            "mark": mark,
-            "claims": [claim for claim in claims if claim["verdict"] == name],
-        }
-        for name, (kind, mark) in MARKS.items()
+        {"model": model, "title": DAMPERS[model].title, "formula": Markup(FORMULAS[model])}
+        for model in MODELS
     ]
 
 
-# --- dampers ---------------------------------------------------------------------------------------------------------
+def symbols() -> list[tuple[Markup, Markup]]:
+    """Return symbols and their meanings."""
+    return [(Markup(symbol), Markup(meaning)) for symbol, meaning in SYMBOLS.items()]
+
+
+# --- dampers -----------------------------------------------------------------------------------
 
 
 def order(study: xr.Dataset) -> dict[str, Any]:
-    """Return error against force at one e: a row for each damper of the table, and for CR with another e."""
-    one_restitution = study.sel(restitution=RESTITUTION, method="nearest")
-    studied = one_restitution["damper"].values.tolist()
-    changed = [name for name in studied if name.startswith("e ")]
-    rows = [
-        {
-            "damper": f"CR, {name}" if name in changed else name,
-            "force": number(row["crossing_force"].sel(wall="paper"), 2),
-            "errors": [interval(row, variable, percent) for variable in ORDER_COLUMNS.values()],
-            "step": plain(row["largest_step"]) if np.isfinite(row["largest_step"]) else DASH,
-        }
-        for name in (*SHOWN, *changed)
-        if name in studied
-        for row in [one_restitution.sel(damper=name)]
-    ]
-    band = one_restitution.sel(damper=BAND)
+    """Return errors and forces at the paper's e, and the numbers of the limits beside them.
+
+    A row for each damper of the table, and for CR with another e.
+    """
+    at_restitution = study.sel(restitution=RESTITUTION, method="nearest")
+    names = at_restitution["damper"].values.tolist()
+    other_restitutions = [name for name in names if name.startswith("e ")]
+    rows = []
+    for name in (*ORDER_DAMPERS, *other_restitutions):
+        if name not in names:
+            continue
+        row = at_restitution.sel(damper=name)
+        force = row["crossing_force"].sel(wall="paper")
+        errors = [write_interval(row, variable, percent) for variable in ORDER_COLUMNS.values()]
+        rows.append(
+            {
+                "damper": f"CR, {name}" if name in other_restitutions else name,
+                "is_recommended": name == RECOMMENDED_BAND,
+                "force": number(force, 2),
+                "errors": errors,
+                "step": write_step(row["largest_step"]),
+            }
+        )
+    band = at_restitution.sel(damper=RECOMMENDED_BAND)
     return {
         "rows": rows,
         "columns": list(ORDER_COLUMNS),
-        "e": plain(one_restitution["restitution"]),
+        "e": plain(at_restitution["restitution"]),
         "records": int(study["records"]),
-        **{
-            name: percent(band[name])
-            for name in ("share_above", "missed_collapse_rate", "added_collapse_rate")
-        },
-        "half_step": percent(one_restitution["share_above"].sel(damper="half step")),
+        "share_above": percent(band["share_above"]),
+        "missed_collapse_rate": percent(band["missed_collapse_rate"]),
+        "added_collapse_rate": percent(band["added_collapse_rate"]),
+        "half_step": percent(at_restitution["share_above"].sel(damper="half step")),
     }
 
 
+def write_step(step: xr.DataArray) -> str:
+    """Write the largest step of a damper; a dash if the study does not have one."""
+    if not np.isfinite(step):
+        return DASH
+    return plain(step)
+
+
 def programs(compared: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the dampers by what a program takes: what xi refers to, and the errors at each e of the study."""
-    leading = compared.sel(damping_ratio_source=RECOMMENDED_SOURCE).isel(band=0)
-    return [
-        {
-            "offer": offer,
-            "model": model,
-            "title": DAMPERS[model].title,
-            "refers_to": REFERENCE_QUANTITY[model],
-            "errors": [
-                list(map(percent, leading[name].sel(damping_model=model).values))
-                for name in PROGRAM_COLUMNS
-            ],
-        }
-        for model, offer in REQUIREMENT.items()
-    ]
+    """Return the dampers by what a program supports, with their errors at each e of the study."""
+    errors = compared.sel(damping_ratio_source=RECOMMENDED_SOURCE).isel(band=0)
+    rows = []
+    for model, offer in REQUIREMENT.items():
+        row = errors.sel(damping_model=model)
+        rows.append(
+            {
+                "offer": offer,
+                "model": model,
+                "title": DAMPERS[model].title,
+                "refers_to": REFERENCE_QUANTITY[model],
+                "errors": [list(map(percent, row[name].values)) for name in PROGRAM_COLUMNS],
+            }
+        )
+    return rows
 
 
 def selection(compared: xr.Dataset) -> str:
-    """Say over which histories the errors are: the same for every damper of the tables."""
+    """Return the histories over which the errors are computed, in words."""
     walls = int(compared["pooled"].sel(damping_ratio_source=RECOMMENDED_SOURCE).sum())
-    peaks = f"{plain(compared['band_start'][0])} to {plain(compared['band_end'][0])}"
-    records = f"{int(compared['records'])} earthquake records"
-    return f"{count_noun(walls, 'wall')} under {records}, peaks of {peaks} u_ins under restitution"
+    low = plain(compared["band_start"][0])
+    high = plain(compared["band_end"][0])
+    records = int(compared["records"])
+    return (
+        f"{count_noun(walls, 'wall')} under {records} earthquake records, peaks of {low} to {high}"
+        " u_ins under restitution"
+    )
 
 
 def ratios(fits: xr.Dataset) -> dict[str, Any]:
-    """Return xi of least error over a1 and e, for the sliders: rows by a1. [-]"""
+    """Return xi of least error for the sliders: axes e and a1, and for each model rows by a1. [-]"""
     xi = fits["damping_ratio"].sortby(["yield_displacement_ratio", "restitution"])
     xi = xi.transpose("damping_model", "yield_displacement_ratio", "restitution")
-    found = {model: xi.sel(damping_model=model).values for model in REQUIREMENT}
+    rows = {}
+    for model in REQUIREMENT:
+        values = xi.sel(damping_model=model).values
+        if np.isfinite(values).all():
+            rows[model] = values.round(6).tolist()
     return {
         "e": xi["restitution"].values.round(6).tolist(),
         "a1": xi["yield_displacement_ratio"].values.round(6).tolist(),
-        "ratio": {
-            model: values.round(6).tolist()
-            for model, values in found.items()
-            if np.isfinite(values).all()
-        },
+        "ratio": rows,
     }
 
 
@@ -169,152 +221,154 @@ def ratio_at(stored: Mapping[str, Any], model: str, e: float, a1: float) -> str:
     return f"{100 * np.interp(a1, stored['a1'], by_a1):.2f}"
 
 
-# --- earthquakes -----------------------------------------------------------------------------------------------------
+# --- earthquakes -------------------------------------------------------------------------------
 
 
 def earthquakes(compared: xr.Dataset, walls: xr.Dataset) -> dict[str, Any]:
-    """Return what was run, and three tables: errors and collapses, errors by band of the peak, and the walls."""
-    leading = compared.sel(
-        damping_ratio_source=RECOMMENDED_SOURCE, damping_model=list(VISCOUS_MODELS)
-    )
-    models = [leading.sel(damping_model=model) for model in VISCOUS_MODELS]
+    """Return the extent of the study, and its tables: errors, errors by band, and walls."""
     e = compared["restitution"].values
     middle = e.size // 2
-    each = (
-        int(np.isfinite(walls["damping_ratio"]).sum())
-        + walls.sizes["wall"] * walls.sizes["restitution"]
+    viscous = compared.sel(
+        damping_ratio_source=RECOMMENDED_SOURCE, damping_model=list(VISCOUS_MODELS)
     )
-    bands = [
-        f"{plain(low)} to {plain(high)}"
-        for low, high in zip(compared["band_start"], compared["band_end"], strict=True)
-    ]
+    errors = []
+    for index, restitution in enumerate(e):
+        for model in VISCOUS_MODELS:
+            row = viscous.sel(damping_model=model).isel(restitution=index)
+            errors.append((plain(restitution), model, list_errors(row)))
+    by_band = []
+    for model in VISCOUS_MODELS:
+        row = viscous.sel(damping_model=model).isel(restitution=middle)
+        by_band.append((model, [percent(value) for value in row["log_error_90"].values[1:]]))
+    bands = zip(compared["band_start"].values, compared["band_end"].values, strict=True)
+    stations = int(compared["stations"])
     return {
-        "few": int(compared["stations"]) < 10,  # intervals over fewer mean nothing
-        "stations": int(compared["stations"]),
+        "few": stations < 10,  # intervals over fewer mean nothing
+        "stations": stations,
         "records": int(compared["records"]),
         "intensities": compared.sizes["velocity_ratio"],
         "e": join_words(map(plain, e)),
-        "histories": f"{int(compared['records']) * compared.sizes['velocity_ratio'] * each:,}".replace(
-            ",", "\u202f"
-        ),
+        "histories": f"{count_histories(compared, walls):,}".replace(",", "\u202f"),
         "converged": f"{100 * float(compared['converged_share']):.2f}",
-        "errors": [
-            (
-                plain(one_restitution),
-                str(row["damping_model"].item()),
-                _errors(row.isel(restitution=index)),
-            )
-            for index, one_restitution in enumerate(e)
-            for row in models
-        ],
-        "bands": bands,
+        "errors": errors,
+        "bands": [write_range(band) for band in bands],
         "middle": plain(e[middle]),
-        "by_band": [
-            (
-                str(row["damping_model"].item()),
-                [number(value) for value in row["log_error_90"].values[1:]],
-            )
-            for row in (model.isel(restitution=middle) for model in models)
-        ],
-        "walls": [_wall(walls.isel(wall=index)) for index in range(walls.sizes["wall"])],
+        "by_band": by_band,
+        "walls": [list_wall(walls.isel(wall=index)) for index in range(walls.sizes["wall"])],
     }
 
 
-def _errors(row: xr.Dataset) -> list[str]:
-    whole = row.isel(band=0)
+def count_histories(compared: xr.Dataset, walls: xr.Dataset) -> int:
+    """Return the number of histories: with each damping ratio, and with CR."""
+    viscous = int(np.isfinite(walls["damping_ratio"]).sum())
+    reference = walls.sizes["wall"] * walls.sizes["restitution"]
+    runs = int(compared["records"]) * compared.sizes["velocity_ratio"]
+    return runs * (viscous + reference)
+
+
+def list_errors(row: xr.Dataset) -> list[str]:
+    """Return the cells of one damper at one e."""
+    all_peaks = row.isel(band=0)
     return [
-        interval(whole, "median_ratio"),
-        number(whole["log_error_median"]),
-        number(whole["log_error_90"]),
-        interval(row, "missed_collapse_rate", percent),
-        interval(row, "added_collapse_rate", percent),
-        interval(row, "median_intensity_ratio"),
+        write_interval(all_peaks, "median_ratio"),
+        percent(all_peaks["log_error_median"]),
+        percent(all_peaks["log_error_90"]),
+        write_interval(row, "missed_collapse_rate", percent),
+        write_interval(row, "added_collapse_rate", percent),
+        write_interval(row, "median_intensity_ratio"),
     ]
 
 
-def _wall(wall: xr.Dataset) -> list[str]:
-    kind = "parapet" if wall["parapet"] == 1 else "wall"
-    inputs = (
+def list_wall(wall: xr.Dataset) -> list[str]:
+    """Return the cells of one wall."""
+    inputs = [
         "thickness",
         "slenderness",
         "overburden_ratio",
         "yield_displacement_ratio",
         "strength_ratio",
-    )
-    derived = ("instability_displacement", "frequency_parameter", "initial_period")
+    ]
+    derived = ["instability_displacement", "frequency_parameter", "initial_period"]
     return [
         str(wall["wall"].item()),
-        kind,
+        "parapet" if wall["parapet"] == 1 else "wall",
         *(plain(wall[name]) for name in inputs),
         *(number(wall[name]) for name in derived),
     ]
 
 
-# --- assumptions and measured trials ---------------------------------------------------------------------------------
+# --- assumptions and measured trials -----------------------------------------------------------
 
 
 def supports(study: xr.Dataset) -> list[tuple[str, str, str]]:
-    """Return for each assumption the median intensity of collapse over the usual one's, and on which side that is."""
+    """Return for each assumption the ratio of the median intensities, and on which side it is."""
     rows = []
     for name in study["assumption"].values:
         case = study.sel(assumption=name, wall="all")
         low, high = case["median_intensity_ratio_interval"].values
-        side = "unsafe" if high < 1 else "safe" if low > 1 else "neither"
-        rows.append((str(name), interval(case, "median_intensity_ratio"), side))
+        side = "neither"
+        if high < 1:
+            side = "unsafe"
+        elif low > 1:
+            side = "safe"
+        rows.append((str(name), write_interval(case, "median_intensity_ratio"), side))
     return rows
 
 
 def loss_law(study: xr.Dataset) -> dict[str, str]:
-    """Return by how much a constant e overstates the median intensity of collapse, by the amplitude of its releases."""
-    whole = study.sel(wall="all")
-    over = 1 / whole["median_intensity_ratio"] - 1
-    at, g = whole["reference_amplitude"].values, whole["loss_exponent"].values
-    small = over.isel(reference_amplitude=0)
+    """Return how far a constant e overstates the median intensity of collapse, by amplitude."""
+    excess = 1 / study["median_intensity_ratio"].sel(wall="all") - 1
+    small_releases = excess.isel(reference_amplitude=0)
+    other_releases = excess.isel(reference_amplitude=slice(1, None))
+    amplitudes = study["reference_amplitude"].values
     return {
         "e": plain(study["restitution"]),
-        "small": plain(at[0]),
-        "good": f"{plain(at[1])} to {plain(at[-1])}",
-        "within": percent(abs(over.isel(reference_amplitude=slice(1, None))).max()),
-        "overstates": f"{percent(small.min())} to {percent(small.max())}",
-        "exponents": f"{plain(g[0])} to {plain(g[-1])}",
+        "small": plain(amplitudes[0]),
+        "good": write_range(amplitudes[1:]),
+        "within": percent(abs(other_releases).max()),
+        "overstates": f"{percent(small_releases.min())} to {percent(small_releases.max())}",
+        "exponents": write_range(study["loss_exponent"].values),
     }
 
 
 def measured_rocking(measured: xr.Dataset) -> dict[str, Any]:
-    """Return the likelihoods of the paper's dampers in measured trials, and four sentences on them."""
+    """Return the likelihoods of the paper's dampers in measured trials, and sentences on them."""
     models = [REFERENCE, *PAPER_MODELS]
     likelihood = measured["log_likelihood"].sel(damping_model=models)
     behind = likelihood.max("damping_model") - likelihood
     power_law = measured["log_likelihood"].sel(damping_model="power law")
-    p = chi2.sf(2 * (power_law - likelihood.sel(damping_model=REFERENCE)).values, 1)
-    cdc, cdr, sdr = (likelihood.sel(damping_model=model, drop=True) for model in PAPER_MODELS)
+    advantage = power_law - likelihood.sel(damping_model=REFERENCE)
+    p = chi2.sf(2 * advantage.values, 1)
     impacts = [str(int(count)) for count in measured["impacts_used"].values]
-    rejected = join_words(count for count, value in zip(impacts, p, strict=True) if value < 0.05)
-
-    def extremes(values: xr.DataArray) -> str:
-        return f"{number(values.min(), 2)} to {number(values.max(), 2)}"
-
+    rejecting = [count for count, value in zip(impacts, p, strict=True) if value < 0.05]
+    cdc, cdr, sdr = (likelihood.sel(damping_model=model, drop=True) for model in PAPER_MODELS)
+    rows = []
+    for model in models:
+        rows.append((model, [number(x, 2) for x in behind.sel(damping_model=model).values]))
+    exponent = write_extremes(measured["amplitude_exponent"])
     return {
         "impacts": impacts,
-        "rows": [
-            (model, [number(value, 2) for value in behind.sel(damping_model=model).values])
-            for model in models
-        ],
+        "rows": rows,
         "p": [number(value, 2) for value in p],
         "trials": int(measured["trials"] - measured["duplicates"]),
         "sentences": [
-            f"ln L of CDR is {extremes(cdr - sdr)} relative to SDR, over the numbers of impacts used.",
-            f"ln L of SDR exceeds the larger of the other two by {extremes(sdr - np.maximum(cdc, cdr))}.",
-            f"ln L exceeds that of CDC by {extremes(cdr - cdc)} under CDR and by {extremes(sdr - cdc)} under SDR.",
-            f"The likelihood ratio test rejects a constant e at 5 % with {rejected or 'no number of'} impacts used, in"
-            f" favour of the power law; the best exponent is {extremes(measured['amplitude_exponent'])}.",
+            f"ln L of SDR exceeds the larger of CDC's and CDR's by"
+            f" {write_extremes(sdr - np.maximum(cdc, cdr))}, over the numbers of impacts used.",
+            f"CDR exceeds CDC by {write_extremes(cdr - cdc)}.",
+            f"The likelihood ratio test rejects a constant e at 5 % with"
+            f" {join_words(rejecting) or 'no number of'} impacts used, in favour of the power law;"
+            f" the best exponent of the power law is {exponent}.",
         ],
     }
 
 
+def write_extremes(values: xr.DataArray) -> str:
+    """Write the smallest and the largest value: "−4 to −1"."""
+    return f"{number(values.min(), 2)} to {number(values.max(), 2)}"
+
+
 def software() -> str:
-    """Return the versions of Python and of what the results stand on."""
-    names = ("rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake")
-    return join_words(
-        [f"Python {platform.python_version()}", *(f"{name} {version(name)}" for name in names)]
-    )
+    """Return the versions of Python and of the packages on which the results stand."""
+    names = ["rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake"]
+    packages = [f"{name} {version(name)}" for name in names]
+    return join_words([f"Python {platform.python_version()}", *packages])

@@ -1,4 +1,4 @@
-"""The page of one wall that `rockdamp assess --report` writes: inputs, probability of collapse, sensitivity."""
+"""The page of one wall that `rockdamp assess --report` writes."""
 
 from __future__ import annotations
 
@@ -35,46 +35,41 @@ def write_wall_page(
     answer: xr.Dataset,
     path: Path,
 ) -> None:
-    """Write the page, self-contained. `answer` is the result of `assess` for the wall."""
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters |= {"number": number, "percent": percent, "span": _span}
-    measure, e = measure_name(answer), float(answer["restitution"])
-    damping = describe_damping(wall, curve, max(e, LEAST_OF_DAMPER))
+    """Write inputs, probability of collapse, damper and sensitivity of a wall, self-contained.
+
+    Parameters
+    ----------
+    wall, curve, motions
+        The inputs of the assessment.
+    answer : xarray.Dataset
+        The result of `assess` for the wall.
+    path : Path
+        File to write, complete or not at all.
+    """
+    measure = measure_name(answer)
+    restitution = max(float(answer["restitution"]), LEAST_OF_DAMPER)
+    damping = describe_damping(wall, curve, restitution)
     dampers = {row["damping_model"]: row for row in damping["damping"]}
-    models = list(map(str, answer["damping_model"].values))
-    text = files("rockdamp.report").joinpath("wall_page.html.j2").read_text(encoding="utf-8")
-    html = environment.from_string(text).render(
+    changes = sensitivity(wall, curve, answer, motions)
+    models = answer["damping_model"].values.tolist()
+    all_reasons = [reason for model in models for reason in reasons(answer, model)]
+    html = load_template().render(
         kind="parapet" if isinstance(wall, Parapet) else "wall",
-        inputs=_inputs(wall, curve, float(answer["rocking_onset"])),
+        inputs=list_inputs(wall, curve, float(answer["rocking_onset"])),
         answer=answer,
         cr=answer.sel(damping_model="CR"),
-        levels=[_level(measure, level) for level in answer[measure].values],
-        fragility=[
-            {
-                "model": model,
-                "median": _level(measure, answer[f"median_{measure}"].sel(damping_model=model)),
-                "interval": answer[f"median_{measure}_interval"].sel(damping_model=model),
-                "one": answer.sel(damping_model=model),
-            }
-            for model in models
-        ],
-        missing=list(
-            dict.fromkeys(reason for model in models for reason in reasons(answer, model))
-        ),
+        levels=[write_level(measure, level) for level in answer[measure].values],
+        fragility=[list_fragility(answer.sel(damping_model=model), measure) for model in models],
+        missing=list(dict.fromkeys(all_reasons)),
         dampers=[(dampers[model], need) for model, need in REQUIREMENT.items()],
         w1=damping["initial_frequency"],
-        moved=[
-            row | {"median": _level(measure, row["median"])}
-            for row in sensitivity(wall, curve, answer, motions)
-        ],
+        changes=[row | {"median": write_level(measure, row["median"])} for row in changes],
         u_ins=1000 * float(wall.instability_displacement),
         measure=measure.upper(),
         unit="g" if measure == "pga" else "m/s",
         size=STANDARD_GRAVITY if measure == "pga" else 1.0,
-        records=_records(motions),
-        figure=_image(fragility_figure(answer)),
+        records=list_records(motions),
+        figure=encode_image(fragility_figure(answer)),
         releases=RELEASES,
         overstates=SMALL_RELEASE_OVERSTATES,
         version=__version__,
@@ -83,9 +78,19 @@ def write_wall_page(
         temporary.write_text(html, encoding="utf-8", newline="\n")
 
 
-def _inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> list[tuple[str, str]]:
+def load_template() -> Any:
+    """Return the page's template with its filters."""
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {"number": number, "percent": percent, "span": write_span}
+    text = files("rockdamp.report").joinpath("wall_page.html.j2").read_text(encoding="utf-8")
+    return environment.from_string(text)
+
+
+def list_inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> list[tuple[str, str]]:
     """Return names and values of the inputs, and of the properties that follow from them."""
-    rows: list[tuple[str, Any, str]] = [
+    inputs: list[tuple[str, Any, str]] = [
         ("thickness t", wall.thickness, "m"),
         ("height h", wall.height, "m"),
         ("width", wall.width, "m"),
@@ -94,11 +99,11 @@ def _inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> list[t
         ("eccentricity of the overburden", wall.eccentricity, "m"),
     ]
     if isinstance(wall, Wall):
-        rows += [
+        inputs += [
             ("height of the hinge h₁/h", wall.hinge_ratio, ""),
             ("overburden that is a mass", wall.overburden_mass, ""),
         ]
-    rows += [
+    inputs += [
         ("yield displacement ratio a₁", curve.yield_displacement_ratio, ""),
         ("strength ratio b₁", curve.strength_ratio, ""),
         ("ultimate displacement ratio a₃", curve.ultimate_displacement_ratio, ""),
@@ -106,37 +111,52 @@ def _inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> list[t
     derived = [
         ("weight W", float(wall.weight) / 1000, "kN"),
         ("strength of the rigid wall F₀", float(wall.rigid_strength) / 1000, "kN"),
-        ("instability displacement", 1000 * float(wall.instability_displacement), "mm"),
+        ("instability displacement u_ins", 1000 * float(wall.instability_displacement), "mm"),
         ("frequency parameter p", float(wall.frequency_parameter), "rad/s"),
-        ("rocking starts at", onset / STANDARD_GRAVITY, "g"),
+        ("acceleration at which rocking starts", onset / STANDARD_GRAVITY, "g"),
     ]
-    return [(name, f"{plain(value)} {unit}") for name, value, unit in rows] + [
-        (name, f"{number(value)} {unit}") for name, value, unit in derived
-    ]
+    rows = [(name, f"{plain(value)} {unit}") for name, value, unit in inputs]
+    return rows + [(name, f"{number(value)} {unit}") for name, value, unit in derived]
 
 
-def _level(measure: str, value: Any) -> str:
-    """Return an intensity with its unit: a PGA in g; a dash where there is none."""
-    value = float(value)
-    if not np.isfinite(value):
+def list_fragility(curve: xr.Dataset, measure: str) -> dict[str, Any]:
+    """Return model, median and its interval, and the parameters of one fragility curve."""
+    return {
+        "model": curve["damping_model"].item(),
+        "median": write_level(measure, curve[f"median_{measure}"]),
+        "interval": curve[f"median_{measure}_interval"],
+        "curve": curve,
+    }
+
+
+def write_level(measure: str, value: Any) -> str:
+    """Write an intensity with its unit, a PGA in g; a dash if there is none."""
+    intensity = float(value)
+    if not np.isfinite(intensity):
         return DASH
-    return f"{number(value / STANDARD_GRAVITY)} g" if measure == "pga" else f"{number(value)} m/s"
+    if measure == "pga":
+        return f"{number(intensity / STANDARD_GRAVITY)} g"
+    return f"{number(intensity)} m/s"
 
 
-def _span(bounds: xr.DataArray, factor: float = 1.0) -> str:
-    return (
-        " to ".join(number(factor * bound) for bound in bounds.values)
-        if np.isfinite(bounds).all()
-        else DASH
-    )
+def write_span(bounds: xr.DataArray, factor: float = 1.0) -> str:
+    """Write the two bounds of an interval, times a factor; a dash if there are none."""
+    if not np.isfinite(bounds).all():
+        return DASH
+    return " to ".join(number(factor * bound) for bound in bounds.values)
 
 
-def _records(motions: Sequence[GroundMotion]) -> str:
+def list_records(motions: Sequence[GroundMotion]) -> str:
+    """Write the names of the records; of many, the first and the last four."""
     names = [motion.name for motion in motions]
-    return ", ".join(names if len(names) <= 8 else [*names[:4], "…", *names[-4:]])
+    if len(names) > 8:
+        names = [*names[:4], "…", *names[-4:]]
+    return ", ".join(names)
 
 
-def _image(figure: Figure) -> str:
-    drawn = io.BytesIO()
-    figure.savefig(drawn, format="png", dpi=150)
-    return f"data:image/png;base64,{base64.b64encode(drawn.getvalue()).decode('ascii')}"
+def encode_image(figure: Figure) -> str:
+    """Return a figure as a PNG within a data URI."""
+    image = io.BytesIO()
+    figure.savefig(image, format="png", dpi=150)
+    encoded = base64.b64encode(image.getvalue()).decode("ascii")
+    return f"data:image/png;base64,{encoded}"
