@@ -15,7 +15,7 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.dampers import normalisation
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.coefficient import damping_coefficient
-from rockdamp.solvers.exact import exact_history, kept_velocity
+from rockdamp.solvers.exact import exact_history, restitution_factor
 from rockdamp.solvers.kernel import cr_law
 from rockdamp.solvers.newmark import simulate
 
@@ -156,7 +156,7 @@ def test_load_moves_a_wall_at_rest():
     assert abs(run.displacement[1]) > 0.01
 
 
-@pytest.mark.parametrize("law", [lambda v, *p: cr_law(v, p), kept_velocity])
+@pytest.mark.parametrize("law", [lambda v, *p: cr_law(v, p), restitution_factor])
 def test_limit_of_a_constant_coefficient(law):
     for e in (0.3, 0.85, 0.99, 1.0):
         assert law(0.7, e, 0.0, 0.2) == e
@@ -181,13 +181,15 @@ def test_both_forms_of_the_factor():
     for e in (0.1, 0.6, 0.9, 1.0):
         for g in (0.01, 0.3, 0.5, 1.5):
             for speed in (1e-9, 0.05, 0.4, 3.0):
-                factor = kept_velocity(speed, e, g, 0.16)
+                factor = restitution_factor(speed, e, g, 0.16)
                 assert cr_law(speed, (e, g, 0.16)) == pytest.approx(factor, rel=1e-11, abs=1e-300)
                 left = (speed**2) ** g - 0.16**g * (1 - e ** (2 * g))
                 assert (factor * speed) ** (2 * g) == pytest.approx(
                     max(left, 0.0), rel=1e-9, abs=1e-14
                 )
-            assert kept_velocity(0.4, e, g, 0.16) == pytest.approx(e, rel=1e-13)  # at E_r it is e_r
+            assert restitution_factor(0.4, e, g, 0.16) == pytest.approx(
+                e, rel=1e-13
+            )  # at E_r it is e_r
 
 
 def test_one_half_is_friction_on_a_linear_spring():
@@ -205,7 +207,7 @@ def test_one_half_is_friction_on_a_linear_spring():
 def test_e_at_other_amplitudes():
     double_r = 2 * float(PAPER.energy(0.3))
     found = [
-        kept_velocity(math.sqrt(2 * float(PAPER.energy(x))), 0.85, 0.26, double_r)
+        restitution_factor(math.sqrt(2 * float(PAPER.energy(x))), 0.85, 0.26, double_r)
         for x in (0.05, 0.1, 0.2, 0.5)
     ]
     assert_stated(
