@@ -133,3 +133,22 @@ def test_record_keeps_a_copy_of_its_header():
     record = rd.Record([0.0, 0.1], [1.0, 2.0], header=header)
     header["source"] = "elsewhere"
     assert record.header == {"source": "here"}
+
+
+@pytest.mark.parametrize(
+    ("instance", "text"),
+    [
+        (CURVE, "TrilinearCurve(yield_displacement_ratio=0.04, strength_ratio=0.85)"),
+        (DAMPING, "Damping(model='CR', value=0.85)"),
+        (rd.Damping("BAND", [0.04, 0.05]), "Damping(model='BAND', value=[0.04, 0.05])"),
+        (rd.Damping("ECD", 0.05, order=16), "Damping(model='ECD', value=0.05, order=16.0)"),
+        (
+            rd.Record(ELAPSED, ELAPSED, header={"synthetic": "yes"}),
+            "Record(elapsed=<array of shape (100,)>, ground_acceleration=<array of shape (100,)>, "
+            "header={'synthetic': 'yes'})",
+        ),
+    ],
+    ids=["curve", "damping", "widths", "order", "record"],
+)
+def test_text_of_an_object_leaves_defaults_out(instance, text):
+    assert repr(instance) == text

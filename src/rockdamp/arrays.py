@@ -14,7 +14,7 @@ LONGEST_LISTED = 6  # values of an array that a text lists
 
 
 def short_repr(instance: Any, defaults: Mapping[str, Any] | None = None) -> str:
-    """Return a dataclass as the call that makes it, with the fields that differ from their defaults.
+    """Return a dataclass as the call that makes it, without the fields that have their defaults.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The exception for bad input, and the checks that raise it.
 
-A rule is a test of values and the same in words. Every number that a user passes comes through `check`, which copies
-it: frozen objects do not change with the caller's arrays.
+A rule is a test of values and the same in words. Every number that a user passes comes through
+`check`, which copies it: frozen objects do not change with the caller's arrays.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ def check(
 ) -> NDArray[Any]:
     """Return a copy of `value` as an array of floats.
 
-    The message of an error reads ``NAME is VALUE; it must be ALLOWED`` and shows the first wrong value.
+    The message of an error reads ``NAME is VALUE; it must be ALLOWED`` and shows the first wrong
+    value.
 
     Raises
     ------
@@ -82,7 +83,10 @@ def check_type(name: str, value: T, *types: type) -> T:
 
 
 def check_list(name: str, value: T | Iterable[T], kind: type[T]) -> list[T]:
-    """Return one object of a type, or several, as a list; raise `TypeError` for others, `InputError` for none."""
+    """Return one object of a type, or several, as a list.
+
+    Raise `TypeError` for other types, `InputError` for no object.
+    """
     if isinstance(value, kind):
         return [value]
     if isinstance(value, str) or not isinstance(value, Iterable):

@@ -93,11 +93,11 @@ def wall(**inputs: Any) -> None:
 
 def _periods(wall: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, Any]]:
     """Return the periods of decays from some amplitudes, up to the end of the curve."""
-    import numpy as np
+    from rockdamp.mechanics.free_motion import rigid_period
 
     p, rows = wall.frequency_parameter, []
     for amplitude in AMPLITUDES:
-        row = {"amplitude": amplitude, "rigid_period": 4 * np.arccosh(1 / (1 - amplitude)) / p}
+        row = {"amplitude": amplitude, "rigid_period": rigid_period(amplitude) / p}
         if curve is None:
             rows.append(row)
         elif amplitude < curve.ultimate_displacement_ratio:

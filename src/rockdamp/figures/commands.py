@@ -34,6 +34,7 @@ from rockdamp.figures.style import (
     panels,
     series,
 )
+from rockdamp.mechanics.free_motion import rigid_period
 from rockdamp.text import number
 
 SYMBOLS = {"yield_displacement_ratio": "$a_1$", "strength_ratio": "$b_1$", "restitution": "$e$"}
@@ -190,7 +191,7 @@ def _half_periods(axes: Axes, fitted: xr.Dataset) -> None:
     """Draw half periods against the amplitude: measured, of the fitted curve, and of the rigid wall."""
     amplitude = abs(fitted["peak_displacement"].values) / float(fitted["instability_displacement"])
     order = np.argsort(amplitude)
-    rigid = 2 * np.arccosh(1 / (1 - amplitude[order])) / float(fitted["frequency_parameter"])
+    rigid = rigid_period(amplitude[order]) / 2 / float(fitted["frequency_parameter"])
     axes.plot(amplitude, fitted["half_period"], **series(0, linestyle="none"))
     axes.plot(amplitude[order], fitted["half_period_fitted"][order], **look("CR", marker=""))
     axes.plot(amplitude[order], rigid, color=GREY, linestyle="dotted", label="rigid wall")

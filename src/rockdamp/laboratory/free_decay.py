@@ -20,7 +20,8 @@ from rockdamp.errors import check
 from rockdamp.laboratory.record_fit import strength_bounds
 from rockdamp.laboratory.releases import Release
 from rockdamp.laboratory.uncertainty import covariance_by_sensor
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TrilinearCurve, plateau_end
+from rockdamp.mechanics.free_motion import displacement_from_peak
 
 # ASSUME: the range of a1/a2 and b1. Blocks that rock nearly rigidly reach further than walls do.
 RATIO, STRENGTH = (0.004, 0.90), (0.30, 0.98)
@@ -45,9 +46,8 @@ class FreeDecay:
     def curve(self, ratio: Array, b1: Array) -> TrilinearCurve:
         """Return the curve of a1/a2 and b1, which may be arrays."""
         a3 = self.ultimate_displacement_ratio
-        return TrilinearCurve(
-            ratio * ((1.0 if self.softening == "steeper" else a3) - b1), b1, a3, self.softening
-        )
+        a2 = plateau_end(b1, a3, self.softening)
+        return TrilinearCurve(ratio * a2, b1, a3, self.softening)
 
     @cached_property
     def strength_bounds(self) -> tuple[float, float]:
@@ -197,28 +197,3 @@ def _covariance(derivative: Array, residual: Array) -> Array:
     white = np.diag(inverse) / scale**2 * (residual @ residual) / (samples - parameters)
     larger = np.sqrt(np.maximum(white / np.diag(correlated), 1.0))
     return correlated * np.outer(larger, larger)
-
-
-def displacement_from_peak(curve: TrilinearCurve, amplitude: Array, tau: Array) -> Array:
-    r"""Return the displacement at a time before or after the peak of undamped free motion, u/u_ins. [-]
-
-    It solves :math:`x'' + f(x) = 0` from rest at the amplitude: a hyperbolic cosine on the softening branch, a parabola
-    on the plateau, a cosine on the first branch. The displacement is zero a quarter of `TrilinearCurve.period` from the
-    peak; after it the first branch goes on to the other side.
-
-    The arguments broadcast: the amplitude x0 = u0/u_ins in (0, a3) [-], and the time from the peak, of either sign. [-]
-    """
-    x0, s = amplitude, np.abs(tau)
-    k1, b1, ks, a1, a2, a3 = curve.parameters()
-    v0 = curve.energy(x0)
-    # Where each branch begins on the way down, and with which speed; a branch above the peak begins there, at rest.
-    on2, on1 = np.minimum(x0, a2), np.minimum(x0, a1)
-    speed2, speed1 = (np.sqrt(np.maximum(2 * (v0 - curve.energy(x)), 0.0)) for x in (on2, on1))
-    reach = np.where(x0 > a2, (a3 - a2) / np.where(x0 > a2, a3 - x0, 1.0), 1.0)
-    end3 = np.arccosh(np.maximum(reach, 1.0)) / np.sqrt(ks)
-    end2 = end3 + (speed1 - speed2) / b1
-    softening = a3 - (a3 - x0) * np.cosh(np.sqrt(ks) * np.minimum(s, end3))
-    on_plateau, on_first = s - end3, np.sqrt(k1) * (s - end2)
-    plateau = on2 - speed2 * on_plateau - 0.5 * b1 * on_plateau**2
-    first = on1 * np.cos(on_first) - speed1 / np.sqrt(k1) * np.sin(on_first)
-    return np.where(s < end3, softening, np.where(s < end2, plateau, first))

@@ -12,7 +12,7 @@ from hashlib import sha256
 import numpy as np
 
 from rockdamp import units
-from rockdamp.arrays import Array
+from rockdamp.arrays import Array, short_repr
 from rockdamp.errors import InputError, check, check_number
 from rockdamp.motions.record import check_series, check_step
 from rockdamp.motions.text_lines import read_header, refused_line, split_cells
@@ -62,6 +62,8 @@ class FreeRocking:
     rotation: Array | None = None
     header: Mapping[str, str] = field(default_factory=dict)
     digest: str = ""
+
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         if (self.displacement is None) == (self.rotation is None):

@@ -19,7 +19,7 @@ from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import check
 from rockdamp.histories.loads import count_steps, make_load
 from rockdamp.histories.measured_test import measured_displacement, rest_samples
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.curve import TrilinearCurve, plateau_end
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.record import Record
@@ -106,7 +106,7 @@ class RecordFit:
 
     def plateau_end(self, b1: Array) -> Array:
         """Return a2. [-]"""
-        return (1.0 if self.softening == "steeper" else self.ultimate_displacement_ratio) - b1
+        return plateau_end(b1, self.ultimate_displacement_ratio, self.softening)
 
     def parameters(self, points: Array) -> Array:
         """Turn points into parameters, shape (..., 3)."""

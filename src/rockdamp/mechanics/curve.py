@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arrays import Array, Quantity
+from rockdamp.arrays import Array, Quantity, short_repr
 from rockdamp.constants import PRESETS, SOFTENING
 from rockdamp.errors import Rule, check, check_choice, check_fields
 
@@ -65,6 +65,8 @@ class TrilinearCurve:
     ultimate_displacement_ratio: Quantity = 1.0
     softening: str = "steeper"
 
+    __repr__ = short_repr
+
     def __post_init__(self) -> None:
         check_fields(self, RULES)
         check_choice("softening", self.softening, SOFTENING)
@@ -99,8 +101,7 @@ class TrilinearCurve:
     @property
     def plateau_end(self) -> Array:
         """a2 = u2/u_ins, where the plateau ends. [-]"""
-        start = 1.0 if self.softening == "steeper" else self.ultimate_displacement_ratio
-        return np.asarray(start - self.strength_ratio)
+        return plateau_end(self.strength_ratio, self.ultimate_displacement_ratio, self.softening)
 
     @property
     def initial_stiffness(self) -> Array:
@@ -216,3 +217,21 @@ class TrilinearCurve:
         reach = np.where(x0 > a2, (a3 - a2) / np.where(x0 > a2, a3 - x0, 1.0), 1.0)
         softening = np.where(x0 > a2, np.arccosh(np.maximum(reach, 1.0)) / np.sqrt(ks), 0.0)
         return 4 * (first + np.where(x0 > a1, plateau, 0.0) + softening)
+
+
+def plateau_end(
+    strength_ratio: Quantity, ultimate_displacement_ratio: Quantity, softening: str
+) -> Array:
+    """Return a2, where the plateau ends: 1 - b1 (steeper) or a3 - b1 (translated). [-]
+
+    Parameters
+    ----------
+    strength_ratio : float or ndarray
+        Strength b1. [-]
+    ultimate_displacement_ratio : float or ndarray
+        Displacement a3 at which the force is zero. [-]
+    softening : {"steeper", "translated"}
+        Variant of the last branch.
+    """
+    end = 1.0 if softening == "steeper" else ultimate_displacement_ratio
+    return np.asarray(end - strength_ratio)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rockdamp.arrays import Array
+from rockdamp.arrays import Array, short_repr
 from rockdamp.errors import check, check_choice
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.dampers import (
@@ -74,6 +74,9 @@ class Damping:
             checked = check(name, value, *rules.get(field, NOT_TAKEN))
             object.__setattr__(self, field, checked)
         damper.check(self.parameters)
+
+    def __repr__(self) -> str:
+        return short_repr(self, {"order": 0.0, "width": 0.0} | self.damper.defaults)
 
     @classmethod
     def from_restitution(

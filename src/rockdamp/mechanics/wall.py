@@ -1,4 +1,4 @@
-"""Sizes and weights of a wall, a parapet or a wall against a stop, and the constants of its equation of motion."""
+"""Sizes and weights of walls, and the constants of their equation of motion."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from rockdamp.errors import Rule, check, check_choice, check_fields, check_type
 
 EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
 SORRENTINO_RATIO = 0.90  # e measured over e of Eq. (7), section 4.1
-# ASSUME: where tests found the hinge, section 2. Eq. (5) alone has its least at the top of a wall without overburden.
+# ASSUME: where tests found the hinge, section 2. Eq. (5) alone has its least at the top of a wall
+# without overburden.
 HINGE_RANGE = (0.5, 0.7)
 WEAKEST = "weakest"  # a text in place of the height of the hinge
 
@@ -22,7 +23,8 @@ MECHANISM_RULES: dict[str, Rule] = {
     "height": (lambda h: (h > 0) & (h <= 1000), "greater than 0 and at most 1000 m"),
     "width": (lambda width: width > 0, "greater than 0 [m]"),
     "density": (lambda density: density > 0, "greater than 0 [kg m-3]"),
-    # Masonry of 1 m, the lightest that carries a floor, is crushed by some 1000 times its weight (20 MPa).
+    # Masonry of 1 m, the lightest that carries a floor, is crushed by some 1000 times its weight
+    # (20 MPa).
     "overburden_ratio": (
         lambda ratio: (ratio >= 0) & (ratio <= 1000),
         "at least 0 and at most 1000, where masonry is crushed",
@@ -39,7 +41,7 @@ HINGE_RULES: dict[str, Rule] = {
 
 
 class _Mechanism:
-    """Base of `Wall` and `Parapet`, which reduce to F0, K0, an effective mass and an excitation factor."""
+    """Base of `Wall` and `Parapet`: both reduce to F0, K0, m_eff and lambda."""
 
     thickness: Quantity
     height: Quantity
@@ -96,7 +98,7 @@ class _Mechanism:
 
     @property
     def excitation_factor(self) -> Array:
-        """Excitation factor lambda: 3/2, Eq. (4), over `inertia_ratio`, so that lambda m_eff = m. [-]"""
+        """Excitation factor lambda = m/m_eff: 3/2, Eq. (4), over `inertia_ratio`. [-]"""
         return EXCITATION_FACTOR / self.inertia_ratio
 
     @property
@@ -121,31 +123,32 @@ class _Mechanism:
 
     @property
     def load_factor(self) -> Array:
-        """Factor -lambda/(p^2 u_ins) from the ground acceleration to the dimensionless load. [s2 m-1]"""
+        """Factor -lambda/(p^2 u_ins) from ground acceleration to dimensionless load. [s2 m-1]"""
         scale = self.frequency_parameter**2 * self.instability_displacement
         return -self.excitation_factor / scale
 
     @property
     def velocity_scale(self) -> Array:
-        """Ground velocity p u_ins/lambda, by which a PGV is divided in the velocity ratio. [m s-1]"""
+        """Ground velocity p u_ins/lambda: the velocity ratio is PGV over it. [m s-1]"""
         return self.frequency_parameter * self.instability_displacement / self.excitation_factor
 
     def rocking_onset(self, strength_ratio: ArrayLike = 1.0) -> Array:
-        """Return the ground acceleration whose static load reaches the strength: b1 F0/(lambda m_eff). [m s-2]
+        """Return the ground acceleration b1 F0/m whose static load reaches the strength. [m s-2]
 
         Parameters
         ----------
         strength_ratio : float or ndarray
-            Strength b1 of the cracked wall over F0; broadcasts. The default 1 is the rigid wall. [-]
+            Strength b1 of the cracked wall over F0, 1 for the rigid wall; broadcasts. [-]
         """
         return np.asarray(np.asarray(strength_ratio) / np.abs(self.load_factor))
 
 
 @dataclass(frozen=True, repr=False)
 class Wall(_Mechanism):
-    """Vertically spanning wall: two rigid bodies between supports that move together (sections 2 and 4.1).
+    """Vertically spanning wall: two rigid bodies between supports that move together.
 
-    The displacement u is that of the hinge. All quantities may be arrays that broadcast against each other.
+    Sections 2 and 4.1. The displacement u is that of the hinge. All quantities may be arrays that
+    broadcast against each other.
 
     Parameters
     ----------
@@ -158,23 +161,27 @@ class Wall(_Mechanism):
     density : float or ndarray
         Density of the masonry. [kg m-3]
     hinge_ratio : float, ndarray or "weakest"
-        Height of the hinge over h, r = h1/h, between 0 and 1. ``"weakest"`` takes `weakest_hinge_ratio`. [-]
+        Height of the hinge over h, r = h1/h, between 0 and 1; ``"weakest"`` for
+        `weakest_hinge_ratio`. [-]
     overburden_ratio : float or ndarray
         Vertical force on the top over the weight of the wall, O/W, from 0 to 1000. [-]
     eccentricity : float or ndarray
-        Distance of the overburden from mid-thickness, positive towards the corner about which the top turns; it
-        changes side with u. At most half the thickness, either way. [m]
+        Distance of the overburden from mid-thickness, positive towards the corner about which the
+        top turns; it changes side with u. At most half the thickness, either way. [m]
     overburden_mass : float or ndarray
-        Part of the overburden, from 0 to 1, that is a mass and moves up and down with the top; the rest is a force
-        alone. The floor holds the mass sideways. It makes the wall slower and does not change e. [-]
+        Part of the overburden, from 0 to 1, that is a mass and moves up and down with the top; the
+        rest is a force alone. The floor holds the mass sideways. It makes the wall slower and does
+        not change e. [-]
     own_inertia : bool or ndarray of bool
-        False for the effective mass of slender blocks, 2/3 m, as in the paper. True adds what the thickness of the
-        bodies adds: they turn, and they rise and fall as they rock. `inertia_ratio` has the formula.
+        False for the effective mass of slender blocks, 2/3 m, as in the paper. True adds what the
+        thickness of the bodies adds: they turn, and they rise and fall as they rock.
+        `inertia_ratio` has the formula.
 
     Raises
     ------
     InputError
-        If a quantity is outside its range, h/t is less than 1, or the wall is so squat that Eq. (7) has no e above 0.
+        If a quantity is outside its range, h/t is less than 1, or the wall is so squat that Eq. (7)
+        has no e above 0.
 
     Examples
     --------
@@ -218,7 +225,8 @@ class Wall(_Mechanism):
     def weakest_hinge_ratio(self) -> Array:
         r"""Ratio r = h1/h for which F0 of Eq. (5) is least, within 0.5 to 0.7. [-]
 
-        .. math:: \frac{1 - r}{r} = \sqrt{\frac{\Psi \, (1 + 2 d/t)}{2 \, (1 + \Psi)}}, \qquad \Psi = \frac{O}{W}
+        .. math:: \frac{1 - r}{r} = \sqrt{\frac{\Psi \, (1 + 2 d/t)}{2 \, (1 + \Psi)}}, \qquad
+            \Psi = \frac{O}{W}
         """
         t, psi, d = self.thickness, self.overburden_ratio, self.eccentricity
         square = psi * (1 + 2 * d / t) / (2 * (1 + psi))
@@ -247,7 +255,9 @@ class Wall(_Mechanism):
 
     @property
     def rigid_stiffness(self) -> Array:
-        r"""Stiffness of the rigid wall, which is negative, as a positive number: the denominator of Eq. (6). [N m-1]
+        r"""Stiffness of the rigid wall, which is negative, as a positive number. [N m-1]
+
+        It is the denominator of Eq. (6).
 
         .. math:: K_0 = \frac{2 \, (W + O)}{h_1} + \frac{2 \, O}{h_2}
         """
@@ -260,8 +270,8 @@ class Wall(_Mechanism):
 
         .. math:: e_\mathrm{an} = \frac{h_1 (h_1 + h) - 3 t^2}{h_1 (h_1 + h) + 3 t^2}
 
-        It ignores the impulse of the top support; `restitution_impulsive` does not. Tests measured less than Eq. (7):
-        `restitution_measured`.
+        It ignores the impulse of the top support; `restitution_impulsive` does not. Tests measured
+        less than Eq. (7): `restitution_measured`.
         """
         product = self.lower_height * (self.lower_height + self.height)
         square = 3 * np.square(self.thickness)
@@ -271,11 +281,13 @@ class Wall(_Mechanism):
     def restitution_impulsive(self) -> Array:
         r"""Restitution with the impulses of all supports, for r = h1/h and q = t^2/h^2. [-]
 
-        .. math:: e = \frac{2 r^2 (1 - r) - (6 - 5 r) \, q}{2 \, (r^2 (1 - r) + (3 - 2 r) \, q)} \geq 0
+        .. math::
+            e = \frac{2 r^2 (1 - r) - (6 - 5 r) \, q}{2 \, (r^2 (1 - r) + (3 - 2 r) \, q)} \geq 0
 
-        The momentum before the impact is projected on the motion that is admissible after it (docs/theory.md, section
-        1). Rigid bodies on contacts with Newton's law of impact lose as much. At 0 the wall stops at the impact. NaN
-        where part of the overburden is a mass, as no test says what that mass does to e.
+        The momentum before the impact is projected on the motion that is admissible after it
+        (docs/theory.md, section 1). Rigid bodies on contacts with Newton's law of impact lose as
+        much. At 0 the wall stops at the impact. NaN where part of the overburden is a mass, as no
+        test says what that mass does to e.
         """
         r = self.hinge_ratio
         q = 1 / self.slenderness**2
@@ -286,7 +298,10 @@ class Wall(_Mechanism):
 
     @property
     def restitution_measured(self) -> Array:
-        """Restitution of tests: 0.90 of Eq. (7), section 4.1, whose tests have a mean of 0.86 and at most 0.91. [-]"""
+        """Restitution of tests, section 4.1: 0.90 of Eq. (7). [-]
+
+        The tests quoted there have 0.86 of Eq. (7) in the mean and 0.91 at most.
+        """
         return SORRENTINO_RATIO * self.restitution_rigid
 
     @property
@@ -297,9 +312,9 @@ class Wall(_Mechanism):
             3 \, (H + U) = 1 + \frac{3 - 2 r}{r^2 (1 - r)} \, \frac{t^2}{h^2}, \qquad
             c = \frac{t}{h} \left(\frac{1}{r} + \frac{1/2 + d/t}{1 - r}\right)
 
-        (H + U)/2 is the kinetic energy of the bodies at u = 0, over m and for a unit rate of u; the mass psi m of the
-        overburden rises by c for each unit of u (docs/theory.md, section 1). Without `own_inertia` the first factor is
-        1, the limit of slender blocks.
+        (H + U)/2 is the kinetic energy of the bodies at u = 0, over m and for a unit rate of u; the
+        mass psi m of the overburden rises by c for each unit of u (docs/theory.md, section 1).
+        Without `own_inertia` the first factor is 1, the limit of slender blocks.
         """
         r = self.hinge_ratio
         q = 1 / self.slenderness**2
@@ -320,7 +335,8 @@ class Wall(_Mechanism):
 class Parapet(_Mechanism):
     """One rigid block that rocks on its base, such as a parapet.
 
-    The displacement u is that of the top. All quantities may be arrays that broadcast against each other.
+    The displacement u is that of the top. All quantities may be arrays that broadcast against each
+    other.
 
     Parameters
     ----------
@@ -335,16 +351,17 @@ class Parapet(_Mechanism):
     overburden_ratio : float or ndarray
         Vertical force on the top over the weight of the parapet, O/W, from 0 to 1000. [-]
     eccentricity : float or ndarray
-        Distance of the overburden from mid-thickness, positive towards the corner about which the top turns; it
-        changes side with u. At most half the thickness, either way. [m]
+        Distance of the overburden from mid-thickness, positive towards the corner about which the
+        top turns; it changes side with u. At most half the thickness, either way. [m]
     own_inertia : bool or ndarray of bool
-        False for the effective mass of a slender block, 2/3 m, as in the paper. True for that of a block with a
-        thickness, 2/3 m (1 + (t/h)^2).
+        False for the effective mass of a slender block, 2/3 m, as in the paper. True for that of a
+        block with a thickness, 2/3 m (1 + (t/h)^2).
 
     Raises
     ------
     InputError
-        If a quantity is outside its range, or the block is so squat that Housner's e is not above 0.
+        If a quantity is outside its range, or the block is so squat that Housner's e is not above
+        0.
 
     Examples
     --------
@@ -387,9 +404,11 @@ class Parapet(_Mechanism):
 
     @property
     def inertia_ratio(self) -> Array:
-        r"""Effective mass over 2/3 m: 1, or with `own_inertia` that of a block that turns about its corner. [-]
+        r"""Effective mass over 2/3 m, the effective mass of slender blocks. [-]
 
         .. math:: 1 + \frac{t^2}{h^2}
+
+        This is a block that turns about its corner. Without `own_inertia` the ratio is 1.
         """
         return np.where(self.own_inertia, 1 + 1 / self.slenderness**2, 1.0)
 
@@ -403,27 +422,28 @@ class Parapet(_Mechanism):
 
     @property
     def restitution_impulsive(self) -> Array:
-        """Restitution equal to `restitution_rigid`: one contact has no other impulse to count. [-]"""
+        """Equal to `restitution_rigid`: one contact has no other impulse to count. [-]"""
         return self.restitution_rigid
 
     @property
     def restitution_measured(self) -> Array:
-        """Restitution equal to `restitution_rigid`: the tests of section 4.1 have walls of two bodies. [-]"""
+        """Equal to `restitution_rigid`: the tests of section 4.1 have two bodies. [-]"""
         return self.restitution_rigid
 
 
 # ASSUME: the stop is rigid and moves as the base does.
 @dataclass(frozen=True, repr=False)
 class OneSidedWall:
-    """Wall that rocks to one side, away from a rigid stop: u >= 0, and an impact turns the velocity v into -e v.
+    """Wall that rocks to one side, away from a rigid stop.
 
-    A ground that accelerates towards the side of the stop throws the wall off it: `load_factor` is less than 0.
+    Its u is never less than 0, and an impact turns the velocity v into -e v. A ground that
+    accelerates towards the side of the stop throws the wall off it: `load_factor` is less than 0.
 
     Parameters
     ----------
     mechanism : Wall or Parapet
-        Sizes and weights. A `Parapet` is a block that rocks about a corner of its base, as a facade does; a `Wall`
-        spans between two supports.
+        Sizes and weights. A `Parapet` is a block that rocks about a corner of its base, as a facade
+        does; a `Wall` spans between two supports.
 
     Examples
     --------
@@ -454,22 +474,24 @@ class OneSidedWall:
 
     @property
     def load_factor(self) -> Array:
-        """Factor -lambda/(p^2 u_ins) from the ground acceleration to the dimensionless load. [s2 m-1]"""
+        """Factor -lambda/(p^2 u_ins) from ground acceleration to dimensionless load. [s2 m-1]"""
         return self.mechanism.load_factor
 
     @property
     def velocity_scale(self) -> Array:
-        """Ground velocity p u_ins/lambda, by which a PGV is divided in the velocity ratio. [m s-1]"""
+        """Ground velocity p u_ins/lambda: the velocity ratio is PGV over it. [m s-1]"""
         return self.mechanism.velocity_scale
 
     @property
     def restitution_measured(self) -> Array:
-        r"""Restitution of a block that hits a return wall: 0.41 at h/t = 5, 0.525 of a slender one. [-]
+        r"""Restitution of a block that hits a return wall. [-]
 
-        .. math:: e = 1.05 \, (1 - \tfrac{3}{2} \sin^2 \alpha)^2 \, |1 - \tfrac{3}{2} \cos^2 \alpha|,
-            \qquad \tan \alpha = \frac{t}{h}
+        .. math::
+            e = 1.05 \, (1 - \tfrac{3}{2} \sin^2 \alpha)^2 \,
+            |1 - \tfrac{3}{2} \cos^2 \alpha|, \qquad \tan \alpha = \frac{t}{h}
 
-        Source: Sorrentino, AlShawa and Decanini (2011), second-hand. It is not known for a wall with a hinge.
+        It is 0.41 at h/t = 5 and 0.525 for a slender block. Source: Sorrentino, AlShawa and
+        Decanini (2011), second-hand. It is not known for a wall with a hinge.
         """
         sine2 = 1 / (1 + self.mechanism.slenderness**2)
         return np.asarray(1.05 * (1 - 1.5 * sine2) ** 2 * np.abs(1 - 1.5 * (1 - sine2)))
@@ -480,6 +502,6 @@ class OneSidedWall:
         Parameters
         ----------
         strength_ratio : float or ndarray
-            Strength b1 of the cracked wall over F0; broadcasts. The default 1 is the rigid wall. [-]
+            Strength b1 of the cracked wall over F0, 1 for the rigid wall; broadcasts. [-]
         """
         return self.mechanism.rocking_onset(strength_ratio)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rockdamp.arrays import Array
+from rockdamp.arrays import Array, short_repr
 from rockdamp.errors import InputError, check, check_choice, check_type
 
 UNIFORM_SHARE = 0.01  # of a step: how far a time may lie from its place, however it is printed
@@ -59,6 +59,8 @@ class Record:
         check_series(self, ("elapsed", "ground_acceleration"), ("displacement",))
         check_times(self.elapsed)
         check_step(self.step)
+
+    __repr__ = short_repr
 
     def __eq__(self, other: object) -> bool:
         """Say whether another record has the same samples, header and digest."""

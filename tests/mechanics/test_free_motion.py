@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rockdamp.laboratory.free_decay import displacement_from_peak
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.free_motion import displacement_from_peak, rigid_period
 from rockdamp.solvers.exact import exact_history
 
 CURVES = [
@@ -49,3 +49,9 @@ def test_joined_excursions_are_the_decay_of_the_event_driven_solver():
     index = np.searchsorted(crossing, tau)
     x = (-1.0) ** index * displacement_from_peak(curve, amplitude[index], tau - peak[index])
     np.testing.assert_allclose(x, history, atol=1e-8)
+
+
+def test_rigid_period_is_the_limit_of_a_nearly_rigid_curve():
+    nearly_rigid = TrilinearCurve(2e-5, 1 - 4e-5)
+    for x0 in (0.1, 0.5, 0.9):
+        assert rigid_period(x0) == pytest.approx(float(nearly_rigid.period(x0)), rel=1e-3)
