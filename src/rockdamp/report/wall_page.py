@@ -111,7 +111,7 @@ def list_inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> li
     derived = [
         ("weight W", float(wall.weight) / 1000, "kN"),
         ("strength of the rigid wall F₀", float(wall.rigid_strength) / 1000, "kN"),
-        ("instability displacement u_ins", 1000 * float(wall.instability_displacement), "mm"),
+        ("instability displacement", 1000 * float(wall.instability_displacement), "mm"),
         ("frequency parameter p", float(wall.frequency_parameter), "rad/s"),
         ("acceleration at which rocking starts", onset / STANDARD_GRAVITY, "g"),
     ]
