@@ -86,7 +86,7 @@ def judge(claim: dict[str, Any], datasets: Datasets) -> dict[str, str]:
         "section": claim["section"],
         "claim": claim["claim"],
         "verdict": verdict,
-        "measured": judgement.measured,
+        "measured": judgement.numbers,
         "threshold": claim["threshold"].format_map(limits),
         "finding": f"{judgement.finding} {words}".strip(),
     }

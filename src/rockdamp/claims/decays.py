@@ -59,16 +59,17 @@ def fig3_energy(data: Datasets, limits: Limits) -> Judgement:
     by_cycle = np.abs(loops / loops.mean(axis=0) - 1).max(axis=0)
     in_total = np.abs(totals / totals.mean() - 1).max()
     later = by_cycle[1:].max(initial=0.0)
-    return Judgement(
-        {
-            "the first cycle": bool(by_cycle[0] <= limits["same"]),
-            "all cycles together": bool(in_total <= limits["same"]),
-            "each later cycle": bool(later <= limits["same"]),
-        },
-        f"first cycle {percent(by_cycle[0])}, later {percent(later)}",
+    parts = {
+        "the first cycle": bool(by_cycle[0] <= limits["same"]),
+        "all cycles together": bool(in_total <= limits["same"]),
+        "each later cycle": bool(later <= limits["same"]),
+    }
+    numbers = f"first cycle {percent(by_cycle[0])}, later {percent(later)}"
+    finding = (
         "The largest difference of a model's loop from the models' mean. All cycles within the"
-        f" matched length together differ by {percent(in_total)}.",
+        f" matched length together differ by {percent(in_total)}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def fig3_impact(data: Datasets, limits: Limits) -> Judgement:
@@ -83,16 +84,17 @@ def fig3_impact(data: Datasets, limits: Limits) -> Judgement:
         shares[model] = inner.sum() / total.sum()
         ranges.append(f"{model} {extremes(inner / total)}")
     concentrated = {model: bool(share > limits["concentrated"]) for model, share in shares.items()}
-    return Judgement(
-        {
-            "CDR": concentrated["CDR"],
-            "SDR": concentrated["SDR"],
-            "CDC does not": not concentrated["CDC"],
-        },
-        ", ".join(f"{model} {percent(share)}" for model, share in shares.items()),
+    parts = {
+        "CDR": concentrated["CDR"],
+        "SDR": concentrated["SDR"],
+        "CDC does not": not concentrated["CDC"],
+    }
+    numbers = ", ".join(f"{model} {percent(share)}" for model, share in shares.items())
+    finding = (
         f"The share of the decay's energy that is lost within {percent(limits['inner'])} of the"
-        f" amplitude. By half cycle it is {join_words(ranges)}.",
+        f" amplitude. By half cycle it is {join_words(ranges)}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 # --- Fig. 4: histories -------------------------------------------------------------------------
@@ -109,17 +111,20 @@ def fig4_rigid(data: Datasets, limits: Limits) -> Judgement:
         bodies = rocking.sel(rocking_model=name).values
         history[name] = rms(model - bodies) / release
         peaks[name] = largest_peak_difference(model, bodies, limits["peaks"]) / release
-    return Judgement(
-        {
-            "peaks": peaks["large rotation"] <= limits["same"],
-            "history": history["large rotation"] <= limits["same"],
-        },
-        f"history {percent(history['large rotation'])}, peaks {percent(peaks['large rotation'])}",
+    parts = {
+        "peaks": peaks["large rotation"] <= limits["same"],
+        "history": history["large rotation"] <= limits["same"],
+    }
+    numbers = (
+        f"history {percent(history['large rotation'])}, peaks {percent(peaks['large rotation'])}"
+    )
+    finding = (
         "The root mean square difference from two bodies with finite rotations, and the largest"
         f" difference of the first {limits['peaks']} peaks, over the release. From bodies with"
         f" small rotations, as in Eq. (1), they are {percent(history['slender'])} and"
-        f" {percent(peaks['slender'])}.",
+        f" {percent(peaks['slender'])}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def largest_peak_difference(displacement: Array, reference: Array, count: int) -> float:
@@ -152,13 +157,14 @@ def fig4_smooth(data: Datasets, limits: Limits) -> Judgement:
         difference["displacement"] <= limits["same"]
         and difference["velocity"] <= limits["same_velocity"]
     )
-    return Judgement(
-        {"smooth": step <= limits["jump"], "follows CR": follows},
-        f"step {percent(step)} of CR's, displacement {percent(difference['displacement'])}",
+    parts = {"smooth": step <= limits["jump"], "follows CR": follows}
+    numbers = f"step {percent(step)} of CR's, displacement {percent(difference['displacement'])}"
+    finding = (
         "The largest change of velocity in a step, and the root mean square difference of the"
         f" displacement. The velocity differs by {percent(difference['velocity'])} of CR's"
-        " largest.",
+        " largest."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def largest_step(values: Array) -> float:
@@ -176,16 +182,17 @@ def fig8_sdr(data: Datasets, limits: Limits) -> Judgement:
     other_models = decrement.drop_sel(damping_model="SDR")
     excess = float(sdr / other_models.mean(skipna=False)) - 1
     next_excess = float(sdr / other_models.max()) - 1
-    return Judgement(
-        {
-            "SDR damps most": bool((sdr > other_models).all()),
-            "slightly": 0 < excess <= limits["slight"],
-        },
-        f"logarithmic decrement {list_models(decrement, number)}",
+    parts = {
+        "SDR damps most": bool((sdr > other_models).all()),
+        "slightly": 0 < excess <= limits["slight"],
+    }
+    numbers = f"logarithmic decrement {list_models(decrement, number)}"
+    finding = (
         f"SDR has {percent(excess)} more than the mean of the others, and {percent(next_excess)}"
         " more than the next. The models are compared with each other, under the motion of the"
-        " config's record.",
+        " config's record."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def fig8_peaks(data: Datasets, limits: Limits) -> Judgement:
@@ -197,8 +204,7 @@ def fig8_peaks(data: Datasets, limits: Limits) -> Judgement:
     def write_millimetres(metres: SupportsFloat) -> str:
         return f"{number(1000 * float(metres), 2)} mm"
 
-    return Judgement(
-        {"SDR": bool((sdr < other_models).all())},
-        list_models(misfit, write_millimetres),
-        "The root mean square error of the peaks of the decay, in the config's record.",
-    )
+    parts = {"SDR": bool((sdr < other_models).all())}
+    numbers = list_models(misfit, write_millimetres)
+    finding = "The root mean square error of the peaks of the decay, in the config's record."
+    return Judgement(parts, numbers, finding)

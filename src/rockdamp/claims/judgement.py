@@ -24,7 +24,7 @@ class Judgement(NamedTuple):
     """The outcome of one claim."""
 
     parts: dict[str, bool]  # whether each part of the claim holds
-    measured: str  # the numbers that decide
+    numbers: str  # that decide, as text
     finding: str  # a sentence beside them
 
 

@@ -38,13 +38,14 @@ def err_secant(data: Datasets, limits: Limits) -> Judgement:
     cdc = error.sel(damping_model="CDC")
     cdr_below = error.sel(damping_model="CDR") < cdc
     sdr_below = error.sel(damping_model="SDR") < cdc
-    return Judgement(
-        {"CDR": bool(cdr_below.all()), "SDR": bool(sdr_below.all())},
-        list_models(error.mean("restitution")),
+    parts = {"CDR": bool(cdr_below.all()), "SDR": bool(sdr_below.all())}
+    numbers = list_models(error.mean("restitution"))
+    finding = (
         "Root mean square error over the release, averaged over e. Both are lower than CDC's at"
         f" {count_cases(cdr_below & sdr_below)}, and so at every e for {int(lengths.sum())} of"
-        f" {lengths.size} lengths of the response.",
+        f" {lengths.size} lengths of the response."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def err_range(data: Datasets, limits: Limits) -> Judgement:
@@ -60,12 +61,13 @@ def err_range(data: Datasets, limits: Limits) -> Judgement:
     cdr = best_model[is_inside] == "CDR"
     sdr = best_model[~is_inside] == "SDR"
     other_lengths = lengths["misclassified"].drop_sel(response_length=inferred["response_length"])
-    return Judgement(
-        {"CDR within": bool(cdr.all()), "SDR outside": bool(sdr.all())},
-        f"CDR {cdr.sum()} of {cdr.size} e, SDR {sdr.sum()} of {sdr.size}",
+    parts = {"CDR within": bool(cdr.all()), "SDR outside": bool(sdr.all())}
+    numbers = f"CDR {cdr.sum()} of {cdr.size} e, SDR {sdr.sum()} of {sdr.size}"
+    finding = (
         f"At a response length of τ = {plain(inferred['response_length'])}. At every other length"
-        f" of the study the claim fails at {int(other_lengths.min())} e or more.",
+        f" of the study the claim fails at {int(other_lengths.min())} e or more."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def err_e(data: Datasets, limits: Limits) -> Judgement:
@@ -79,27 +81,29 @@ def err_e(data: Datasets, limits: Limits) -> Judgement:
     def write_count(count: float) -> str:
         return f"{int(count)} of {steps}"
 
-    return Judgement(
-        {model: int(rising.sel(damping_model=model)) == steps for model in MODELS},
-        list_models(rising, write_count),
+    parts = {model: int(rising.sel(damping_model=model)) == steps for model in MODELS}
+    numbers = list_models(rising, write_count)
+    finding = (
         "The steps from one e to the next lower one at which the error rises. It rises at all of"
-        f" them, for all three models, only for response lengths of τ = {spans(all_rise)}.",
+        f" them, for all three models, only for response lengths of τ = {spans(all_rise)}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def cdc_poor(data: Datasets, limits: Limits) -> Judgement:
     """Compare dependence on the amplitude and error of CDC with those of the others."""
     error = matched_error(data).mean("restitution")
     amplitude = mean_spread(select_amplitudes(data, limits), RELEASE)
-    return Judgement(
-        {
-            "most dependent on amplitude": bool(is_largest(amplitude, "CDC")),
-            "largest error": bool(is_largest(error, "CDC")),
-        },
-        f"spread {list_models(amplitude)}; error {list_models(error)}",
+    parts = {
+        "most dependent on amplitude": bool(is_largest(amplitude, "CDC")),
+        "largest error": bool(is_largest(error, "CDC")),
+    }
+    numbers = f"spread {list_models(amplitude)}; error {list_models(error)}"
+    finding = (
         "The spread of ξ over the amplitudes of Fig. 5, and the root mean square error over the"
-        " release; both are averaged over e.",
+        " release; both are averaged over e."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def best_cdr(data: Datasets, limits: Limits) -> Judgement:
@@ -108,15 +112,16 @@ def best_cdr(data: Datasets, limits: Limits) -> Judgement:
     stiffness = mean_spread(select_fits(data, limits), A1)
     error = matched_error(data).mean("restitution")
     errors = data["response_lengths"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
-    return Judgement(
-        {
-            "least dependent on amplitude": bool(is_smallest(amplitude, "CDR")),
-            "least dependent on a1": bool(is_smallest(stiffness, "CDR")),
-        },
-        f"amplitude {list_models(amplitude)}; a1 {list_models(stiffness)}",
+    parts = {
+        "least dependent on amplitude": bool(is_smallest(amplitude, "CDR")),
+        "least dependent on a1": bool(is_smallest(stiffness, "CDR")),
+    }
+    numbers = f"amplitude {list_models(amplitude)}; a1 {list_models(stiffness)}"
+    finding = (
         f"Spread of ξ, averaged over e. The mean error is {list_models(error)}; that of CDR is the"
-        f" smallest for response lengths of τ = {spans(is_smallest(errors, 'CDR'))}.",
+        f" smallest for response lengths of τ = {spans(is_smallest(errors, 'CDR'))}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def good_sdr(data: Datasets, limits: Limits) -> Judgement:
@@ -124,9 +129,10 @@ def good_sdr(data: Datasets, limits: Limits) -> Judgement:
     error = matched_error(data).mean("restitution")
     sdr = error.sel(damping_model="SDR")
     cdc = error.sel(damping_model="CDC")
-    return Judgement(
-        {"error": bool(sdr <= limits["small"]) and bool(sdr < cdc)},
-        f"SDR {percent(sdr)}",
+    parts = {"error": bool(sdr <= limits["small"]) and bool(sdr < cdc)}
+    numbers = f"SDR {percent(sdr)}"
+    finding = (
         "Root mean square error over the release, averaged over e. The error of CDC is"
-        f" {percent(cdc)}.",
+        f" {percent(cdc)}."
     )
+    return Judgement(parts, numbers, finding)

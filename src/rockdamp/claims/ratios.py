@@ -71,11 +71,12 @@ def amp_cdc(data: Datasets, limits: Limits) -> Judgement:
     """Compare CDC's spread over the amplitude with the others'."""
     xi = select_amplitudes(data, limits)
     spreads = mean_spread(xi, RELEASE)
-    return Judgement(
-        {"CDC": bool(is_largest(spreads, "CDC"))},
-        list_models(spreads),
-        f"Spread of ξ over releases from {extremes(xi[RELEASE], plain)} u_ins, averaged over e.",
+    parts = {"CDC": bool(is_largest(spreads, "CDC"))}
+    numbers = list_models(spreads)
+    finding = (
+        f"Spread of ξ over releases from {extremes(xi[RELEASE], plain)} u_ins, averaged over e."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def amp_cdr(data: Datasets, limits: Limits) -> Judgement:
@@ -84,12 +85,13 @@ def amp_cdr(data: Datasets, limits: Limits) -> Judgement:
     cdr = spreads.sel(damping_model="CDR")
     all_releases = ratios(data["match/amplitude"])
     wide = mean_spread(all_releases, RELEASE).sel(damping_model="CDR")
-    return Judgement(
-        {"CDR": bool(cdr <= limits["slight"])},
-        f"CDR {percent(cdr)}",
+    parts = {"CDR": bool(cdr <= limits["slight"])}
+    numbers = f"CDR {percent(cdr)}"
+    finding = (
         f"Over all releases of the study, from {extremes(all_releases[RELEASE], plain)} u_ins, it"
-        f" is {percent(wide)}.",
+        f" is {percent(wide)}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def amp_sign(data: Datasets, limits: Limits) -> Judgement:
@@ -98,17 +100,18 @@ def amp_sign(data: Datasets, limits: Limits) -> Judgement:
     cdc, cdr, sdr = (xi.sel(damping_model=model) for model in MODELS)
     sdr_spread = mean_spread(sdr, RELEASE)
     ends = list_ends(xi, RELEASE)
-    return Judgement(
-        {
-            "CDC less": bool(falls(cdc, RELEASE).all()),
-            "CDR less": bool(falls(cdr, RELEASE).all()),
-            "SDR more": bool(rises(sdr, RELEASE).all()),
-            "SDR slightly": bool(sdr_spread <= limits["slight"]),
-        },
-        ", ".join(f"{model} {words}" for model, words in ends.items()),
+    parts = {
+        "CDC less": bool(falls(cdc, RELEASE).all()),
+        "CDR less": bool(falls(cdr, RELEASE).all()),
+        "SDR more": bool(rises(sdr, RELEASE).all()),
+        "SDR slightly": bool(sdr_spread <= limits["slight"]),
+    }
+    numbers = ", ".join(f"{model} {words}" for model, words in ends.items())
+    finding = (
         "Mean ξ at the smallest and at the largest amplitude of Fig. 5. The spread of SDR is"
-        f" {percent(sdr_spread)}.",
+        f" {percent(sdr_spread)}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def amp_dispersion(data: Datasets, limits: Limits) -> Judgement:
@@ -116,12 +119,13 @@ def amp_dispersion(data: Datasets, limits: Limits) -> Judgement:
     xi = select_amplitudes(data, limits)
     growth = 1 / low_over_high_restitution(dispersion(xi, RELEASE))
     relative_growth = 1 / low_over_high_restitution(spread(xi, RELEASE))
-    return Judgement(
-        {"dispersion": bool((growth > limits["more"]).all())},
-        list_models(growth, short),
+    parts = {"dispersion": bool((growth > limits["more"]).all())}
+    numbers = list_models(growth, short)
+    finding = (
         "Dispersion of ξ at high e over that at low e, in the axis of Fig. 5. Relative to the mean"
-        f" ξ it is {list_models(relative_growth, short)}.",
+        f" ξ it is {list_models(relative_growth, short)}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def low_amp(data: Datasets, limits: Limits) -> Judgement:
@@ -135,17 +139,18 @@ def low_amp(data: Datasets, limits: Limits) -> Judgement:
     high = float(gap[-1])
     excess = sdr.sel({RELEASE: reference}, method="nearest") / sdr.isel({RELEASE: 0}) - 1
     mean_excess = float(excess.mean())
-    return Judgement(
-        {
-            "CDR and SDR come together": low <= limits["closer"] * high,
-            "SDR overdamps": bool((excess > 0).all()),
-            "slightly": mean_excess <= limits["slight"],
-        },
-        f"gap {percent(high)} to {percent(low)}, SDR {percent(mean_excess)} more",
+    parts = {
+        "CDR and SDR come together": low <= limits["closer"] * high,
+        "SDR overdamps": bool((excess > 0).all()),
+        "slightly": mean_excess <= limits["slight"],
+    }
+    numbers = f"gap {percent(high)} to {percent(low)}, SDR {percent(mean_excess)} more"
+    finding = (
         f"ξ of SDR differs from that of CDR by {percent(high)} at {plain(xi[RELEASE][-1])} u_ins"
         f" and by {percent(low)} at {plain(xi[RELEASE][0])} u_ins, averaged over e. From"
-        f" {plain(reference)} u_ins it is {percent(mean_excess)} larger than from the lowest.",
+        f" {plain(reference)} u_ins it is {percent(mean_excess)} larger than from the lowest."
     )
+    return Judgement(parts, numbers, finding)
 
 
 # --- the wall's parameters ---------------------------------------------------------------------
@@ -155,12 +160,13 @@ def judge_independence(match: xr.Dataset, dim: str, limits: Limits) -> Judgement
     """Compare the spread over a parameter with a limit, for equally long responses in tau."""
     spread_tau = spread(ratios(match), dim).max()
     spread_seconds = spread(ratios(match, "damping_ratio_fixed_seconds"), dim).max()
-    return Judgement(
-        {"damping ratios": bool(spread_tau <= limits["same"])},
-        percent(spread_tau),
+    parts = {"damping ratios": bool(spread_tau <= limits["same"])}
+    numbers = percent(spread_tau)
+    finding = (
         "The dimensionless equations do not contain the parameter. For responses that are equally"
-        f" long in seconds, ξ differs by up to {percent(spread_seconds)}.",
+        f" long in seconds, ξ differs by up to {percent(spread_seconds)}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def slenderness(data: Datasets, limits: Limits) -> Judgement:
@@ -181,12 +187,13 @@ def a1_most(data: Datasets, limits: Limits) -> Judgement:
         xi = ratios(data[f"match/{study}"], "damping_ratio_fixed_seconds")
         other_spreads.append(mean_spread(xi, dim))
     largest_other = xr.concat(other_spreads, "parameter").max("parameter")
-    return Judgement(
-        {"a1": bool((a1 > largest_other).all())},
-        f"a1 {list_models(a1)}",
+    parts = {"a1": bool((a1 > largest_other).all())}
+    numbers = f"a1 {list_models(a1)}"
+    finding = (
         f"Over slenderness and overburden it is {list_models(largest_other)}, and only for responses"
-        " that are equally long in seconds.",
+        " that are equally long in seconds."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def a1_rank(data: Datasets, limits: Limits) -> Judgement:
@@ -195,15 +202,16 @@ def a1_rank(data: Datasets, limits: Limits) -> Judgement:
     spreads = spread(xi, A1)
     mean = spreads.mean("restitution")
     is_ranked = is_largest(spreads, "CDC") & is_smallest(spreads, "CDR")
-    return Judgement(
-        {
-            "CDC most": bool(is_largest(mean, "CDC")),
-            "CDR least": bool(is_smallest(mean, "CDR")),
-        },
-        list_models(mean),
+    parts = {
+        "CDC most": bool(is_largest(mean, "CDC")),
+        "CDR least": bool(is_smallest(mean, "CDR")),
+    }
+    numbers = list_models(mean)
+    finding = (
         f"Spread of ξ over a1 from {extremes(xi[A1], plain)}, averaged over e. The models have this"
-        f" rank at {count_cases(is_ranked)}.",
+        f" rank at {count_cases(is_ranked)}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def a1_sign(data: Datasets, limits: Limits) -> Judgement:
@@ -211,12 +219,13 @@ def a1_sign(data: Datasets, limits: Limits) -> Judgement:
     xi = ratios(data["match/cracked_stiffness"])
     cdc, cdr, sdr = (xi.sel(damping_model=model) for model in MODELS)
     ends = list_ends(xi, A1)
-    return Judgement(
-        {"CDC less": bool(rises(cdc, A1).all()), "CDR less": bool(rises(cdr, A1).all())},
-        f"CDC {ends['CDC']}, CDR {ends['CDR']}",
+    parts = {"CDC less": bool(rises(cdc, A1).all()), "CDR less": bool(rises(cdr, A1).all())}
+    numbers = f"CDC {ends['CDC']}, CDR {ends['CDR']}"
+    finding = (
         "Mean ξ at the lowest and at the highest a1. The text says both for SDR: it needs more at"
-        f" lower a1 at {count_cases(falls(sdr, A1))}.",
+        f" lower a1 at {count_cases(falls(sdr, A1))}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def a1_low_e(data: Datasets, limits: Limits) -> Judgement:
@@ -224,12 +233,13 @@ def a1_low_e(data: Datasets, limits: Limits) -> Judgement:
     xi = ratios(data["match/cracked_stiffness"])
     growth = low_over_high_restitution(dispersion(xi, A1))
     relative_growth = low_over_high_restitution(spread(xi, A1))
-    return Judgement(
-        {"dispersion": bool((growth > limits["more"]).all())},
-        list_models(growth, short),
+    parts = {"dispersion": bool((growth > limits["more"]).all())}
+    numbers = list_models(growth, short)
+    finding = (
         "Dispersion of ξ over a1 at low e over that at high e, in the axis of Fig. 6. Relative to"
-        f" the mean ξ it is {list_models(relative_growth, short)}.",
+        f" the mean ξ it is {list_models(relative_growth, short)}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def fit_order(data: Datasets, limits: Limits) -> Judgement:
@@ -238,15 +248,16 @@ def fit_order(data: Datasets, limits: Limits) -> Judgement:
     relative = fits / data["equivalence"]["giannini_masiani"] - 1
     cdc, cdr, sdr = (relative.sel(damping_model=model) for model in MODELS)
     difference = float(np.abs(cdr).mean())
-    return Judgement(
-        {
-            "CDC below": bool((cdc < 0).all()),
-            "SDR above": bool((sdr > 0).all()),
-            "CDR below": bool((cdr < 0).all()),
-            "CDR slightly": difference <= limits["slight"],
-            "CDR least dependent on a1": bool(is_smallest(mean_spread(fits, A1), "CDR")),
-        },
-        f"CDC {extremes(cdc)}, CDR {extremes(cdr)}, SDR {extremes(sdr)}",
+    parts = {
+        "CDC below": bool((cdc < 0).all()),
+        "SDR above": bool((sdr > 0).all()),
+        "CDR below": bool((cdr < 0).all()),
+        "CDR slightly": difference <= limits["slight"],
+        "CDR least dependent on a1": bool(is_smallest(mean_spread(fits, A1), "CDR")),
+    }
+    numbers = f"CDC {extremes(cdc)}, CDR {extremes(cdr)}, SDR {extremes(sdr)}"
+    finding = (
         f"The polynomials less Eq. (15), over a1 from {extremes(fits[A1], plain)}. CDR differs from"
-        f" Eq. (15) by {percent(difference)} in the mean.",
+        f" Eq. (15) by {percent(difference)} in the mean."
     )
+    return Judgement(parts, numbers, finding)

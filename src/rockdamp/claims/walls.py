@@ -28,12 +28,12 @@ def hinge_mass(data: Datasets, limits: Limits) -> Judgement:
         changes.append(f"{name} {percent(change[0])} to {percent(change[-1])}")
     hinge = extremes(mechanism["hinge_height_ratio"], plain)
     slenderness = extremes(mechanism["slenderness"], plain)
-    return Judgement(
-        parts,
-        ", ".join(changes),
+    numbers = ", ".join(changes)
+    finding = (
         f"The change at rest from h1/h = {hinge}, over h/t = {slenderness}. Eqs (2) and (4), for"
-        " slender bodies, show no change.",
+        " slender bodies, show no change."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def uncracked_capacity(data: Datasets, limits: Limits) -> Judgement:
@@ -41,25 +41,25 @@ def uncracked_capacity(data: Datasets, limits: Limits) -> Judgement:
     largest_force = data["mechanism"]["force"].max("displacement")
     bilinear = largest_force.sel(curve_name="bi-linear")
     trilinear = largest_force.sel(curve_name="tri-linear")
-    return Judgement(
-        {},
-        f"largest force {number(trilinear)} F0",
+    numbers = f"largest force {number(trilinear)} F0"
+    finding = (
         f"The largest force of the tri-linear curve; the bi-linear curve has {number(bilinear)} F0."
-        " The force at which the wall cracks depends on the tensile strength of the masonry.",
+        " The force at which the wall cracks depends on the tensile strength of the masonry."
     )
+    return Judgement({}, numbers, finding)
 
 
 def bilinear_demand(data: Datasets, limits: Limits) -> Judgement:
     """Divide peaks with the bi-linear curve by those with the tri-linear one, in pairs."""
     ratio = paired_ratio(data["bilinear"])
     pairs = ratio.notnull().sum()
-    return Judgement(
-        {},
-        f"median ratio {number(ratio.median())}",
+    numbers = f"median ratio {number(ratio.median())}"
+    finding = (
         "The peak with the bi-linear curve over that with the tri-linear one. It is above 1 in"
         f" {percent((ratio > 1).sum() / pairs)} of the pairs in which the tri-linear wall rocks and"
-        " at least one wall survives.",
+        " at least one wall survives."
     )
+    return Judgement({}, numbers, finding)
 
 
 def paired_ratio(pairs: xr.Dataset) -> xr.DataArray:
@@ -85,13 +85,14 @@ def ean_slender(data: Datasets, limits: Limits) -> Judgement:
     rigid = mechanism["restitution_rigid"].transpose(*order)
     impulsive = mechanism["restitution_impulsive"].transpose(*order)
     steps = rigid.diff("slenderness")
-    return Judgement(
-        {"e": bool((steps > 0).all())},
-        f"e {extremes(rigid[0], number)}",
+    parts = {"e": bool((steps > 0).all())}
+    numbers = f"e {extremes(rigid[0], number)}"
+    finding = (
         f"With the hinge at {plain(rigid['hinge_height_ratio'][0])} h, over h/t ="
         f" {extremes(rigid['slenderness'], plain)}. With the impulses of all supports, e is"
-        f" {extremes(impulsive[0], number)}.",
+        f" {extremes(impulsive[0], number)}."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def e_measured(data: Datasets, limits: Limits) -> Judgement:
@@ -100,16 +101,17 @@ def e_measured(data: Datasets, limits: Limits) -> Judgement:
     low, mean, high = limits["measured"]
     # By the loss, which dampers need: in e itself nearly all values agree, as e is near 1.
     loss_ratio = np.log(mean) / np.log(limits["share"] * analytical)
-    return Judgement(
-        {
-            "below Eq. (7)": high < analytical,
-            "0.90 of it": bool(abs(loss_ratio - 1) <= limits["same"]),
-        },
-        f"mean {number(mean / analytical)} of Eq. (7)",
+    parts = {
+        "below Eq. (7)": high < analytical,
+        "0.90 of it": bool(abs(loss_ratio - 1) <= limits["same"]),
+    }
+    numbers = f"mean {number(mean / analytical)} of Eq. (7)"
+    finding = (
         f"Eq. (7) gives {number(analytical)}; the tests have {number(low / analytical)} to"
         f" {number(high / analytical)} of it. Their mean loss −ln e is {number(loss_ratio)} times"
-        f" that of {plain(limits['share'])} of Eq. (7).",
+        f" that of {plain(limits['share'])} of Eq. (7)."
     )
+    return Judgement(parts, numbers, finding)
 
 
 def sdr_collapse(data: Datasets, limits: Limits) -> Judgement:
@@ -119,10 +121,11 @@ def sdr_collapse(data: Datasets, limits: Limits) -> Judgement:
     amplitudes = np.array([limits["reference"], limits["close"]])
     force = np.interp(amplitudes, curve["displacement"], curve["force"])
     reference, close = np.sqrt(force / amplitudes / first_stiffness)
-    return Judgement(
-        {"very low": bool(close <= limits["very_low"])},
-        f"{percent(close)} of ξ",
+    parts = {"very low": bool(close <= limits["very_low"])}
+    numbers = f"{percent(close)} of ξ"
+    finding = (
         f"The secant frequency over ω1 at {plain(amplitudes[1])} u_ins, on the paper's curve: under"
         f" SDR the damping ratio is proportional to it. At {plain(amplitudes[0])} u_ins it is"
-        f" {percent(reference)}.",
+        f" {percent(reference)}."
     )
+    return Judgement(parts, numbers, finding)

@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterMathtext
 
+from rockdamp.arrays import Array
 from rockdamp.figures.style import (
     COLUMN,
     GREY,
@@ -22,109 +24,123 @@ from rockdamp.figures.style import (
     look,
     panels,
     series,
+    unit_line,
 )
+
+MEDIANS = "ratio of the median intensities [-]"
+ALL_WALLS: dict[str, Any] = {**POINTS, "label": "all walls, 95 %"}
+
+# --- a loss that depends on the amplitude ------------------------------------------------------
 
 
 def fig_loss_law(loss_law: xr.Dataset) -> Figure:
-    """Draw ratios to a constant e: of the median intensity of collapse by amplitude, and of the peaks by band."""
+    """Draw ratios to a constant e: of the median intensity of collapse, and of the peaks."""
     study = loss_law.isel(wall=0)  # all
     figure, ((collapse, peaks),) = panels(1, 2, 76.0)
-    exponents, amplitudes = study["loss_exponent"].values, study["reference_amplitude"].values
-    for index, g in enumerate(exponents):
-        curve, x = (
-            study.sel(loss_exponent=g),
-            amplitudes + 0.006 * (index - (exponents.size - 1) / 2),
-        )
-        ratio, interval = (
-            curve["median_intensity_ratio"].values,
-            curve["median_intensity_ratio_interval"],
-        )
-        error_bars(collapse, x, ratio, interval, **series(index, label=f"(a) $g = {g:g}$"))
-    middle = study.isel(loss_exponent=exponents.size // 2)
-    edges = np.append(study["band_start"].values, study["band_end"].values[-1])
-    for index, amplitude in enumerate(amplitudes):
-        curve = middle.sel(reference_amplitude=amplitude)
-        x = np.sqrt(edges[:-1] * edges[1:]) * 1.04 ** (index - 1)
-        line = series(3 + index, label=rf"(b) $e$ at ${amplitude:g}\,u_\mathrm{{ins}}$")
-        error_bars(peaks, x, curve["median_ratio"].values, curve["median_ratio_interval"], **line)
-    for axes in (collapse, peaks):
-        axes.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
-    log_ticks(peaks.xaxis, edges)
-    peaks.set(xlim=edges[[0, -1]], title=f"(b) peaks, $g = {float(middle['loss_exponent']):g}$")
-    peaks.set(
-        xlabel=r"peak with constant $e$, $u/u_\mathrm{ins}$ [-]",
-        ylabel="median ratio of the peaks [-]",
-    )
-    collapse.set(title=f"(a) collapse, $e = {float(study['restitution']):g}$")
-    collapse.set(xlabel=r"amplitude that $e$ belongs to, $u/u_\mathrm{ins}$ [-]")
-    collapse.set(ylabel="ratio of the median intensities [-]")
-    collapse.margins(x=0.08)
+    draw_collapse(collapse, study)
+    draw_peaks(peaks, study.isel(loss_exponent=study.sizes["loss_exponent"] // 2))
     legend(figure, handles(collapse, peaks))
     return figure
 
 
+def draw_collapse(axes: Axes, study: xr.Dataset) -> None:
+    """Draw the ratio of the median intensities by the amplitude that e belongs to."""
+    amplitudes = study["reference_amplitude"].values
+    exponents = study["loss_exponent"].values
+    for index, g in enumerate(exponents):
+        curve = study.sel(loss_exponent=g)
+        ratio = curve["median_intensity_ratio"].values
+        interval = curve["median_intensity_ratio_interval"]
+        x = amplitudes + 0.006 * (index - (exponents.size - 1) / 2)
+        error_bars(axes, x, ratio, interval, **series(index, label=f"(a) $g = {g:g}$"))
+    unit_line(axes)
+    axes.set(title=f"(a) collapse, $e = {float(study['restitution']):g}$", ylabel=MEDIANS)
+    axes.set_xlabel(r"amplitude that $e$ belongs to, $u/u_\mathrm{ins}$ [-]")
+    axes.margins(x=0.08)
+
+
+def draw_peaks(axes: Axes, study: xr.Dataset) -> None:
+    """Draw the median ratio of the peaks by band of the peak."""
+    edges = np.append(study["band_start"].values, study["band_end"].values[-1])
+    centres = np.sqrt(edges[:-1] * edges[1:])
+    for index, amplitude in enumerate(study["reference_amplitude"].values):
+        curve = study.sel(reference_amplitude=amplitude)
+        label = rf"(b) $e$ at ${amplitude:g}\,u_\mathrm{{ins}}$"
+        x = centres * 1.04 ** (index - 1)
+        line = series(3 + index, label=label)
+        error_bars(axes, x, curve["median_ratio"].values, curve["median_ratio_interval"], **line)
+    unit_line(axes)
+    log_ticks(axes.xaxis, edges)
+    axes.set(xlim=edges[[0, -1]], title=f"(b) peaks, $g = {float(study['loss_exponent']):g}$")
+    axes.set_xlabel(r"peak with constant $e$, $u/u_\mathrm{ins}$ [-]")
+    axes.set_ylabel("median ratio of the peaks [-]")
+
+
+# --- supports ----------------------------------------------------------------------------------
+
+
 def fig_supports(supports: xr.Dataset) -> Figure:
     """Draw the effect of a flexible floor by its period, and of the other assumptions."""
-    figure, ((floor, other),) = panels(1, 2, 96.0, width_ratios=(1, 1.05))
-    flexible = np.isfinite(supports["diaphragm_period"].values)
-    floors = supports.isel(assumption=flexible).sortby("diaphragm_period")
-    others = supports.isel(assumption=~flexible)
-    period, row = floors["diaphragm_period"].values, np.arange(others.sizes["assumption"])[::-1]
-    floor_ratio, other_ratio = (cases["median_intensity_ratio"] for cases in (floors, others))
-    for index, wall in enumerate(map(str, supports["wall"].values[1:])):
-        line = series(index, markersize=3, linewidth=0.6)
-        floor.plot([0.0, *period], [1.0, *floor_ratio.sel(wall=wall).values], label=wall, **line)
-        other.plot(other_ratio.sel(wall=wall), row, **{**line, "linestyle": "none"})
-    together: dict[str, Any] = {**POINTS, "label": "all walls, 95 %"}
-    line = {**together, "linestyle": "solid", "linewidth": 1.8}
-    floor_interval, other_interval = (
-        cases["median_intensity_ratio_interval"].sel(wall="all") for cases in (floors, others)
-    )
-    error_bars(floor, period, floor_ratio.sel(wall="all").values, floor_interval, **line)
-    error_bars(
-        other,
-        other_ratio.sel(wall="all").values,
-        row - 0.28,
-        other_interval,
-        upright=False,
-        **together,
-    )
-    floor.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
-    other.axvline(1.0, color=GREY, linewidth=0.6, zorder=0)
-    for between in row[:-1] - 0.6:
-        other.axhline(between, color=PALE, linewidth=0.6, zorder=0)
-    floor.set(
-        title="(a) a flexible floor at the top",
-        xlabel="period of the floor [s]",
-        xlim=(0, 1.04 * period[-1]),
-    )
-    floor.set_ylabel("ratio of the median intensities [-]")
-    log_ticks(other.xaxis, [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.6, 2.0, 2.4, 2.8])
-    other.margins(x=0.05)
-    other.set_yticks(row, [fill(name, 22) for name in map(str, others["assumption"].values)])
-    other.set(title="(b) other assumptions", xlabel="ratio of the median intensities [-]")
+    figure, ((floor, assumptions),) = panels(1, 2, 96.0, width_ratios=(1, 1.05))
+    is_floor = np.isfinite(supports["diaphragm_period"].values)
+    draw_floors(floor, supports.isel(assumption=is_floor).sortby("diaphragm_period"))
+    draw_assumptions(assumptions, supports.isel(assumption=~is_floor))
     legend(figure, handles(floor), columns=5)
     return figure
 
 
+def wall_series(study: xr.Dataset) -> list[tuple[xr.DataArray, dict[str, Any]]]:
+    """Return the ratios of each wall, with its look."""
+    curves = []
+    for index, wall in enumerate(study["wall"].values[1:].tolist()):
+        line = series(index, markersize=3, linewidth=0.6, label=wall)
+        curves.append((study["median_intensity_ratio"].sel(wall=wall), line))
+    return curves
+
+
+def draw_floors(axes: Axes, floors: xr.Dataset) -> None:
+    """Draw the ratios of the median intensities by the period of the floor; rigid at 0."""
+    period = floors["diaphragm_period"].values
+    for ratio, line in wall_series(floors):
+        axes.plot([0.0, *period], [1.0, *ratio.values], **line)
+    all_walls = floors.sel(wall="all")
+    common_ratio = all_walls["median_intensity_ratio"].values
+    line = {**ALL_WALLS, "linestyle": "solid", "linewidth": 1.8}
+    error_bars(axes, period, common_ratio, all_walls["median_intensity_ratio_interval"], **line)
+    unit_line(axes)
+    axes.set(title="(a) a flexible floor at the top", xlabel="period of the floor [s]")
+    axes.set(xlim=(0, 1.04 * period[-1]), ylabel=MEDIANS)
+
+
+def draw_assumptions(axes: Axes, study: xr.Dataset) -> None:
+    """Draw the ratios of the median intensities, a row for each assumption."""
+    row = np.arange(study.sizes["assumption"])[::-1]
+    for ratio, line in wall_series(study):
+        axes.plot(ratio, row, **{**line, "linestyle": "none"})
+    all_walls = study.sel(wall="all")
+    common_ratio = all_walls["median_intensity_ratio"].values
+    interval = all_walls["median_intensity_ratio_interval"]
+    error_bars(axes, common_ratio, row - 0.28, interval, upright=False, **ALL_WALLS)
+    axes.axvline(1.0, color=GREY, linewidth=0.6, zorder=0)
+    for border in row[:-1] - 0.6:
+        axes.axhline(border, color=PALE, linewidth=0.6, zorder=0)
+    log_ticks(axes.xaxis, [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.6, 2.0, 2.4, 2.8])
+    axes.margins(x=0.05)
+    axes.set_yticks(row, [fill(name, 22) for name in study["assumption"].values.tolist()])
+    axes.set(title="(b) other assumptions", xlabel=MEDIANS)
+
+
+# --- convergence -------------------------------------------------------------------------------
+
+
 def fig_convergence(convergence: xr.Dataset) -> Figure:
-    """Draw the error against the step for each scheme, excitation and damping model, and lines of slope 1 and 2."""
+    """Draw the error against the step for each scheme, excitation and model, with slopes."""
     figure, grid = panels(2, 2, 108.0, COLUMN, sharex=True, sharey=True)
-    step = convergence["step"].values
-    for row, scheme, words in zip(
-        grid, ("newmark", "paper"), ("Newmark", "as printed"), strict=True
-    ):
+    schemes = {"newmark": "Newmark", "paper": "as printed"}
+    for row, (scheme, words) in zip(grid, schemes.items(), strict=True):
         for axes, excitation in zip(row, ("free", "forced"), strict=True):
             errors = convergence["solver_error"].sel(scheme=scheme, excitation=excitation)
-            for model in map(str, errors["damping_model"].values):
-                axes.plot(step, errors.sel(damping_model=model), label=model, **look(model))
-            for slope, line in ((1, "dashed"), (2, "dotted")):
-                guide = (
-                    1.6 * float(errors.sel(step=step.max()).max()) * (step / step.max()) ** slope
-                )
-                axes.plot(
-                    step, guide, color=GREY, linewidth=0.8, linestyle=line, label=f"slope {slope}"
-                )
+            draw_convergence(axes, errors)
             axes.set_title(f"{words}, {excitation}")
         row[0].set_ylabel(r"error of $u/u_\mathrm{ins}$ [-]")
     for axes in grid[-1]:
@@ -134,3 +150,15 @@ def fig_convergence(convergence: xr.Dataset) -> Figure:
     grid[0, 0].yaxis.set_major_formatter(LogFormatterMathtext())
     legend(figure, handles(grid[0, 0]), columns=4)
     return figure
+
+
+def draw_convergence(axes: Axes, errors: xr.DataArray) -> None:
+    """Draw the errors of each model against the step, and lines of slope 1 and 2."""
+    step: Array = errors["step"].values
+    for model in errors["damping_model"].values.tolist():
+        axes.plot(step, errors.sel(damping_model=model), label=model, **look(model))
+    largest = float(errors.sel(step=step.max()).max())
+    for slope, linestyle in ((1, "dashed"), (2, "dotted")):
+        guide = 1.6 * largest * (step / step.max()) ** slope
+        line: dict[str, Any] = {"color": GREY, "linewidth": 0.8, "linestyle": linestyle}
+        axes.plot(step, guide, label=f"slope {slope}", **line)

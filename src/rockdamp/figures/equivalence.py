@@ -1,4 +1,4 @@
-"""Equivalent damping ratios: Figs 5 to 7, the error of the best match, and the dependence on the amplitude."""
+"""Equivalent damping ratios: Figs 5 to 7, the error of the best match, and the amplitude."""
 
 from __future__ import annotations
 
@@ -26,21 +26,30 @@ from rockdamp.figures.style import (
 )
 
 DAMPING_RATIO = r"damping ratio $\xi$ [-]"
+FIG5_AMPLITUDES = (0.3, 0.5, 0.9)  # of the paper's Fig. 5
+PAPER_RANGE = (0.80, 0.91)  # of e, in which the paper finds the error of CDR the lowest
+A1 = "yield_displacement_ratio"
 
 
 def restitution_axis(axes: Axes, e: xr.DataArray) -> None:
     """Give a panel the axis of e, with a tick at its first and last value."""
-    first, last = float(e[0]), float(e[-1])
-    between = np.arange(np.ceil(10 * first + 0.4), 10 * last - 0.4) / 10
-    axes.set_xticks([first, *between, last])
+    first = float(e[0])
+    last = float(e[-1])
+    inner = np.arange(np.ceil(10 * first + 0.4), 10 * last - 0.4) / 10
+    axes.set_xticks([first, *inner, last])
     axes.set(xlim=(first, last), xlabel="restitution $e$ [-]")
+
+
+def title_model(axes: Axes, model: str) -> None:
+    """Give a panel the name of a model in its colour."""
+    axes.set_title(model, color=LOOK[model]["color"], fontweight="bold")
 
 
 def model_panels(rows: int, height: float, e: xr.DataArray) -> tuple[Figure, Any]:
     """Return a figure with a column for each damper of the paper."""
     figure, grid = panels(rows, 3, height, sharex=True, sharey=True)
     for axes, model in zip(grid[0], PAPER_MODELS, strict=True):
-        axes.set_title(model, color=LOOK[model]["color"], fontweight="bold")
+        title_model(axes, model)
     for axes in grid[-1]:
         restitution_axis(axes, e)
     for axes in grid[:, 0]:
@@ -60,38 +69,36 @@ def parameter_lines(
     """Draw curves over e of a model for every value of a parameter, light to dark."""
     for index, colour in enumerate(tints(LOOK[model]["color"], curves.sizes[parameter])):
         curve = curves.sel(damping_model=model).isel({parameter: index})
-        marker: dict[str, Any] = (
-            {"marker": MARKERS[index % len(MARKERS)], "markevery": 4} if marks else {}
-        )
+        marker: dict[str, Any] = {}
+        if marks:
+            marker = {"marker": MARKERS[index % len(MARKERS)], "markevery": 4}
         axes.plot(curve["restitution"], curve, color=colour, **marker, **look)
 
 
 def parameter_keys(values: xr.DataArray, *, marks: bool = False) -> list[Line2D]:
     """Return an entry of a legend, in grey, for every value of a parameter."""
     keys = []
-    for index, (colour, value) in enumerate(
-        zip(tints("#808080", values.size), values, strict=True)
-    ):
+    greys = tints("#808080", values.size)
+    for index, (grey, value) in enumerate(zip(greys, values.values, strict=True)):
         marker = MARKERS[index % len(MARKERS)] if marks else ""
-        keys.append(Line2D([], [], color=colour, marker=marker, label=f"{float(value):g}"))
+        keys.append(Line2D([], [], color=grey, marker=marker, label=f"{value:g}"))
     return keys
 
 
 def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
-    release = amplitude["release_amplitude"].values
-    nearest = np.unique(
-        [int(abs(release - value).argmin()) for value in (0.3, 0.5, 0.9)]
-    )  # of the paper's Fig. 5
-    study = amplitude.isel(release_amplitude=nearest)
+    releases = amplitude["release_amplitude"].values
+    nearest = [int(abs(releases - value).argmin()) for value in FIG5_AMPLITUDES]
+    study = amplitude.isel(release_amplitude=np.unique(nearest))
     figure, grid = model_panels(1, 76.0, study["restitution"])
     dashes: dict[str, Any] = {"linewidth": 0.6, "linestyle": (0, (4.0, 2.0))}
     for axes, model in zip(grid[0], PAPER_MODELS, strict=True):
         parameter_lines(axes, study["damping_ratio"], model, "release_amplitude", marks=True)
-        parameter_lines(axes, study["damping_ratio_energy"], model, "release_amplitude", **dashes)
+        closed_form = study["damping_ratio_energy"]
+        parameter_lines(axes, closed_form, model, "release_amplitude", **dashes)
     grid[0, 0].set_ylim(0)
-    closed_form = Line2D([], [], color=GREY, label="closed form", **dashes)
-    keys = [*parameter_keys(study["release_amplitude"], marks=True), closed_form]
+    keys = parameter_keys(study["release_amplitude"], marks=True)
+    keys.append(Line2D([], [], color=GREY, label="closed form", **dashes))
     legend(figure, keys, title=r"release amplitude $u_0/u_\mathrm{ins}$ [-]")
     return figure
 
@@ -99,13 +106,11 @@ def fig5(amplitude: xr.Dataset) -> Figure:
 def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for every slenderness, overburden and a1, one row each."""
     b1 = cracked_stiffness["strength_ratio"]
-    stiffness = cracked_stiffness.isel(
-        yield_displacement_ratio=np.isclose(b1, b1[0])
-    )  # one strength
+    same_strength = cracked_stiffness.isel({A1: np.isclose(b1, b1[0])})
     rows = (
         (slenderness, "slenderness", "$h/t$ [-]"),
         (overburden, "overburden_ratio", "$O/W$ [-]"),
-        (stiffness, "yield_displacement_ratio", f"$a_1$ [-]\nat $b_1 = {float(b1[0]):g}$"),
+        (same_strength, A1, f"$a_1$ [-]\nat $b_1 = {float(b1[0]):g}$"),
     )
     figure, grid = model_panels(3, 132.0, slenderness["restitution"])
     for row, (study, parameter, title) in zip(grid, rows, strict=True):
@@ -117,17 +122,17 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
 
 
 def fig6_error(amplitude: xr.Dataset) -> Figure:
-    """Draw the root of Err at the best match against e, with the range in which the paper finds CDR's the lowest."""
+    """Draw the root of Err at the best match against e, with the paper's range of CDR."""
     study = amplitude.sel(release_amplitude=0.5, method="nearest")
     figure, ((axes,),) = panels(1, 1, 80.0, COLUMN)
     for model in PAPER_MODELS:
         root = study["error"].sel(damping_model=model) ** 0.5
         axes.plot(study["restitution"], root, label=model, **look(model, markevery=4))
-    axes.axvspan(
-        0.80, 0.91, color=PALE, alpha=0.6, linewidth=0, zorder=0, label="CDR lowest in the paper"
-    )
+    band: dict[str, Any] = {"color": PALE, "alpha": 0.6, "linewidth": 0, "zorder": 0}
+    axes.axvspan(*PAPER_RANGE, label="CDR lowest in the paper", **band)
     restitution_axis(axes, study["restitution"])
-    release, length = float(study["release_amplitude"]), float(study["response_length"])
+    release = float(study["release_amplitude"])
+    length = float(study["response_length"])
     axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {release:g}$, $\\tau = {length:g}$")
     axes.set(ylim=(0, None), ylabel=r"$\sqrt{\mathrm{Err}}$, Eq. (17) [-]")
     legend(figure, handles(axes), columns=2)
@@ -135,46 +140,40 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
 
 
 def fig7(equivalence: xr.Dataset) -> Figure:
-    """Draw the second-order polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
-    parameter = "yield_displacement_ratio"
-    e, a1 = equivalence["restitution"], equivalence[parameter]
-    figure, ((together, *columns),) = panels(
-        1, 4, 92.0, sharex=True, sharey=True, width_ratios=[1.5, 1, 1, 1]
-    )
+    """Draw the polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
+    e = equivalence["restitution"]
     fits = equivalence["damping_ratio_fit"]
-    paper = fits.sel({parameter: 0.04}, method="nearest")
+    figure, grid = panels(1, 4, 92.0, sharex=True, sharey=True, width_ratios=[1.5, 1, 1, 1])
+    all_models, *columns = grid[0]
+    paper_fit = fits.sel({A1: 0.04}, method="nearest")
+    points: dict[str, Any] = {"linestyle": "none", "markersize": 2.6}
     for axes, model in zip(columns, PAPER_MODELS, strict=True):
-        low, high = (
-            end.sel(damping_model=model) for end in (fits.min(parameter), fits.max(parameter))
-        )
-        together.fill_between(e, low, high, color=LOOK[model]["color"], alpha=0.18, linewidth=0)
-        together.plot(e, paper.sel(damping_model=model), label=model, **look(model, marker=""))
-        parameter_lines(axes, fits, model, parameter, linewidth=0.7)
-        points: dict[str, Any] = {"linestyle": "none", "markersize": 2.6}
-        parameter_lines(axes, equivalence["damping_ratio"], model, parameter, marks=True, **points)
-        axes.set_title(model, color=LOOK[model]["color"], fontweight="bold")
-    line: dict[str, Any] = {
-        "color": "black",
-        "linewidth": 1.0,
-        "linestyle": (0, (8.0, 1.4, 2.6, 1.4)),
-    }
-    for axes in (together, *columns):
-        axes.plot(
-            e, equivalence["giannini_masiani"], label="Eq. (15)" if axes is together else "", **line
-        )
+        low = fits.min(A1).sel(damping_model=model)
+        high = fits.max(A1).sel(damping_model=model)
+        all_models.fill_between(e, low, high, color=LOOK[model]["color"], alpha=0.18, linewidth=0)
+        fit = paper_fit.sel(damping_model=model)
+        all_models.plot(e, fit, label=model, **look(model, marker=""))
+        parameter_lines(axes, fits, model, A1, linewidth=0.7)
+        parameter_lines(axes, equivalence["damping_ratio"], model, A1, marks=True, **points)
+        title_model(axes, model)
+    dashes = (0, (8.0, 1.4, 2.6, 1.4))
+    line: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": dashes}
+    for axes in grid[0]:
+        label = "Eq. (15)" if axes is all_models else ""
+        axes.plot(e, equivalence["giannini_masiani"], label=label, **line)
         restitution_axis(axes, e)
-    together.set_title(f"at $a_1 = {float(paper[parameter]):g}$; bands: all $a_1$")
-    together.set(ylim=(0, None), ylabel=DAMPING_RATIO)
-    keys = [*handles(together), *parameter_keys(a1, marks=True)]
+    all_models.set_title(f"at $a_1 = {float(paper_fit[A1]):g}$; bands: all $a_1$")
+    all_models.set(ylim=(0, None), ylabel=DAMPING_RATIO)
+    keys = [*handles(all_models), *parameter_keys(equivalence[A1], marks=True)]
     legend(figure, keys, columns=6, title="left: dampers; right: $a_1$ [-]")
     return figure
 
 
 def fig_amplitude(amplitude: xr.Dataset) -> Figure:
-    """Draw the damping ratio over ECD's: if it does not depend on the amplitude, the line is horizontal."""
+    """Draw the damping ratio over ECD's, which does not depend on the amplitude."""
     ratio = amplitude["damping_ratio_peaks"].sel(restitution=RESTITUTION, method="nearest")
     figure, ((axes,),) = panels(1, 1, 80.0, COLUMN)
-    for model in map(str, amplitude["damping_model"].values):
+    for model in amplitude["damping_model"].values.tolist():
         relative = ratio.sel(damping_model=model) / ratio.sel(damping_model="ECD")
         axes.plot(amplitude["release_amplitude"], relative, label=model, **look(model))
     axes.set(xlim=(0, 1), xlabel=r"release amplitude $u_0/u_\mathrm{ins}$ [-]")

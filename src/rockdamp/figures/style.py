@@ -1,4 +1,4 @@
-"""Shared by all figures: one look for each damping model, panels, tints, logarithmic axes, error bars, legend, save."""
+"""The look that all figures share: colours, panels, axes, error bars, legends, and saving."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from matplotlib.ticker import FixedLocator, LogLocator, NullLocator, StrMethodFo
 
 from rockdamp.storage.files import replace_file
 
-WIDTH, COLUMN = 190.0, 90.0  # of a page's text and of one of its two columns [mm]
+WIDTH = 190.0  # of a page's text [mm]
+COLUMN = 90.0  # of one of its two columns [mm]
 
-# Colours that the colour-blind tell apart (Okabe and Ito); in grey the lines and the markers still differ.
+# Colours that the colour-blind tell apart (Okabe and Ito); in grey, lines and markers still differ.
 LOOK: dict[str, dict[str, Any]] = {
     "CR": {"color": "#1A1A1A", "linestyle": "solid", "marker": "o"},
     "CDC": {"color": "#0072B2", "linestyle": (0, (3.0, 1.4)), "marker": "s"},
@@ -31,10 +32,25 @@ LOOK: dict[str, dict[str, Any]] = {
     "BAND": {"color": "#D0267F", "linestyle": (0, (6.0, 1.2, 1.0, 1.2, 1.0, 1.2)), "marker": "X"},
     "CQD": {"color": "#7F7F7F", "linestyle": (0, (3.0, 4.0)), "marker": "<"},
 }
-GREY, PALE = "#6E6E6E", "#DADADA"
-COLOURS = ("#0072B2", "#D0267F", "#E69F00", "#009E73", "#56B4E9", "#8C6D1F", "#9A4C95", "#6E6E6E")
-MARKERS = ("o", "s", "D", "^", "v", "X", "P", "<", ">")
-POINTS: dict[str, Any] = {"color": "#1A1A1A", "linestyle": "none", "marker": "o", "markersize": 3.5}
+GREY = "#6E6E6E"
+PALE = "#DADADA"
+COLOURS = [
+    "#0072B2",
+    "#D0267F",
+    "#E69F00",
+    "#009E73",
+    "#56B4E9",
+    "#8C6D1F",
+    "#9A4C95",
+    "#6E6E6E",
+]
+MARKERS = ["o", "s", "D", "^", "v", "X", "P", "<", ">"]
+POINTS: dict[str, Any] = {
+    "color": "#1A1A1A",
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 3.5,
+}
 
 RESTITUTION = 0.85  # of the paper's case, where a figure shows one e
 
@@ -46,22 +62,21 @@ logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
 
 
 def look(model: str, **changes: Any) -> dict[str, Any]:
-    """Return colour, line and marker of a damping model, or of a word such as ECD16."""
+    """Return colour, line and marker of a damping model, or of its label, such as ECD16."""
     return {**LOOK[model.rstrip("0123456789.")], **changes}
 
 
 def series(index: int, **changes: Any) -> dict[str, Any]:
-    """Return colour and marker of one of many walls or values: the same pair comes back after 72."""
-    return {
-        "color": COLOURS[index % len(COLOURS)],
-        "marker": MARKERS[index % len(MARKERS)],
-        **changes,
-    }
+    """Return colour and marker of one of many curves: the same pair comes back after 72."""
+    colour = COLOURS[index % len(COLOURS)]
+    marker = MARKERS[index % len(MARKERS)]
+    return {"color": colour, "marker": marker, **changes}
 
 
 def tints(colour: str, count: int) -> list[Any]:
     """Return `count` tints of a colour, light to dark."""
-    red_green_blue, share = np.array(to_rgb(colour)), np.linspace(0.55, -0.55, count)[:, None]
+    red_green_blue = np.array(to_rgb(colour))
+    share = np.linspace(0.55, -0.55, count)[:, None]
     return list(red_green_blue * (1 - abs(share)) + np.maximum(share, 0))
 
 
@@ -70,19 +85,37 @@ def panels(
 ) -> tuple[Figure, Any]:
     """Return a figure in the style of the paper, and its panels, shape (rows, columns).
 
-    Sizes are in millimetres. `width` is that at which the figure is to be printed: its text then has 7 pt or more.
+    Parameters
+    ----------
+    rows, columns : int
+        Number of panels.
+    height, width : float
+        Size [mm]. Printed at this width, the text has 7 pt or more.
+    **options
+        Options of `Figure.subplots`.
     """
     matplotlib.style.use(["default", Path(__file__).with_name("paper.mplstyle")])
     figure = Figure(figsize=(width / 25.4, height / 25.4), layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
+def zero_line(axes: Axes) -> None:
+    """Draw a pale line at zero, below the curves."""
+    axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)
+
+
+def unit_line(axes: Axes, linewidth: float = 0.6) -> None:
+    """Draw a grey line at one, below the curves."""
+    axes.axhline(1.0, color=GREY, linewidth=linewidth, zorder=0)
+
+
 def log_ticks(axis: XAxis | YAxis, ticks: Any = None) -> None:
     """Make an axis logarithmic with plain numbers: at `ticks`, or at 1, 2, 5 and their like."""
     axis.axes.set(**{f"{axis.axis_name}scale": "log"})
-    axis.set_major_locator(
-        LogLocator(subs=(1.0, 2.0, 5.0)) if ticks is None else FixedLocator(ticks)
-    )
+    if ticks is None:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    else:
+        axis.set_major_locator(FixedLocator(ticks))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
 
@@ -90,11 +123,25 @@ def log_ticks(axis: XAxis | YAxis, ticks: Any = None) -> None:
 def error_bars(
     axes: Axes, x: Any, y: Any, interval: xr.DataArray, upright: bool = True, **look: Any
 ) -> None:
-    """Draw points with their intervals, which have the dimension ``bound``: of y, or of x where not `upright`."""
-    lengths = np.abs(interval.transpose("bound", ...).values - np.asarray(y if upright else x))
-    axes.errorbar(
-        x, y, **{"yerr" if upright else "xerr": lengths}, elinewidth=0.9, capsize=1.5, **look
-    )
+    """Draw points with their intervals.
+
+    Parameters
+    ----------
+    axes : Axes
+        Panel to draw in.
+    x, y : array
+        Points.
+    interval : xarray.DataArray
+        Ends of the intervals, along the dimension ``bound``.
+    upright : bool
+        Whether the intervals are those of y; else of x.
+    **look
+        Colour, marker and label.
+    """
+    centre = np.asarray(y if upright else x)
+    lengths = np.abs(interval.transpose("bound", ...).values - centre)
+    direction = "yerr" if upright else "xerr"
+    axes.errorbar(x, y, **{direction: lengths}, elinewidth=0.9, capsize=1.5, **look)
 
 
 def legend(
@@ -103,38 +150,43 @@ def legend(
     """Put a legend where it covers nothing: below a figure, to the right of a panel."""
     entries = list(entries)
     if isinstance(place, Figure):
-        place.legend(
-            handles=entries, loc="outside lower center", ncols=columns or len(entries), title=title
-        )
-    else:
-        right: dict[str, Any] = {
-            "loc": "center left",
-            "bbox_to_anchor": (1.02, 0.5),
-            "alignment": "left",
-        }
-        place.legend(handles=entries, title=title, **right)
+        columns = columns or len(entries)
+        place.legend(handles=entries, loc="outside lower center", ncols=columns, title=title)
+        return
+    right: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.02, 0.5)}
+    place.legend(handles=entries, title=title, alignment="left", **right)
 
 
 def handles(*axes: Axes) -> list[Any]:
-    """Return what has a label in some panels, for a legend."""
-    return [handle for panel in axes for handle in panel.get_legend_handles_labels()[0]]
+    """Return the labelled curves of some panels, for a legend."""
+    entries = []
+    for panel in axes:
+        panel_handles, _ = panel.get_legend_handles_labels()
+        entries += panel_handles
+    return entries
 
 
 def save(figure: Figure, files: Iterable[str | Path], resolution: float) -> None:
-    """Write a figure in the formats of the suffixes, the same bytes each time. `resolution` is in dots per inch."""
+    """Write a figure in the formats of the suffixes, the same bytes each time.
+
+    Parameters
+    ----------
+    figure : Figure
+        Figure to write.
+    files : sequence of path
+        Files to write, each complete or not at all.
+    resolution : float
+        Dots per inch of raster formats.
+    """
     figure.dpi = resolution
     figure.draw_without_rendering()
     figure.set_layout_engine("none")  # one layout for all formats
     for file in map(Path, files):
         date = {".pdf": "CreationDate", ".svg": "Date"}.get(file.suffix)
-        drawn = io.BytesIO()
+        metadata: dict[str, Any] | None = {date: None} if date else None
+        image = io.BytesIO()
         with matplotlib.rc_context({"svg.hashsalt": file.stem}):
-            figure.savefig(
-                drawn,
-                format=file.suffix[1:],
-                dpi=resolution,
-                metadata={date: None} if date else None,
-            )
+            figure.savefig(image, format=file.suffix[1:], dpi=resolution, metadata=metadata)
         file.parent.mkdir(parents=True, exist_ok=True)
         with replace_file(file) as temporary:
-            temporary.write_bytes(drawn.getvalue())
+            temporary.write_bytes(image.getvalue())
