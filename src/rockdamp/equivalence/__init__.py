@@ -1,4 +1,4 @@
-"""From a coefficient of restitution to a viscous damping ratio: closed form, least error, polynomials.
+"""A viscous damping ratio for a coefficient of restitution: closed form, least error, polynomials.
 
-One function for each; which cases are asked for, and where results are stored, is for studies.
+Each method is a function. Studies choose the cases and store the results.
 """

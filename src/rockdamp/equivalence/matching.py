@@ -1,14 +1,15 @@
-"""The damping ratio that follows a decay under restitution best: the least Err, Eq. (17), and the protocol around it.
+"""The damping ratio that follows a decay under restitution best: the least Err, Eq. (17).
 
-Every damping ratio of least Err that is published comes from `match_dampers`. It finds the global minimum of Err
-against decays at the solver's step. What is published is the minimum next to it of the integral that Err tends to,
-followed to finer steps in the reference and in the model.
+Every published damping ratio of least Err comes from `match_dampers`. It finds the global minimum
+of Err against decays at the solver's step. The published ratio is the minimum, next to it, of the
+integral to which Err tends, followed to finer steps in the reference and in the model.
 
-Err samples |u|, which has a kink wherever u crosses zero, and the corners of the curve fall anywhere in a step of the
-solver. When the damping ratio changes, kinks and corners move across the steps: that puts a ripple on Err, of second
-order in the step and with a period of first order. So the least sample lies a *first* order of the step from the least
-integral, and two steps can agree on it by chance. A cubic through many periods of the ripple has its mean alone, which
-is of second order.
+Err samples |u|, which has a kink wherever u crosses zero, and the corners of the curve fall
+anywhere in a step of the solver. When the damping ratio changes, kinks and corners move across the
+steps. This puts a ripple on Err, of second order in the step and with a period of first order. The
+least sample therefore lies a *first* order of the step away from the least integral, and two steps
+can agree on it by chance. A cubic through many periods of the ripple has only its mean, which is of
+second order.
 """
 
 from __future__ import annotations
@@ -31,28 +32,50 @@ from rockdamp.progress import track
 from rockdamp.solvers.blocks import available_threads
 from rockdamp.solvers.newmark import Reference, peaks, simulate, stable_step
 
-T = TypeVar("T")
-K = TypeVar("K", bound=Hashable)
+Result = TypeVar("Result")
+Key = TypeVar("Key", bound=Hashable)
 
-SCAN = np.geomspace(0.3, 3.0, 200)  # damping ratios tried, over the closed form's
+SCAN = np.geomspace(0.3, 3.0, 200)  # damping ratios of the scan, over the closed form's
 RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
-REFINEMENT = 8  # steps of the last minimisation in place of each of the solver's
-# Damping ratios of the integral's minimum, from the middle of their range in parts of its half width; the inner half.
-NODES, INNER = np.linspace(-1.0, 1.0, 13), slice(3, 10)
+REFINEMENT = 8  # steps of the last minimisation for each step of the solver
+# Minimisations at finer steps, over the finest. They are not multiples of each other, so that the
+# ripples of Err do not agree by chance.
+COARSER = (2.0, 1.6, 1.0)
+# Basins of the scan whose Err is at most this times the lowest are refined and compared: the ripple
+# and the longer step of the scan change Err by less.
+RIVAL_ERROR = 1.5
+LENGTHS_AT_ONCE = 8  # response lengths that are refined together: each runs to the longest of them
+# Damping ratios about the minimum of the integral, in parts of the half width of their range.
+CUBIC_NODES = np.linspace(-1.0, 1.0, 13)
+INNER_NODES = slice(3, 10)
 
 
 @dataclass(frozen=True)
 class Cases:
-    """Decays to be matched, one per row."""
+    """Decays under restitution that are matched, one in each row.
 
-    curve: TrilinearCurve  # with parameters of shape (cases,)
-    release_amplitude: Array  # shape (cases,)
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        Force-displacement curves, with parameters of shape (cases,).
+    release_amplitude : ndarray, shape (cases,)
+        Amplitude u0/u_ins. [-]
+    restitution : ndarray, shape (cases,)
+        Coefficient of restitution e. [-]
+    displacement : ndarray, shape (cases, steps + 1)
+        Decay u/u_ins at each step of the solver. [-]
+    step : float
+        Step of the solver, in tau. [-]
+    scheme : {"newmark", "paper"}
+        Scheme of the solver.
+    """
+
+    curve: TrilinearCurve
+    release_amplitude: Array
     restitution: Array
-    displacement: (
-        Array  # of the reference, at each step of the solver, shape (cases, steps + 1) [-]
-    )
-    step: float  # in tau
-    scheme: str = "newmark"  # of the solver
+    displacement: Array
+    step: float
+    scheme: str = "newmark"
 
     @classmethod
     def release(
@@ -65,34 +88,56 @@ class Cases:
         steps: int,
         scheme: str = "newmark",
     ) -> Cases:
-        """Release walls at rest: their decays under restitution over `steps` steps of the solver."""
-        run: dict[str, Any] = {
-            "release_amplitude": release_amplitude,
-            "step": step,
-            "steps": steps,
-            "scheme": scheme,
-        }
-        decays = simulate(curve, Damping("CR", restitution), **run)
+        """Release walls at rest and follow their decays under restitution.
+
+        Parameters
+        ----------
+        curve : TrilinearCurve
+            Force-displacement curves, with parameters of shape (cases,).
+        release_amplitude : ndarray, shape (cases,)
+            Amplitude u0/u_ins. [-]
+        restitution : ndarray, shape (cases,)
+            Coefficient of restitution e. [-]
+        step : float
+            Step of the solver, in tau. [-]
+        steps : int
+            Number of steps.
+        scheme : {"newmark", "paper"}
+            Scheme of the solver.
+        """
+        decays = simulate(
+            curve,
+            Damping("CR", restitution),
+            release_amplitude=release_amplitude,
+            step=step,
+            steps=steps,
+            scheme=scheme,
+        )
         return cls(curve, release_amplitude, restitution, decays.displacement, step, scheme)
 
     @property
     def steps(self) -> int:
-        """Steps of the decays."""
+        """Number of steps of the decays."""
         return self.displacement.shape[1] - 1
 
     def refine(self, steps: int, refinement: float) -> Cases:
-        """Return the decays over `steps` steps again, with `refinement` steps in place of each, or nearly so.
+        """Return the decays over `steps` steps again, at a finer step.
 
-        They are as long as before, over a whole number of steps.
+        They are as long as before, over the whole number of steps next to `steps` times
+        `refinement`.
         """
         finer = round(steps * refinement)
-        start = self.curve, self.release_amplitude, self.restitution
         return Cases.release(
-            *start, step=self.step * steps / finer, steps=finer, scheme=self.scheme
+            self.curve,
+            self.release_amplitude,
+            self.restitution,
+            step=self.step * steps / finer,
+            steps=finer,
+            scheme=self.scheme,
         )
 
     def take(self, case: slice | NDArray[np.int64]) -> Cases:
-        """Return some of the cases."""
+        """Return the cases at an index."""
         return replace(
             self,
             curve=self.take_curve(case),
@@ -102,30 +147,44 @@ class Cases:
         )
 
     def take_curve(self, case: Any) -> TrilinearCurve:
-        """Return the curves of some cases."""
+        """Return the curves of the cases at an index."""
         return self.curve.map(lambda parameter: parameter[case])
 
     def unique(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the unique cases, and the index of each case among them: walls of one curve have one decay in tau."""
-        ratios = (
+        """Return the indices of unique cases, and the index of each case among them.
+
+        Walls with the same curve have the same decay in tau.
+        """
+        parameters = np.broadcast_arrays(
             self.curve.yield_displacement_ratio,
             self.curve.strength_ratio,
             self.curve.ultimate_displacement_ratio,
+            self.release_amplitude,
+            self.restitution,
         )
-        parameters = np.broadcast_arrays(*ratios, self.release_amplitude, self.restitution)
-        _, first, index = np.unique(
-            np.stack(parameters, axis=1), axis=0, return_index=True, return_inverse=True
-        )
+        rows = np.stack(parameters, axis=1)
+        _, first, index = np.unique(rows, axis=0, return_index=True, return_inverse=True)
         return first, index
 
     def errors(
         self, damping_model: str, damping_ratio: Array, case: Any, marks: ArrayLike, every: int = 1
     ) -> Array:
-        """Return Err, Eq. (17), of damping ratios of some cases over the steps up to each mark.
+        """Return Err, Eq. (17), shape (marks, ...) with the shape of the damping ratios. [-]
 
-        The marks count `every` steps as one. The shape is (marks, ...), with that of the ratios.
+        Parameters
+        ----------
+        damping_model : str
+            Viscous model.
+        damping_ratio : ndarray
+            Damping ratios xi. [-]
+        case : ndarray of int
+            Case of each damping ratio; broadcasts with them.
+        marks : sequence of int
+            Numbers of steps over which Err is summed, counted in steps of `every`, ascending.
+        every : int
+            Steps of the decays in one step of the model.
         """
-        found = peaks(
+        ended = peaks(
             self.take_curve(case),
             Damping(damping_model, damping_ratio),
             release_amplitude=self.release_amplitude[case],
@@ -134,23 +193,39 @@ class Cases:
             reference=Reference(self.displacement[:, ::every], case, marks),
             scheme=self.scheme,
         )
-        return np.asarray(found.error)
+        return np.asarray(ended.error)
 
 
 @dataclass(frozen=True)
 class Matched:
-    """Damping ratios of least Err; every array has the shape (cases,)."""
+    """Damping ratios of least Err.
 
-    damping_ratio: Array  # xi of the least integral of (|u_CR| - |u|)^2 [-]
-    uncertainty: Array  # bound of its error [-]
-    error: Array  # Err, Eq. (17), over the `steps` at xi [-]
-    local_minima: NDArray[np.int64]  # of Err over the damping ratios tried
-    step: float  # the finest one, at which xi is the minimum, in tau
-    steps: int  # k, over which Err sums
+    Attributes
+    ----------
+    damping_ratio : ndarray, shape (cases,)
+        Damping ratio xi of the least integral of (|u_CR| - |u|)^2. [-]
+    uncertainty : ndarray, shape (cases,)
+        Bound of the error of xi. [-]
+    error : ndarray, shape (cases,)
+        Err, Eq. (17), at xi, over `steps`. [-]
+    local_minima : ndarray of int, shape (cases,)
+        Number of local minima of Err in the scan.
+    step : float
+        Finest step, at which xi is the minimum, in tau. [-]
+    steps : int
+        Number of steps k over which Err is summed.
+    """
+
+    damping_ratio: Array
+    uncertainty: Array
+    error: Array
+    local_minima: NDArray[np.int64]
+    step: float
+    steps: int
 
     @property
     def rms_error(self) -> Array:
-        """sqrt(Err/k), in u/u_ins. [-]"""
+        """Root mean square error sqrt(Err/k), in u/u_ins. [-]"""
         return np.sqrt(self.error / self.steps)
 
 
@@ -162,31 +237,45 @@ def match_dampers(
     refinement: int = REFINEMENT,
     description: str = "",
 ) -> dict[str, Matched]:
-    """Match viscous models to decays under restitution over `steps` of the solver; returned by model, in their order.
+    """Match viscous models to decays under restitution.
 
-    Equal cases are matched once. The last minimisation takes `refinement` steps in place of each of the solver's. The
-    uncertainty is twice the largest difference from what the coarser of the last three steps give, and from what the
-    inner half of the damping ratios tried gives at each of them; it is never less than the resolution of the minimiser.
-    Without a `description` no progress is shown. It raises `InputError` where a minimum lies at the edge of the scan,
-    or the response ends before the first impact.
+    Equal cases are matched once. The uncertainty is twice the largest change of the ratio with the
+    coarser of the last three steps, and with the inner half of the damping ratios at each of them.
+    It is never less than the resolution of the minimiser.
+
+    Parameters
+    ----------
+    cases : Cases
+        Decays.
+    damping_models : sequence of str
+        Viscous models, in the order of the result.
+    steps : int
+        Number of steps of the decays over which Err is summed.
+    refinement : int
+        Steps of the last minimisation for each step of the solver.
+    description : str
+        Text of the progress bar; without it no progress is shown.
+
+    Returns
+    -------
+    dict of Matched
+        By model.
+
+    Raises
+    ------
+    InputError
+        If a minimum lies at the edge of the scan, or the response ends before the first impact.
     """
     first, index = cases.unique()
     unique = cases.take(first)
-    # Steps of the last minimisations, over the finest: not multiples of each other, lest ripples agree.
-    finer = [unique.refine(steps, refinement / coarser) for coarser in (2.0, 1.6, 1.0)]
-    finest = finer[-1]
+    refined = [unique.refine(steps, refinement / coarser) for coarser in COARSER]
+    finest = refined[-1]
 
     def match_model(model: str) -> Matched:
-        best = global_minima(unique, model, [steps])
-        ratio = integral_minima(unique, model, steps, best.damping_ratio[0])[0]
-        minima = []
-        for decays in finer:
-            minima.append(integral_minima(decays, model, decays.steps, ratio))
-            ratio = minima[-1][0]
-        uncertainty = np.maximum(
-            2 * np.abs(np.concatenate(minima) - ratio).max(axis=0), RESOLUTION * ratio
-        )
-        lossy = np.flatnonzero(ratio > 0)  # e = 1 is followed without error
+        scanned = global_minima(unique, model, [steps])
+        ratio = integral_minima(unique, model, steps, scanned.damping_ratio[0])[0]
+        ratio, uncertainty = _follow_to_finer_steps(refined, model, ratio)
+        lossy = np.flatnonzero(ratio > 0)  # where e = 1, xi = 0 has no error
         error = np.zeros(ratio.size)
         if lossy.size:
             error[lossy] = finest.errors(model, ratio[lossy], lossy, [finest.steps])[0]
@@ -194,7 +283,7 @@ def match_dampers(
             damping_ratio=ratio[index],
             uncertainty=uncertainty[index],
             error=error[index],
-            local_minima=best.local_minima[0][index],
+            local_minima=scanned.local_minima[0][index],
             step=finest.step,
             steps=finest.steps,
         )
@@ -202,91 +291,142 @@ def match_dampers(
     return map_in_threads(match_model, damping_models, description)
 
 
+def _follow_to_finer_steps(
+    refined: Sequence[Cases], damping_model: str, ratio: Array
+) -> tuple[Array, Array]:
+    """Return the damping ratio at the finest step, and its uncertainty."""
+    minima = []
+    for decays in refined:
+        minima.append(integral_minima(decays, damping_model, decays.steps, ratio))
+        ratio = minima[-1][0]
+    changes = np.abs(np.concatenate(minima) - ratio)
+    return ratio, np.maximum(2 * changes.max(axis=0), RESOLUTION * ratio)
+
+
 def map_in_threads(
-    function: Callable[[K], T], items: Sequence[K], description: str = ""
-) -> dict[K, T]:
-    """Return a function's value for each item, computed side by side: the few lanes of one alone fill no processor."""
+    function: Callable[[Key], Result], items: Sequence[Key], description: str = ""
+) -> dict[Key, Result]:
+    """Return the value of a function for each item, computed side by side.
+
+    The lanes of one item alone are too few for a processor.
+    """
     with ThreadPoolExecutor(available_threads()) as pool:
-        running = [pool.submit(function, item) for item in items]
-        done = track(running, description) if description else running
-        return {item: run.result() for item, run in zip(items, done, strict=True)}
+        futures = [pool.submit(function, item) for item in items]
+        shown = track(futures, description) if description else futures
+        return {item: future.result() for item, future in zip(items, shown, strict=True)}
 
 
-# --- the global minimum of Err ----------------------------------------------------------------------------------------
+# --- the global minimum of Err -------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Minima:
-    """Global minima of Err; every array has the shape (response lengths, cases)."""
+    """Global minima of Err.
 
-    damping_ratio: Array  # xi at the minimum [-]
-    error: Array  # Err, Eq. (17), over the steps 1 to k of the response length [-]
-    local_minima: NDArray[np.int64]  # of Err over the damping ratios tried
+    Attributes
+    ----------
+    damping_ratio : ndarray, shape (lengths, cases)
+        Damping ratio xi at the minimum. [-]
+    error : ndarray, shape (lengths, cases)
+        Err, Eq. (17), over the steps of the response length. [-]
+    local_minima : ndarray of int, shape (lengths, cases)
+        Number of local minima of Err in the scan.
+    """
+
+    damping_ratio: Array
+    error: Array
+    local_minima: NDArray[np.int64]
 
 
 def global_minima(cases: Cases, damping_model: str, response_length_steps: ArrayLike) -> Minima:
-    """Find the global minimum of Err over the damping ratio for each case and response length (in steps, ascending).
+    """Find the global minimum of Err over the damping ratio for each case and response length.
 
-    A scan over multiples of the closed form's damping ratio finds the basins, for all response lengths in one pass. The
-    lowest are refined by bracketing, all cases at once. Of equal minima the smaller damping ratio is taken. It raises
-    `InputError` where a minimum lies at the edge of the scan, or a response length ends before the first impact.
+    A scan over multiples of the closed form's ratio finds the basins of all response lengths in
+    one pass. The lowest basins are refined by bracketing, all cases at once. Of equal minima the
+    smaller damping ratio is taken.
+
+    Parameters
+    ----------
+    cases : Cases
+        Decays.
+    damping_model : str
+        Viscous model.
+    response_length_steps : sequence of int
+        Response lengths in steps of the decays, ascending.
+
+    Raises
+    ------
+    InputError
+        If a minimum lies at the edge of the scan, or a response ends before the first impact.
     """
     lengths = np.asarray(response_length_steps, dtype=np.int64)
     shape = (lengths.size, cases.restitution.size)
-    best = Minima(np.zeros(shape), np.zeros(shape), np.ones(shape, dtype=np.int64))
-    lossy = np.flatnonzero(
-        cases.restitution < 1
-    )  # where e = 1, xi = 0 follows the reference without error
+    minima = Minima(np.zeros(shape), np.zeros(shape), np.ones(shape, dtype=np.int64))
+    lossy = np.flatnonzero(cases.restitution < 1)  # where e = 1, xi = 0 has no error
     if not lossy.size:
-        return best
+        return minima
     cases = cases.take(lossy)
-    first = cases.curve.period(cases.release_amplitude).max() / 4
-    if lengths.min() * cases.step <= first:
+    _require_impact(cases, lengths)
+    trial, scanned = _scan(cases, damping_model, lengths)
+    _require_interior(cases, damping_model, lengths, scanned, trial)
+    inner = scanned[..., 1:-1]
+    is_minimum = (inner < scanned[..., :-2]) & (inner <= scanned[..., 2:])
+    minima.local_minima[:, lossy] = is_minimum.sum(axis=-1)
+    minima.error[:, lossy] = np.inf
+    lowest = scanned.min(axis=-1)[..., None]
+    rivals = is_minimum & (inner <= RIVAL_ERROR * lowest)
+    for start in range(0, lengths.size, LENGTHS_AT_ONCE):
+        part = slice(start, start + LENGTHS_AT_ONCE)
+        length, case, point = np.nonzero(rivals[part])
+        bracket = np.stack([trial[case, point + shift] for shift in range(3)])
+        ratio, error = _refine(cases, damping_model, lengths[part], length, case, bracket)
+        # In ascending order of xi, so that of equal errors the first stays.
+        for place in zip(start + length, lossy[case], ratio, error, strict=True):
+            row, column, xi, value = place
+            if value < minima.error[row, column]:
+                minima.damping_ratio[row, column] = xi
+                minima.error[row, column] = value
+    return minima
+
+
+def _require_impact(cases: Cases, lengths: NDArray[np.int64]) -> None:
+    shortest = lengths.min() * cases.step
+    first_impact = cases.curve.period(cases.release_amplitude).max() / 4
+    if shortest <= first_impact:
         raise InputError(
-            f"response_length is {lengths.min() * cases.step:.6g}; it must be longer than {first:.6g} in tau, the"
-            " time of the first impact, before which no damping ratio is defined"
+            f"response_length is {shortest:.6g}; it must be longer than {first_impact:.6g} in tau, "
+            "the time of the first impact, before which no damping ratio is defined"
         )
+
+
+def _scan(
+    cases: Cases, damping_model: str, lengths: NDArray[np.int64]
+) -> tuple[Array, NDArray[Any]]:
+    """Return damping ratios, shape (cases, ratios), and their Err for each response length."""
     guess = damping_ratio_energy(
         cases.curve, damping_model, cases.restitution, cases.release_amplitude
     )
     trial = np.minimum(guess[:, None] * SCAN, DAMPERS[damping_model].largest_value)
-    # Finding the basins needs no shorter step: of the 20 in the stability limit, four cross the band of BAND.
+    # A longer step finds the basins. Of 20 steps in the stability limit, four cross BAND's band.
     longest = min(0.01, float(stable_step(cases.curve).min()) / 20)
     every = max(1, int(longest / cases.step + 0.5))
-    every_case = np.arange(lossy.size)[:, None]
-    coarse = cases.errors(damping_model, trial, every_case, np.maximum(lengths // every, 1), every)
-    _require_interior(cases, damping_model, lengths, coarse, trial)
-    inner = coarse[..., 1:-1]
-    lower = (inner < coarse[..., :-2]) & (inner <= coarse[..., 2:])
-    best.local_minima[:, lossy] = lower.sum(axis=-1)
-    best.error[:, lossy] = np.inf
-    rivals = lower & (
-        inner <= 1.5 * coarse.min(axis=-1)[..., None]
-    )  # they are refined, then compared
-    for start in range(
-        0, lengths.size, 8
-    ):  # a few at once: each history runs to the longest of them
-        part = slice(start, start + 8)
-        length, case, point = np.nonzero(rivals[part])
-        bracket = np.stack([trial[case, point + shift] for shift in range(3)])
-        ratio, error = _refine(cases, damping_model, lengths[part], length, case, bracket)
-        for at, c, xi, value in zip(start + length, lossy[case], ratio, error, strict=True):
-            if value < best.error[at, c]:  # ascending in xi: of equal errors the first stays
-                best.damping_ratio[at, c], best.error[at, c] = xi, value
-    return best
+    rows = np.arange(len(trial))[:, None]
+    marks = np.maximum(lengths // every, 1)
+    return trial, cases.errors(damping_model, trial, rows, marks, every)
 
 
 def _require_interior(
-    cases: Cases, model: str, lengths: NDArray[np.int64], coarse: Array, trial: Array
+    cases: Cases, model: str, lengths: NDArray[np.int64], scanned: Array, trial: Array
 ) -> None:
-    lowest = coarse.argmin(axis=-1)
-    bad = np.argwhere((lowest == 0) | (lowest == coarse.shape[-1] - 1))
-    if bad.size:
-        at, c = bad[0]
+    lowest = scanned.argmin(axis=-1)
+    edges = np.argwhere((lowest == 0) | (lowest == scanned.shape[-1] - 1))
+    if edges.size:
+        row, case = edges[0]
         raise InputError(
-            f"Err of {model} at e = {cases.restitution[c]:.6g}, u0/u_ins = {cases.release_amplitude[c]:.6g} and"
-            f" response_length {lengths[at] * cases.step:.6g} is lowest at the edge of the scan,"
-            f" xi = {trial[c, lowest[at, c]]:.6g}"
+            f"Err of {model} at e = {cases.restitution[case]:.6g}, "
+            f"u0/u_ins = {cases.release_amplitude[case]:.6g} and "
+            f"response_length {lengths[row] * cases.step:.6g} is lowest at the edge of the scan, "
+            f"xi = {trial[case, lowest[row, case]]:.6g}"
         )
 
 
@@ -298,101 +438,143 @@ def _refine(
     case: NDArray[np.int64],
     bracket: Array,
 ) -> tuple[Array, Array]:
-    """Return damping ratio and Err at the minimum next to each bracket of the scan, shape (3, brackets)."""
+    """Return damping ratio and Err at the minimum of each bracket of the scan, shape (brackets,).
+
+    Parameters
+    ----------
+    cases : Cases
+        Decays.
+    model : str
+        Viscous model.
+    lengths : ndarray of int
+        Response lengths in steps, ascending.
+    length, case : ndarray of int, shape (brackets,)
+        Place of each bracket among the lengths and the cases.
+    bracket : ndarray, shape (3, brackets)
+        Damping ratio of the lowest point of the scan, between its neighbours. [-]
+    """
+    from scipy.optimize import elementwise  # slow to import
 
     def err(xi: Array, lane: NDArray[Any]) -> Array:
         lane = lane.astype(np.int64)  # SciPy makes floats of it
-        return cases.errors(model, xi, case[lane], lengths)[length[lane], np.arange(lane.size)]
-
-    from scipy.optimize import elementwise  # slow to import
+        errors = cases.errors(model, xi, case[lane], lengths)
+        return errors[length[lane], np.arange(lane.size)]
 
     low, middle, high = bracket
     lane = np.arange(middle.size, dtype=float)
-    # The coarser step of the scan may have moved the minimum by a point.
+    # The longer step of the scan may have moved the minimum by a point.
     ends = elementwise.bracket_minimum(err, middle, xl0=low, xr0=high, xmin=0.0, args=(lane,))
-    found = elementwise.find_minimum(
-        err, ends.bracket, args=(lane,), tolerances={"xrtol": RESOLUTION, "frtol": 1e-13}
-    )
-    failed = ~(ends.success & found.success)
+    tolerances = {"xrtol": RESOLUTION, "frtol": 1e-13}
+    minimum = elementwise.find_minimum(err, ends.bracket, args=(lane,), tolerances=tolerances)
+    failed = ~(ends.success & minimum.success)
     if failed.any():
-        near = middle[failed][0]
-        raise InputError(
-            f"the minimum of Err of {model} near xi = {near:.6g} could not be bracketed"
-        )
-    return found.x, found.f_x
+        raise _not_bracketed(model, middle[failed][0])
+    return minimum.x, minimum.f_x
 
 
-# --- the minimum of the integral, free of the ripple of its steps -----------------------------------------------------
+def _not_bracketed(model: str, xi: float) -> InputError:
+    return InputError(f"the minimum of Err of {model} near xi = {xi:.6g} could not be bracketed")
+
+
+# --- the minimum of the integral, free of the ripple of its steps --------------------------------
 
 
 def integral_minima(cases: Cases, damping_model: str, steps: int, damping_ratio: Array) -> Array:
-    """Find the damping ratios of the least integral of (|u_CR| - |u|)^2 next to those given, shape (2, cases). [-]
+    """Find the least integral of (|u_CR| - |u|)^2 next to damping ratios; shape (2, cases). [-]
 
-    First by all damping ratios tried, then by the inner half of them: the difference says how well a cubic fits. A
-    ratio of 0, which belongs to e = 1, stays. It raises `InputError` where it finds no minimum.
+    The first row is found from all nodes of the cubic, the second from the inner half of them:
+    their difference says how well a cubic fits.
+
+    Parameters
+    ----------
+    cases : Cases
+        Decays.
+    damping_model : str
+        Viscous model.
+    steps : int
+        Number of steps of the decays over which the integral is taken.
+    damping_ratio : ndarray, shape (cases,)
+        Damping ratios to start from. A ratio of 0, which belongs to e = 1, stays. [-]
+
+    Raises
+    ------
+    InputError
+        If there is no minimum next to a damping ratio.
     """
-    # Half the range over its middle. In proportion to the step, it holds as many periods of the ripple at every step.
+    # Half the range over its middle. In proportion to the step, the range holds as many periods of
+    # the ripple at every step.
     width = min(8.0 * cases.step, 0.1)
-    middle, least = damping_ratio.copy(), np.zeros((2, damping_ratio.size))
+    middle = damping_ratio.copy()
+    minima = np.zeros((2, damping_ratio.size))
     moving = np.flatnonzero(damping_ratio > 0)
     for _ in range(50):
         if not moving.size:
-            return least
-        tried = middle[moving, None] * (1 + width * NODES)
-        # The trapezoidal integral over the step: its last sample counts half, and the first is 0.
-        integral = cases.errors(damping_model, tried, moving[:, None], [steps - 1, steps]).mean(
-            axis=0
-        )
-        whole, inner = (
-            _least_of_cubic(NODES[part], integral[:, part]) for part in (slice(None), INNER)
-        )
-        least[:, moving] = middle[moving] * (1 + width * np.stack([whole, inner]))
-        middle[moving] = least[0, moving]
-        moving = moving[np.abs(whole) > NODES[INNER][-1]]  # the inner range has to hold it
-    near = damping_ratio[moving[0]]
-    raise InputError(
-        f"the minimum of Err of {damping_model} near xi = {near:.6g} could not be bracketed"
-    )
+            return minima
+        trial = middle[moving, None] * (1 + width * CUBIC_NODES)
+        sums = cases.errors(damping_model, trial, moving[:, None], [steps - 1, steps])
+        # The trapezoidal rule, over the step: the last sample counts half, and the first is 0.
+        integral = sums.mean(axis=0)
+        whole = _least_of_cubic(CUBIC_NODES, integral)
+        inner = _least_of_cubic(CUBIC_NODES[INNER_NODES], integral[:, INNER_NODES])
+        minima[:, moving] = middle[moving] * (1 + width * np.stack([whole, inner]))
+        middle[moving] = minima[0, moving]
+        largest = CUBIC_NODES[INNER_NODES][-1]  # the inner range must hold the minimum
+        moving = moving[np.abs(whole) > largest]
+    raise _not_bracketed(damping_model, damping_ratio[moving[0]])
 
 
 def _least_of_cubic(nodes: Array, values: Array) -> Array:
-    """Return the place in [-1, 1] where the cubic fitted to each row is least: its minimum, or the end downhill."""
+    """Return the place in [-1, 1] of the least value of a cubic fitted to each row.
+
+    It is the minimum of the cubic, or the end downhill.
+    """
     fit = np.linalg.pinv(np.vander(nodes, 4, increasing=True))[1:]
-    # Node by node: a product of matrices rounds otherwise with another number of rows, and a wall has one xi.
-    slope, curvature, third = sum(
-        np.multiply.outer(fit[:, node], values[:, node]) for node in range(nodes.size)
-    )
+    # Node by node: a product of matrices rounds otherwise with another number of rows, and the
+    # ratio of a wall must not depend on the others.
+    terms = [np.multiply.outer(fit[:, node], values[:, node]) for node in range(nodes.size)]
+    slope, curvature, third = sum(terms)
     root = np.sqrt(np.maximum(curvature**2 - 3 * slope * third, 0.0))
     convex = curvature + root > 0
     minimum = -slope / np.where(convex, curvature + root, 1.0)
     return np.clip(np.where(convex, minimum, -np.sign(slope)), -1.0, 1.0)
 
 
-# --- the words under Eq. (17) in place of its formula -----------------------------------------------------------------
+# --- the words under Eq. (17) in place of its formula --------------------------------------------
 
 
 def least_absolute(cases: Cases, damping_model: str, least_squares: Array, steps: int) -> Array:
-    """Return the damping ratio of the least sum of ``||u_CR| - |u||`` over a response, for each case. [-]
+    """Return the damping ratio of the least sum of ``||u_CR| - |u||`` for each case. [-]
 
-    It is looked for within a factor 1.8 of the ratio of least squares, by a coarse grid and a fine one between the
-    neighbours of its minimum, spaced by 0.06 %.
+    A coarse grid within a factor 1.8 of the start, and a fine one between the neighbours of its
+    minimum, with points 0.06 % apart.
+
+    Parameters
+    ----------
+    cases : Cases
+        Decays.
+    damping_model : str
+        Viscous model.
+    least_squares : ndarray, shape (cases,)
+        Damping ratios of least squares, from which the search starts. [-]
+    steps : int
+        Number of steps of the decays over which the sum is taken.
     """
-    found = np.empty_like(least_squares)
+    ratios = np.empty_like(least_squares)
     for case, ratio in enumerate(least_squares):
+        reference = np.abs(cases.displacement[case, : steps + 1])
         width = 1.8
         for count in (41, 101):
             trial = ratio * np.geomspace(1 / width, width, count)
-            run = {
-                "release_amplitude": cases.release_amplitude[case],
-                "step": cases.step,
-                "steps": steps,
-            }
             response = simulate(
-                cases.take_curve(case), Damping(damping_model, trial), **run, scheme=cases.scheme
+                cases.take_curve(case),
+                Damping(damping_model, trial),
+                release_amplitude=cases.release_amplitude[case],
+                step=cases.step,
+                steps=steps,
+                scheme=cases.scheme,
             )
-            apart = np.abs(
-                np.abs(response.displacement) - np.abs(cases.displacement[case, : steps + 1])
-            )
-            ratio, width = trial[apart.sum(axis=-1).argmin()], trial[1] / trial[0]
-        found[case] = ratio
-    return found
+            sums = np.abs(np.abs(response.displacement) - reference).sum(axis=-1)
+            ratio = trial[sums.argmin()]
+            width = trial[1] / trial[0]
+        ratios[case] = ratio
+    return ratios

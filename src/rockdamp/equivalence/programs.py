@@ -1,6 +1,6 @@
-"""What to type into a program that has viscous damping alone: which damper, its ratio, and dashpots.
+"""Input of structural programs that have viscous damping alone: damper, ratio and dashpot.
 
-Commands, report and documents take from here which damper is for which program.
+Commands, report and documents read here which damper suits which program.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 
-REFERENCE_QUANTITY = {  # to which xi refers
+REFERENCE_QUANTITY = {  # that xi refers to
     "CDC": "w1",
     "CDR": "secant frequency",
     "SDR": "w1, with secant stiffness",
     "ECD": "V(u)",
     "BAND": "u, v and w1",
 }
-# By model what a program must take; the first that it can take errs least.
+# Feature that a program needs for each damper, the damper with the smallest errors first.
 REQUIREMENT = {
     "BAND": "a formula in u and v",
     "CDR": "a coefficient at the secant",
@@ -37,44 +37,48 @@ REQUIREMENT = {
 def describe_damping(
     wall: Wall | Parapet, curve: TrilinearCurve, restitution: float
 ) -> dict[str, Any]:
-    """Return what a program with viscous damping needs for a coefficient of restitution; the release is half of a3.
+    """Return the input of a program with viscous damping for a coefficient of restitution.
 
-    ``initial_frequency`` w1 [rad s-1] and ``initial_period`` T1 [s] of the first branch, ``damping_restitution``,
-    ``damping_coefficient`` C = 2 xi m_eff w1 of CDC [N s m-1], ``rayleigh_alpha_m`` = 2 xi w1 of CDC [s-1], and in
-    ``damping`` a row for each viscous damper: its ratio of least Err, Eq. (17), with the ``rms_error`` sqrt(Err/k) in
-    u/u_ins, or by the closed form where no ratio has the least; C, None where it varies with u or v; and the share of
-    the collapses under restitution that it misses, at the nearest studied e.
+    Parameters
+    ----------
+    wall : Wall or Parapet
+        One wall.
+    curve : TrilinearCurve
+        Its force-displacement curve.
+    restitution : float
+        Coefficient of restitution e. [-]
+
+    Returns
+    -------
+    dict
+        ``initial_frequency`` w1 [rad s-1] and ``initial_period`` T1 [s] of the first branch,
+        ``damping_restitution`` e, ``damping_coefficient`` C = 2 xi m_eff w1 of CDC [N s m-1],
+        ``rayleigh_alpha_m`` = 2 xi w1 of CDC [s-1], and in ``damping`` a row for each viscous
+        damper: ``damping_ratio`` of least Err (Eq. 17) for a release from half of a3, with its
+        ``rms_error`` in u/u_ins, or by the closed form where no ratio has the least error;
+        ``damping_coefficient``, None where it varies with u or v; and ``missed_collapse_rate``,
+        the share of the collapses under restitution that the damper misses at the nearest e of
+        the study of earthquakes.
     """
-    x0, w1 = (
-        0.5 * float(curve.ultimate_displacement_ratio),
-        float(wall.frequency_parameter * curve.initial_frequency),
-    )
-    try:
-        matched = equivalent(restitution, curve, release_amplitude=x0)
-    except InputError:  # for some curves no damping ratio within reach errs least
-        energy = {
-            model: float(damping_ratio_energy(curve, model, restitution, x0))
-            for model in VISCOUS_MODELS
-        }
-        names = ("damping_model", "damping_ratio", "rms_error", "damping_ratio_energy")
-        matched = [
-            dict(zip(names, (model, xi, None, xi), strict=True)) for model, xi in energy.items()
-        ]
-    missed = missed_collapses(restitution)[1]
-    alpha = {row["damping_model"]: 2 * row["damping_ratio"] * w1 for row in matched}["CDC"]
+    w1 = float(wall.frequency_parameter * curve.initial_frequency)
+    matched = _match_or_close(curve, restitution)
+    (xi,) = (row["damping_ratio"] for row in matched if row["damping_model"] == "CDC")
+    alpha = 2 * xi * w1
     coefficient = float(alpha * wall.effective_mass)
-    rows = [
-        {
-            **{
-                name: row[name]
-                for name in ("damping_model", "damping_ratio", "rms_error", "damping_ratio_energy")
-            },
-            "refers_to": REFERENCE_QUANTITY[row["damping_model"]],
-            "damping_coefficient": coefficient if row["damping_model"] == "CDC" else None,
-            "missed_collapse_rate": missed[row["damping_model"]],
+    missed = missed_collapses(restitution)[1]
+    rows = []
+    for row in matched:
+        model = row["damping_model"]
+        row = {
+            "damping_model": model,
+            "damping_ratio": row["damping_ratio"],
+            "rms_error": row["rms_error"],
+            "damping_ratio_energy": row["damping_ratio_energy"],
+            "refers_to": REFERENCE_QUANTITY[model],
+            "damping_coefficient": coefficient if model == "CDC" else None,
+            "missed_collapse_rate": missed[model],
         }
-        for row in matched
-    ]
+        rows.append(row)
     return {
         "initial_frequency": w1,
         "initial_period": 2 * np.pi / w1,
@@ -85,16 +89,45 @@ def describe_damping(
     }
 
 
+def _match_or_close(curve: TrilinearCurve, restitution: float) -> list[dict[str, Any]]:
+    """Return the rows of `equivalent`, or those of the closed form where Err has no minimum."""
+    x0 = 0.5 * float(curve.ultimate_displacement_ratio)
+    try:
+        return equivalent(restitution, curve, release_amplitude=x0)
+    except InputError:  # of some curves, for no damping ratio within reach
+        rows = []
+        for model in VISCOUS_MODELS:
+            xi = float(damping_ratio_energy(curve, model, restitution, x0))
+            row = {
+                "damping_model": model,
+                "damping_ratio": xi,
+                "rms_error": None,
+                "damping_ratio_energy": xi,
+            }
+            rows.append(row)
+        return rows
+
+
 @cache
 def missed_collapses(restitution: float) -> tuple[float, dict[str, float]]:
-    """Return the studied e nearest to `restitution`, and by model the share of collapses that it misses there. [-]
+    """Return the nearest e of the study of earthquakes, and the missed collapses of each model. [-]
 
-    `tools/shipped_tables.py` writes the shares that the package ships.
+    They are shares of the collapses under restitution. `tools/shipped_tables.py` writes the file
+    that the package ships.
+
+    Parameters
+    ----------
+    restitution : float
+        Coefficient of restitution e. [-]
     """
-    with Path(__file__).with_name("missed_collapses.csv").open(encoding="utf-8") as file:
+    path = Path(__file__).with_name("missed_collapses.csv")
+    with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    e = min(
-        {float(row["restitution"]) for row in rows}, key=lambda studied: abs(studied - restitution)
-    )
-    here = [row for row in rows if float(row["restitution"]) == e]
-    return e, {row["damping_model"]: float(row["missed_collapse_rate"]) for row in here}
+    studied = {float(row["restitution"]) for row in rows}
+    nearest = min(studied, key=lambda e: abs(e - restitution))
+    missed = {
+        row["damping_model"]: float(row["missed_collapse_rate"])
+        for row in rows
+        if float(row["restitution"]) == nearest
+    }
+    return nearest, missed

@@ -1,4 +1,4 @@
-"""The wall, its force-displacement curve, its dampers and the rigid bodies behind it: formulas of one instant.
+"""Formulas of the wall, its force-displacement curve, its dampers and the rigid bodies behind it.
 
-No time stepping, no files, no config: those are solvers, storage and studies.
+The solvers step in time, `storage` handles files, and `studies` reads the config.
 """
