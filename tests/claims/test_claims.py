@@ -311,6 +311,11 @@ def test_study_of_one_value_is_not_judged(data, name, place, dim):
     assert f"one value of the {dim.replace('_', ' ')}" in row["finding"]
 
 
+def test_length_without_a_cycle_is_not_judged(data):
+    data["match/amplitude"]["response_length"] = 1.0
+    assert judge("fig3-energy", data)["verdict"] == UNTESTED
+
+
 def test_table_has_a_complete_row_for_each_claim(build):
     table = claims.table(list(CLAIMS.values()), build)
     assert list(table["id"]) == list(CLAIMS)

@@ -16,6 +16,7 @@ from rockdamp.claims.judgement import (
     mean_spread,
     spread,
 )
+from rockdamp.claims.match_errors import matched_error
 from rockdamp.claims.ratios import ratios
 
 CLAIMS = {claim["id"]: claim for claim in claims.read(ROOT / "data/claims.yaml")}
@@ -64,6 +65,28 @@ def test_rank_over_the_two_a1_of_the_paper(data):
             ratios(data[f"match/{study}"], "damping_ratio_fixed_seconds"), dim
         )
         assert bool((spreads > other_spread).all())
+
+
+def test_margin_of_cdc_over_the_amplitude(data):
+    xi = ratios(data["match/amplitude"]).sel({RELEASE: [0.3, 0.5, 0.9]})
+    cdc, _, sdr = mean_spread(xi, RELEASE).values
+    assert f"is {cdc / sdr:.2g} times the next" in CLAIMS["amp-cdc"]["sensitivity"]
+
+
+def test_margins_of_the_rank_over_a1(data):
+    cdc, cdr, sdr = mean_spread(ratios(data["match/cracked_stiffness"]), A1).values
+    sensitivity = CLAIMS["a1-rank"]["sensitivity"]
+    assert f"CDC is {cdc / sdr:.2g} times the next" in sensitivity
+    assert f"CDR {cdr / sdr:.2g} of the next" in sensitivity
+
+
+def test_margin_of_the_errors_below_cdc(data):
+    error = matched_error(data)
+    cdr, sdr = (error.sel(damping_model=model) for model in ("CDR", "SDR"))
+    cdc = error.sel(damping_model="CDC")
+    sensitivity = CLAIMS["err-secant"]["sensitivity"]
+    assert f"CDR above {float((cdr / cdc).max()):.2g} of CDC's" in sensitivity
+    assert f"SDR above {float((sdr / cdc).max()):.2g}" in sensitivity
 
 
 def test_best_cdr_holds_over_every_a1(data):

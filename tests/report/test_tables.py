@@ -220,6 +220,11 @@ def test_constant_e_overstates_by_the_inverse_of_the_ratio():
     assert (values["small"], values["good"]) == ("0.1", "0.3 to 0.5")
 
 
+def test_loss_law_of_one_amplitude_has_no_numbers(read):
+    study = read("loss_law").isel(reference_amplitude=[0])
+    assert tables.loss_law(study) is None
+
+
 @pytest.fixture
 def trials():
     likelihood = {

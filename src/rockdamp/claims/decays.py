@@ -10,7 +10,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from rockdamp.arrays import Array
-from rockdamp.claims.judgement import MODELS, Judgement, Limits, extremes, list_models, rms
+from rockdamp.claims.judgement import (
+    MODELS,
+    Judgement,
+    Limits,
+    Untestable,
+    extremes,
+    list_models,
+    rms,
+)
 from rockdamp.histories.half_cycles import passes_zero
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import join_words, number, percent
@@ -54,6 +62,8 @@ def fig3_energy(data: Datasets, limits: Limits) -> Judgement:
     length = float(data["match/amplitude"]["response_length"])
     halves = [half_cycle_areas(data["damping_force"], model, length) for model in MODELS]
     cycles = min(areas.size for areas in halves) // 2
+    if cycles == 0:
+        raise Untestable("The matched length has no whole cycle.")
     loops = np.stack([areas[: 2 * cycles].reshape(cycles, 2).sum(axis=1) for areas in halves])
     totals = np.array([areas.sum() for areas in halves])
     by_cycle = np.abs(loops / loops.mean(axis=0) - 1).max(axis=0)

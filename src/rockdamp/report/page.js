@@ -1,5 +1,6 @@
 "use strict";
-// Two sliders, e and a1: the damping ratios between those that the study has, and the errors at its nearest e.
+// Two sliders, e and a1, set the damping ratios of the table, which are interpolated between those of the study. The errors
+// are those at the nearest e of the study.
 
 (function () {
   const table = document.getElementById("programs");
@@ -8,37 +9,41 @@
   const studied = JSON.parse(table.dataset.studied);
   const sliders = { e: document.getElementById("slider-e"), a1: document.getElementById("slider-a1") };
 
-  // The neighbours of a value in a grid, and how far it is from the lower to the upper.
-  function place(grid, value) {
+  // Return the neighbours of a value in a grid, and the fraction of the way from the lower to the upper.
+  function locate(grid, value) {
     let low = 0;
     while (low < grid.length - 2 && grid[low + 1] <= value) low += 1;
     const high = Math.min(low + 1, grid.length - 1);
-    return { low, high, part: high > low ? (value - grid[low]) / (grid[high] - grid[low]) : 0 };
+    if (high === low) return { low, high, fraction: 0 };
+    return { low, high, fraction: (value - grid[low]) / (grid[high] - grid[low]) };
   }
 
-  function between(row, at) {
-    return row[at.low] + at.part * (row[at.high] - row[at.low]);
+  function interpolate(row, place) {
+    return row[place.low] + place.fraction * (row[place.high] - row[place.low]);
   }
 
   // The damping ratio of least error, linear in e and in a1. [%]
   function dampingRatio(model, e, a1) {
     const rows = stored.ratio[model];
     if (!rows) return "–";
-    const atE = place(stored.e, e);
-    const byA1 = rows.map((row) => between(row, atE));
-    return (100 * between(byA1, place(stored.a1, a1))).toFixed(2);
+    const placeOfE = locate(stored.e, e);
+    const ratiosByA1 = rows.map((row) => interpolate(row, placeOfE));
+    return (100 * interpolate(ratiosByA1, locate(stored.a1, a1))).toFixed(2);
   }
 
   function show() {
-    const [e, a1] = [Number(sliders.e.value), Number(sliders.a1.value)];
+    const e = Number(sliders.e.value);
+    const a1 = Number(sliders.a1.value);
     document.getElementById("shown-e").textContent = sliders.e.value;
     document.getElementById("shown-a1").textContent = sliders.a1.value;
     for (const cell of table.querySelectorAll("[data-model]")) {
       cell.textContent = dampingRatio(cell.dataset.model, e, a1);
     }
-    const apart = studied.map((value) => Math.abs(value - e));
-    const nearest = apart.indexOf(Math.min(...apart));
-    for (const cell of table.querySelectorAll("[data-by-e]")) cell.textContent = JSON.parse(cell.dataset.byE)[nearest];
+    const distances = studied.map((value) => Math.abs(value - e));
+    const nearest = distances.indexOf(Math.min(...distances));
+    for (const cell of table.querySelectorAll("[data-by-e]")) {
+      cell.textContent = JSON.parse(cell.dataset.byE)[nearest];
+    }
   }
 
   for (const slider of Object.values(sliders)) slider.addEventListener("input", show);

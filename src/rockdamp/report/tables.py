@@ -315,8 +315,13 @@ def supports(study: xr.Dataset) -> list[tuple[str, str, str]]:
     return rows
 
 
-def loss_law(study: xr.Dataset) -> dict[str, str]:
-    """Return how far a constant e overstates the median intensity of collapse, by amplitude."""
+def loss_law(study: xr.Dataset) -> dict[str, str] | None:
+    """Return how far a constant e overstates the median intensity of collapse, by amplitude.
+
+    None of a study with a single amplitude, which has nothing to compare.
+    """
+    if study.sizes["reference_amplitude"] < 2:
+        return None
     excess = 1 / study["median_intensity_ratio"].sel(wall="all") - 1
     small_releases = excess.isel(reference_amplitude=0)
     other_releases = excess.isel(reference_amplitude=slice(1, None))
