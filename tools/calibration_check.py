@@ -27,7 +27,7 @@ from experimental_style import (
 from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.laboratory.calibration import estimate_covariance
 from rockdamp.laboratory.record_fit import RecordFit
-from rockdamp.laboratory.uncertainty import NORMAL
+from rockdamp.laboratory.uncertainty import NORMAL_QUANTILE
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.wall import Wall
@@ -57,7 +57,7 @@ def coverage_row(model: str, first_seed: int) -> tuple[str, ...]:
     spread = z.std(axis=0, ddof=1)
     spreads = [f"{one:.2f} ± {one / np.sqrt(2 * (TESTS - 1)):.2f}" for one in spread]
     mean = f"{z[:, 2].mean():.2f} ± {spread[2] / np.sqrt(TESTS):.2f}"
-    inside = f"{100 * np.mean(np.abs(z[:, 2]) < NORMAL):.0f} %"
+    inside = f"{100 * np.mean(np.abs(z[:, 2]) < NORMAL_QUANTILE):.0f} %"
     return model, f"{TESTS}", *spreads, mean, inside
 
 

@@ -1,4 +1,4 @@
-"""Calibration: the truth of a simulated record is found, within its standard errors."""
+"""Calibration on records: the truth of a simulated record is found, within its standard errors."""
 
 from dataclasses import replace
 
@@ -14,21 +14,21 @@ from rockdamp.errors import InputError
 from rockdamp.histories.loads import sample_load
 from rockdamp.histories.measured_test import rest_samples
 from rockdamp.laboratory import record_fit, uncertainty
-from rockdamp.laboratory.calibration import calibrate, compare_dampers, study
-from rockdamp.laboratory.record_fit import RecordFit
+from rockdamp.laboratory.calibration import calibrate, compare_dampers
+from rockdamp.laboratory.record_fit import HIGHEST_POINT, LOWEST_POINT, SCAN_VALUES, RecordFit
+from rockdamp.laboratory.stages import calibration
 from rockdamp.laboratory.uncertainty import covariance_by_sensor
 from rockdamp.motions.record import Record
 from rockdamp.motions.record_file import read_record
 from rockdamp.solvers.exact import exact_history
 
 STEP = 0.01  # twice the default, for speed: the solver's error stays below the bounds used here
-HALF, NINE_TENTHS, ECD = (
-    read_record(ROOT / f"tests/data/{name}.csv")
-    for name in ("cr-half", "cr-nine-tenths", "ecd-quarter")
-)
-# Every other sample of the first 1.6 s, for speed.
+HALF = read_record(ROOT / "tests/data/cr-half.csv")
+NINE_TENTHS = read_record(ROOT / "tests/data/cr-nine-tenths.csv")
+ECD = read_record(ROOT / "tests/data/ecd-quarter.csv")
+EVERY_OTHER = slice(0, 410, 2)  # of the first 1.6 s, for speed
 SHORT = Record(
-    *(column[:410:2] for column in (HALF.elapsed, HALF.ground_acceleration, HALF.displacement))
+    HALF.elapsed[EVERY_OTHER], HALF.ground_acceleration[EVERY_OTHER], HALF.displacement[EVERY_OTHER]
 )
 
 
@@ -38,74 +38,87 @@ def record():
 
 
 @pytest.fixture(scope="module")
-def result(record):
-    return study(configured(), record)
+def fitted(record):
+    return calibration(configured(), record)
 
 
 @pytest.fixture
 def few_draws(monkeypatch):
-    """For tests of the estimates: their standard errors then mean little."""
-    monkeypatch.setattr(uncertainty, "DRAWS", 16)
+    """Few draws of the motion's noise, for tests of estimates: standard errors then mean little."""
+    monkeypatch.setattr(uncertainty, "MOTION_DRAWS", 16)
 
 
 @pytest.fixture
-def coarse(monkeypatch):
-    """A coarser scan, for speed."""
-    monkeypatch.setattr(
-        record_fit, "GRID", (record_fit.GRID[0], np.linspace(0.42, 0.94, 27), record_fit.GRID[2])
-    )
-    monkeypatch.setattr(record_fit, "HALVINGS", 4)
+def coarse_scan(monkeypatch):
+    """Fewer points of the first scan, for speed."""
+    ratios, _, restitutions = SCAN_VALUES
+    coarse_values = ratios, np.linspace(0.42, 0.94, 27), restitutions
+    monkeypatch.setattr(record_fit, "SCAN_VALUES", coarse_values)
+    monkeypatch.setattr(record_fit, "SCAN_HALVINGS", 4)
 
 
-# --- estimates --------------------------------------------------------------------------------------------------------
+# --- estimates ------------------------------------------------------------------------------------
 
 
-def test_shipped_record_gives_its_truth(result, record):
-    error = np.abs(result["estimate"] - result["true_value"]).values
-    # What is left is noise, mostly the accelerometer's.
-    assert np.all(error < 3 * result["standard_error"].values) and np.all(
-        error < [1e-3, 4e-3, 4e-3]
-    )
+def test_shipped_record_gives_its_truth(fitted):
+    """The rest is noise, mostly the accelerometer's."""
+    error = np.abs(fitted["estimate"] - fitted["true_value"]).values
+    assert np.all(error < 3 * fitted["standard_error"].values)
+    assert np.all(error < [1e-3, 4e-3, 4e-3])
+
+
+def test_residual_is_the_noise_of_the_sensor(fitted, record):
     noise = float(record.header["generator_sensor_noise_m"])
-    assert float(result["residual_rms"]) == pytest.approx(
-        noise, rel=5 / np.sqrt(2 * record.elapsed.size)
-    )
-    residual = (result["measured"] - result["control_displacement"]).values
-    assert (
-        np.std(residual) == pytest.approx(float(result["residual_rms"]), rel=1e-3)
-        and abs(residual.mean()) < 1e-9
+    tolerance = 5 / np.sqrt(2 * record.elapsed.size)
+    assert float(fitted["residual_rms"]) == pytest.approx(noise, rel=tolerance)
+
+
+def test_residual_is_that_of_the_stored_histories(fitted):
+    residual = (fitted["measured"] - fitted["control_displacement"]).values
+    assert np.std(residual) == pytest.approx(float(fitted["residual_rms"]), rel=1e-3)
+    assert abs(residual.mean()) < 1e-9
+
+
+@pytest.fixture(scope="module")
+def clean_record():
+    """A record without noise, of another wall than the shipped one."""
+    return synthetic_record(
+        noise=0,
+        yield_displacement_ratio=0.02,
+        strength_ratio=0.86,
+        restitution=0.91,
+        pulse_peak=14.6,
     )
 
 
-def test_clean_record_of_another_wall(few_draws):
-    a1, b1, e = truth = (0.02, 0.86, 0.91)
-    record = synthetic_record(
-        noise=0, yield_displacement_ratio=a1, strength_ratio=b1, restitution=e, pulse_peak=14.6
-    )
-    found = calibrate(record, WALL, step=STEP)
-    np.testing.assert_array_equal(found["true_value"], truth)
-    assert np.all(np.abs(found["estimate"].values - truth) < [2e-4, 5e-4, 5e-4])
-    measured = replace(record, header={**record.header, "synthetic": "no"})
+def test_clean_record_gives_its_truth(clean_record, few_draws):
+    fit = calibrate(clean_record, WALL, step=STEP)
+    np.testing.assert_array_equal(fit["true_value"], [0.02, 0.86, 0.91])
+    assert np.all(np.abs(fit["estimate"] - fit["true_value"]) < [2e-4, 5e-4, 5e-4])
+
+
+def test_measured_record_has_no_true_value(clean_record, few_draws):
+    measured = replace(clean_record, header={**clean_record.header, "synthetic": "no"})
     assert np.isnan(calibrate(measured, WALL, step=STEP)["true_value"]).all()
 
 
 @pytest.mark.parametrize("model", ["CDC", "BAND"])
 def test_viscous_damper_has_the_e_of_its_ratio(model, few_draws):
-    truth, record = (0.031, 0.80, 0.85), synthetic_record(noise=0.1)
-    curve = rd.TrilinearCurve(*truth[:2])
-    xi = float(rd.damping_ratio_energy(curve, model, truth[2], 0.3))
-    shaken = rd.respond(WALL, curve, rd.Damping(model, xi), record, step=STEP)
-    made = replace(record, displacement=shaken.control_displacement.values)
-    found = calibrate(made, WALL, damping_model=model, step=STEP)
-    np.testing.assert_allclose(found["estimate"], truth, rtol=2e-3)
-    assert float(found["damping_ratio"]) == pytest.approx(xi, rel=0.02)
+    a1, b1, e = 0.031, 0.80, 0.85
+    record = synthetic_record(noise=0.1)
+    curve = rd.TrilinearCurve(a1, b1)
+    xi = float(rd.damping_ratio_energy(curve, model, e, 0.3))
+    response = rd.respond(WALL, curve, rd.Damping(model, xi), record, step=STEP)
+    shaken = replace(record, displacement=response.control_displacement.values)
+    fit = calibrate(shaken, WALL, damping_model=model, step=STEP)
+    np.testing.assert_allclose(fit["estimate"], [a1, b1, e], rtol=2e-3)
+    assert float(fit["damping_ratio"]) == pytest.approx(xi, rel=0.02)
 
 
-def test_offset_and_drift_change_nothing(record, result, few_draws):
-    moved = calibrate(
-        replace(record, displacement=record.displacement + 2e-3 + 3e-4 * record.elapsed), WALL
-    )
-    assert np.all(np.abs(moved["estimate"] - result["estimate"]) < 0.02 * result["standard_error"])
+def test_offset_and_drift_change_nothing(record, fitted, few_draws):
+    drifting = record.displacement + 2e-3 + 3e-4 * record.elapsed
+    fit = calibrate(replace(record, displacement=drifting), WALL)
+    assert np.all(np.abs(fit["estimate"] - fitted["estimate"]) < 0.02 * fitted["standard_error"])
 
 
 @pytest.mark.parametrize(
@@ -118,147 +131,183 @@ def test_offset_and_drift_change_nothing(record, result, few_draws):
 )
 def test_estimates_keep_their_values(record, estimate, standard_error):
     """The standard errors are those by derivatives of the event-driven solver."""
-    found = calibrate(record, WALL)
-    assert np.all(np.abs(found["estimate"] - estimate) < 0.02 * np.array(standard_error))
-    np.testing.assert_allclose(found["standard_error"], standard_error, rtol=0.06)
+    fit = calibrate(record, WALL)
+    assert np.all(np.abs(fit["estimate"] - estimate) < 0.02 * np.array(standard_error))
+    np.testing.assert_allclose(fit["standard_error"], standard_error, rtol=0.06)
 
 
-def test_runs_are_weighted_by_their_covariances():
-    """Two similar runs: their mean, and 1/sqrt(2) of the errors."""
-    runs = [synthetic_record(seed) for seed in (1, 2)]
-    one, other, both = (calibrate(record, WALL, step=STEP) for record in (*runs, runs))
-    first, second = (np.linalg.inv(fit["covariance"].values) for fit in (one, other))
-    expected = np.linalg.solve(
-        first + second, first @ one["estimate"].values + second @ other["estimate"].values
-    )
-    np.testing.assert_allclose(both["estimate"], expected, rtol=1e-9)
-    np.testing.assert_allclose(both["run_estimate"], [one["estimate"], other["estimate"]])
-    np.testing.assert_allclose(both["standard_error"], one["standard_error"] / np.sqrt(2), rtol=0.2)
-    assert (
-        both["sample_run"].values.tolist()
-        == [1] * runs[0].elapsed.size + [2] * runs[1].elapsed.size
-    )
+# --- several runs, several dampers ----------------------------------------------------------------
+
+RUNS = [synthetic_record(seed) for seed in (1, 2)]
 
 
-def test_dampers_are_weighted_by_their_residuals():
-    compared = compare_dampers(ECD, WALL, step=STEP)
+@pytest.fixture(scope="module")
+def run_fits():
+    return [calibrate(run, WALL, step=STEP) for run in RUNS]
+
+
+@pytest.fixture(scope="module")
+def joint_fit():
+    return calibrate(RUNS, WALL, step=STEP)
+
+
+def test_runs_are_weighted_by_their_covariances(run_fits, joint_fit):
+    precisions = [np.linalg.inv(fit["covariance"].values) for fit in run_fits]
+    estimates = [fit["estimate"].values for fit in run_fits]
+    weighted = precisions[0] @ estimates[0] + precisions[1] @ estimates[1]
+    expected = np.linalg.solve(precisions[0] + precisions[1], weighted)
+    np.testing.assert_allclose(joint_fit["estimate"], expected, rtol=1e-9)
+    np.testing.assert_allclose(joint_fit["run_estimate"], estimates)
+
+
+def test_two_similar_runs_have_smaller_errors(run_fits, joint_fit):
+    expected = run_fits[0]["standard_error"] / np.sqrt(2)
+    np.testing.assert_allclose(joint_fit["standard_error"], expected, rtol=0.2)
+
+
+def test_samples_name_their_run(joint_fit):
+    expected = [1] * RUNS[0].elapsed.size + [2] * RUNS[1].elapsed.size
+    assert joint_fit["sample_run"].values.tolist() == expected
+
+
+@pytest.fixture(scope="module")
+def compared():
+    return compare_dampers(ECD, WALL, step=STEP)
+
+
+def test_damper_of_a_record_has_the_largest_weight(compared):
     weight = compared["weight"].to_series()
-    assert weight.idxmax() == "ECD" and weight.sum() == pytest.approx(1)
-    assert float(compared["residual_over_noise"].sel(damping_model="ECD")) == pytest.approx(
-        1, abs=0.1
-    )
+    assert weight.idxmax() == "ECD"
+    assert weight.sum() == pytest.approx(1)
+
+
+def test_damper_of_a_record_leaves_the_noise(compared):
+    residual = compared["residual_over_noise"].sel(damping_model="ECD")
+    assert float(residual) == pytest.approx(1, abs=0.1)
+
+
+def test_weights_follow_the_residuals(compared):
+    weight = compared["weight"].to_series()
     squares = compared["residual_rms"].to_series() ** 2 * ECD.elapsed.size
-    expected = np.exp(
-        -(squares["CR"] - squares["ECD"]) / (2 * RecordFit(ECD, WALL).resting_deviation ** 2)
-    )
+    variance = RecordFit(ECD, WALL).resting_deviation ** 2
+    expected = np.exp(-(squares["CR"] - squares["ECD"]) / (2 * variance))
     assert weight["CR"] / weight["ECD"] == pytest.approx(expected, rel=1e-6)
 
 
-# --- standard errors --------------------------------------------------------------------------------------------------
+# --- standard errors ------------------------------------------------------------------------------
 
 
 def test_derivatives_are_those_of_the_event_driven_solver():
-    """Steps of a1/a2 are a fifth of steps of a1: at cond 120 a longer step halves the standard error of a1."""
+    """Steps of a1/a2 are a fifth of steps of a1: at cond 120 longer ones halve the error of a1."""
     fit = RecordFit(ECD, WALL)
     point = np.array([0.16510657, 0.81347024, 0.84102183])
-    at = WALL.frequency_parameter * ECD.step * np.arange(ECD.elapsed.size)
+    tau = WALL.frequency_parameter * ECD.step * np.arange(ECD.elapsed.size)
+    load = sample_load(fit.load)
 
     def exact(point):
         a1, b1, e = fit.parameters(point)
-        found = exact_history(
-            rd.TrilinearCurve(a1, b1), rd.Damping("CR", e), at, **sample_load(fit.load)
-        )
-        return float(WALL.instability_displacement) * found.displacement
+        history = exact_history(rd.TrilinearCurve(a1, b1), rd.Damping("CR", e), tau, **load)
+        return float(WALL.instability_displacement) * history.displacement
 
-    steps = np.diag(1e-5 * (record_fit.HIGH - record_fit.LOW))
-    expected = fit.subtract_trend(
-        np.array([(exact(point + h) - exact(point - h)) / (2 * h.sum()) for h in steps])
-    ).T
+    columns = []
+    for step in np.diag(1e-5 * (HIGHEST_POINT - LOWEST_POINT)):
+        columns.append((exact(point + step) - exact(point - step)) / (2 * step.sum()))
+    expected = fit.subtract_trend(np.array(columns)).T
     residual = fit.residual(point[None])[0]
     errors = [
-        np.sqrt(np.diag(covariance_by_sensor(d, residual)))
-        for d in (fit.derivative(point), expected)
+        np.sqrt(np.diag(covariance_by_sensor(derivative, residual)))
+        for derivative in (fit.derivative(point), expected)
     ]
     np.testing.assert_allclose(*errors, rtol=0.12)
 
 
-def test_standard_errors_go_with_the_noise(result):
-    half = calibrate(synthetic_record(noise=0.5), WALL)
-    # The bandwidth, the rounding and the point of the fit change a little with the noise: a third either way.
-    np.testing.assert_allclose(
-        (result["standard_error"] / half["standard_error"]).values, 2, rtol=1 / 3
-    )
+def test_standard_errors_go_with_the_noise(fitted):
+    half_noise = calibrate(synthetic_record(noise=0.5), WALL)
+    ratio = (fitted["standard_error"] / half_noise["standard_error"]).values
+    # The bandwidth, the rounding and the point of the fit change with the noise: a third either way.
+    np.testing.assert_allclose(ratio, 2, rtol=1 / 3)
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.8])
 def test_covariance_of_correlated_residuals(rho):
-    samples, random = 3000, np.random.RandomState(4)
+    samples = 3000
     t = np.arange(samples)
     derivative = np.stack([np.sin(t / 40), np.cos(t / 55), np.sin(t / 90)], axis=1)
     bread = np.linalg.inv(derivative.T @ derivative)
-    exact = (
-        bread @ derivative.T @ rho ** np.abs(t[:, None] - t) @ derivative @ bread
-    )  # residuals of unit variance
-    noise = np.sqrt(1 - rho**2) * random.standard_normal((40, samples))
+    correlation = rho ** np.abs(t[:, None] - t)  # residuals of unit variance
+    exact = np.diag(bread @ derivative.T @ correlation @ derivative @ bread)
+    noise = np.sqrt(1 - rho**2) * np.random.RandomState(4).standard_normal((40, samples))
     noise[:, 0] /= np.sqrt(1 - rho**2)
     residuals = lfilter([1], [1, -rho], noise)
-    found = [np.diag(covariance_by_sensor(derivative, residual)) for residual in residuals]
-    # Bartlett's weights cut the sum of correlations short: Andrews' bandwidth trades that for variance. A fifth.
-    np.testing.assert_allclose(np.mean(found, axis=0), np.diag(exact), rtol=0.2)
-    assert rho == 0 or np.all(
-        np.diag(exact) > 4 * np.diag(bread)
-    )  # the correlation matters in this case
+    variances = [np.diag(covariance_by_sensor(derivative, residual)) for residual in residuals]
+    # Bartlett's weights cut the sum of correlations short: Andrews' bandwidth trades that for
+    # variance. A fifth.
+    np.testing.assert_allclose(np.mean(variances, axis=0), exact, rtol=0.2)
+    assert rho == 0 or np.all(exact > 4 * np.diag(bread))  # the correlation matters
 
 
-def test_variances_are_positive():
-    """Bartlett's weights make the sum of correlations a spectrum, which is positive; equal weights would not."""
-    random, t = np.random.RandomState(7), np.arange(120)
-    for period in (2.1, 3.0, 7.0, 20.0, 55.0):
-        derivative = random.standard_normal((t.size, 3)).cumsum(axis=0)
-        residual = np.sin(2 * np.pi * t / period) + 0.1 * random.standard_normal(t.size)
-        scale = np.sqrt(np.diag(np.linalg.inv(derivative.T @ derivative)))
-        assert (
-            np.linalg.eigvalsh(
-                covariance_by_sensor(derivative, residual) / np.outer(scale, scale)
-            ).min()
-            > 0
-        )
+@pytest.mark.parametrize("period", [2.1, 3.0, 7.0, 20.0, 55.0])
+def test_variances_are_positive(period):
+    """Bartlett's weights make the sum of correlations positive; equal weights would not."""
+    random = np.random.RandomState(7)
+    t = np.arange(120)
+    derivative = random.standard_normal((t.size, 3)).cumsum(axis=0)
+    residual = np.sin(2 * np.pi * t / period) + 0.1 * random.standard_normal(t.size)
+    scale = np.sqrt(np.diag(np.linalg.inv(derivative.T @ derivative)))
+    covariance = covariance_by_sensor(derivative, residual) / np.outer(scale, scale)
+    assert np.linalg.eigvalsh(covariance).min() > 0
 
 
-def test_drift_and_first_motion_are_no_noise_of_the_sensor():
-    moving = np.where(np.arange(SHORT.elapsed.size) < 0.8 * rest_samples(SHORT), 0.0, 2e-3)
-    moved = replace(SHORT, displacement=SHORT.displacement + 0.01 * SHORT.elapsed + moving)
-    still, moving = (RecordFit(record, WALL).resting_deviation for record in (SHORT, moved))
-    assert moving == pytest.approx(still, rel=1e-6) and still == pytest.approx(
-        1.5e-4, rel=0.3
-    )  # the sensor's
+def test_drift_and_first_motion_are_no_noise():
+    is_moving = np.arange(SHORT.elapsed.size) >= 0.8 * rest_samples(SHORT)
+    displacement = SHORT.displacement + 0.01 * SHORT.elapsed + np.where(is_moving, 2e-3, 0.0)
+    drifting = RecordFit(replace(SHORT, displacement=displacement), WALL).resting_deviation
+    still = RecordFit(SHORT, WALL).resting_deviation
+    assert drifting == pytest.approx(still, rel=1e-6)
+    assert still == pytest.approx(1.5e-4, rel=0.3)  # the sensor's noise
 
 
-def test_uncertain_size_adds_its_change_of_the_estimates(coarse, few_draws):
+def test_uncertain_size_adds_its_change_of_estimates(coarse_scan, few_draws):
     """Half of the difference by a thicker and a thinner wall."""
-    exact, uncertain = (
-        calibrate(SHORT, WALL, step=0.03, uncertain=sizes) for sizes in (None, {"thickness": 1e-3})
-    )
-    sides = (replace(WALL, thickness=WALL.thickness + side) for side in (1e-3, -1e-3))
-    thick, thin = (calibrate(SHORT, wall, step=0.03)["estimate"].values for wall in sides)
+    exact = calibrate(SHORT, WALL, step=0.03)
+    uncertain = calibrate(SHORT, WALL, step=0.03, uncertain={"thickness": 1e-3})
+    estimates = []
+    for side in (1e-3, -1e-3):
+        wall = replace(WALL, thickness=WALL.thickness + side)
+        estimates.append(calibrate(SHORT, wall, step=0.03)["estimate"].values)
     added = np.sqrt(np.diag(uncertain["covariance"] - exact["covariance"]))
-    np.testing.assert_allclose(added, np.abs(thick - thin) / 2, rtol=0.2)  # the misfit is rough
+    expected = np.abs(estimates[0] - estimates[1]) / 2
+    np.testing.assert_allclose(added, expected, rtol=0.2)  # the misfit is rough
 
 
-# --- records that are refused -----------------------------------------------------------------------------------------
+# --- records that are refused ---------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
-        ({"ground_acceleration": -SHORT.ground_acceleration}, "% of the peak"),
-        ({"ground_acceleration": SHORT.ground_acceleration / 9.80665}, "% of the peak"),
-        ({"displacement": np.abs(SHORT.displacement - SHORT.displacement[0])}, "% of the peak"),
-        ({"displacement": 1000 * SHORT.displacement}, "largest measured displacement"),
-        ({"displacement": 0 * SHORT.displacement}, "largest measured displacement"),
+        pytest.param(
+            {"ground_acceleration": -SHORT.ground_acceleration}, "% of the peak", id="wrong sign"
+        ),
+        pytest.param(
+            {"ground_acceleration": SHORT.ground_acceleration / 9.80665}, "% of the peak", id="g"
+        ),
+        pytest.param(
+            {"displacement": np.abs(SHORT.displacement - SHORT.displacement[0])},
+            "% of the peak",
+            id="one side",
+        ),
+        pytest.param(
+            {"displacement": 1000 * SHORT.displacement},
+            "largest measured displacement",
+            id="millimetres",
+        ),
+        pytest.param(
+            {"displacement": 0 * SHORT.displacement}, "largest measured displacement", id="zeros"
+        ),
     ],
 )
-def test_impossible_record_is_refused(changes, named, coarse):
+def test_impossible_record_is_refused(changes, named, coarse_scan):
     with pytest.raises(InputError, match=named):
         calibrate(replace(SHORT, **changes), WALL, step=0.03)
 
@@ -268,18 +317,20 @@ def test_wall_on_its_first_branch_is_refused():
         calibrate(synthetic_record(noise=0, pulse_peak=2.0), WALL, step=STEP)
 
 
-def test_dependent_derivatives_are_refused():
-    one = np.sin(np.arange(100.0))
-    for other in (2 * one, 0 * one):
-        with pytest.raises(InputError, match="does not determine"):
-            covariance_by_sensor(np.stack([one, other, one**2], axis=1), one)
+@pytest.mark.parametrize("factor", [2.0, 0.0], ids=["proportional", "zero"])
+def test_dependent_derivatives_are_refused(factor):
+    sine = np.sin(np.arange(100.0))
+    derivative = np.stack([sine, factor * sine, sine**2], axis=1)
+    with pytest.raises(InputError, match="does not determine"):
+        covariance_by_sensor(derivative, sine)
 
 
 def test_best_fit_at_a_bound_is_refused():
     whole = synthetic_record(noise=0, restitution=1.0, pulse_peak=12.5)
-    # Of a wall that loses nothing, the steps' error in the frequency adds up: to 2 s it is small.
+    # For a wall that loses nothing, the steps' error in the frequency adds up: to 2 s it is small.
+    start = slice(513)
     record = Record(
-        *(column[:513] for column in (whole.elapsed, whole.ground_acceleration, whole.displacement))
+        whole.elapsed[start], whole.ground_acceleration[start], whole.displacement[start]
     )
     with pytest.raises(InputError, match="restitution"):
         calibrate(record, WALL, step=STEP)

@@ -32,7 +32,7 @@ rule measured_rocking:
         "<logs>/measured_rocking.log",
     priority: 1  # it takes long
     params:
-        *stage("laboratory.measured_rocking.measured_rocking", "measured_rocking"),
+        *stage("laboratory.stages.measured_rocking", "measured_rocking"),
         *files(project_file(CONFIG.measured_rocking.trials)),
     script:
         "../scripts/dataset.py"

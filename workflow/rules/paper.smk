@@ -145,11 +145,10 @@ rule calibration:
         "<logs>/calibration.log",
     params:
         *stage(
-            "laboratory.calibration.study",
+            "laboratory.stages.calibration",
             "validation.wall",
             "validation.curve",
             "validation.step",
-            dataset="calibration",
         ),
         *files(project_file(CONFIG.validation.record)),
     script:

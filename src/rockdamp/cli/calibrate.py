@@ -200,7 +200,7 @@ def _describe(elapsed: Array) -> str:
 
 def _print_losses(found: dict[str, Any]) -> None:
     """Print e by amplitude, the dampers that the test excludes, and e of the first impacts."""
-    from rockdamp.laboratory.free_rocking import ASSESSED_AMPLITUDE
+    from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE
 
     e, rigid, g = (
         found["parameters"][-1]["estimate"],
@@ -217,8 +217,8 @@ def _print_losses(found: dict[str, Any]) -> None:
         f"e is {e / rigid:.3f} of that of rigid mechanics, {rigid:.4f}, by {len(rocking)} impacts; it scatters by"
         f" {found['restitution_scatter']:.2g} (standard deviation of ln e)"
         f"\ne by the peak before the impact: {', '.join(spans)}"
-        f"\nfor an assessment: --restitution {at[ASSESSED_AMPLITUDE]['restitution']:.3f}, that at"
-        f" {ASSESSED_AMPLITUDE:g} u_ins"
+        f"\nfor an assessment: --restitution {at[REFERENCE_AMPLITUDE]['restitution']:.3f}, that at"
+        f" {REFERENCE_AMPLITUDE:g} u_ins"
         f"\nthe loss goes with the energy to the power -g, g = {g:.3f}"
         f" ({common.span(found['loss_exponent_interval_90'], 5)}); that of each damper:\n"
     )

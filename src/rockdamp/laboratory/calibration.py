@@ -1,4 +1,4 @@
-"""Curve and coefficient of restitution from measured records: least squares of a1, b1 and e, for one damper or all.
+"""Curve and restitution from measured records: least squares of a1, b1 and e, for one damper or all.
 
 The paper's own calibration is "not reported". A record that the best fit does not explain is refused.
 """
@@ -10,10 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import OptimizeResult
 
 from rockdamp.arrays import Array
-from rockdamp.config import Config
 from rockdamp.constants import MODELS, REFERENCE, SOFTENING
 from rockdamp.errors import (
     InputError,
@@ -25,9 +23,9 @@ from rockdamp.errors import (
 )
 from rockdamp.histories.measured_test import measured_displacement
 from rockdamp.histories.respond import record_attributes
-from rockdamp.laboratory.record_fit import PARAMETERS, RecordFit
+from rockdamp.laboratory.record_fit import PARAMETERS, RecordFit, Solution
 from rockdamp.laboratory.uncertainty import (
-    NORMAL,
+    NORMAL_QUANTILE,
     check_deviations,
     covariance_by_motion,
     covariance_by_sensor,
@@ -48,79 +46,95 @@ def calibrate(
     step: float = 0.005,
     uncertain: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
-    """Fit a1, b1 and e to one record or several of one wall by least squares, with their covariance.
+    """Fit a1, b1 and e to one or more records of a wall by least squares, with their covariance.
 
-    The response to the measured motion, plus an offset and a linear drift of the displacement sensor, is fitted to the
-    measured displacement. A scan of the whole range gives the starts, so that the smallest of the local minima is the
-    solution. The covariance has three parts: the residuals, which are correlated in time; the accelerometer's noise,
-    which the wall amplifies near its strength; and uncertain sizes of the wall. Gains of the sensors are taken as
-    exact: an error of them goes into b1. Several records are fitted one by one, and the estimates are weighted by their
-    covariances: in stacked residuals the noise of one motion would disturb e of the others.
+    The response to the measured motion, plus an offset and a linear drift of the displacement
+    sensor, is fitted to the measured displacement. A scan of the whole range gives the starts, so
+    that the lowest of the local minima is the solution.
+
+    The covariance has three parts: residuals, which are correlated in time; noise of the
+    accelerometer, which the wall amplifies near its strength; and uncertain sizes of the wall. The
+    gains of the sensors are taken as exact: an error of them goes into b1.
+
+    Several records are fitted one by one, and the estimates are weighted by their covariances: in
+    stacked residuals the noise of one motion would disturb e of the others.
 
     Parameters
     ----------
-    records : Record or sequence of them
-        With a measured displacement, at rest before the motion.
+    records : Record or sequence of Record
+        Measured tests of the wall, each with a displacement and with rest before the motion.
     wall : Wall or Parapet
-        Its geometry and weights are taken as known, except for the `uncertain` ones.
-    damping_model : str
-        Of a viscous damper, e is the coefficient that its damping ratio stands for at 0.3 u_ins.
-    ultimate_displacement_ratio, softening : float and str
-        a3 and the variant of softening, taken as known.
+        Sizes and weights of the wall, exact except for those in `uncertain`.
+    damping_model : {"CR", "CDC", "CDR", "SDR", "ECD", "BAND"}
+        Damping model. For a viscous damper, e is the coefficient that loses at 0.3 u_ins as much as
+        its damping ratio. Default: "CR".
+    ultimate_displacement_ratio : float
+        Known a3, in (0, 1]. Default: 1. [-]
+    softening : {"steeper", "translated"}
+        Known variant of the softening branch. Default: "steeper".
     step : float
-        Largest step of the solver, in tau. [-]
+        Largest step of the solver in tau = p t. Default: 0.005. [-]
     uncertain : dict of float, optional
-        Standard deviation of sizes of the wall: thickness, height [m], hinge_ratio, overburden_ratio. [-]
+        Standard deviations of sizes of the wall, by name: thickness, height [m], hinge_ratio,
+        overburden_ratio [-]. Default: none.
 
     Returns
     -------
     xarray.Dataset
-        ``estimate``, ``standard_error``, ``interval`` of 90 % and ``true_value`` (parameter; the last NaN unless the
-        header of a synthetic record states it), ``covariance``, ``damping_ratio`` (NaN of CR), ``residual_rms`` with
-        its ratios to the peak and to the noise at rest, ``run_estimate`` (run, parameter) and both histories (sample).
+        ``estimate``, ``standard_error``, 90 % ``interval`` and ``true_value`` (parameter), the last
+        NaN unless the header of a synthetic record states it; ``covariance``; ``damping_ratio``, NaN
+        for CR; ``residual_rms`` with its ratios to the peak and to the noise at rest;
+        ``run_estimate`` (run, parameter); ``measured`` and ``control_displacement`` (sample).
 
     Raises
     ------
     InputError
-        If a record has no displacement or no rest, if the best fit lies at a bound of the search or leaves more than a
-        tenth of the peak, or if the record does not determine the parameters.
+        If a record has no displacement or no rest, the best fit lies at a bound of the search or
+        leaves more than a tenth of the peak, or a record does not determine the parameters.
 
     Examples
     --------
     >>> import numpy as np
     >>> import rockdamp as rd
     >>> wall = rd.Wall(thickness=0.102, height=27 * 0.102, hinge_ratio=0.57, overburden_ratio=6.2)
-    >>> elapsed, random = np.arange(1281) / 256, np.random.RandomState(1)
-    >>> pulse = 14.0 * (1 - (9 * (elapsed - 1.5)) ** 2) * np.exp(-((9 * (elapsed - 1.5)) ** 2) / 2)
+    >>> elapsed = np.arange(1281) / 256
+    >>> random = np.random.RandomState(1)
+    >>> phase = 9 * (elapsed - 1.5)
+    >>> pulse = 14.0 * (1 - phase**2) * np.exp(-(phase**2) / 2)
     >>> motion = rd.Record(elapsed, pulse + 0.01 * random.standard_normal(elapsed.size))
-    >>> shaken = rd.respond(wall, rd.TrilinearCurve(0.033, 0.795), rd.Damping("CR", 0.845), motion)
-    >>> shown = shaken.control_displacement + 1e-4 * random.standard_normal(elapsed.size)
-    >>> fit = rd.calibrate(rd.Record(elapsed, motion.ground_acceleration, shown), wall)
+    >>> response = rd.respond(
+    ...     wall, rd.TrilinearCurve(0.033, 0.795), rd.Damping("CR", 0.845), motion
+    ... )
+    >>> sensor = response.control_displacement + 1e-4 * random.standard_normal(elapsed.size)
+    >>> fit = rd.calibrate(rd.Record(elapsed, motion.ground_acceleration, sensor), wall)
     >>> float(fit.estimate.sel(parameter="restitution").round(3))
     0.845
     """
     deviations = check_deviations(wall, uncertain)
     fits = make_fits(records, wall, damping_model, ultimate_displacement_ratio, softening, step)
-    found = [fit.solution() for fit in fits]
-    for fit, one in zip(fits, found, strict=True):
-        _check_solution(fit, one)
-    estimates = np.array([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)])
-    precisions = np.linalg.inv(
-        [estimate_covariance(fit, one) for fit, one in zip(fits, found, strict=True)]
-    )
+    solutions = [fit.solution() for fit in fits]
+    for solution in solutions:
+        _check_solution(solution)
+    run_estimates = np.array([solution.parameters for solution in solutions])
+    covariances = [estimate_covariance(solution) for solution in solutions]
+    precisions = np.linalg.inv(covariances)
     covariance = np.linalg.inv(precisions.sum(axis=0))
-    weights = covariance @ precisions  # of one run 1
-    estimate = np.einsum("rij,rj->i", weights, estimates)
+    weights = covariance @ precisions  # 1 for a single run
+    estimate = np.einsum("rij,rj->i", weights, run_estimates)
     for name, deviation in deviations.items():
-        changes = [
-            size_change(fit, one.x, name, deviation) for fit, one in zip(fits, found, strict=True)
-        ]
-        change = np.einsum("rij,rj->i", weights, np.array(changes))
+        run_changes = [size_change(solution, name, deviation) for solution in solutions]
+        change = np.einsum("rij,rj->i", weights, np.array(run_changes))
         covariance += np.outer(change, change)
-    for name, ratio in zip(PARAMETERS, estimate / np.sqrt(np.diag(covariance)), strict=True):
-        determined = "at least 1: the record does not determine it"
-        check(f"{name} over its standard error", ratio, lambda ratio: ratio >= 1, determined)
-    return _dataset(fits, estimates, estimate, covariance).assign(misfit(fits, found))
+    estimate_over_error = estimate / np.sqrt(np.diag(covariance))
+    for name, ratio in zip(PARAMETERS, estimate_over_error, strict=True):
+        check(
+            f"{name} over its standard error",
+            ratio,
+            lambda ratio: ratio >= 1,
+            "at least 1: the record does not determine it",
+        )
+    fitted = _dataset(fits, run_estimates, estimate, covariance)
+    return fitted.assign(misfit(solutions))
 
 
 def compare_dampers(
@@ -131,39 +145,55 @@ def compare_dampers(
     softening: str = "steeper",
     step: float = 0.005,
 ) -> xr.Dataset:
-    """Fit every damper to each record, with a curve of its own, and weigh the dampers by their residuals.
+    """Fit every damper to each record, each with its own curve, and weigh them by their residuals.
 
-    The weight of a damper goes with exp(-S/(2 s^2)), S the sum of its squared residuals and s the sensor's noise at
-    rest. This assumes white noise, and that one of the dampers made the record: where the smallest
-    `residual_over_noise` is well above 1, none of them explains it.
+    The weight of a damper is proportional to exp(-S/(2 s^2)), with S the sum of its squared
+    residuals and s the sensor's noise at rest. This assumes white noise, and that one of the dampers
+    made the record: where the smallest `residual_over_noise` is well above 1, none explains it.
+
+    Parameters
+    ----------
+    records : Record or sequence of Record
+        Measured tests of the wall, each with a displacement and with rest before the motion.
+    wall : Wall or Parapet
+        Sizes and weights of the wall.
+    ultimate_displacement_ratio : float
+        Known a3, in (0, 1]. Default: 1. [-]
+    softening : {"steeper", "translated"}
+        Known variant of the softening branch. Default: "steeper".
+    step : float
+        Largest step of the solver in tau = p t. Default: 0.005. [-]
 
     Returns
     -------
     xarray.Dataset
-        ``residual_rms``, ``residual_over_noise``, ``relative_log_likelihood`` and ``weight`` (damping_model), and the
-        ``estimate`` (damping_model, parameter), a mean over the records. The arguments are those of `calibrate`.
+        ``residual_rms``, ``residual_over_noise``, ``relative_log_likelihood`` and ``weight``
+        (damping_model), and the ``estimate`` (damping_model, parameter), a mean over the records.
+
+    Raises
+    ------
+    InputError
+        If a record has no displacement or no rest, or a displacement that no wall can have.
     """
-    rows, squares, estimates = [], [], []
+    misfits = []
+    squares = []
+    estimates = []
     for model in MODELS:
         fits = make_fits(records, wall, model, ultimate_displacement_ratio, softening, step)
-        found = [fit.solution() for fit in fits]
-        # A record without any noise gets a billionth of its peak.
-        noise = [
-            max(fit.resting_deviation, 1e-9 * float(np.abs(fit.measured).max())) for fit in fits
-        ]
-        squares.append(
-            sum(float(np.sum((one.fun / s) ** 2)) for one, s in zip(found, noise, strict=True))
-        )
-        rows.append(misfit(fits, found))
-        estimates.append(
-            np.mean([fit.parameters(one.x) for fit, one in zip(fits, found, strict=True)], axis=0)
-        )
+        solutions = [fit.solution() for fit in fits]
+        misfits.append(misfit(solutions))
+        squares.append(sum(_square_over_noise(solution) for solution in solutions))
+        run_estimates = [solution.parameters for solution in solutions]
+        estimates.append(np.mean(run_estimates, axis=0))
     log_likelihood = -(np.array(squares) - min(squares)) / 2
     weight = np.exp(log_likelihood)
-    residuals = ("residual_rms", "residual_over_noise")
+    variables = {
+        name: ("damping_model", [row[name] for row in misfits])
+        for name in ("residual_rms", "residual_over_noise")
+    }
     return xr.Dataset(
         {
-            **{name: ("damping_model", [row[name] for row in rows]) for name in residuals},
+            **variables,
             "relative_log_likelihood": ("damping_model", log_likelihood),
             "weight": ("damping_model", weight / weight.sum()),
             "estimate": (("damping_model", "parameter"), np.array(estimates)),
@@ -172,19 +202,15 @@ def compare_dampers(
     )
 
 
-def study(config: Config, record: Record) -> xr.Dataset:
-    """Calibrate the wall of the config's ``validation`` section: its a3 and softening are kept, a1, b1 and e fitted."""
-    validation = config.validation
-    return calibrate(
-        record,
-        validation.wall.make(),
-        ultimate_displacement_ratio=validation.curve.ultimate_displacement_ratio,
-        softening=validation.curve.softening,
-        step=validation.step,
-    )
+def _square_over_noise(solution: Solution) -> float:
+    """Return the sum of squared residuals over the variance of the noise at rest."""
+    # A record without any noise gets a billionth of its peak.
+    least_noise = 1e-9 * float(np.abs(solution.fit.measured).max())
+    noise = max(solution.fit.resting_deviation, least_noise)
+    return float(np.sum((solution.residual / noise) ** 2))
 
 
-# --- steps of a calibration -------------------------------------------------------------------------------------------
+# --- steps of a calibration -----------------------------------------------------------------------
 
 
 def make_fits(
@@ -205,60 +231,74 @@ def make_fits(
     )
     check_choice("softening", softening, SOFTENING)
     check_choice("damping_model", damping_model, MODELS)
-    several = check_list("records", records, Record)
-    # ASSUME: a wall that survives stays below u_ins; a sensor's drift and an inexact size may add half of that.
+    record_list = check_list("records", records, Record)
+    # ASSUME: a wall that survives stays below u_ins; a sensor's drift and an inexact size may add
+    # half of that.
     largest = 1.5 * float(wall.instability_displacement)
-    for record in several:
-        peak = np.abs(measured_displacement(record)[0]).max()
-        allowed = f"greater than 0 and at most 1.5 u_ins = {largest:.4g} m"
-        check("largest measured displacement", peak, lambda u: (u > 0) & (u <= largest), allowed)
-    return [RecordFit(record, wall, damping_model, a3, softening, step) for record in several]
+    for record in record_list:
+        displacement, _ = measured_displacement(record)
+        check(
+            "largest measured displacement",
+            np.abs(displacement).max(),
+            lambda u: (u > 0) & (u <= largest),
+            f"greater than 0 and at most 1.5 u_ins = {largest:.4g} m",
+        )
+    return [RecordFit(record, wall, damping_model, a3, softening, step) for record in record_list]
 
 
-def _check_solution(fit: RecordFit, found: OptimizeResult) -> None:
-    """Raise `InputError` for a fit that explains the record badly, at a bound, or of a wall on its first branch."""
-    residual, point = misfit([fit], [found]), found.x
-    # ASSUME: tests that restitution explains well leave some per cent of the peak, or of small motions the noise.
-    share = residual["residual_over_peak"]
-    if share > 0.10 and not residual["residual_over_noise"] <= 3:
+def _check_solution(solution: Solution) -> None:
+    """Refuse a fit that explains the record badly, at a bound, or of a wall on its first branch."""
+    fit = solution.fit
+    residual = misfit([solution])
+    # ASSUME: tests that restitution explains well leave some per cent of the peak, or, for small
+    # motions, the noise.
+    peak_share = residual["residual_over_peak"]
+    if peak_share > 0.10 and not residual["residual_over_noise"] <= 3:
         raise InputError(
-            f"the residual of the best fit is {100 * share:.2g} % of the peak; it must be at most 10 %"
+            f"the residual of the best fit is {100 * peak_share:.2g} % of the peak;"
+            " it must be at most 10 %"
         )
     names = (
         "yield_displacement_ratio over the plateau's end (a1/a2)",
         "strength_ratio (b1)",
         "restitution (e)",
     )
-    for name, value, low, high in zip(names, point, *fit.bounds, strict=True):
+    for name, value, low, high in zip(names, solution.point, *fit.bounds, strict=True):
         if min(value - low, high - value) < 1e-3 * (high - low):
             raise InputError(
                 f"the best fit has {name} {value:.4g}; it must lie inside {low:g} to {high:g}"
             )
-    parameters = fit.parameters(point)
-    peak = float(np.abs(fit.response(parameters)).max())
-    branch = float(parameters[0] * fit.wall.instability_displacement)
-    if peak <= branch:  # where only b1/a1 matters
+    a1, _, _ = solution.parameters
+    peak = float(np.abs(fit.response(solution.parameters)).max())
+    first_branch = float(a1 * fit.wall.instability_displacement)
+    if peak <= first_branch:  # where only b1/a1 matters
         raise InputError(
-            f"the largest displacement is {peak:.3g} m, on the first branch, which ends at {branch:.3g} m;"
-            " it must be larger to determine a1 and b1"
+            f"the largest displacement is {peak:.3g} m, on the first branch, which ends at"
+            f" {first_branch:.3g} m; it must be larger to determine a1 and b1"
         )
 
 
-def estimate_covariance(fit: RecordFit, found: OptimizeResult) -> Array:
+def estimate_covariance(solution: Solution) -> Array:
     """Return the covariance of a1, b1 and e by the displacement sensor and by the motion."""
-    ratio, b1, _ = found.x
-    # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises. The derivative is taken by a1/a2:
-    # steps of a1 of that size, several times as long, would bend the response.
+    fit = solution.fit
+    ratio, b1, _ = solution.point
+    # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises. The derivative is
+    # taken by a1/a2: steps of a1 of that size, several times as long, would bend the response.
     change = [[float(fit.plateau_end(b1)), -ratio, 0], [0, 1, 0], [0, 0, 1]]
-    # A quarter of the fit's step: at its own the rough history makes single errors a third too large or too small.
-    derivative = replace(fit, step=fit.step / 4).derivative(found.x) @ np.linalg.inv(change)
-    by_sensor = covariance_by_sensor(derivative, found.fun)
-    return by_sensor + covariance_by_motion(fit, fit.parameters(found.x), derivative)
+    # A quarter of the fit's step: at its own step the rough history makes single errors a third too
+    # large or too small.
+    fine_fit = replace(fit, step=fit.step / 4)
+    derivative = fine_fit.derivative(solution.point) @ np.linalg.inv(change)
+    by_sensor = covariance_by_sensor(derivative, solution.residual)
+    by_motion = covariance_by_motion(fit, solution.parameters, derivative)
+    return by_sensor + by_motion
 
 
-def misfit(fits: Sequence[RecordFit], found: Sequence[OptimizeResult]) -> dict[str, float]:
-    """Return the root mean square of the residuals [m], also over the largest peak and over the noise at rest [-]."""
-    rms = float(np.sqrt(np.mean(np.concatenate([one.fun for one in found]) ** 2)))
+def misfit(solutions: Sequence[Solution]) -> dict[str, float]:
+    """Return the rms of the residuals and of the noise at rest [m], and ratios of the residuals."""
+    residuals = np.concatenate([solution.residual for solution in solutions])
+    fits = [solution.fit for solution in solutions]
+    rms = float(np.sqrt(np.mean(residuals**2)))
     noise = float(np.sqrt(np.mean([fit.resting_deviation**2 for fit in fits])))
     return {
         "residual_rms": rms,
@@ -269,50 +309,52 @@ def misfit(fits: Sequence[RecordFit], found: Sequence[OptimizeResult]) -> dict[s
 
 
 def true_values(header: Mapping[str, str]) -> Array:
-    """Return the parameters that made a synthetic record; NaN where its header does not state them, or of a test."""
-    synthetic = header.get("synthetic") == "yes"
-    return np.array(
-        [
-            float(header.get(f"generator_{name}", "nan")) if synthetic else np.nan
-            for name in PARAMETERS
-        ]
-    )
+    """Return the parameters in the header of a synthetic record; NaN if it does not state them."""
+    if header.get("synthetic") != "yes":
+        return np.full(len(PARAMETERS), np.nan)
+    return np.array([float(header.get(f"generator_{name}", "nan")) for name in PARAMETERS])
 
 
 def _dataset(
-    fits: Sequence[RecordFit], estimates: Array, estimate: Array, covariance: Array
+    fits: Sequence[RecordFit], run_estimates: Array, estimate: Array, covariance: Array
 ) -> xr.Dataset:
-    """Return the estimates, of all runs and of each, with the fitted and the measured histories."""
-    first, error = fits[0], np.sqrt(np.diag(covariance))
-    responses = [fit.response(one) for fit, one in zip(fits, estimates, strict=True)]
-    measured = [
-        u + fit.subtract_trend(fit.measured - u) for fit, u in zip(fits, responses, strict=True)
+    """Return the estimates, over all runs and of each, with the fitted and the measured histories."""
+    first_fit = fits[0]
+    error = np.sqrt(np.diag(covariance))
+    responses = [
+        fit.response(parameters) for fit, parameters in zip(fits, run_estimates, strict=True)
     ]
-    xi = np.nan
-    if first.damping_model != REFERENCE:
-        xi = float(first.damping(estimate).value)
+    measured = [
+        response + fit.subtract_trend(fit.measured - response)
+        for fit, response in zip(fits, responses, strict=True)
+    ]
+    damping_ratio = np.nan
+    if first_fit.damping_model != REFERENCE:
+        damping_ratio = float(first_fit.damping(estimate).value)
+    runs = np.arange(1, len(fits) + 1)
+    interval = estimate + NORMAL_QUANTILE * np.outer([-1, 1], error)
     return xr.Dataset(
         {
             "estimate": ("parameter", estimate),
             "standard_error": ("parameter", error),
-            "interval": (("bound", "parameter"), estimate + NORMAL * np.outer([-1, 1], error)),
-            "true_value": ("parameter", true_values(first.record.header)),
+            "interval": (("bound", "parameter"), interval),
+            "true_value": ("parameter", true_values(first_fit.record.header)),
             "covariance": (("parameter", "parameter_other"), covariance),
-            "damping_ratio": xi,
-            "run_estimate": (("run", "parameter"), estimates),
+            "damping_ratio": damping_ratio,
+            "run_estimate": (("run", "parameter"), run_estimates),
             "measured": ("sample", np.concatenate(measured)),
             "control_displacement": ("sample", np.concatenate(responses)),
-            "sample_run": (
-                "sample",
-                np.repeat(np.arange(1, len(fits) + 1), [u.size for u in responses]),
-            ),
+            "sample_run": ("sample", np.repeat(runs, [response.size for response in responses])),
         },
         coords={
             "parameter": list(PARAMETERS),
             "parameter_other": list(PARAMETERS),
             "bound": ["low", "high"],
-            "run": np.arange(1, len(fits) + 1),
+            "run": runs,
             "elapsed": ("sample", np.concatenate([fit.record.elapsed for fit in fits])),
         },
-        attrs=record_attributes(first.record.header) | {"damping_model": first.damping_model},
+        attrs={
+            **record_attributes(first_fit.record.header),
+            "damping_model": first_fit.damping_model,
+        },
     )

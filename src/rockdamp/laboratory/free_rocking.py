@@ -1,13 +1,14 @@
-"""Free-rocking tests: the curve by half periods, e by the energies of peaks, and how likely each damper is."""
+"""Free-rocking tests: the curve by half periods, e by the energies of peaks, likelihood of dampers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from rockdamp.arrays import Array
@@ -21,14 +22,15 @@ from rockdamp.laboratory.free_rocking_file import FreeRocking
 from rockdamp.laboratory.losses import fit_law, loss_at, regress
 from rockdamp.laboratory.record_fit import PARAMETERS
 from rockdamp.laboratory.releases import find_releases, rest_deviation
-from rockdamp.laboratory.uncertainty import NORMAL, check_deviations
+from rockdamp.laboratory.uncertainty import NORMAL_QUANTILE, check_deviations
 from rockdamp.mechanics.curve import RULES, TrilinearCurve
 from rockdamp.mechanics.dampers import DAMPERS
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 
-ASSESSED_AMPLITUDE = REFERENCE_AMPLITUDE  # of the e of an assessment, u/u_ins
-AMPLITUDES = 0.1, ASSESSED_AMPLITUDE, 0.5
+# Amplitudes u/u_ins at which e is stated; an assessment takes the middle one.
+STATED_AMPLITUDES = 0.1, REFERENCE_AMPLITUDE, 0.5
+SIDES = np.array([-1, 1])  # of an interval
 
 
 def fit_free_rocking(
@@ -40,41 +42,47 @@ def fit_free_rocking(
     least_peak: float | None = None,
     uncertain: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
-    r"""Fit a1, b1 and e to free-rocking tests of one specimen, and the exponent g of its losses.
+    r"""Fit a1, b1, e and the exponent g of the losses to free-rocking tests of one specimen.
 
-    Between impacts the wall moves freely, in closed form. Least squares fit this motion to each whole decay, with an
-    amplitude for each half cycle, a1, b1, and the sensor's zero and drift. The energies of two peaks give the loss of
-    the impact between them, ``-ln e``; half periods give a1 and b1. Then the losses of all impacts are averaged.
+    Between impacts the wall moves freely, in closed form. Least squares fit this motion to each
+    whole decay, with an amplitude for each half cycle, a1, b1, and the sensor's zero and drift. The
+    energies of two peaks give the loss of the impact between them, ``-ln e``; half periods give a1
+    and b1. Then the losses of all impacts are averaged.
 
-    Intervals of 90 % include the sensor's noise, zero and drift, and the `uncertain` sizes of the wall. The interval of
-    the mean e also includes the estimated scatter from impact to impact. An error of the sensor's gain is not included.
+    The 90 % intervals include the sensor's noise, zero and drift, and the `uncertain` sizes of the
+    wall. The interval of the mean e also includes the estimated scatter from impact to impact. An
+    error of the sensor's gain is not included.
 
     Parameters
     ----------
-    tests : FreeRocking or sequence of them
-        Each with one or more releases.
+    tests : FreeRocking or sequence of FreeRocking
+        Tests of one specimen, each with one or more releases.
     wall : Wall or Parapet
-        Its geometry and weights are taken as known, except for the `uncertain` ones: they give u_ins and p.
-    ultimate_displacement_ratio, softening : float and str
-        a3 and the variant of softening, taken as known.
+        Sizes and weights of the specimen, exact except for those in `uncertain`. They give u_ins
+        and p.
+    ultimate_displacement_ratio : float
+        Known a3, in (0, 1]. Default: 1. [-]
+    softening : {"steeper", "translated"}
+        Known variant of the softening branch. Default: "steeper".
     least_peak : float, optional
-        Smallest peak that is used; by default ten standard deviations of the sensor's noise. [m]
+        Smallest peak that is used. Default: ten standard deviations of the sensor's noise. [m]
     uncertain : dict of float, optional
         Standard deviations of sizes of the wall, by name, such as ``{"thickness": 0.002}``.
+        Default: none.
 
     Returns
     -------
     xarray.Dataset
-        ``estimate``, ``standard_error`` and ``interval`` (parameter); ``impact_restitution`` with its interval
-        (impact); ``restitution_at_amplitude`` (amplitude) and ``loss_exponent`` g, with intervals; the likelihood of
-        the losses under each damper (damping_model); peaks and half periods (half_cycle); the measured and the fitted
-        displacement (sample).
+        ``estimate``, ``standard_error`` and ``interval`` (parameter); ``impact_restitution`` with
+        its interval (impact); ``restitution_at_amplitude`` (amplitude) and ``loss_exponent`` g, with
+        intervals; the likelihood of the losses under each damper (damping_model); peaks and half
+        periods (half_cycle); the measured and the fitted displacement (sample).
 
     Raises
     ------
     InputError
-        If there are too few peaks, the specimen rocks to one side only, peaks exceed u_ins, or b1 lies at a bound
-        of the search.
+        If there are too few peaks, samples are lost, the specimen rocks to one side only, a peak
+        exceeds u_ins, or b1 lies at a bound of the search.
 
     Examples
     --------
@@ -84,11 +92,10 @@ def fit_free_rocking(
     >>> curve, damping = rd.TrilinearCurve(0.05, 0.80), rd.Damping("CR", 0.88)
     >>> p = float(wall.frequency_parameter)
     >>> decay = rd.free_decay(curve, damping, wall=wall, length=6.0 * p, step=0.002 * p)
-    >>> held = np.full(200, 0.125)
-    >>> shown = np.concatenate([held, decay.control_displacement]) + 1e-4 * np.random.RandomState(
-    ...     1
-    ... ).standard_normal(3201)
-    >>> test = rd.FreeRocking(0.002 * np.arange(3201), shown)
+    >>> displacement = np.concatenate([np.full(200, 0.125), decay.control_displacement])
+    >>> noise = 1e-4 * np.random.RandomState(1).standard_normal(displacement.size)
+    >>> elapsed = 0.002 * np.arange(displacement.size)
+    >>> test = rd.FreeRocking(elapsed, displacement + noise)
     >>> fitted = rd.fit_free_rocking(test, wall)
     >>> fitted.estimate.values.round(3)
     array([0.05, 0.8 , 0.88])
@@ -102,99 +109,143 @@ def fit_free_rocking(
     check_choice("softening", softening, SOFTENING)
     if least_peak is not None:
         check_number("least_peak", least_peak, lambda peak: peak > 0, "greater than 0 [m]")
-    several = check_list("tests", tests, FreeRocking)
+    test_list = check_list("tests", tests, FreeRocking)
     deviations = check_deviations(wall, uncertain)
-    u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
-    # ASSUME: the measured rotation is small, and is the rotation of the lower body or of the parapet.
-    lever = float(wall.lower_height if isinstance(wall, Wall) else wall.height)
-    displacements = [test.measured * (1.0 if test.rotation is None else lever) for test in several]
-    releases = [
-        release
-        for test, displacement in zip(several, displacements, strict=True)
-        for release in find_releases(test.elapsed, displacement, least_peak)
-    ]
-    largest = max(float(np.abs(release.peaks).max()) for release in releases)
-    check(
-        "largest peak",
-        largest,
-        lambda u: u < a3 * u_ins,
-        f"less than {a3 * u_ins:.4g} m, where the wall collapses",
-    )
-    fitted = _dataset(FreeDecay(releases, p, u_ins, a3, softening))
-    estimate, variance = fitted["estimate"].values, np.zeros(len(PARAMETERS))
-    kept: dict[str, Any] = {
-        "ultimate_displacement_ratio": a3,
-        "softening": softening,
-        "least_peak": least_peak,
-    }
-    for name, deviation in deviations.items():
-        sizes: list[Any] = [
-            {name: float(getattr(wall, name)) + side * deviation} for side in (1, -1)
-        ]
-        large, small = (
-            fit_free_rocking(tests, replace(wall, **size), **kept)["estimate"].values
-            for size in sizes
+    displacements = [_displacement(test, wall) for test in test_list]
+    decay = _make_decay(test_list, displacements, wall, a3, softening, least_peak)
+    fitted = _fit_decay(decay)
+
+    def fit_size(name: str, size: float) -> Array:
+        sized: dict[str, Any] = {name: size}
+        fit = fit_free_rocking(
+            test_list,
+            replace(wall, **sized),
+            ultimate_displacement_ratio=a3,
+            softening=softening,
+            least_peak=least_peak,
         )
-        variance += ((large - small) / 2) ** 2
-    reach = np.sqrt((fitted["interval"].values - estimate) ** 2 + NORMAL**2 * variance)
+        return fit["estimate"].values
+
+    size_variance = np.zeros(len(PARAMETERS))
+    for name, deviation in deviations.items():
+        size = float(getattr(wall, name))
+        change = fit_size(name, size + deviation) - fit_size(name, size - deviation)
+        size_variance += (change / 2) ** 2
+    estimate = fitted["estimate"].values
+    reach = np.sqrt(
+        (fitted["interval"].values - estimate) ** 2 + NORMAL_QUANTILE**2 * size_variance
+    )
+    standard_error = np.sqrt(fitted["standard_error"].values ** 2 + size_variance)
     resting = [rest_deviation(displacement) for displacement in displacements]
-    synthetic = "yes" if any(test.synthetic for test in several) else "no"
+    header = test_list[0].header
+    is_synthetic = any(test.synthetic for test in test_list)
     return fitted.assign(
-        standard_error=("parameter", np.sqrt(fitted["standard_error"].values ** 2 + variance)),
-        interval=(
-            ("bound", "parameter"),
-            np.maximum(estimate + np.array([[-1.0], [1.0]]) * reach, 0.0),
-        ),
-        true_value=("parameter", true_values(several[0].header)),
+        standard_error=("parameter", standard_error),
+        interval=(("bound", "parameter"), np.maximum(estimate + SIDES[:, None] * reach, 0.0)),
+        true_value=("parameter", true_values(header)),
         rest_deviation=np.nanmean(resting) if np.isfinite(resting).any() else np.nan,
         restitution_rigid=float(wall.restitution_rigid),
         restitution_impulsive=float(wall.restitution_impulsive),
-        instability_displacement=u_ins,
-        frequency_parameter=p,
-    ).assign_attrs(record_attributes(several[0].header) | {"record_synthetic": synthetic})
-
-
-def _dataset(decay: FreeDecay) -> xr.Dataset:
-    """Fit the decay; return a1, b1, and e by the mean of the losses, the losses by amplitude and damper, histories."""
-    point, covariance = decay.solution()
-    values, covariance = _losses(decay, point, covariance)
-    curve_values, losses, errors = values[:2], values[2:], np.sqrt(np.diag(covariance))
-    curve, before = (
-        decay.curve(*point[:2]),
-        np.concatenate([np.exp(point[part][3:-1]) for part in decay.slices]),
+        instability_displacement=decay.u_ins,
+        frequency_parameter=decay.p,
+    ).assign_attrs(
+        record_attributes(header) | {"record_synthetic": "yes" if is_synthetic else "no"}
     )
-    # ASSUME: below u1 a wall vibrates on its first branch and does not rock: its loss there is no restitution.
-    rocking = before > curve_values[0]
-    fewest = "at least 3: release it from further out"
-    check("impacts after a peak above u1", np.count_nonzero(rocking), lambda n: n >= 3, fewest)
-    rocking_losses = losses[rocking], covariance[2:, 2:][rocking][:, rocking]
-    mean = regress(*rocking_losses, np.ones((np.count_nonzero(rocking), 1)))
-    decrement, error = float(mean.coefficients[0]), float(np.sqrt(mean.covariance[0, 0]))
-    sides, widest = (
-        np.array([-1, 1]),
-        10.0,
-    )  # half of an interval of ln e, which a peak in the noise leaves unbounded
-    e, reach = np.exp(-decrement), min(_quantile(losses[rocking].size - 1) * error, widest)
-    curve_bounds = curve_values + NORMAL * np.outer(sides, errors[:2])
-    own_reach = np.minimum(NORMAL * errors[2:], widest)
+
+
+def _displacement(test: FreeRocking, wall: Wall | Parapet) -> Array:
+    """Return the measured displacement at the hinge, or at the top of a parapet. [m]"""
+    if test.rotation is None:
+        return test.measured
+    # ASSUME: the measured rotation is small, and is that of the lower body or of the parapet.
+    lever = wall.lower_height if isinstance(wall, Wall) else wall.height
+    return test.rotation * float(lever)
+
+
+def _make_decay(
+    tests: Sequence[FreeRocking],
+    displacements: Sequence[Array],
+    wall: Wall | Parapet,
+    a3: float,
+    softening: str,
+    least_peak: float | None,
+) -> FreeDecay:
+    """Return the releases of all tests as one problem; refuse a peak at which the wall collapses."""
+    releases = []
+    for test, displacement in zip(tests, displacements, strict=True):
+        releases += find_releases(test.elapsed, displacement, least_peak)
+    u_ins = float(wall.instability_displacement)
+    check(
+        "largest peak",
+        max(float(np.abs(release.peaks).max()) for release in releases),
+        lambda u: u < a3 * u_ins,
+        f"less than {a3 * u_ins:.4g} m, where the wall collapses",
+    )
+    return FreeDecay(releases, float(wall.frequency_parameter), u_ins, a3, softening)
+
+
+# --- estimates ------------------------------------------------------------------------------------
+
+
+class _Impacts(NamedTuple):
+    """Losses of impacts with their covariance, and the amplitudes before them. [u_ins]"""
+
+    loss: Array
+    covariance: Array
+    amplitude: Array
+
+    def take(self, chosen: NDArray[np.bool_]) -> _Impacts:
+        """Return some of the impacts."""
+        return _Impacts(
+            self.loss[chosen], self.covariance[chosen][:, chosen], self.amplitude[chosen]
+        )
+
+
+def _fit_decay(decay: FreeDecay) -> xr.Dataset:
+    """Fit the decay; return a1, b1, the mean e, losses by amplitude and damper, and histories."""
+    point, point_covariance = decay.solution()
+    values, covariance = _curve_and_losses(decay, point, point_covariance)
+    curve_values = values[:2]
+    errors = np.sqrt(np.diag(covariance))
+    curve = decay.curve(*point[:2])
+    amplitudes = [np.exp(point[part][3:-1]) for part in decay.slices]
+    impacts = _Impacts(values[2:], covariance[2:, 2:], np.concatenate(amplitudes))
+    # ASSUME: below u1 a wall vibrates on its first branch and does not rock: its loss there is no
+    # restitution.
+    is_rocking = impacts.amplitude > curve_values[0]
+    rocking_count = int(np.count_nonzero(is_rocking))
+    check(
+        "impacts after a peak above u1",
+        rocking_count,
+        lambda count: count >= 3,
+        "at least 3: release it from further out",
+    )
+    rocking = impacts.take(is_rocking)
+    mean = regress(rocking.loss, rocking.covariance, np.ones((rocking_count, 1)))
+    decrement = float(mean.coefficients[0])
+    error = float(np.sqrt(mean.covariance[0, 0]))
+    e = np.exp(-decrement)
+    widest = 10.0  # half of an interval of ln e, which a peak within the noise leaves unbounded
+    reach = min(_student_quantile(rocking_count - 1) * error, widest)
+    curve_bounds = curve_values + NORMAL_QUANTILE * np.outer(SIDES, errors[:2])
+    e_bounds = np.exp(-decrement + reach * SIDES)
+    impact_reach = np.minimum(NORMAL_QUANTILE * errors[2:], widest)
+    impact_restitution = np.exp(-impacts.loss)
     return xr.Dataset(
         {
             "estimate": ("parameter", np.array([*curve_values, e])),
             "standard_error": ("parameter", np.array([*errors[:2], e * error])),
-            "interval": (
-                ("bound", "parameter"),
-                np.column_stack([curve_bounds, np.exp(-decrement + reach * sides)]),
-            ),
-            "impact_restitution": ("impact", np.exp(-losses)),
+            "interval": (("bound", "parameter"), np.column_stack([curve_bounds, e_bounds])),
+            "impact_restitution": ("impact", impact_restitution),
             "impact_restitution_interval": (
                 ("bound", "impact"),
-                np.exp(-losses) * np.exp([-own_reach, own_reach]),
+                impact_restitution * np.exp([-impact_reach, impact_reach]),
             ),
-            "impact_amplitude": ("impact", before),
-            "impact_rocking": ("impact", rocking.astype(int)),
+            "impact_amplitude": ("impact", impacts.amplitude),
+            "impact_rocking": ("impact", is_rocking.astype(int)),
             "restitution_scatter": mean.scatter,
-            **_law(*rocking_losses, curve, before[rocking]),
-            **_dampers(*rocking_losses, curve, before, rocking, e),
+            **_fit_loss_law(rocking, curve),
+            **_compare_dampers(rocking, curve, is_rocking, e),
             **_histories(decay, point),
         },
         coords={
@@ -202,129 +253,137 @@ def _dataset(decay: FreeDecay) -> xr.Dataset:
             "bound": ["low", "high"],
             "damping_model": list(MODELS),
             "release": np.arange(1, len(decay.releases) + 1),
-            "impact": np.arange(1, before.size + 1),
-            "amplitude": list(AMPLITUDES),
+            "impact": np.arange(1, impacts.loss.size + 1),
+            "amplitude": list(STATED_AMPLITUDES),
         },
     )
 
 
-def _quantile(degrees_of_freedom: int) -> float:
-    """Return Student's quantile of an interval of 90 %."""
+def _student_quantile(degrees_of_freedom: int) -> float:
+    """Return Student's quantile for an interval of 90 %."""
     return float(student.ppf(0.95, max(degrees_of_freedom, 1)))
 
 
-def _losses(decay: FreeDecay, point: Array, covariance: Array) -> tuple[Array, Array]:
+def _curve_and_losses(decay: FreeDecay, point: Array, covariance: Array) -> tuple[Array, Array]:
     """Return a1, b1 and the losses of all impacts, and their covariance by the sensor."""
 
-    def derived(points: Array) -> Array:
-        curve = decay.curve(points[:, :1], points[:, 1:2])
-        energies = [curve.energy(np.exp(points[:, part][:, 3:])) for part in decay.slices]
-        losses = [0.5 * np.log(energy[:, :-1] / energy[:, 1:]) for energy in energies]
+    def derive(points: Array) -> Array:
+        curve = decay.curves(points)
+        losses = []
+        for part in decay.slices:
+            energy = curve.energy(np.exp(points[:, part][:, 3:]))
+            losses.append(0.5 * np.log(energy[:, :-1] / energy[:, 1:]))
         return np.concatenate(
             [curve.yield_displacement_ratio, curve.strength_ratio, *losses], axis=1
         )
 
     h = 1e-5
-    sides = derived(
-        np.concatenate([point + h * np.eye(point.size), point - h * np.eye(point.size)])
-    )
+    steps = h * np.eye(point.size)
+    sides = derive(np.concatenate([point + steps, point - steps]))
     gradient = ((sides[: point.size] - sides[point.size :]) / (2 * h)).T
-    return derived(point[None])[0], gradient @ covariance @ gradient.T
+    return derive(point[None])[0], gradient @ covariance @ gradient.T
 
 
-def _law(
-    losses: Array, covariance: Array, curve: TrilinearCurve, before: Array
-) -> dict[str, object]:
-    """Return g of the law of loss, and e at `AMPLITUDES` by it."""
-    log_energy = np.log(curve.energy(before))
-    middle, quantile = log_energy.mean(), _quantile(losses.size - 2)
-    point, point_covariance = fit_law(losses, covariance, log_energy - middle)
-    at = [
-        loss_at(point, point_covariance, float(np.log(curve.energy(amplitude)) - middle))
-        for amplitude in AMPLITUDES
-    ]
-    loss, error = np.array(at).T
-    g_reach = quantile * np.sqrt(point_covariance[1, 1])
-    ends = [np.exp(-np.maximum(loss + side * quantile * error, 0.0)) for side in (1, -1)]
+def _fit_loss_law(impacts: _Impacts, curve: TrilinearCurve) -> dict[str, object]:
+    """Return g of the law of loss, and e at `STATED_AMPLITUDES` by it."""
+    log_energy = np.log(curve.energy(impacts.amplitude))
+    reference = log_energy.mean()
+    quantile = _student_quantile(impacts.loss.size - 2)
+    point, covariance = fit_law(impacts.loss, impacts.covariance, log_energy - reference)
+    stated_log_energies = [float(np.log(curve.energy(x)) - reference) for x in STATED_AMPLITUDES]
+    losses, errors = np.transpose(
+        [loss_at(point, covariance, stated) for stated in stated_log_energies]
+    )
+    g = point[1]
+    g_reach = quantile * np.sqrt(covariance[1, 1])
+    loss_bounds = np.maximum(losses - SIDES[:, None] * quantile * errors, 0.0)
     return {
-        "loss_exponent": point[1],
-        "loss_exponent_interval": ("bound", point[1] + g_reach * np.array([-1, 1])),
-        "restitution_at_amplitude": ("amplitude", np.exp(-loss)),
-        "restitution_at_amplitude_interval": (("bound", "amplitude"), np.array(ends)),
+        "loss_exponent": g,
+        "loss_exponent_interval": ("bound", g + g_reach * SIDES),
+        "restitution_at_amplitude": ("amplitude", np.exp(-losses)),
+        "restitution_at_amplitude_interval": (("bound", "amplitude"), np.exp(-loss_bounds)),
     }
 
 
-def _dampers(
-    losses: Array, covariance: Array, curve: TrilinearCurve, before: Array, rocking: Array, e: float
+def _compare_dampers(
+    rocking: _Impacts, curve: TrilinearCurve, is_rocking: NDArray[np.bool_], e: float
 ) -> dict[str, object]:
-    """Return the exponent and the restitution of each damper on this curve, and the likelihood of the losses."""
-    energy = curve.energy(before[rocking])
-    middle = curve.amplitude(
-        e * energy
-    )  # of a half cycle: with it a damper's loss is of second order
-    likelihoods, exponents = [], []
-    restitution = np.full((len(MODELS), rocking.size), np.nan)
+    """Return each damper's exponent and restitution on this curve, and its likelihood."""
+    energy = curve.energy(rocking.amplitude)
+    # With the amplitude in the middle of a half cycle a damper's loss is of second order.
+    middle = curve.amplitude(e * energy)
+    log_likelihoods = []
+    exponents = []
+    restitution = np.full((len(MODELS), is_rocking.size), np.nan)
     for index, model in enumerate(MODELS):
-        shape = np.ones(losses.size)
+        shape = np.ones(rocking.loss.size)
         if model != REFERENCE and not DAMPERS[model].is_amplitude_independent:
             shape = 1 / equivalence_factor(curve, Damping(model, 1.0), middle)
-        line = regress(losses, covariance, (shape / shape.mean())[:, None], restricted=False)
-        likelihoods.append(line.log_likelihood)
-        exponents.append(-float(np.polyfit(np.log(energy), np.log(shape), 1)[0]))
-        restitution[index, rocking] = np.exp(-line.coefficients[0] * shape / shape.mean())
-    left = max(losses.size - 2, 1)
+        relative = shape / shape.mean()
+        line = regress(rocking.loss, rocking.covariance, relative[:, None], restricted=False)
+        log_likelihoods.append(line.log_likelihood)
+        slope, _ = np.polyfit(np.log(energy), np.log(shape), 1)
+        exponents.append(-float(slope))
+        restitution[index, is_rocking] = np.exp(-line.coefficients[0] * shape / shape.mean())
+    degrees_of_freedom = max(rocking.loss.size - 2, 1)
+    quantile = _student_quantile(degrees_of_freedom)
+    # For an interval of one parameter, exact for equal variances.
+    threshold = -0.5 * rocking.loss.size * float(np.log1p(quantile**2 / degrees_of_freedom))
     return {
         "expected_exponent": ("damping_model", np.array(exponents)),
         "expected_restitution": (("damping_model", "impact"), restitution),
-        "relative_log_likelihood": ("damping_model", np.array(likelihoods) - max(likelihoods)),
-        # Of an interval of a parameter, exact for equal variances.
-        "log_likelihood_threshold": -0.5
-        * losses.size
-        * float(np.log1p(_quantile(left) ** 2 / left)),
+        "relative_log_likelihood": (
+            "damping_model",
+            np.array(log_likelihoods) - max(log_likelihoods),
+        ),
+        "log_likelihood_threshold": threshold,
     }
+
+
+# --- histories ------------------------------------------------------------------------------------
 
 
 def _histories(decay: FreeDecay, point: Array) -> dict[str, object]:
     """Return releases, half cycles, impacts and samples, each one release after the other."""
-    u_ins, parts = decay.u_ins, []
-    for index, (release, own) in enumerate(
-        zip(decay.releases, (point[part] for part in decay.slices), strict=True)
-    ):
-        start, side = release.elapsed[0], np.sign(release.peaks)
-        crossing, peak, amplitude = (values[0] for values in decay.times(point[None], index))
-        parts.append(
-            {
-                "release_elapsed": ("release", start + peak[:1] / decay.p),
-                "release_displacement": ("release", u_ins * side[:1] * amplitude[:1]),
-                "sensor_zero": ("release", release.zero + u_ins * own[1:2]),
-                "sensor_drift": ("release", u_ins * own[2:3] / (release.elapsed[-1] - start)),
-                "half_cycle_release": ("half_cycle", np.full(amplitude.size, index + 1)),
-                "peak_elapsed": ("half_cycle", start + peak / decay.p),
-                "peak_displacement": ("half_cycle", u_ins * side * amplitude),
-                "half_period": (
-                    "half_cycle",
-                    np.concatenate([[np.nan], np.diff(release.crossings), [np.nan]]),
-                ),
-                "half_period_fitted": (
-                    "half_cycle",
-                    decay.curve(*point[:2]).period(amplitude) / (2 * decay.p),
-                ),
-                "impact_release": ("impact", np.full(crossing.size, index + 1)),
-                "impact_elapsed": ("impact", start + crossing / decay.p),
-                "sample_release": ("sample", np.full(release.elapsed.size, index + 1)),
-                "sample_elapsed": ("sample", release.elapsed),
-                "measured": (
-                    "sample",
-                    u_ins * (decay.measured[index] - decay.trend(point[None], index)[0]),
-                ),
-                "control_displacement": ("sample", u_ins * decay.computed(point[None], index)[0]),
-            }
-        )
-    residual = u_ins * decay.residual(point)
+    parts = [_release_history(decay, point, index) for index in range(len(decay.releases))]
+    variables: dict[str, object] = {}
+    for name, (dim, _) in parts[0].items():
+        variables[name] = dim, np.concatenate([part[name][1] for part in parts])
+    residual = decay.u_ins * decay.residual(point)
+    variables["residual_rms"] = float(np.sqrt(residual @ residual / (residual.size - point.size)))
+    return variables
+
+
+def _release_history(decay: FreeDecay, point: Array, index: int) -> dict[str, tuple[str, Array]]:
+    """Return the variables of one release, each with its dimension."""
+    release = decay.releases[index]
+    u_ins = decay.u_ins
+    _, zero, drift, *_ = point[decay.slices[index]]
+    points = point[None]
+    excursions = decay.excursions(points, index)
+    crossing, peak, amplitude = (values[0] for values in excursions)
+    start = release.elapsed[0]
+    peak_elapsed = start + peak / decay.p
+    peak_displacement = u_ins * np.sign(release.peaks) * amplitude
+    duration = release.elapsed[-1] - start
+    half_period = np.concatenate([[np.nan], np.diff(release.crossings), [np.nan]])
+    fitted_half_period = decay.curve(*point[:2]).period(amplitude) / (2 * decay.p)
+    measured = decay.measured[index] - decay.trend(points, index)[0]
+    number = index + 1
     return {
-        **{
-            name: (dim, np.concatenate([part[name][1] for part in parts]))
-            for name, (dim, _) in parts[0].items()
-        },
-        "residual_rms": float(np.sqrt(residual @ residual / (residual.size - point.size))),
+        "release_elapsed": ("release", peak_elapsed[:1]),
+        "release_displacement": ("release", peak_displacement[:1]),
+        "sensor_zero": ("release", np.array([release.zero + u_ins * zero])),
+        "sensor_drift": ("release", np.array([u_ins * drift / duration])),
+        "half_cycle_release": ("half_cycle", np.full(amplitude.size, number)),
+        "peak_elapsed": ("half_cycle", peak_elapsed),
+        "peak_displacement": ("half_cycle", peak_displacement),
+        "half_period": ("half_cycle", half_period),
+        "half_period_fitted": ("half_cycle", fitted_half_period),
+        "impact_release": ("impact", np.full(crossing.size, number)),
+        "impact_elapsed": ("impact", start + crossing / decay.p),
+        "sample_release": ("sample", np.full(release.elapsed.size, number)),
+        "sample_elapsed": ("sample", release.elapsed),
+        "measured": ("sample", u_ins * measured),
+        "control_displacement": ("sample", u_ins * decay.computed(points, index)[0]),
     }
