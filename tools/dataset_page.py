@@ -1,4 +1,4 @@
-"""Write docs/datasets.md from a build: every dataset with its variables, dimensions, units and meanings.
+"""Write docs/datasets.md from a build: the variables of every dataset, with their meanings.
 
 `python tools/dataset_page.py` reads the minimal build, which has the same names as the full one.
 """
@@ -18,9 +18,10 @@ HEAD = """# Datasets
 
 <!-- tools/dataset_page.py writes this page from a build. -->
 
-Every dataset of `results/`, as a full build leaves it. `xarray.open_dataset` opens each file. The unit 1 means
-dimensionless. Symbols are the paper's, where it has one. Each file states the values of the config that it was computed
-from (attribute `config`) and the version of the code (`code_version`).
+Every dataset of `results/`, as a full build leaves it. `xarray.open_dataset` opens each file. The
+unit 1 means dimensionless. Symbols are the paper's, where it has one. Each file states the values
+of the config that it was computed from (attribute `config`) and the version of the code
+(`code_version`).
 """
 TABLE = """
 | name | dimensions | unit | meaning | symbol |
@@ -39,7 +40,7 @@ def find_datasets(results):
 
 
 def name_file(path, results):
-    """Return the name of a dataset's file, with `{study}` and `{number}` where a kind has several files."""
+    """Return the name of a dataset's file, with `{study}` or `{number}` for several files."""
     name = path.relative_to(results).as_posix()
     if path.stem in STUDIES and path.parent != results:
         return name.replace(path.stem, "{study}")

@@ -1,4 +1,4 @@
-"""Access to the config by keys: the params of rules, and the part of the config that a stage is given."""
+"""Access to the config by keys: the params of rules, and the part that a stage is given."""
 
 import pytest
 from configs import configured

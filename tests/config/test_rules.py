@@ -71,6 +71,7 @@ LOOKED_UP = [
     ("restitution", {"start": 0.9, "stop": 0.95, "step": 0.05}),
     ("restitution", {"start": 0.9, "stop": 1.1, "step": 0.05}),
     ("validation.fit_yield_displacement_ratios", [0.02, 0.15]),
+    ("validation.curve.yield_displacement_ratio", 0.15),
     ("earthquakes.restitution_change", 0.15),
     ("order.restitution_change", 0.15),
 ]

@@ -1,7 +1,7 @@
 """Values of the minimal and of the full build: no change of a result goes unseen.
 
-`python tests/regression/test_values.py minimal results/minimal` stores those of the minimal build, and
-`python tests/regression/test_values.py full results` those of the full one.
+`python tests/regression/test_values.py minimal results/minimal` stores those of the minimal build,
+and `python tests/regression/test_values.py full results` those of the full one.
 """
 
 import json

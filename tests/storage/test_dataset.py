@@ -1,6 +1,7 @@
 """The glossary, and the files that are written from it.
 
-The tests that read the minimal build say so by the fixture `minimal`, which builds it where it is missing.
+The tests that read the minimal build say so by the fixture `minimal`, which builds it where it is
+missing.
 """
 
 import json
@@ -45,7 +46,7 @@ def write(tmp_path):
     return write
 
 
-# --- the glossary -----------------------------------------------------------------------------------------------------
+# --- the glossary ---------------------------------------------------------------------------------
 
 
 def test_interval_without_an_entry_is_described_by_its_variable():
@@ -72,7 +73,7 @@ def test_missing_name_is_refused(orders, write, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-# --- files ------------------------------------------------------------------------------------------------------------
+# --- files ----------------------------------------------------------------------------------------
 
 
 def test_dataset_comes_back_equal(orders, write):
@@ -158,7 +159,7 @@ def test_histories_of_decays_are_not_compressed(write):
     assert not encoding["zlib"] and not encoding["shuffle"] and encoding["fletcher32"]
 
 
-# --- missing integers -------------------------------------------------------------------------------------------------
+# --- missing integers -----------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -205,7 +206,7 @@ def test_plain_mean_of_collapses_is_a_share(minimal):
     np.testing.assert_allclose(share, collapses / runs.where(runs > 0))
 
 
-# --- the minimal build ------------------------------------------------------------------------------------------------
+# --- the minimal build ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", [*KINDS, *PARTS])

@@ -8,7 +8,7 @@ from rockdamp.config import Config
 
 
 def merge_files(*changes, minimal=False):
-    """Return the values of the default config, or of the minimal one over it, with nested changes."""
+    """Return the values of the default config, or of the minimal one, with nested changes."""
     names = ["default", "minimal"] if minimal else ["default"]
     values = {}
     for name in names:
@@ -25,7 +25,7 @@ def configured(*changes, minimal=False):
 
 
 def changed(config, values):
-    """Return a config with other values at dotted keys; they may lie outside the bounds of a file."""
+    """Return a config with other values at dotted keys, even outside the bounds of a file."""
     for key, value in values.items():
         name, _, rest = key.partition(".")
         if rest:

@@ -1,8 +1,8 @@
 """The minimal build, which the tests of figures, claims, report and documents read.
 
-They take the fixture `minimal`. It runs `snakemake --configfile config/minimal.yaml` in the repository,
-which builds what is missing or out of date under results/minimal, in about two minutes, and is shared
-by all tests of a run. To run some of them on a build as it is, without Snakemake::
+They take the fixture `minimal`. It runs `snakemake --configfile config/minimal.yaml` in the
+repository, which builds what is missing or out of date under results/minimal, in about two minutes,
+and is shared by all tests of a run. To run some of them on a build as it is, without Snakemake::
 
     ROCKDAMP_FINISHED_BUILD=results/minimal python -m pytest tests/figures tests/claims tests/report
 """

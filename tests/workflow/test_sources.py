@@ -1,4 +1,4 @@
-"""The digests that rules have as params: the code that they count, and files, texts and ground motions."""
+"""The digests that rules have as params: of code, files, texts and ground motions."""
 
 import importlib
 import sys
@@ -20,7 +20,7 @@ def sources(monkeypatch):
 
 @pytest.fixture
 def code(sources, monkeypatch, tmp_path):
-    """Return the params of the module `top` of a small package in place of rockdamp, by the text of its modules."""
+    """Return the params of the module `top` of a small package, by the texts of its modules."""
     package = tmp_path / "rockdamp"
     (package / "deep").mkdir(parents=True)
     (tmp_path / "dataset.py").write_text("import sys\n", encoding="utf-8")
@@ -42,7 +42,7 @@ def find_names(params):
     return [param.split()[0] for param in params]
 
 
-# --- code -------------------------------------------------------------------------------------------------------------
+# --- code -----------------------------------------------------------------------------------------
 
 IMPORTS = [
     "from rockdamp.deep.leaf import x",
@@ -75,7 +75,16 @@ def test_module_of_errors_counts(code):
     assert "errors" in find_names(code(top="import rockdamp.errors"))
 
 
-TOP = "from rockdamp.deep.leaf import x\n\n\nclass A:\n    b = 1\n\n    def c(self):\n        return 2\n"
+TOP = """
+from rockdamp.deep.leaf import x
+
+
+class A:
+    b = 1
+
+    def c(self):
+        return 2
+"""
 
 
 def test_comments_docstrings_and_layout_do_not_count(code):
@@ -111,7 +120,7 @@ def test_rules_of_the_config_do_not_count_for_a_stage(sources):
     assert "config.rules" not in names
 
 
-# --- files ------------------------------------------------------------------------------------------------------------
+# --- files ----------------------------------------------------------------------------------------
 
 
 def test_file_is_judged_by_its_content(sources, tmp_path):

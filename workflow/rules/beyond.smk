@@ -1,4 +1,4 @@
-"""Beyond the paper, without earthquakes: the schemes' order, the amplitude, and measured trials of free rocking."""
+"""Beyond the paper, without earthquakes: orders of the schemes, amplitude, measured rocking."""
 
 
 rule convergence:

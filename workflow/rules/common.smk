@@ -28,7 +28,7 @@ wildcard_constraints:
 
 
 def project_file(name):
-    """Return the path of a file in the working directory, or else of the project's file of this name."""
+    """Return the path of a file in the working directory, or else in the project's folder."""
     return find_file(name, PROJECT)
 
 
@@ -43,8 +43,9 @@ def settings(*keys):
 def stage(function, *keys, dataset=None):
     """Return the params of a rule that runs a stage.
 
-    `function` is the path of its function in the package, ``studies.mechanism.mechanism``, `keys` are those of the
-    config that the function reads, and `dataset` is the dataset's kind in the glossary: the function's name by default.
+    `function` is the path of its function in the package, ``studies.mechanism.mechanism``, `keys`
+    are those of the config that the function reads, and `dataset` is the dataset's kind in the
+    glossary: the function's name by default.
     """
     code_path, _, name = function.rpartition(".")
     kind = dataset or name
@@ -54,3 +55,11 @@ def stage(function, *keys, dataset=None):
         *code(code_path),
         *texts(kind),
     ]
+
+
+def study_values(wildcards):
+    """Return the values that a study of free decay reads besides those of all studies."""
+    keys = [f"studies.{wildcards.study}"]
+    if wildcards.study == "cracked_stiffness":
+        keys.append("softer_plateau")
+    return select_values(CONFIG, *keys)

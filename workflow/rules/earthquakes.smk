@@ -1,4 +1,4 @@
-"""Walls under earthquakes, with restitution and with every damper, and the assumptions of the answer."""
+"""Walls under earthquakes, with restitution and every damper, and the assumptions."""
 
 QUAKES = ("records", "earthquakes.walls", "earthquakes.tail")
 RUNS = (

@@ -1,4 +1,4 @@
-"""The paper: force-displacement curves, decays, matched damping ratios, polynomials, a test, and its claims."""
+"""The paper: curves, decays, matched damping ratios, polynomials, a test, and claims."""
 
 DECAY = ("solver", "curve", "release_amplitude", "wall")
 CLAIMED = [
@@ -9,14 +9,6 @@ CLAIMED = [
     "validation",
     "bilinear",
 ]
-
-
-def study_values(wildcards):
-    """Return the values that a study of free decay reads besides those of all studies."""
-    keys = [f"studies.{wildcards.study}"]
-    if wildcards.study == "cracked_stiffness":
-        keys.append("softer_plateau")
-    return select_values(CONFIG, *keys)
 
 
 rule mechanism:

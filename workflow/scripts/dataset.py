@@ -1,4 +1,4 @@
-"""A stage: a function of the package, called with the wildcards, the config and the inputs of its rule."""
+"""A stage: a function of the package, called with its rule's wildcards, config and inputs."""
 
 import importlib
 import sys

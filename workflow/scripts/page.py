@@ -1,4 +1,4 @@
-"""The report, or the page of the paper alone: tables, figures and datasets, handed to the package."""
+"""The report, or the page of the paper alone, from tables, figures and datasets."""
 
 import os
 import sys

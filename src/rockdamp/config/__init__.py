@@ -1,7 +1,7 @@
-"""The values that the pipeline computes with: their model, the rules between them, and access by dotted keys.
+"""The values that the pipeline computes with: model, rules between keys, and access by keys.
 
-The values stand in config/default.yaml. ``python -m rockdamp.config`` prints the JSON schema, which is
-config/schema.json.
+The values stand in config/default.yaml. ``python -m rockdamp.config`` prints the JSON schema, which
+is config/schema.json.
 """
 
 from rockdamp.config.model import (

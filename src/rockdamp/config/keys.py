@@ -22,8 +22,8 @@ def select_values(config: Config, *keys: str) -> dict[str, Any]:
     Returns
     -------
     dict
-        Values by their own dotted keys. A list of walls gives the names of the walls in their order, and the values of
-        each wall under its name: ``earthquakes.walls.church.slenderness``.
+        Values by their own dotted keys. A list of walls gives the names of the walls in their
+        order, and the values of each wall under its name: ``earthquakes.walls.church.slenderness``.
     """
     values: dict[str, Any] = {}
     for key in keys:
@@ -53,7 +53,8 @@ def _flatten_walls(key: str, walls: list[NamedWall]) -> dict[str, Any]:
 def restrict(config: Config, keys: Iterable[str]) -> Config:
     """Return a config that has the values at and below some dotted keys only.
 
-    Reading any other value raises `AttributeError`. Thus a stage reads no value that its rule does not name.
+    Reading any other value raises `AttributeError`. Thus a stage reads no value that its rule does
+    not name.
     """
     restricted: Config = _restrict(config, [key.split(".") for key in keys])
     return restricted

