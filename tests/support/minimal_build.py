@@ -5,6 +5,9 @@ repository, which builds what is missing or out of date under results/minimal, i
 and is shared by all tests of a run. To run some of them on a build as it is, without Snakemake::
 
     ROCKDAMP_FINISHED_BUILD=results/minimal python -m pytest tests/figures tests/claims tests/report
+
+Tests of the numbers in documents, errata and sensitivities read the full build in results/, by
+`pages.read_full`, and are skipped without it.
 """
 
 from rockdamp.constants import STUDIES
