@@ -23,9 +23,6 @@ from rockdamp.figures.style import (
     zero_line,
 )
 
-CROSSINGS = 8  # of Fig. 4: four cycles
-NEAR_IMPACT = 0.25  # tau on either side of the impact that Fig. 4 enlarges
-
 
 def model_label(history: xr.Dataset, model: str) -> str:
     """Return the name of a model with its parameter."""
@@ -89,9 +86,9 @@ def fig4(decays: xr.Dataset) -> Figure:
     draw_rocking(rocking, decays)
     crossings = sign_changes(decays["displacement"].sel(damping_model="CR").values)
     tau = decays["tau"].values
-    end = tau[crossings[:CROSSINGS][-1]]
+    end = tau[crossings[:8][-1]]  # of four cycles
     first = tau[crossings[0] + 1]
-    near_impact = slice(first - NEAR_IMPACT, first + NEAR_IMPACT)
+    near_impact = slice(first - 0.25, first + 0.25)
     for model in ("CR", "CDR"):
         history = decays.sel(damping_model=model)
         line = look(model, marker="", label=f"(b)–(d) {model_label(decays, model)}")

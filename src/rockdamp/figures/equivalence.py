@@ -26,9 +26,6 @@ from rockdamp.figures.style import (
 )
 
 DAMPING_RATIO = r"damping ratio $\xi$ [-]"
-FIG5_AMPLITUDES = (0.3, 0.5, 0.9)  # of the paper's Fig. 5
-PAPER_RANGE = (0.80, 0.91)  # of e, in which the paper finds the error of CDR the lowest
-A1 = "yield_displacement_ratio"
 
 
 def restitution_axis(axes: Axes, e: xr.DataArray) -> None:
@@ -88,7 +85,7 @@ def parameter_keys(values: xr.DataArray, *, marks: bool = False) -> list[Line2D]
 def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
     releases = amplitude["release_amplitude"].values
-    nearest = [int(abs(releases - value).argmin()) for value in FIG5_AMPLITUDES]
+    nearest = [int(abs(releases - value).argmin()) for value in (0.3, 0.5, 0.9)]  # of the paper
     study = amplitude.isel(release_amplitude=np.unique(nearest))
     figure, grid = model_panels(1, 76.0, study["restitution"])
     dashes: dict[str, Any] = {"linewidth": 0.6, "linestyle": (0, (4.0, 2.0))}
@@ -105,12 +102,13 @@ def fig5(amplitude: xr.Dataset) -> Figure:
 
 def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for every slenderness, overburden and a1, one row each."""
+    a1 = "yield_displacement_ratio"
     b1 = cracked_stiffness["strength_ratio"]
-    same_strength = cracked_stiffness.isel({A1: np.isclose(b1, b1[0])})
+    same_strength = cracked_stiffness.isel({a1: np.isclose(b1, b1[0])})
     rows = (
         (slenderness, "slenderness", "$h/t$ [-]"),
         (overburden, "overburden_ratio", "$O/W$ [-]"),
-        (same_strength, A1, f"$a_1$ [-]\nat $b_1 = {float(b1[0]):g}$"),
+        (same_strength, a1, f"$a_1$ [-]\nat $b_1 = {float(b1[0]):g}$"),
     )
     figure, grid = model_panels(3, 132.0, slenderness["restitution"])
     for row, (study, parameter, title) in zip(grid, rows, strict=True):
@@ -129,7 +127,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
         root = study["error"].sel(damping_model=model) ** 0.5
         axes.plot(study["restitution"], root, label=model, **look(model, markevery=4))
     band: dict[str, Any] = {"color": PALE, "alpha": 0.6, "linewidth": 0, "zorder": 0}
-    axes.axvspan(*PAPER_RANGE, label="CDR lowest in the paper", **band)
+    axes.axvspan(0.80, 0.91, label="CDR lowest in the paper", **band)
     restitution_axis(axes, study["restitution"])
     release = float(study["release_amplitude"])
     length = float(study["response_length"])
@@ -141,20 +139,21 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
 
 def fig7(equivalence: xr.Dataset) -> Figure:
     """Draw the polynomials xi(e) of each model and a1, the matched points and Eq. (15)."""
+    a1 = "yield_displacement_ratio"
     e = equivalence["restitution"]
     fits = equivalence["damping_ratio_fit"]
     figure, grid = panels(1, 4, 92.0, sharex=True, sharey=True, width_ratios=[1.5, 1, 1, 1])
     all_models, *columns = grid[0]
-    paper_fit = fits.sel({A1: 0.04}, method="nearest")
+    paper_fit = fits.sel({a1: 0.04}, method="nearest")
     points: dict[str, Any] = {"linestyle": "none", "markersize": 2.6}
     for axes, model in zip(columns, PAPER_MODELS, strict=True):
-        low = fits.min(A1).sel(damping_model=model)
-        high = fits.max(A1).sel(damping_model=model)
+        low = fits.min(a1).sel(damping_model=model)
+        high = fits.max(a1).sel(damping_model=model)
         all_models.fill_between(e, low, high, color=LOOK[model]["color"], alpha=0.18, linewidth=0)
         fit = paper_fit.sel(damping_model=model)
         all_models.plot(e, fit, label=model, **look(model, marker=""))
-        parameter_lines(axes, fits, model, A1, linewidth=0.7)
-        parameter_lines(axes, equivalence["damping_ratio"], model, A1, marks=True, **points)
+        parameter_lines(axes, fits, model, a1, linewidth=0.7)
+        parameter_lines(axes, equivalence["damping_ratio"], model, a1, marks=True, **points)
         title_model(axes, model)
     dashes = (0, (8.0, 1.4, 2.6, 1.4))
     line: dict[str, Any] = {"color": "black", "linewidth": 1.0, "linestyle": dashes}
@@ -162,9 +161,9 @@ def fig7(equivalence: xr.Dataset) -> Figure:
         label = "Eq. (15)" if axes is all_models else ""
         axes.plot(e, equivalence["giannini_masiani"], label=label, **line)
         restitution_axis(axes, e)
-    all_models.set_title(f"at $a_1 = {float(paper_fit[A1]):g}$; bands: all $a_1$")
+    all_models.set_title(f"at $a_1 = {float(paper_fit[a1]):g}$; bands: all $a_1$")
     all_models.set(ylim=(0, None), ylabel=DAMPING_RATIO)
-    keys = [*handles(all_models), *parameter_keys(equivalence[A1], marks=True)]
+    keys = [*handles(all_models), *parameter_keys(equivalence[a1], marks=True)]
     legend(figure, keys, columns=6, title="left: dampers; right: $a_1$ [-]")
     return figure
 

@@ -195,8 +195,6 @@ def draw_dimension(axes: Axes, start: Any, end: Any) -> None:
 
 # --- Fig. 2 ------------------------------------------------------------------------------------
 
-BILINEAR: dict[str, Any] = {"color": GREY, "linestyle": (0, (2, 2))}
-
 
 def fig2(mechanism: xr.Dataset) -> Figure:
     """Draw the tri-linear law on the bi-linear one, its variants and stages of degradation."""
@@ -213,7 +211,7 @@ def fig2(mechanism: xr.Dataset) -> Figure:
     draw_stages(stages, mechanism)
     for axes in grid[0]:  # last, so that no curve hides it
         label = "bi-linear, rigid" if axes is definitions else ""
-        draw_law(axes, mechanism, "bi-linear", label, **BILINEAR)
+        draw_law(axes, mechanism, "bi-linear", label, color=GREY, linestyle=(0, (2, 2)))
     legend(figure, handles(*grid[0]), columns=3)
     return figure
 

@@ -22,7 +22,6 @@ from rockdamp.figures.style import (
 )
 
 FAMILIES = {"ECD": "ECD of order $m$", "BAND": "BAND of width $t_c$", "CQD": "CQD of width $w/a_1$"}
-NEAR_CROSSING = 0.35  # tau on either side of the impact
 
 
 def fig_order(order: xr.Dataset) -> Figure:
@@ -77,7 +76,7 @@ def draw_crossing(force: Axes, velocity: Axes, order: xr.Dataset) -> None:
     tau = order["tau"].values
     displacement = order["displacement"].sel(crossing_damper="CR").values
     impact = tau[int(np.argmax(displacement <= 0)) - 1]
-    is_near = np.abs(tau - impact) <= NEAR_CROSSING
+    is_near = np.abs(tau - impact) <= 0.35  # [tau]
     lines: dict[str, dict[str, Any]] = {  # CR last, on top
         "ECD16": look("ECD", marker="", label="ECD16"),
         "BAND0.4": look("BAND", marker="", linestyle=(0, (5.0, 1.6)), label="BAND0.4"),
