@@ -25,62 +25,69 @@ CURVE = TrilinearCurve(0.04, 0.85)
 
 
 def release(restitution, amplitude=0.5, step=0.005, length=8.0, **scheme):
-    """Decays of the reference curve, one for each e."""
+    """Return decays of the reference curve, one for each e."""
     e = np.atleast_1d(restitution).astype(float)
     curve = TrilinearCurve(np.full(e.size, 0.04), np.full(e.size, 0.85))
-    return Cases.release(
-        curve, np.full(e.size, amplitude), e, step=step, steps=round(length / step), **scheme
+    amplitudes = np.full(e.size, amplitude)
+    return Cases.release(curve, amplitudes, e, step=step, steps=round(length / step), **scheme)
+
+
+def damped_decay(damping, cases):
+    """Return abs(u) of the reference curve under a damper, at each step of the cases."""
+    response = simulate(
+        CURVE,
+        damping,
+        release_amplitude=float(cases.release_amplitude[0]),
+        step=cases.step,
+        steps=cases.steps,
     )
+    return np.abs(response.displacement)
 
 
-def history(damping, cases):
-    """u of the reference curve at each step of the cases, under damping ratios in the place of restitution."""
-    start = {
-        "release_amplitude": float(cases.release_amplitude[0]),
-        "step": cases.step,
-        "steps": cases.steps,
-    }
-    return np.abs(simulate(CURVE, damping, **start).displacement)
+def match_cdr(cases):
+    """Return the match of CDR over 800 steps of 0.01, with one refinement."""
+    return match_dampers(cases, ["CDR"], 800, refinement=2)["CDR"]
 
 
-# --- the global minimum of Err ----------------------------------------------------------------------------------------
+# --- the global minimum of Err -------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("model", VISCOUS_MODELS)
-def test_a_viscous_decay_is_matched_by_its_own_damping_ratio(model):
-    """The reference is the model itself, so Err is zero at its ratio and nowhere else."""
+def test_own_decay_gives_the_own_ratio(model):
+    """The reference is the model itself: Err is zero at its ratio and nowhere else."""
     cases = release(0.85)
     truth = 1.1 * damping_ratio_energy(CURVE, model, 0.85, 0.5).item()
-    cases.displacement[:] = history(Damping(model, truth), cases)
+    cases.displacement[:] = damped_decay(Damping(model, truth), cases)
     best = global_minima(cases, model, [1600])
     assert best.damping_ratio[0, 0] == pytest.approx(truth, rel=2e-5)
     assert best.error[0, 0] < 1e-6
 
 
 @pytest.mark.parametrize("model", VISCOUS_MODELS)
-def test_the_matched_ratio_is_that_of_an_independent_integration(model):
-    """Event-driven decays sampled finely, and a bounded scalar minimiser: no code of the kernel or of the scan."""
-    e, x0, times = 0.85, 0.5, np.arange(1, 1601) * 0.005
-    reference = np.abs(
-        exact_history(CURVE, Damping("CR", e), times, release_amplitude=x0).displacement
-    )
+def test_ratio_against_an_independent_integration(model):
+    """Event-driven decays and a bounded scalar minimiser: no code of the kernel or the scan."""
+    e, x0 = 0.85, 0.5
+    times = np.arange(1, 1601) * 0.005
+
+    def decay(damping):
+        return np.abs(exact_history(CURVE, damping, times, release_amplitude=x0).displacement)
+
+    reference = decay(Damping("CR", e))
 
     def err(xi):
-        found = exact_history(CURVE, Damping(model, xi), times, release_amplitude=x0).displacement
-        return np.sum((reference - np.abs(found)) ** 2)
+        return np.sum((reference - decay(Damping(model, xi))) ** 2)
 
     guess = damping_ratio_energy(CURVE, model, e, x0).item()
-    independent = minimize_scalar(
-        err, bounds=(0.6 * guess, 1.8 * guess), method="bounded", options={"xatol": 1e-5}
-    )
+    bounds = (0.6 * guess, 1.8 * guess)
+    independent = minimize_scalar(err, bounds=bounds, method="bounded", options={"xatol": 1e-5})
     best = global_minima(release(e, step=0.00125), model, [6400])
     assert best.damping_ratio[0, 0] == pytest.approx(independent.x, rel=3e-3)
 
 
-def test_the_global_minimum_is_found_among_many():
-    """A long response near e = 1 has several local minima; a scan twenty times as fine knows which is lowest.
+def test_global_minimum_among_many():
+    """A long response near e = 1 has several local minima; a finer scan knows the lowest.
 
-    Sampling |u| at the steps puts a ripple on Err, of first order in the step; at this step it is below 0.1 % of Err.
+    The samples of |u| put a ripple on Err, which at this step is below 0.1 % of Err.
     """
     cases = release(0.97, length=60.0, step=0.0025)
     best = global_minima(cases, "CDC", [cases.steps])
@@ -91,89 +98,102 @@ def test_the_global_minimum_is_found_among_many():
     assert best.damping_ratio[0, 0] == pytest.approx(trial[error.argmin()], rel=2e-3)
 
 
-def test_each_response_length_has_what_it_has_alone_and_without_loss_the_ratio_is_zero():
-    cases, lengths = release([0.75, 0.9, 1.0], length=60.0), np.arange(1600, 12001, 800)
+def test_response_lengths_together_as_alone():
+    cases = release([0.75, 0.9], length=60.0)
+    lengths = np.arange(1600, 12001, 800)
     together = global_minima(cases, "CDR", lengths)
     for index in (0, 5, 12):
-        alone = global_minima(cases.take(slice(0, 2)), "CDR", lengths[[index]])
+        alone = global_minima(cases, "CDR", lengths[[index]])
         for name in ("damping_ratio", "error", "local_minima"):
-            assert getattr(together, name)[index, :2].tolist() == getattr(alone, name)[0].tolist()
-    assert not together.damping_ratio[:, 2].any() and not together.error[:, 2].any()
+            np.testing.assert_array_equal(getattr(together, name)[index], getattr(alone, name)[0])
 
 
-def test_where_no_damping_ratio_is_defined_it_is_refused(monkeypatch):
-    cases = release(0.85)
-    first = float(CURVE.period(0.5)) / 4
+def test_case_without_loss_has_no_damping():
+    cases = release([0.75, 0.9, 1.0])
+    together = global_minima(cases, "CDR", [1600])
+    alone = global_minima(cases.take(slice(0, 2)), "CDR", [1600])
+    np.testing.assert_array_equal(together.damping_ratio[:, :2], alone.damping_ratio)
+    assert not together.damping_ratio[:, 2].any()
+    assert not together.error[:, 2].any()
+
+
+def test_response_before_the_first_impact_is_refused():
+    first_impact = float(CURVE.period(0.5)) / 4
     with pytest.raises(InputError, match="first impact"):
-        global_minima(cases, "CDR", [int(0.99 * first / 0.005)])
-    for smallest, largest in ((0.1, 0.5), (2.0, 3.0)):
-        monkeypatch.setattr(matching, "SCAN", np.geomspace(smallest, largest, 50))
-        with pytest.raises(InputError, match="edge of the scan"):
-            global_minima(cases, "CDR", [1600])
+        global_minima(release(0.85), "CDR", [int(0.99 * first_impact / 0.005)])
 
 
-@pytest.mark.parametrize(("deeper", "taken"), [(0.0, 0), (0.004, 1)])
-def test_of_two_minima_the_lower_is_taken_though_the_scan_passes_it_and_of_equal_ones_the_smaller_ratio(
-    deeper, taken
-):
-    """The first is at a point of the scan, the second between two points, where it seems to be the higher one."""
+@pytest.mark.parametrize(("smallest", "largest"), [(0.1, 0.5), (2.0, 3.0)])
+def test_minimum_at_the_edge_of_the_scan_is_refused(monkeypatch, smallest, largest):
+    monkeypatch.setattr(matching, "SCAN", np.geomspace(smallest, largest, 50))
+    with pytest.raises(InputError, match="edge of the scan"):
+        global_minima(release(0.85), "CDR", [1600])
+
+
+@pytest.mark.parametrize(
+    ("depth", "basin"), [(0.0, 0), (0.004, 1)], ids=["equal", "second is deeper"]
+)
+def test_lower_basin_or_the_smaller_ratio_is_taken(depth, basin):
+    """One basin is at a point of the scan. The other is between two, and seems to be higher."""
     guess = damping_ratio_energy(CURVE, "CDR", 0.85, 0.5).item()
-    bottoms = np.log(matching.SCAN[60]), 0.5 * np.log(matching.SCAN[140] * matching.SCAN[141])
+    between = 0.5 * np.log(matching.SCAN[140] * matching.SCAN[141])
+    bottoms = np.log(matching.SCAN[60]), between
 
     class TwoBasins(Cases):
         def errors(self, damping_model, damping_ratio, case, marks, every=1):
-            first, second = (np.abs(np.log(damping_ratio / guess) - bottom) for bottom in bottoms)
-            return (
-                np.minimum(np.maximum(first, 0.001), np.maximum(second, 0.001) - deeper)[None]
-                + 0.01
-            )
+            place = np.log(damping_ratio / guess)
+            first = np.maximum(np.abs(place - bottoms[0]), 0.001)
+            second = np.maximum(np.abs(place - bottoms[1]), 0.001) - depth
+            return np.minimum(first, second)[None] + 0.01
 
-    one = release(0.85)
-    cases = TwoBasins(one.curve, one.release_amplitude, one.restitution, one.displacement, one.step)
-    best = global_minima(cases, "CDR", [1600])
-    assert np.log(best.damping_ratio[0, 0] / guess) == pytest.approx(bottoms[taken], abs=0.002)
+    cases = release(0.85)
+    basins = TwoBasins(
+        cases.curve, cases.release_amplitude, cases.restitution, cases.displacement, cases.step
+    )
+    best = global_minima(basins, "CDR", [1600])
+    found = np.log(best.damping_ratio[0, 0] / guess)
+    assert found == pytest.approx(bottoms[basin], abs=0.002)
     assert best.local_minima[0, 0] == 2
 
 
-# --- the minimum of the integral --------------------------------------------------------------------------------------
+# --- the minimum of the integral -----------------------------------------------------------------
 
 
-def exact_minimum(model, restitution, amplitude, near):
-    """The least integral of (|u_CR| - |u|)^2 near a damping ratio, by the event-driven solver.
+def exact_minimum(model, restitution, amplitude, guess):
+    """Return the least integral of (|u_CR| - |u|)^2 near a damping ratio, event by event.
 
-    |u| has a kink at each crossing of zero. The crossings are nodes, so the trapezoidal sum is smooth in the ratio.
+    |u| has a kink at each crossing of zero. The crossings are nodes, so that the trapezoidal sum is
+    smooth in the ratio.
     """
     even = np.linspace(0, 8.0, 16001)
     target = exact_history(CURVE, Damping("CR", restitution), even, release_amplitude=amplitude)
     nodes = np.union1d(even, target.impacts)
-    wanted = np.abs(np.interp(nodes, target.times, target.displacement))
-    wanted[np.isin(nodes, target.impacts)] = 0.0
+    reference = np.abs(np.interp(nodes, target.times, target.displacement))
+    reference[np.isin(nodes, target.impacts)] = 0.0
 
     def distance(xi):
-        found = exact_history(CURVE, Damping(model, xi), nodes, release_amplitude=amplitude)
-        squared = (wanted - np.abs(found.displacement)) ** 2
-        at_crossings = np.interp(found.impacts, nodes, wanted) ** 2
-        place = np.searchsorted(nodes, found.impacts)
-        return np.trapezoid(
-            np.insert(squared, place, at_crossings), np.insert(nodes, place, found.impacts)
-        )
+        decay = exact_history(CURVE, Damping(model, xi), nodes, release_amplitude=amplitude)
+        squares = (reference - np.abs(decay.displacement)) ** 2
+        at_crossings = np.interp(decay.impacts, nodes, reference) ** 2
+        place = np.searchsorted(nodes, decay.impacts)
+        values = np.insert(squares, place, at_crossings)
+        return np.trapezoid(values, np.insert(nodes, place, decay.impacts))
 
-    ends = 0.99 * near, 1.01 * near
-    return minimize_scalar(
-        distance, bounds=ends, method="bounded", options={"xatol": 1e-6 * near}
-    ).x
+    bounds = (0.99 * guess, 1.01 * guess)
+    options = {"xatol": 1e-6 * guess}
+    return minimize_scalar(distance, bounds=bounds, method="bounded", options=options).x
 
 
 @pytest.mark.parametrize("restitution", [0.72, 0.79, 0.85])
-def test_the_exact_minimum_of_cdc_from_a_large_amplitude_is_within_the_uncertainty(restitution):
-    """Where Err is largest, and its ripple with it: the two motions cross zero furthest apart."""
+def test_exact_minimum_is_within_the_uncertainty(restitution):
+    """CDC from a large amplitude has the largest Err and ripple: the crossings differ most."""
     matched = match_dampers(release(restitution, amplitude=0.9), ["CDC"], 1600)["CDC"]
     ratio, bound = matched.damping_ratio[0], matched.uncertainty[0]
     assert abs(ratio - exact_minimum("CDC", restitution, 0.9, ratio)) <= bound < 2e-3 * ratio
 
 
 class KnownIntegral:
-    """Cases whose integral is a known function of xi: the mean of the sums up to the last step but one and the last."""
+    """Cases whose integral, the mean of the last two sums, is a known function of xi."""
 
     step = 0.005
 
@@ -182,100 +202,114 @@ class KnownIntegral:
 
     def errors(self, damping_model, damping_ratio, case, marks):
         assert marks == [99, 100]
+        mean = self.function(damping_ratio)
         last = 0.1 * damping_ratio
-        return np.stack([self.function(damping_ratio) - last, self.function(damping_ratio) + last])
+        return np.stack([mean - last, mean + last])
+
+    def minima(self, start):
+        return integral_minima(self, "CDC", 100, np.array([start]))
 
 
 @pytest.mark.parametrize("start", [0.045, 0.05, 0.06, 0.2])
-def test_a_smooth_minimum_is_found_from_where_no_range_around_the_start_holds_it(start):
-    known = KnownIntegral(lambda xi: 1 + (np.log(xi / 0.05)) ** 2)
-    np.testing.assert_allclose(
-        integral_minima(known, "CDC", 100, np.array([start])), 0.05, rtol=1e-4
-    )
+def test_smooth_minimum_is_found_from_afar(start):
+    known = KnownIntegral(lambda xi: 1 + np.log(xi / 0.05) ** 2)
+    np.testing.assert_allclose(known.minima(start), 0.05, rtol=1e-4)
 
 
-def test_of_a_ripple_little_is_left():
-    """One with two periods per half range, at every phase; it moves the least value by 0.06 of the half range."""
-    width, off = 8.0 * KnownIntegral.step, []
-    for phase in np.linspace(0, 2 * np.pi, 17):
+@pytest.mark.parametrize("phase", np.linspace(0, 2 * np.pi, 17))
+def test_ripple_hardly_moves_the_minimum(phase):
+    """Two periods in half the range, which move the least value by 0.06 of the half range."""
+    width = 8.0 * KnownIntegral.step
 
-        def rippled(xi, phase=phase):
-            return ((xi / 0.05 - 1) / width) ** 2 + 0.01 * np.sin((xi / 0.05) / width * 12 + phase)
+    def rippled(xi):
+        ripple = 0.01 * np.sin((xi / 0.05) / width * 12 + phase)
+        return ((xi / 0.05 - 1) / width) ** 2 + ripple
 
-        found = integral_minima(KnownIntegral(rippled), "CDC", 100, np.array([0.05]))[0, 0]
-        off.append(np.abs(found / 0.05 - 1) / width)
-    assert max(off) < 0.02
+    minimum = KnownIntegral(rippled).minima(0.05)[0, 0]
+    assert np.abs(minimum / 0.05 - 1) / width < 0.02
 
 
-def test_an_integral_that_falls_for_ever_is_an_error():
+def test_integral_without_a_minimum_is_refused():
     with pytest.raises(InputError, match="CDC"):
-        integral_minima(KnownIntegral(lambda xi: 1 / xi), "CDC", 100, np.array([0.05]))
+        KnownIntegral(lambda xi: 1 / xi).minima(0.05)
 
 
-# --- what is published ------------------------------------------------------------------------------------------------
+# --- the published ratio -------------------------------------------------------------------------
 
 
-def test_the_integral_s_minimum_is_followed_from_the_global_one_to_the_finest_step():
+@pytest.mark.parametrize("model", ["SDR", "CDC"])
+def test_minimum_is_followed_to_the_finest_step(model):
     cases, steps = release([0.75, 0.9, 0.75], step=0.01), 800
     matched = match_dampers(cases, ["SDR", "CDC"], steps, refinement=4)
     assert list(matched) == ["SDR", "CDC"]
-    for model, published in matched.items():
-        best = global_minima(cases, model, [steps])
-        ratio, found = integral_minima(cases, model, steps, best.damping_ratio[0])[0], []
-        for refinement in (2, 2.5, 4):
-            finer = cases.refine(steps, refinement)
-            found.append(integral_minima(finer, model, finer.steps, ratio))
-            ratio = found[-1][0]
-        largest = np.abs(np.concatenate(found) - ratio).max(axis=0)
-        np.testing.assert_array_equal(published.damping_ratio, ratio)
-        np.testing.assert_array_equal(
-            published.uncertainty, np.maximum(2 * largest, RESOLUTION * ratio)
-        )
-        np.testing.assert_array_equal(published.local_minima, best.local_minima[0])
-        error = np.sum(
-            (np.abs(finer.displacement[0]) - history(Damping(model, ratio[0]), finer)) ** 2
-        )
-        np.testing.assert_allclose(published.error[[0, 2]], error, rtol=1e-12)
-        np.testing.assert_allclose(published.rms_error, np.sqrt(published.error / (4 * steps)))
-        assert (published.step, published.steps) == (0.01 / 4, 4 * steps)
+    published = matched[model]
+    best = global_minima(cases, model, [steps])
+    ratio = integral_minima(cases, model, steps, best.damping_ratio[0])[0]
+    minima = []
+    for refinement in (2, 2.5, 4):
+        finer = cases.refine(steps, refinement)
+        minima.append(integral_minima(finer, model, finer.steps, ratio))
+        ratio = minima[-1][0]
+    largest = np.abs(np.concatenate(minima) - ratio).max(axis=0)
+    uncertainty = np.maximum(2 * largest, RESOLUTION * ratio)
+    np.testing.assert_array_equal(published.damping_ratio, ratio)
+    np.testing.assert_array_equal(published.uncertainty, uncertainty)
+    np.testing.assert_array_equal(published.local_minima, best.local_minima[0])
+    assert published.step == 0.01 / 4
+    assert published.steps == 4 * steps
 
 
-@pytest.mark.parametrize("off", [None, (1, 0), (1, 1), (2, 0), (2, 1), (3, 1)])
-def test_any_of_the_minima_that_differs_widens_the_uncertainty(monkeypatch, off):
-    """Six minima of three steps: five that can differ from the one that is published; the first call looks for it."""
+def test_published_error_is_err_at_the_finest_step():
+    cases, steps = release([0.75, 0.9, 0.75], step=0.01), 800
+    published = match_dampers(cases, ["CDC"], steps, refinement=4)["CDC"]
+    finest = cases.refine(steps, 4)
+    decay = damped_decay(Damping("CDC", published.damping_ratio[0]), finest)
+    error = np.sum((np.abs(finest.displacement[0]) - decay) ** 2)
+    np.testing.assert_allclose(published.error[[0, 2]], error, rtol=1e-12)
+    np.testing.assert_allclose(published.rms_error, np.sqrt(published.error / (4 * steps)))
+
+
+@pytest.mark.parametrize("place", [None, (1, 0), (1, 1), (2, 0), (2, 1), (3, 1)])
+def test_deviating_minimum_widens_the_uncertainty(monkeypatch, place):
+    """Of six minima at three steps, five can differ from the published one.
+
+    The first call searches for it.
+    """
     calls = []
 
     def minima(cases, model, steps, ratio):
-        found = np.full((2, ratio.size), 0.05)
-        if off is not None and len(calls) == off[0]:
-            found[off[1]] *= 1.01
+        result = np.full((2, ratio.size), 0.05)
+        if place is not None and len(calls) == place[0]:
+            result[place[1]] *= 1.01
         calls.append(model)
-        return found
+        return result
 
     monkeypatch.setattr(matching, "integral_minima", minima)
-    matched = match_dampers(release([0.75, 0.9], step=0.01), ["CDR"], 800, refinement=2)["CDR"]
-    np.testing.assert_allclose(
-        matched.uncertainty, RESOLUTION * 0.05 if off is None else 2 * 0.01 * 0.05
-    )
+    uncertainty = match_cdr(release([0.75, 0.9], step=0.01)).uncertainty
+    expected = RESOLUTION * 0.05 if place is None else 2 * 0.01 * 0.05
+    np.testing.assert_allclose(uncertainty, expected)
 
 
-def test_the_scheme_is_that_of_the_cases_and_the_scan_changes_nothing(monkeypatch):
-    newmark, paper = (release(0.75, step=0.01, scheme=scheme) for scheme in ("newmark", "paper"))
-    one, other = (
-        match_dampers(cases, ["CDR"], 800, refinement=2)["CDR"].damping_ratio
-        for cases in (newmark, paper)
-    )
-    assert 1e-3 < abs(other[0] / one[0] - 1) < 0.05
+def test_scheme_of_the_cases_is_used():
+    ratios = []
+    for scheme in ("newmark", "paper"):
+        cases = release(0.75, step=0.01, scheme=scheme)
+        ratios.append(match_cdr(cases).damping_ratio[0])
+    assert 1e-3 < abs(ratios[1] / ratios[0] - 1) < 0.05
+
+
+def test_scan_does_not_change_the_ratio(monkeypatch):
+    cases = release(0.75, step=0.01)
+    ratio = match_cdr(cases).damping_ratio
     monkeypatch.setattr(matching, "SCAN", np.geomspace(0.5, 2.0, 30))
-    few = match_dampers(newmark, ["CDR"], 800, refinement=2)["CDR"].damping_ratio
-    np.testing.assert_allclose(few, one, rtol=2 * RESOLUTION)
+    np.testing.assert_allclose(match_cdr(cases).damping_ratio, ratio, rtol=2 * RESOLUTION)
 
 
 @pytest.mark.parametrize("start", [0.8, 1.0, 1.3])
-def test_no_ratio_near_it_has_a_smaller_sum_of_absolute_differences(start):
+def test_least_sum_of_absolute_differences(start):
     cases = release([0.75, 0.9], step=0.01)
-    found = least_absolute(cases, "CDC", start * np.array([0.045, 0.018]), 800)
-    for reference, best in zip(np.abs(cases.displacement), found, strict=True):
-        ratios = best * np.linspace(0.9, 1.1, 201)
-        sums = np.abs(history(Damping("CDC", ratios), cases) - reference).sum(axis=-1)
-        assert best == pytest.approx(ratios[sums.argmin()], rel=2e-3)
+    least = least_absolute(cases, "CDC", start * np.array([0.045, 0.018]), 800)
+    for reference, ratio in zip(np.abs(cases.displacement), least, strict=True):
+        ratios = ratio * np.linspace(0.9, 1.1, 201)
+        sums = np.abs(damped_decay(Damping("CDC", ratios), cases) - reference).sum(axis=-1)
+        assert ratio == pytest.approx(ratios[sums.argmin()], rel=2e-3)
