@@ -31,7 +31,7 @@ from rockdamp.laboratory.uncertainty import (
     covariance_by_sensor,
     size_change,
 )
-from rockdamp.mechanics.curve import RULES
+from rockdamp.mechanics.curve import CURVE_RULES
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.record import Record
 
@@ -227,7 +227,7 @@ def make_fits(
     a3 = check_number(
         "ultimate_displacement_ratio",
         ultimate_displacement_ratio,
-        *RULES["ultimate_displacement_ratio"],
+        *CURVE_RULES["ultimate_displacement_ratio"],
     )
     check_choice("softening", softening, SOFTENING)
     check_choice("damping_model", damping_model, MODELS)

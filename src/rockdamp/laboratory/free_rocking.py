@@ -23,7 +23,7 @@ from rockdamp.laboratory.losses import fit_law, loss_at, regress
 from rockdamp.laboratory.record_fit import PARAMETERS
 from rockdamp.laboratory.releases import find_releases, rest_deviation
 from rockdamp.laboratory.uncertainty import NORMAL_QUANTILE, check_deviations
-from rockdamp.mechanics.curve import RULES, TrilinearCurve
+from rockdamp.mechanics.curve import CURVE_RULES, TrilinearCurve
 from rockdamp.mechanics.dampers import DAMPERS
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -104,7 +104,7 @@ def fit_free_rocking(
     a3 = check_number(
         "ultimate_displacement_ratio",
         ultimate_displacement_ratio,
-        *RULES["ultimate_displacement_ratio"],
+        *CURVE_RULES["ultimate_displacement_ratio"],
     )
     check_choice("softening", softening, SOFTENING)
     if least_peak is not None:

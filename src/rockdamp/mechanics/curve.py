@@ -1,4 +1,4 @@
-"""The tri-linear force-displacement curve of a cracked wall and its undamped free motion, in dimensionless form."""
+"""The dimensionless tri-linear force-displacement curve of a cracked wall."""
 
 from __future__ import annotations
 
@@ -12,11 +12,15 @@ from rockdamp.arrays import Array, Quantity, short_repr
 from rockdamp.constants import PRESETS, SOFTENING
 from rockdamp.errors import Rule, check, check_choice, check_fields
 
-ROUNDING = 1e-12  # a shorter branch has no length but that of rounding: 1 - 0.85 is above 0.15 in floating point
-RULES: dict[str, Rule] = {
+# A shorter branch is one of rounding: in floating point 1 - 0.85 is above 0.15.
+SHORTEST_BRANCH = 1e-12
+CURVE_RULES: dict[str, Rule] = {
     # ASSUME: joints are rougher than some micrometres, 1e-5 of the thickness of a wall.
     "yield_displacement_ratio": (lambda a1: a1 >= 1e-5, "at least 1e-5, as joints are rough"),
-    "strength_ratio": (lambda b1: (b1 > ROUNDING) & (b1 < 1), "greater than 0 and less than 1"),
+    "strength_ratio": (
+        lambda b1: (b1 > SHORTEST_BRANCH) & (b1 < 1),
+        "greater than 0 and less than 1",
+    ),
     "ultimate_displacement_ratio": (
         lambda a3: (a3 > 0) & (a3 <= 1),
         "greater than 0 and at most 1",
@@ -36,7 +40,8 @@ class TrilinearCurve:
             0 & x \ge a_3
         \end{cases}
 
-    Parameters may be arrays that broadcast against each other; every method broadcasts against them too.
+    The parameters may be arrays, which broadcast against each other and against the arguments of
+    the methods.
 
     Parameters
     ----------
@@ -45,10 +50,12 @@ class TrilinearCurve:
     strength_ratio : float or ndarray
         b1 = F_y/F0, in (0, 1). [-]
     ultimate_displacement_ratio : float or ndarray
-        a3 = u3/u_ins, at most 1, and above 1 - b1 (steeper) or a1 + b1 (translated). [-]
+        a3 = u3/u_ins, at most 1, and above 1 - b1 (steeper) or a1 + b1 (translated). The default is
+        1. [-]
     softening : {"steeper", "translated"}
-        For a3 < 1: the plateau ends on the bi-linear law and the last branch is steeper (a2 = 1 - b1), or the last
-        branch keeps the slope -K0 and is moved towards the origin (a2 = a3 - b1).
+        Variant for a3 < 1: the plateau ends on the bi-linear law and the last branch is steeper
+        (a2 = 1 - b1), or the last branch keeps the slope -K0 and moves towards the origin
+        (a2 = a3 - b1).
 
     Examples
     --------
@@ -68,35 +75,43 @@ class TrilinearCurve:
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
-        check_fields(self, RULES)
+        check_fields(self, CURVE_RULES)
         check_choice("softening", self.softening, SOFTENING)
-        a1, b1, a3 = (
-            self.yield_displacement_ratio,
-            self.strength_ratio,
-            self.ultimate_displacement_ratio,
-        )
-        least, allowed = (1 - b1, "1 - b1") if self.softening == "steeper" else (a1 + b1, "a1 + b1")
-        check(
-            "ultimate_displacement_ratio",
-            a3,
-            lambda a3: a3 > least + ROUNDING,
-            f"greater than {allowed}",
-        )
+        a1, b1, a3 = self.ratios
+        if self.softening == "steeper":
+            smallest = 1 - b1
+            allowed = "greater than 1 - b1"
+        else:
+            smallest = a1 + b1
+            allowed = "greater than a1 + b1"
+        has_softening = a3 > smallest + SHORTEST_BRANCH
+        check("ultimate_displacement_ratio", a3, lambda a3: has_softening, allowed)
+        has_plateau = a1 < self.plateau_end - SHORTEST_BRANCH
         allowed = "less than a2, where the plateau ends (1 - b1)"
-        check("yield_displacement_ratio", a1, lambda a1: a1 < self.plateau_end - ROUNDING, allowed)
+        check("yield_displacement_ratio", a1, lambda a1: has_plateau, allowed)
 
     @classmethod
     def preset(cls, name: str, **others: Quantity) -> TrilinearCurve:
-        """Return the curve of one of Doherty's stages of degradation, quoted in section 3 of the paper.
+        """Return the curve of one of Doherty's stages of degradation, quoted in section 3.
 
         Parameters
         ----------
         name : {"new", "moderate", "severe"}
+            Stage of degradation.
         **others : float, ndarray or str
-            What else the curve takes: ``ultimate_displacement_ratio``, ``softening``.
+            Other parameters of the curve: ``ultimate_displacement_ratio``, ``softening``.
         """
         b1, a1 = PRESETS[check_choice("preset", name, tuple(PRESETS))]
         return cls(a1, b1, **others)
+
+    @property
+    def ratios(self) -> tuple[Array, Array, Array]:
+        """The parameters a1, b1 and a3. [-]"""
+        return (
+            self.yield_displacement_ratio,
+            self.strength_ratio,
+            self.ultimate_displacement_ratio,
+        )
 
     @property
     def plateau_end(self) -> Array:
@@ -105,77 +120,85 @@ class TrilinearCurve:
 
     @property
     def initial_stiffness(self) -> Array:
-        """k1 = b1/a1, the first branch's stiffness over K0. [-]"""
+        """k1 = b1/a1, the stiffness of the first branch over K0. [-]"""
         return np.asarray(self.strength_ratio / self.yield_displacement_ratio)
 
     @property
     def softening_stiffness(self) -> Array:
-        """ks = b1/(a3 - a2) > 0, the last branch's stiffness over -K0. [-]"""
-        return np.asarray(
-            self.strength_ratio / (self.ultimate_displacement_ratio - self.plateau_end)
-        )
+        """ks = b1/(a3 - a2) > 0, the stiffness of the last branch over -K0. [-]"""
+        length = self.ultimate_displacement_ratio - self.plateau_end
+        return np.asarray(self.strength_ratio / length)
 
     @property
     def initial_frequency(self) -> Array:
-        """w1 = sqrt(k1), the first branch's angular frequency over p. [-]"""
+        """w1 = sqrt(k1), the angular frequency of the first branch over p. [-]"""
         return np.asarray(np.sqrt(self.initial_stiffness))
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape that the parameters broadcast to."""
-        ratios = (
-            self.yield_displacement_ratio,
-            self.strength_ratio,
-            self.ultimate_displacement_ratio,
-        )
-        return np.broadcast_shapes(*map(np.shape, ratios))
+        return np.broadcast_shapes(*(np.shape(ratio) for ratio in self.ratios))
 
     def map(self, function: Callable[[Array], Array]) -> TrilinearCurve:
-        """Return the curve with `function`, which picks or repeats elements, applied to each of its ratios."""
-        ratios = (
-            self.yield_displacement_ratio,
-            self.strength_ratio,
-            self.ultimate_displacement_ratio,
-        )
-        a1, b1, a3 = map(function, np.broadcast_arrays(*ratios))
+        """Return the curve with a function applied to each of its ratios.
+
+        Parameters
+        ----------
+        function : callable
+            Picks or repeats elements of an array of the shape `shape`.
+        """
+        a1, b1, a3 = map(function, np.broadcast_arrays(*self.ratios))
         return TrilinearCurve(a1, b1, a3, self.softening)
 
     def parameters(self) -> tuple[Array, ...]:
-        """Return k1, b1, ks, a1, a2, a3, the arguments of the solvers. [-]"""
-        a1, b1, a3 = (
-            self.yield_displacement_ratio,
-            self.strength_ratio,
-            self.ultimate_displacement_ratio,
-        )
+        """Return k1, b1, ks, a1, a2 and a3, the arguments of the solvers. [-]"""
+        a1, b1, a3 = self.ratios
         return self.initial_stiffness, b1, self.softening_stiffness, a1, self.plateau_end, a3
 
     def force(self, x: ArrayLike) -> Array:
-        """Return f(x), the force over K0 u_ins, at x = u/u_ins. [-]"""
+        """Return the force f(x) over K0 u_ins. [-]
+
+        Parameters
+        ----------
+        x : float or ndarray
+            Displacement u/u_ins. [-]
+        """
         x = np.asarray(x, dtype=float)
         k1, b1, ks, _, _, a3 = self.parameters()
         z = np.abs(x)
-        return np.sign(x) * np.maximum(np.minimum(np.minimum(k1 * z, b1), ks * (a3 - z)), 0.0)
+        lowest_line = np.minimum(np.minimum(k1 * z, b1), ks * (a3 - z))
+        return np.sign(x) * np.maximum(lowest_line, 0.0)
 
     def energy(self, x: ArrayLike) -> Array:
-        r"""Return the energy that the wall stores at x = u/u_ins, constant beyond a3. [-]
+        r"""Return the stored energy V(x), constant beyond a3. [-]
 
         .. math:: V(x) = \int_0^x f(s) \, \mathrm{d}s
+
+        Parameters
+        ----------
+        x : float or ndarray
+            Displacement u/u_ins. [-]
         """
         k1, b1, ks, a1, a2, a3 = self.parameters()
         z = np.abs(np.asarray(x, dtype=float))
-        z1, z2, z3 = (
-            np.minimum(z, a1),
-            np.minimum(np.maximum(z, a1), a2),
-            np.minimum(np.maximum(z, a2), a3),
-        )
-        return np.asarray(
-            0.5 * (k1 * z1 * z1 + 2.0 * b1 * (z2 - a1) + ks * (z3 - a2) * (2.0 * a3 - a2 - z3))
-        )
+        z1 = np.minimum(z, a1)
+        z2 = np.minimum(np.maximum(z, a1), a2)
+        z3 = np.minimum(np.maximum(z, a2), a3)
+        softening = ks * (z3 - a2) * (2.0 * a3 - a2 - z3)
+        return np.asarray(0.5 * (k1 * z1 * z1 + 2.0 * b1 * (z2 - a1) + softening))
 
     def amplitude(self, energy: ArrayLike) -> Array:
-        """Return the x >= 0 at which the stored energy V is `energy`, in [0, V(a3)]: the inverse of `energy`. [-]"""
+        """Return the x >= 0 at which the stored energy is V, the inverse of `energy`. [-]
+
+        Parameters
+        ----------
+        energy : float or ndarray
+            Energy V, from 0 to V(a3). [-]
+        """
         k1, b1, ks, a1, a2, a3 = self.parameters()
-        at_a1, at_a2, largest = self.energy(a1), self.energy(a2), self.energy(a3)
+        at_a1 = self.energy(a1)
+        at_a2 = self.energy(a2)
+        largest = self.energy(a3)
         v = check(
             "energy",
             energy,
@@ -185,38 +208,38 @@ class TrilinearCurve:
         rising = np.sqrt(2 * v / k1)
         plateau = a1 + (v - at_a1) / b1
         falling = a3 - np.sqrt(np.maximum(2 * (largest - v) / ks, 0))
-        return np.where(v <= at_a1, rising, np.where(v <= at_a2, plateau, falling))
+        outer = np.where(v <= at_a2, plateau, falling)
+        return np.where(v <= at_a1, rising, outer)
 
     def period(self, x0: ArrayLike) -> Array:
-        r"""Return the period of the undamped free vibration, in tau = p t, by closed form on each branch. [-]
+        r"""Return the period of undamped free vibration in tau = p t, in closed form. [-]
 
         .. math:: T(x_0) = 4 \int_0^{x_0} \frac{\mathrm{d}x}{\sqrt{2 \, (V(x_0) - V(x))}}
 
         Parameters
         ----------
         x0 : float or ndarray
-            Amplitude u0/u_ins, in (0, a3), broadcasts. [-]
+            Amplitude u0/u_ins, in (0, a3). [-]
         """
         k1, b1, ks, a1, a2, a3 = self.parameters()
-        x0 = check(
-            "release_amplitude",
-            x0,
-            lambda x0: (x0 > 0) & (x0 < a3),
-            "greater than 0 and less than a3",
-        )
+        allowed = "greater than 0 and less than a3"
+        x0 = check("release_amplitude", x0, lambda x0: (x0 > 0) & (x0 < a3), allowed)
         v0 = self.energy(x0)
 
         def speed(x: Array) -> Array:
             return np.sqrt(np.maximum(2 * (v0 - self.energy(x)), 0))
 
-        # Each branch covers [its start, min(its end, x0)]; empty branches give zero time.
-        on1, on2 = np.minimum(x0, a1), np.clip(x0, a1, a2)
-        first = np.arctan2(np.sqrt(k1) * on1, speed(on1)) / np.sqrt(k1)
-        plateau = (speed(on1) - speed(on2)) / b1
+        # Each branch covers its start to min(its end, x0); empty branches give zero time.
+        end1 = np.minimum(x0, a1)
+        end2 = np.clip(x0, a1, a2)
+        first = np.arctan2(np.sqrt(k1) * end1, speed(end1)) / np.sqrt(k1)
+        plateau = (speed(end1) - speed(end2)) / b1
         # Softening: with y = a3 - x growing from rest at y0 = a3 - x0, y = y0 cosh(sqrt(ks) t).
-        reach = np.where(x0 > a2, (a3 - a2) / np.where(x0 > a2, a3 - x0, 1.0), 1.0)
-        softening = np.where(x0 > a2, np.arccosh(np.maximum(reach, 1.0)) / np.sqrt(ks), 0.0)
-        return 4 * (first + np.where(x0 > a1, plateau, 0.0) + softening)
+        y0 = np.where(x0 > a2, a3 - x0, 1.0)
+        growth = np.where(x0 > a2, (a3 - a2) / y0, 1.0)
+        softening = np.arccosh(np.maximum(growth, 1.0)) / np.sqrt(ks)
+        plateau = np.where(x0 > a1, plateau, 0.0)
+        return 4 * (first + plateau + np.where(x0 > a2, softening, 0.0))
 
 
 def plateau_end(

@@ -1,8 +1,9 @@
 """The dampers: a class for each damping model, with its parameters and its entry in the kernel.
 
-Everything is dimensionless as in the solvers: unit mass, x = u/u_ins, tau = p t, C over m_eff p. CR, CDC, CDR and SDR
-are the paper's, Eqs (8) and (10) to (12). ECD, BAND and CQD go beyond it: docs/theory.md, sections 4 and 7 to 9. The
-formulas of C are in `solvers.kernel`, and a second time, written independently, in the exact solver.
+Everything is dimensionless as in the solvers: unit mass, x = u/u_ins, tau = p t, C over m_eff p.
+CR, CDC, CDR and SDR are the paper's, Eqs (8) and (10) to (12). ECD, BAND and CQD go beyond it:
+docs/theory.md, sections 4 and 7 to 9. The formulas of C are in `solvers.kernel`, and a second time,
+written independently, in the exact solver.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError, Rule, check
 from rockdamp.mechanics.curve import TrilinearCurve
 
-# ASSUME: kappa cos^(2m+1) phi sin phi of ECD stays below this share of 1, where half cycles no longer end. Near 1 the
-# motion is almost the creep of an overdamped oscillator, and the capped damper would no longer be exact.
+# ASSUME: kappa cos^(2m+1) phi sin phi of ECD is at most this value. From 1 on half cycles would not
+# end; near 1 the motion is almost the creep of an overdamped oscillator.
 CAP = 0.95
 LARGEST_BAND_RATIO = -math.log(0.01) / math.pi  # xi of e = 0.01
 LARGEST_STRENGTH = 3.4  # delta' of BAND; a narrow band divides by zero at 2 sqrt(3) = 3.46
@@ -248,12 +249,13 @@ class BandDamper(Damper):
 
 
 class BAND(BandDamper):
-    """Band of fixed time: C acts within the phase t_c of each crossing, docs/theory.md, section 9."""
+    """Band of fixed time: C acts within t_c of each crossing, docs/theory.md, section 9."""
 
     name = "BAND"
     title = "band of fixed time"
     rules = {"value": BAND_RATIO, "width": ABOVE_0}
-    # ASSUME: the paper has no such band. A narrower one is nearer to restitution; its force grows with 1/t_c.
+    # ASSUME: the paper has no such band. A narrower one is nearer to restitution, with a force as
+    # 1/t_c.
     defaults = {"width": 0.2}
     is_amplitude_independent = True
 
@@ -275,7 +277,7 @@ class BAND(BandDamper):
 
 
 class CQD(BandDamper):
-    """Band of fixed length, with a force by the square of the velocity, docs/theory.md, section 9."""
+    """Band of fixed length, its force by the square of the velocity, docs/theory.md, section 9."""
 
     name = "CQD"
     title = "band of fixed length"

@@ -21,30 +21,33 @@ from rockdamp.mechanics.dampers import (
     Parameters,
 )
 
-# ASSUME: the amplitude u/u_ins at which e holds, where the loss depends on the amplitude and none is given.
+# ASSUME: the amplitude u/u_ins that e refers to where the loss depends on the amplitude and none is
+# given.
 REFERENCE_AMPLITUDE = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class Damping:
-    """A damping model with its parameters, which broadcast against each other and against the walls.
+    """A damping model with its parameters, which broadcast against each other and the walls.
 
     Parameters
     ----------
     model : {"CR", "CDC", "CDR", "SDR", "ECD", "BAND", "CQD"}
         Name of the model.
     value : float or ndarray
-        For CR the coefficient of restitution e, 0 to 1: whenever u changes sign, the velocity is multiplied by e. For
-        the other models the damping ratio xi, at least 0. [-]
+        For CR the coefficient of restitution e, 0 to 1: whenever u changes sign, the velocity is
+        multiplied by e. For the other models the damping ratio xi, at least 0. [-]
     order : float or ndarray, optional
         Order m of ECD; a larger order is nearer to restitution. The default is 0. [-]
     width : float or ndarray, optional
         For BAND t_c, 0.2 by default [rad]; for CQD the half width over a1, 0.25 by default [-].
     loss_exponent : float or ndarray
-        Exponent g of CR and ECD. With g > 0 the loss falls with the amplitude: an impact at the energy E- leaves
-        E+^g = E-^g - E_r^g (1 - e^2g), or stops the wall. For ECD less than 0.5. [-]
+        Exponent g of CR and ECD. With g > 0 the loss falls with the amplitude: an impact at the
+        energy E- leaves E+^g = E-^g - E_r^g (1 - e^2g), or stops the wall. For ECD less than 0.5.
+        The default is 0. [-]
     reference_amplitude : float or ndarray
-        Amplitude u/u_ins that the value refers to, with the energy E_r = V(u); less than a3 of the curve. [-]
+        Amplitude u/u_ins that the value refers to, with the energy E_r = V(u); less than a3 of the
+        curve. The default is 0.3. [-]
 
     Examples
     --------
@@ -111,8 +114,8 @@ class Damping:
         Raises
         ------
         InputError
-            For CDC, CDR and SDR, whose ratio depends on curve and amplitude, and for an e at which half cycles of ECD
-            would not end.
+            For CDC, CDR and SDR, whose ratio depends on curve and amplitude, and for an e at which
+            half cycles of ECD would not end.
 
         Examples
         --------

@@ -1,4 +1,5 @@
-"""Two ways to solve the equation of motion: the fast stepper over many histories, and the event-driven reference.
+"""Two ways to solve the equation of motion.
 
-They share no stepping code, so that each can check the other; what a history means is read elsewhere.
+`newmark` is the fast stepper of many histories, `exact` the event-driven reference. They share no
+stepping code, so that each can check the other. Other packages interpret the histories.
 """

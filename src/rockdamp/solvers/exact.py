@@ -1,4 +1,6 @@
-"""Time histories from event to event: exact, and independent of the batched solver, so that each checks the other.
+"""Time histories from event to event: exact, and independent of the batched solver.
+
+Each of the two solvers checks the other.
 
 The tri-linear law is linear on each branch. A piece of the motion stays on one branch, under a load
 that is linear in time, and its velocity has one sign: pieces end at the corners of the branches, at
@@ -34,7 +36,7 @@ from rockdamp.mechanics.dampers import band_strength
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.machine_code import compile_cached
 
-# Coefficients of DOP853. E3 and E5 estimate the error of a step and also weigh the rates at its end.
+# Coefficients of DOP853. E3 and E5 estimate the error of a step, and weigh the rates at its end.
 STAGES = DOP853.n_stages
 TABLES = (DOP853.A, DOP853.B, DOP853.C, DOP853.E3, DOP853.E5)
 A, B, C, E3, E5 = (np.ascontiguousarray(table) for table in TABLES)
@@ -43,6 +45,7 @@ LIFTING = 1e-12  # load that lifts a wall from its stop [F0]
 CR, SECANT, ECD, BAND, CQD = range(5)  # numbers of the laws in `coefficient`
 VELOCITY, ACCELERATION, DISPLACEMENT = range(3)  # quantities whose sign changes at an event
 COMPLETED, COLLAPSED, STALLED, FAILED = range(4)  # outcomes of a run
+FAILURES = {STALLED: "no progress", FAILED: "no step of DOP853 keeps its tolerance"}
 
 
 class Branch(NamedTuple):
@@ -786,24 +789,21 @@ def exact_history(
     outcome, tau, x_end, impacts, turns = run(
         branches, law, one_sided, index, x, v, load, sampling, times, displacement, velocity
     )
-    if outcome == STALLED:
-        raise ArithmeticError(f"no progress at tau = {tau:.9g}, x = {x_end:.9g}")
-    if outcome == FAILED:
-        raise ArithmeticError(
-            f"no step of DOP853 keeps its tolerance at tau = {tau:.9g}, x = {x_end:.9g}"
-        )
+    if outcome in FAILURES:
+        raise ArithmeticError(f"{FAILURES[outcome]} at tau = {tau:.9g}, x = {x_end:.9g}")
     turning_tau, turning_displacement = turns.T
     extremes = np.abs([x, *turning_displacement, x_end])
     extreme_times = [0.0, *turning_tau, tau]
+    largest = int(extremes.argmax())
     return ExactHistory(
-        times=times,
-        displacement=displacement,
-        velocity=velocity,
-        impacts=impacts[:, 0],
-        turning_tau=turning_tau,
-        turning_displacement=turning_displacement,
-        peak=float(extremes.max()),
-        peak_tau=float(extreme_times[int(extremes.argmax())]),
+        times,
+        displacement,
+        velocity,
+        impacts[:, 0],
+        turning_tau,
+        turning_displacement,
+        peak=float(extremes[largest]),
+        peak_tau=float(extreme_times[largest]),
         collapsed=outcome == COLLAPSED,
         end_tau=tau,
     )

@@ -280,7 +280,7 @@ def viscous_step(coefficient):
 
 @register_jitable
 def constant_step(x, v, a, h, start, end, curve, damper):
-    """Step as `viscous_step` with a constant C, without z > 0: that would cost a tenth more time."""
+    """Step as `viscous_step` with a constant C; without z > 0, which would cost a tenth more."""
     x = x + h * (v + 0.5 * h * a)
     v, a = newmark_end(v, a, h, end, signed(x, force(np.abs(x), curve)), damper[0])
     return x, v, a

@@ -1,7 +1,8 @@
-r"""Linear oscillators at rest under a ground acceleration that is linear between its samples: exact.
+r"""Linear oscillators under a ground acceleration that is linear between its samples, exactly.
 
-Such a motion is a sum of ramps: one begins at each sample, with the change of slope there. An oscillator answers a ramp
-of slope 1 with the absolute acceleration and the relative displacement
+Such a motion is a sum of ramps: one begins at each sample, with the change of slope there. An
+oscillator at rest answers a ramp of slope 1 with the absolute acceleration and the relative
+displacement
 
 .. math:: t - h(t), \qquad h(t) = \frac{e^{-\xi \omega t} \sin \omega_d t}{\omega_d}, \qquad
           \omega_d = \omega \sqrt{1 - \xi^2}
@@ -23,45 +24,52 @@ from rockdamp.arrays import Array
 
 
 class Oscillation(NamedTuple):
-    """Motion of oscillators, sampled a whole number of times as often as that of the ground."""
+    """Motion of oscillators, sampled `parts` times as often as the motion of the ground."""
 
-    ground: Array  # acceleration, shape (samples,) [m s-2]
-    lag: Array  # the ground's acceleration less the absolute one of each oscillator, shape (oscillators, samples)
+    ground: Array  # ground acceleration, shape (samples,) [m s-2]
+    # Ground acceleration less the absolute one of each oscillator, shape (oscillators, samples)
+    lag: Array
     displacement: Array  # relative to the ground, shape (oscillators, samples) [m]
 
 
 def oscillate(
-    acceleration: Array, step: float, period: Array, damping_ratio: float, finer: int = 1
+    ground_acceleration: Array, step: float, period: Array, damping_ratio: float, parts: int = 1
 ) -> Oscillation:
-    """Return the motion of oscillators under a ground acceleration that begins at 0, each step in `finer` parts.
+    """Return the motion of oscillators, at rest until the ground acceleration begins from 0.
 
     Parameters
     ----------
-    acceleration : ndarray, shape (samples,)
-        Of the ground; it stays as it ends. [m s-2]
+    ground_acceleration : ndarray, shape (samples,)
+        Ground acceleration; it keeps its last value. [m s-2]
     step : float
         Time between two samples. [s]
     period : ndarray, shape (oscillators,)
         Natural periods. [s]
     damping_ratio : float
-        Of each oscillator. [-]
-    finer : int
+        Damping ratio of all oscillators. [-]
+    parts : int
+        Number of parts that each step is split in.
     """
     from scipy.signal import lfilter  # slow to import
 
-    slopes = np.diff(acceleration, append=acceleration[-1]) / step
-    index = np.arange((acceleration.size - 1) * finer + 1)
-    change = np.zeros(index.size)
-    change[::finer] = np.diff(slopes, prepend=0.0)
-    ground, slope = np.interp(index, index[::finer], acceleration), slopes[index // finer]
+    slopes = np.diff(ground_acceleration, append=ground_acceleration[-1]) / step
+    index = np.arange((ground_acceleration.size - 1) * parts + 1)
+    slope_changes = np.zeros(index.size)
+    slope_changes[::parts] = np.diff(slopes, prepend=0.0)
+    ground = np.interp(index, index[::parts], ground_acceleration)
+    slope = slopes[index // parts]
     lag, displacement = np.empty((2, period.size, index.size))
     for row, w in enumerate((2 * np.pi / period).tolist()):
-        damped = w * np.sqrt(1 - damping_ratio**2)
-        decay, turned = np.exp(-damping_ratio * w * step / finer), damped * step / finer
-        sine, cosine = decay * np.sin(turned), decay * np.cos(turned)
+        damped_w = w * np.sqrt(1 - damping_ratio**2)
+        decay = np.exp(-damping_ratio * w * step / parts)
+        angle = damped_w * step / parts
+        sine = decay * np.sin(angle)
+        cosine = decay * np.cos(angle)
         recursion = [1.0, -2 * cosine, decay**2]
-        lag[row] = lfilter([0.0, sine / damped], recursion, change)
-        in_cosine, in_sine = 2 * damping_ratio / w**3, (2 * damping_ratio**2 - 1) / (w**2 * damped)
-        free = lfilter([in_cosine, in_sine * sine - in_cosine * cosine], recursion, change)
-        displacement[row] = -ground / w**2 + in_cosine * slope - free
+        lag[row] = lfilter([0.0, sine / damped_w], recursion, slope_changes)
+        # Coefficients of the damped cosine and sine in the displacement.
+        a = 2 * damping_ratio / w**3
+        b = (2 * damping_ratio**2 - 1) / (w**2 * damped_w)
+        free = lfilter([a, b * sine - a * cosine], recursion, slope_changes)
+        displacement[row] = -ground / w**2 + a * slope - free
     return Oscillation(ground, lag, displacement)
