@@ -1,6 +1,6 @@
-"""The tri-linear curve against its drawing, its integral, and the quadrature of its period."""
+"""The tri-linear curve against its drawing, quadratures of its energy and period, and bad input."""
 
-import mpmath as mp
+import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -20,32 +20,30 @@ CASES = [
 every_case = pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join(map(str, case)))
 
 
-def corners(case):
-    """Return the corners of the drawn curve (Fig. 2), from the origin to the end, in x and f."""
+def draw(case):
+    """Return the corners of the drawn curve (Fig. 2), from the origin to the end: x and f."""
     a1, b1, a3, softening = case
     a2 = 1 - b1 if softening == "steeper" else a3 - b1
     return np.array([0, a1, a2, a3]), np.array([0, b1, b1, 0])
 
 
-def branch_points(case):
-    """Return a point on each branch and each corner but the origin."""
-    (_, a1, a2, a3), _ = corners(case)
-    return [0.5 * a1, a1, 0.5 * (a1 + a2), a2, 0.5 * (a2 + a3)]
-
-
 @every_case
-def test_force_of_the_drawn_curve(case):
+def test_force_follows_the_drawn_curve(case):
     x = np.linspace(-1.3, 1.3, 2602)
-    drawn = np.sign(x) * np.interp(np.abs(x), *corners(case))
+    corners, forces = draw(case)
+    drawn = np.sign(x) * np.interp(np.abs(x), corners, forces)
     np.testing.assert_allclose(TrilinearCurve(*case).force(x), drawn, atol=4e-15)
 
 
 @every_case
 def test_energy_is_the_integral_of_the_force(case):
     curve = TrilinearCurve(*case)
-    xs, forces = corners(case)
-    for x in (*branch_points(case), xs[3], 1.2):
-        integral, _ = quad(lambda s: np.interp(s, xs, forces), 0, x, points=xs[1:], epsabs=1e-13)
+    corners, forces = draw(case)
+    middle_of_softening = 0.5 * (corners[2] + corners[3])
+    for x in (*corners[1:] / 2, *corners[1:], middle_of_softening, 1.2):
+        integral, _ = quad(
+            lambda s: np.interp(s, corners, forces), 0, x, points=corners[1:], epsabs=1e-13
+        )
         assert curve.energy(x) == pytest.approx(integral, rel=1e-12)
         assert curve.energy(-x) == curve.energy(x)
 
@@ -53,62 +51,67 @@ def test_energy_is_the_integral_of_the_force(case):
 @every_case
 def test_amplitude_is_the_inverse_of_the_energy(case):
     curve = TrilinearCurve(*case)
-    a3 = case[2]
+    a3 = draw(case)[0][3]
     x = np.linspace(0, 1, 101)[:-1] * a3
+    energy = curve.energy(x)
     # Near a3 the energy is flat: an error of eps V moves x by eps V/f.
-    slope = np.maximum(curve.force(x), 1e-3)
-    tolerance = 8 * np.finfo(float).eps * (1 + curve.energy(x) / slope)
-    assert np.all(np.abs(curve.amplitude(curve.energy(x)) - x) <= tolerance)
+    flatness = energy / np.maximum(curve.force(x), 1e-3)
+    tolerance = 8 * np.finfo(float).eps * (1 + flatness)
+    assert np.all(np.abs(curve.amplitude(energy) - x) <= tolerance)
     assert curve.amplitude(curve.energy(a3)) == pytest.approx(a3, abs=1e-7)
 
 
 @every_case
 def test_period_is_the_quadrature_of_its_integral(case, quarter_period):
     curve = TrilinearCurve(*case)
-    xs, forces = corners(case)
-    with mp.workdps(30):
-        exact_corners = [[mp.mpf(float(v)) for v in values] for values in (xs, forces)]
-        for x0 in (*branch_points(case), 0.98 * xs[3]):
-            expected = float(4 * quarter_period(*exact_corners, mp.mpf(x0)))
-            # At a corner x0 - a1 is rounding, and the period moves as its root.
-            tolerance = 1e-7 if x0 in xs else 1e-12
-            assert curve.period(x0) == pytest.approx(expected, rel=tolerance)
+    corners, forces = draw(case)
+    middles = 0.5 * (corners[:-1] + corners[1:])
+    for x0 in (*middles, *corners[1:3], 0.98 * corners[3]):
+        # At a corner x0 - a1 is rounding, and the period moves as its root.
+        tolerance = 1e-7 if x0 in corners else 1e-12
+        with mpmath.workdps(30):
+            drawn = [[mpmath.mpf(float(value)) for value in values] for values in (corners, forces)]
+            expected = 4 * quarter_period(*drawn, mpmath.mpf(float(x0)))
+        assert curve.period(x0) == pytest.approx(float(expected), rel=tolerance)
 
 
 @every_case
-def test_period_grows_with_the_logarithm_near_the_end(case):
-    """Ten times nearer to the saddle takes 4 ln(10)/sqrt(ks) longer."""
+def test_period_grows_with_the_log_of_the_distance_to_collapse(case):
+    """Ten times nearer takes 4 ln(10)/sqrt(ks) longer: a state leaves a saddle exponentially."""
     curve = TrilinearCurve(*case)
     periods = curve.period(curve.ultimate_displacement_ratio - np.array([1e-6, 1e-7]))
-    expected = 4 * np.log(10) / np.sqrt(curve.softening_stiffness)
-    assert np.diff(periods) == pytest.approx(expected, rel=1e-6)
+    growth = 4 * np.log(10) / np.sqrt(curve.softening_stiffness)
+    assert np.diff(periods) == pytest.approx(growth, rel=1e-6)
 
 
 @pytest.mark.parametrize(
-    ("name", "b1", "a1"), [("new", 0.72, 0.06), ("moderate", 0.60, 0.13), ("severe", 0.50, 0.20)]
+    ("name", "b1", "a1"),
+    [("new", 0.72, 0.06), ("moderate", 0.60, 0.13), ("severe", 0.50, 0.20)],  # section 3
 )
-def test_presets_of_doherty(name, b1, a1):
+def test_presets_are_dohertys_stages(name, b1, a1):
     curve = TrilinearCurve.preset(name)
     assert curve.strength_ratio == b1
     assert curve.yield_displacement_ratio == a1
 
 
-def test_preset_takes_another_end():
+def test_preset_takes_the_other_parameters():
     curve = TrilinearCurve.preset("severe", ultimate_displacement_ratio=0.9, softening="translated")
     assert curve.plateau_end == pytest.approx(0.4)
 
 
-@pytest.mark.parametrize("name", ["force", "energy", "period"])
-def test_each_curve_of_an_array_as_alone(name):
+@pytest.mark.parametrize("method", ["force", "energy", "period"])
+def test_curves_in_an_array_are_those_alone(method):
     a1 = np.array([[0.02], [0.05], [0.10]])
     x = np.array([0.01, 0.07, 0.4, 0.9])
-    together = TrilinearCurve(a1, 0.8, 0.95)
-    alone = [getattr(TrilinearCurve(value, 0.8, 0.95), name)(x) for value in a1[:, 0]]
-    assert together.shape == (3, 1)
-    np.testing.assert_array_equal(getattr(together, name)(x), alone)
+    curves = TrilinearCurve(a1, 0.8, 0.95)
+    alone = [getattr(TrilinearCurve(value, 0.8, 0.95), method)(x) for value in a1[:, 0]]
+    assert curves.shape == (3, 1)
+    np.testing.assert_array_equal(getattr(curves, method)(x), alone)
 
 
-A1, B1, A3 = "yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio"
+A1 = "yield_displacement_ratio"
+B1 = "strength_ratio"
+A3 = "ultimate_displacement_ratio"
 BAD_CURVES = [
     (A1, {A1: 0.99e-5}),
     (A1, {A1: np.nan}),
@@ -128,15 +131,19 @@ def test_bad_curve_is_refused_by_name(name, change):
         TrilinearCurve(**{A1: 0.04, B1: 0.85, **change})
 
 
-CURVE = TrilinearCurve(0.04, 0.85)  # it stores less than b1 (1 - b1/2 - a1/2) = 0.47
-BAD_ARGUMENTS = [
-    *(("energy", CURVE.amplitude, value) for value in (-1e-9, 0.6, np.inf)),
-    *(("release_amplitude", CURVE.period, value) for value in (0.0, -0.2, 1.0, np.nan)),
-    ("preset", TrilinearCurve.preset, "old"),
-]
+# The curve stores b1 (1 - b1/2 - a1/2) = 0.47.
+@pytest.mark.parametrize("energy", [-1e-9, 0.6, np.inf])
+def test_energy_that_the_curve_cannot_store_is_refused(energy):
+    with pytest.raises(InputError, match="energy"):
+        TrilinearCurve(0.04, 0.85).amplitude(energy)
 
 
-@pytest.mark.parametrize(("name", "method", "value"), BAD_ARGUMENTS)
-def test_bad_argument_of_a_method_is_refused(name, method, value):
-    with pytest.raises(InputError, match=name):
-        method(value)
+@pytest.mark.parametrize("x0", [0.0, -0.2, 1.0, np.nan])
+def test_amplitude_outside_the_curve_is_refused(x0):
+    with pytest.raises(InputError, match="release_amplitude"):
+        TrilinearCurve(0.04, 0.85).period(x0)
+
+
+def test_unknown_preset_is_refused():
+    with pytest.raises(InputError, match="preset"):
+        TrilinearCurve.preset("old")

@@ -1,4 +1,4 @@
-"""The damping models' coefficients against the paper's equations, what ECD has in closed form, and bad input."""
+"""Damping models: coefficients against the paper's equations, ECD and BAND in closed form, bad input."""
 
 import mpmath
 import numpy as np
@@ -9,7 +9,14 @@ from scipy.integrate import quad
 from rockdamp.constants import PAPER_MODELS
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.dampers import CAP, DAMPERS, critical_damping_ratio, normalisation
+from rockdamp.mechanics.dampers import (
+    CAP,
+    DAMPERS,
+    band_strength,
+    critical_damping_ratio,
+    half_cycle_loss,
+    normalisation,
+)
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.coefficient import damping_coefficient
 
@@ -18,135 +25,233 @@ X = np.array(
     [-0.95, -0.7, -0.2, -0.06, -0.01, 0.0, 1e-9, 0.03, 0.06, 0.15, 0.28, 0.5, 0.89, 0.9, 1.2]
 )
 XI = 0.07
+ORDERS = (0, 0.5, 1, 2, 4, 8, 16, 32, 64, 128)
 
 
-# --- the coefficients -------------------------------------------------------------------------------------------------
+# --- the coefficients -----------------------------------------------------------------------------
 
 
-def test_the_paper_s_three_coefficients_are_eqs_10_11_and_12():
+def secant_frequency(x):
+    """Eq. (9)."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        w = np.sqrt(np.where(X == 0, CURVE.initial_stiffness, CURVE.force(X) / X))  # Eq. (9)
-    w1 = CURVE.initial_frequency
-    expected = {
-        "CDC": 2 * w1 * XI * np.ones_like(X),
-        "CDR": 2 * w * XI,
-        "SDR": 2 * w * (XI * w / w1),
-    }
-    for model in PAPER_MODELS:
-        np.testing.assert_allclose(
-            damping_coefficient(CURVE, Damping(model, XI), X),
-            expected[model],
-            rtol=1e-14,
-            atol=1e-300,
-        )
+        stiffness = np.where(x == 0, CURVE.initial_stiffness, CURVE.force(x) / x)
+    return np.sqrt(stiffness)
 
 
-def test_the_energy_consistent_coefficient_holds_the_force_over_the_root_of_the_stored_energy():
-    for x in (0.02, 0.06, 0.2, 0.5, 0.85):
-        energy, _ = quad(CURVE.force, 0, x, points=[0.06, 0.28], epsabs=1e-13)
-        expected = 2 * XI * CURVE.force(x) / np.sqrt(2 * energy)
-        assert damping_coefficient(CURVE, Damping("ECD", XI), [x, -x]) == pytest.approx(
-            [expected, expected], rel=1e-11
-        )
+@pytest.mark.parametrize(
+    ("model", "expected"),
+    [
+        ("CDC", lambda w, w1: 2 * w1 * XI * np.ones_like(w)),  # Eq. (10)
+        ("CDR", lambda w, w1: 2 * w * XI),  # Eq. (11)
+        ("SDR", lambda w, w1: 2 * w * (XI * w / w1)),  # Eq. (12)
+    ],
+)
+def test_coefficient_follows_the_equation_of_the_paper(model, expected):
+    c = damping_coefficient(CURVE, Damping(model, XI), X)
+    equation = expected(secant_frequency(X), CURVE.initial_frequency)
+    np.testing.assert_allclose(c, equation, rtol=1e-14, atol=1e-300)
 
 
-def test_dampers_are_the_linear_oscillator_s_on_the_first_branch_and_cdc_alone_damps_beyond_the_end():
-    inside = CURVE.yield_displacement_ratio * np.array([0.0, 1e-200, 1e-12, 0.3, 1.0])
-    for model in (*PAPER_MODELS, "ECD"):
-        expected = 2 * CURVE.initial_frequency * XI
-        np.testing.assert_allclose(
-            damping_coefficient(CURVE, Damping(model, XI), inside), expected, rtol=1e-14
-        )
-        assert (damping_coefficient(CURVE, Damping(model, XI), 1.5) > 0) == (model == "CDC")
+@pytest.mark.parametrize("x", [0.02, 0.06, 0.2, 0.5, 0.85])
+def test_ecd_has_the_force_over_the_root_of_the_energy(x):
+    energy, _ = quad(CURVE.force, 0, x, points=[0.06, 0.28], epsabs=1e-13)
+    expected = 2 * XI * CURVE.force(x) / np.sqrt(2 * energy)
+    c = damping_coefficient(CURVE, Damping("ECD", XI), [x, -x])
+    assert c == pytest.approx([expected, expected], rel=1e-11)
 
 
-def test_coefficients_broadcast_and_restitution_has_none():
+@pytest.mark.parametrize("model", [*PAPER_MODELS, "ECD"])
+def test_first_branch_has_the_coefficient_of_the_linear_oscillator(model):
+    x = CURVE.yield_displacement_ratio * np.array([0.0, 1e-200, 1e-12, 0.3, 1.0])
+    c = damping_coefficient(CURVE, Damping(model, XI), x)
+    np.testing.assert_allclose(c, 2 * CURVE.initial_frequency * XI, rtol=1e-14)
+
+
+@pytest.mark.parametrize("model", [*PAPER_MODELS, "ECD"])
+def test_only_cdc_damps_beyond_the_end_of_the_curve(model):
+    c = damping_coefficient(CURVE, Damping(model, XI), 1.5)
+    assert (c > 0) == (model == "CDC")
+
+
+@pytest.mark.parametrize("model", DAMPERS)
+def test_coefficients_broadcast(model):
     curves = TrilinearCurve(np.array([0.02, 0.05])[:, None, None], 0.8)
-    for model in DAMPERS:
-        many = damping_coefficient(
-            curves, Damping(model, np.array([0.02, 0.05, 0.1])[:, None]), X, 0.2
-        )
-        one = damping_coefficient(TrilinearCurve(0.05, 0.8), Damping(model, 0.05), X, 0.2)
-        assert many.shape == (2, 3, X.size) and many.any() == (model != "CR")
-        np.testing.assert_allclose(many[1, 1], one, rtol=1e-14)
+    dampings = Damping(model, np.array([0.02, 0.05, 0.1])[:, None])
+    together = damping_coefficient(curves, dampings, X, 0.2)
+    alone = damping_coefficient(TrilinearCurve(0.05, 0.8), Damping(model, 0.05), X, 0.2)
+    assert together.shape == (2, 3, X.size)
+    np.testing.assert_allclose(together[1, 1], alone, rtol=1e-14)
 
 
-def test_every_order_has_the_formula_of_any_order_is_finite_and_does_not_feed_energy_in():
-    x, v = np.linspace(-0.9, 0.9, 181)[:, None], np.linspace(-2, 2, 81)
-    for order in (0, 0.5, 1, 2, 4, 8, 16, 32, 64, 128):
-        mixed = np.array([order, 7.0])[:, None, None]
-        for xi in (0.05, 1.2, 5.0):
-            c = damping_coefficient(CURVE, Damping("ECD", xi, order=order), x, v)
-            assert np.isfinite(c).all() and (c >= 0).all()
-            other = damping_coefficient(CURVE, Damping("ECD", xi, order=mixed), x, v)[0]
-            np.testing.assert_allclose(c, other, rtol=1e-12, atol=1e-300)
+@pytest.mark.parametrize("model", DAMPERS)
+def test_only_restitution_has_no_coefficient(model):
+    c = damping_coefficient(CURVE, Damping(model, 0.05), X, 0.2)
+    assert c.any() == (model != "CR")
 
 
-# --- ECD in closed form -----------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("xi", [0.05, 1.2, 5.0])
+@pytest.mark.parametrize("order", ORDERS)
+def test_formula_of_an_order_is_that_of_any_order(order, xi):
+    x = np.linspace(-0.9, 0.9, 181)[:, None]
+    v = np.linspace(-2, 2, 81)
+    c = damping_coefficient(CURVE, Damping("ECD", xi, order=order), x, v)
+    mixed_orders = np.array([order, 7.0])[:, None, None]
+    mixed = damping_coefficient(CURVE, Damping("ECD", xi, order=mixed_orders), x, v)
+    np.testing.assert_allclose(c, mixed[0], rtol=1e-12, atol=1e-300)
 
 
-def test_the_normalisation_is_half_pi_over_the_integral_of_the_cosine_s_power_at_any_order():
+@pytest.mark.parametrize("xi", [0.05, 1.2, 5.0])
+@pytest.mark.parametrize("order", ORDERS)
+def test_ecd_is_finite_and_feeds_no_energy_in(order, xi):
+    x = np.linspace(-0.9, 0.9, 181)[:, None]
+    v = np.linspace(-2, 2, 81)
+    c = damping_coefficient(CURVE, Damping("ECD", xi, order=order), x, v)
+    assert np.isfinite(c).all()
+    assert (c >= 0).all()
+
+
+# --- ECD in closed form ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", range(7))
+def test_normalisation_is_half_pi_over_an_integral(order):
     phi = sp.symbols("phi", real=True)
-    for order in range(7):
-        integral = sp.integrate(sp.cos(phi) ** (2 * order + 2), (phi, -sp.pi / 2, sp.pi / 2))
-        assert float(normalisation(order)) == pytest.approx(float(sp.pi / 2 / integral), rel=1e-14)
+    integral = sp.integrate(sp.cos(phi) ** (2 * order + 2), (phi, -sp.pi / 2, sp.pi / 2))
+    expected = float(sp.pi / 2 / integral)
+    assert float(normalisation(order)) == pytest.approx(expected, rel=1e-14)
+
+
+def test_normalisation_of_any_order_is_a_ratio_of_gamma_functions():
     orders = np.array([0, 1e-9, 0.25, 0.5, 1.7, 12.3, 64, 169.5, 1000])
+    expected = []
     with mpmath.workdps(30):
-        half_root = mpmath.sqrt(mpmath.pi) / 2
-        expected = [
-            float(half_root * mpmath.gammaprod([m + 2], [m + mpmath.mpf(3) / 2])) for m in orders
-        ]
+        for m in orders:
+            ratio = mpmath.gammaprod([m + 2], [m + mpmath.mpf(3) / 2])
+            expected.append(float(mpmath.sqrt(mpmath.pi) / 2 * ratio))
     np.testing.assert_allclose(normalisation(orders), expected, rtol=2e-12)
-    assert normalisation(0) == 1.0  # to the bit: order 0 is ECD
 
 
-def test_the_ratio_is_delta_over_pi_and_that_of_order_zero_the_linear_oscillator_s():
-    e = np.array([0.1, 0.5, 0.85, 0.999, 1.0])
-    delta, orders = -np.log(e), np.array([[0.0], [0.5], [16.0]])
-    xi = Damping.from_restitution(e, "ECD", order=orders).value
-    np.testing.assert_allclose(xi[0], delta / np.sqrt(np.pi**2 + delta**2))
-    np.testing.assert_allclose(xi[1:], np.broadcast_to(delta / np.pi, (2, 5)))
-    np.testing.assert_array_equal(Damping.from_restitution(e[1:]).value, xi[1, 1:])
-    assert Damping.from_restitution(0.85, "CR").value == 0.85 and Damping("CR", 0.0).value == 0
+def test_normalisation_of_order_zero_is_one_to_the_bit():
+    assert normalisation(0) == 1.0
+
+
+E = np.array([0.1, 0.5, 0.85, 0.999, 1.0])
+DELTA = -np.log(E)
+
+
+def test_ratio_of_order_zero_is_that_of_the_linear_oscillator():
+    xi = Damping.from_restitution(E, "ECD").value
+    np.testing.assert_allclose(xi, DELTA / np.sqrt(np.pi**2 + DELTA**2))
+
+
+@pytest.mark.parametrize("order", [0.5, 16.0])
+def test_ratio_of_other_orders_is_delta_over_pi(order):
+    xi = Damping.from_restitution(E, "ECD", order=order).value
+    np.testing.assert_allclose(xi, DELTA / np.pi)
+
+
+def test_ratio_of_band_is_delta_over_pi():
+    xi = Damping.from_restitution(E[1:], "ECD", order=0.5).value
+    np.testing.assert_array_equal(Damping.from_restitution(E[1:]).value, xi)
+
+
+def test_restitution_is_its_own_damper():
+    assert Damping.from_restitution(0.85, "CR").value == 0.85
+    assert Damping("CR", 0.0).value == 0
 
 
 @pytest.mark.parametrize("order", [0.5, 1, 16])
-def test_an_e_that_the_cap_would_touch_is_refused(order):
-    least = float(np.exp(-CAP * np.pi * critical_damping_ratio(order)))
-    assert Damping.from_restitution(1.001 * least, "ECD", order=order).value > 0
+def test_e_that_the_cap_would_touch_is_refused(order):
+    smallest = float(np.exp(-CAP * np.pi * critical_damping_ratio(order)))
+    assert Damping.from_restitution(1.001 * smallest, "ECD", order=order).value > 0
     with pytest.raises(InputError, match="restitution"):
-        Damping.from_restitution(0.999 * least, "ECD", order=order)
+        Damping.from_restitution(0.999 * smallest, "ECD", order=order)
 
 
-# --- parameters -------------------------------------------------------------------------------------------------------
+# --- the strength of BAND -------------------------------------------------------------------------
 
 
-def test_the_defaults_the_label_and_the_shape():
-    labels = {
-        "ECD": Damping("ECD", XI),
-        "ECD16": Damping("ECD", XI, order=16),
-        "BAND": Damping("BAND", XI),
-        "BAND0.4": Damping("BAND", XI, width=0.4),
-        "CQD": Damping("CQD", XI),
-        "CR": Damping("CR", 0.9, loss_exponent=0.1),
-    }
-    for label, damping in labels.items():
-        assert damping.label == label and damping.shape == ()
-    assert (
-        labels["BAND"].width == 0.2
-        and labels["CQD"].width == 0.25
-        and labels["CR"].reference_amplitude == 0.3
-    )
-    many = Damping("ECD", [XI, XI], order=[[1.0], [2.0], [3.0]])
-    assert (
-        many.shape == (3, 2)
-        and many.label == "ECD"
-        and many.map(lambda values: values[:, :1]).shape == (3, 1)
-    )
+def loss_in_thirty_digits(strength, width):
+    """Return delta of BAND from its definition, by mpmath's adaptive quadrature in t."""
+
+    def integrand(t):
+        g = 3 * strength / (4 * width) * (1 - (t / width) ** 2)
+        return g / (1 + t * t) ** 2 / (1 + g * t / (1 + t * t))
+
+    inner_points = [t for t in (-1, 0, 1) if abs(t) < width]
+    return mpmath.quad(integrand, [-width, *inner_points, width])
 
 
-BAD = [
+# The limit of 24 nodes is e = 0.37; at 0.0101 the strength is near the largest that is allowed.
+STRENGTHS = [
+    (e, width)
+    for width in (1e-6, 0.2, 0.6, 1.0, 5.0)
+    for e in (1 - 1e-12, 0.85, 0.37, 0.36, 0.0101)
+    if -np.log(e) < half_cycle_loss(3.4, width)
+]
+
+
+@pytest.mark.parametrize(("e", "width"), STRENGTHS)
+def test_band_strength_loses_delta_in_thirty_digits(e, width):
+    delta = -np.log(e)
+    strength = float(band_strength(delta, width))
+    with mpmath.workdps(30):
+        loss = loss_in_thirty_digits(mpmath.mpf(strength), mpmath.mpf(width))
+        slope = mpmath.diff(
+            lambda s: loss_in_thirty_digits(s, mpmath.mpf(width)), mpmath.mpf(strength), h=1e-8
+        )
+        error = float((loss - mpmath.mpf(delta)) / slope)
+    assert abs(error) < 6e-14 * strength
+
+
+def test_band_strength_of_no_loss_is_zero():
+    assert band_strength(0.0, 0.2) == 0.0
+
+
+def test_band_strength_of_a_wall_does_not_depend_on_others():
+    delta = -np.log(np.linspace(0.02, 0.999, 50))
+    width = np.linspace(0.05, 0.6, 50)
+    together = band_strength(delta, width)
+    alone = [float(band_strength(d, w)) for d, w in zip(delta, width, strict=True)]
+    np.testing.assert_array_equal(together, alone)
+
+
+# --- parameters -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("label", "damping"),
+    [
+        ("ECD", Damping("ECD", XI)),
+        ("ECD16", Damping("ECD", XI, order=16)),
+        ("BAND", Damping("BAND", XI)),
+        ("BAND0.4", Damping("BAND", XI, width=0.4)),
+        ("CQD", Damping("CQD", XI)),
+        ("CR", Damping("CR", 0.9, loss_exponent=0.1)),
+    ],
+)
+def test_label_has_a_parameter_other_than_its_default(label, damping):
+    assert damping.label == label
+    assert damping.shape == ()
+
+
+def test_defaults():
+    assert Damping("BAND", XI).width == 0.2
+    assert Damping("CQD", XI).width == 0.25
+    assert Damping("ECD", XI).order == 0
+    assert Damping("CR", 0.9).reference_amplitude == 0.3
+
+
+def test_parameters_broadcast_and_arrays_have_no_label():
+    dampings = Damping("ECD", [XI, XI], order=[[1.0], [2.0], [3.0]])
+    assert dampings.shape == (3, 2)
+    assert dampings.label == "ECD"
+    assert dampings.map(lambda values: values[:, :1]).shape == (3, 1)
+
+
+BAD_DAMPINGS = [
     ("damping_model", lambda: Damping("CRD", 0.9)),
+    ("damping_model", lambda: Damping.from_restitution(0.9, "CRD")),
     ("restitution", lambda: Damping("CR", [0.9, -0.1])),
     ("restitution", lambda: Damping("CR", np.array([0.9, 1.2]))),
     ("restitution", lambda: Damping("CR", 0.0, loss_exponent=0.2)),
@@ -171,7 +276,7 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("name", "make"), BAD)
-def test_bad_damping_is_refused_with_the_name(name, make):
+@pytest.mark.parametrize(("name", "make"), BAD_DAMPINGS)
+def test_bad_damping_is_refused_by_name(name, make):
     with pytest.raises(InputError, match=name):
         make()
