@@ -18,347 +18,404 @@ from rockdamp.solvers.coefficient import damping_coefficient
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import Load, simulate
 
+CURVE = CURVES[0]
 every_damper = pytest.mark.parametrize("damper", DAMPERS.values(), ids=DAMPERS)
 
-# --- free decays -----------------------------------------------------------------------------------------------------
+# --- free decays ----------------------------------------------------------------------------------
+
+every_decay = pytest.mark.parametrize(
+    ("curve", "restitution", "share"),
+    [(curve, e, share) for curve in CURVES for e in (0.7, 1.0) for share in (0.02, 0.3, 0.97)],
+)
 
 
-@pytest.mark.parametrize("curve", CURVES)
-@pytest.mark.parametrize("restitution", [0.7, 1.0])
-@pytest.mark.parametrize("share", [0.02, 0.3, 0.97])
-def test_cr_peaks_and_their_times_follow_the_energy_of_each_impact(curve, restitution, share):
+@every_decay
+def test_cr_peaks_follow_the_energy_of_each_impact(curve, restitution, share):
     x0 = share * float(curve.ultimate_displacement_ratio)
     run = exact_history(curve, Damping("CR", restitution), [60.0], release_amplitude=x0)
     peaks = cr_peaks(curve, restitution, x0, run.turning_tau.size)
-    # At y = a3 - x0 = 0.03 an error of 1e-15 in energy is one of 1e-15/y^2 = 1e-12 in time, and it adds up.
-    assert run.turning_displacement == pytest.approx(
-        -peaks * (-1.0) ** np.arange(peaks.size), rel=1e-12
-    )
+    signs = -((-1.0) ** np.arange(peaks.size))
+    assert run.turning_displacement == pytest.approx(peaks * signs, rel=1e-12)
+    if restitution < 1.0:
+        assert run.peak == x0
+        assert run.peak_tau == 0.0
+
+
+@every_decay
+def test_cr_impacts_and_turns_follow_the_periods(curve, restitution, share):
+    x0 = share * float(curve.ultimate_displacement_ratio)
+    run = exact_history(curve, Damping("CR", restitution), [60.0], release_amplitude=x0)
+    peaks = cr_peaks(curve, restitution, x0, run.turning_tau.size)
     quarters = curve.period(np.concatenate([[x0], peaks])) / 4
     impacts = np.cumsum(np.concatenate([[quarters[0]], 2 * quarters[1:]]))
+    # At y = a3 - x0 = 0.03 an error of 1e-15 in energy is one of 1e-15/y^2 = 1e-12 in time, and it
+    # adds up.
     assert run.impacts == pytest.approx(impacts[: run.impacts.size], abs=1e-10)
     assert run.turning_tau == pytest.approx(impacts[: peaks.size] + quarters[1:], abs=1e-10)
-    assert (run.peak, run.peak_tau) == (x0, 0.0) or restitution == 1.0
 
 
 @pytest.mark.parametrize(
     "amplitude", [0.04 * (1 - 1e-12), 0.04, 0.04 * (1 + 1e-12), 0.15, 0.15 + 1e-12]
 )
 @pytest.mark.parametrize("damper", [Damping("CR", 1.0), Damping("CDR", 0.0), Damping("ECD", 0.0)])
-def test_motion_that_only_just_touches_a_corner_keeps_its_amplitude_and_period(amplitude, damper):
-    curve = CURVES[0]
-    run = exact_history(curve, damper, [30.0], release_amplitude=amplitude)
+def test_motion_that_just_touches_a_corner_keeps_its_period(amplitude, damper):
+    run = exact_history(CURVE, damper, [30.0], release_amplitude=amplitude)
     assert np.abs(run.turning_displacement) == pytest.approx(amplitude, abs=1e-13)
-    assert np.diff(run.impacts) == pytest.approx(float(curve.period(amplitude)) / 2, abs=1e-9)
+    half_period = float(CURVE.period(amplitude)) / 2
+    assert np.diff(run.impacts) == pytest.approx(half_period, abs=1e-9)
 
 
-def test_at_the_time_of_an_impact_the_velocity_is_that_after_it():
-    curve, e, start = CURVES[0], 0.8, {"release_amplitude": 0.5}
-    (first, *_) = exact_history(curve, Damping("CR", e), [9.0], **start).impacts
-    run = exact_history(curve, Damping("CR", e), [first, 9.0], **start)
-    assert run.velocity[0] == pytest.approx(-e * np.sqrt(2 * curve.energy(0.5)), rel=1e-12)
+def test_velocity_at_an_impact_is_that_after_it():
+    damping = Damping("CR", 0.8)
+    impacts = exact_history(CURVE, damping, [9.0], release_amplitude=0.5).impacts
+    run = exact_history(CURVE, damping, [impacts[0], 9.0], release_amplitude=0.5)
+    expected = -0.8 * np.sqrt(2 * CURVE.energy(0.5))
+    assert run.velocity[0] == pytest.approx(expected, rel=1e-12)
 
 
-def test_energy_decides_between_collapse_and_return():
+@pytest.mark.parametrize(("factor", "collapsed"), [(1 - 1e-9, False), (1 + 1e-9, True)])
+def test_energy_decides_between_collapse_and_return(factor, collapsed):
     curve = CURVES[1]
-    needed = float(
-        np.sqrt(2 * (curve.energy(curve.ultimate_displacement_ratio) - curve.energy(0.5)))
+    missing = curve.energy(curve.ultimate_displacement_ratio) - curve.energy(0.5)
+    v0 = factor * float(np.sqrt(2 * missing))
+    run = exact_history(
+        curve, Damping("CR", 1.0), [40.0], release_amplitude=0.5, release_velocity=v0
     )
-    for factor, collapsed in ((1 - 1e-9, False), (1 + 1e-9, True)):
-        start = {"release_amplitude": 0.5, "release_velocity": factor * needed}
-        assert exact_history(curve, Damping("CR", 1.0), [40.0], **start).collapsed == collapsed
+    assert run.collapsed == collapsed
 
 
-# --- pieces ----------------------------------------------------------------------------------------------------------
+# --- pieces ---------------------------------------------------------------------------------------
 
-PIECES = [
-    (c, k) for c in (0.0, 1e-9, 0.7, 8.0, 30.0) for k in (16.0, 0.0, -1.0)
-]  # damping and stiffness, of all kinds
+# Damping and stiffness of all kinds.
+PIECES = [(c, k) for c in (0.0, 1e-9, 0.7, 8.0, 30.0) for k in (16.0, 0.0, -1.0)]
+every_piece = pytest.mark.parametrize(("c", "k"), PIECES)
 
 
-@pytest.mark.parametrize(("c", "k"), PIECES)
-def test_branch_solution_holds_every_digit_for_any_stiffness_and_damping(c, k):
+@every_piece
+@pytest.mark.parametrize("t", [1e-6, 0.01, 0.3, 1.7])
+def test_branch_solution_holds_every_digit(c, k, t):
     x, v, q, slope = 0.3, -0.7, 0.45, 1.9
-    times = [1e-6, 0.01, 0.3, 1.7]
     with mpmath.workdps(40):
         rates = mpmath.matrix(
             [[0, 1, 0, 0], [-mpmath.mpf(k), -mpmath.mpf(c), 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]
         )
-        start = mpmath.matrix([mpmath.mpf(n) for n in (x, v, q, slope)])
-        expected = [
-            [float(n) for n in (mpmath.expm(rates * mpmath.mpf(t)) * start)[:2]] for t in times
-        ]
-    for t, end in zip(times, expected, strict=True):
-        # Rounding of the terms, which are up to |x''(0)| = 21, and their growth where k < 0.
-        rounding = 21 * np.finfo(float).eps * math.exp(math.sqrt(max(-k, 0)) * t)
-        assert exact.closed_state(x, v, c, k, q, slope, t) == pytest.approx(
-            end, rel=2e-14, abs=rounding
-        )
+        start = mpmath.matrix([mpmath.mpf(value) for value in (x, v, q, slope)])
+        end = mpmath.expm(rates * mpmath.mpf(t)) * start
+        expected = [float(end[0]), float(end[1])]
+    # Rounding of the terms, which are up to |x''(0)| = 21, and their growth where k < 0.
+    rounding = 21 * np.finfo(float).eps * math.exp(math.sqrt(max(-k, 0)) * t)
+    state = exact.closed_state(x, v, c, k, q, slope, t)
+    assert state == pytest.approx(expected, rel=2e-14, abs=rounding)
 
 
-def piece_of(c, k):
-    """A branch of one stiffness without an end, with a constant coefficient."""
+def make_branch(c, k):
+    """Return a branch of one stiffness without an end, with a constant coefficient."""
     return exact.Branch(-np.inf, np.inf, k, 0.0, c, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize(("c", "k"), PIECES)
-def test_a_piece_ends_where_the_velocity_first_changes_sign(c, k):
-    turned, rng = 0, np.random.default_rng(1)
-    for _ in range(60):
-        x, v, q, slope = rng.normal(size=4)
-        stop, turns, *_ = exact.piece(
-            piece_of(c, k), None, (x, v, q, slope), 5.0, 0.0, np.inf, None
-        )
-        velocity = [
-            exact.closed_state(x, v, c, k, q, slope, t)[1] for t in np.linspace(0, stop, 501)
-        ]
-        assert (np.array(velocity[1:-1]) * v > 0).all()
+@every_piece
+def test_piece_ends_where_the_velocity_first_changes_sign(c, k):
+    turn_count = 0
+    for x, v, q, slope in np.random.default_rng(1).normal(size=(60, 4)):
+        start = (x, v, q, slope)
+        stop, turns, *_ = exact.piece(make_branch(c, k), None, start, 5.0, 0.0, np.inf, None)
+        times = np.linspace(0, stop, 501)
+        velocity = np.array([exact.closed_state(x, v, c, k, q, slope, t)[1] for t in times])
+        assert (velocity[1:-1] * v > 0).all()
         if turns:
+            turn_count += 1
+            later = exact.closed_state(x, v, c, k, q, slope, stop * (1 + 1e-6))
             assert abs(velocity[-1]) < 1e-11
-            assert exact.closed_state(x, v, c, k, q, slope, stop * (1 + 1e-6))[1] * v < 0
-        assert turns or stop == 5.0
-        turned += turns
-    assert turned > 10
+            assert later[1] * v < 0
+        else:
+            assert stop == 5.0
+    assert turn_count > 10
 
 
-@pytest.mark.parametrize(("c", "k"), [pair for pair in PIECES if pair[1]])
-def test_the_acceleration_is_zero_first_where_it_is_said_and_then_at_equal_times(c, k):
+@pytest.mark.parametrize(("c", "k"), [(c, k) for c, k in PIECES if k])
+def test_acceleration_is_zero_first_as_stated_and_then_at_equal_times(c, k):
+    slope = 0.7
     for x, v, q in np.random.default_rng(2).normal(size=(10, 3)):
 
         def acceleration(t, x=x, v=v, q=q):
-            x_at, v_at = exact.closed_state(x, v, c, k, q, 0.7, t)
-            return q + 0.7 * t - c * v_at - k * x_at
+            x_t, v_t = exact.closed_state(x, v, c, k, q, slope, t)
+            return q + slope * t - c * v_t - k * x_t
 
-        first, spacing = exact.acceleration_zeros(x, v, c, k, q, 0.7)
-        before = np.array(
-            [acceleration(t) for t in np.linspace(1e-6, 0.999 * min(first, 6.0), 200)]
-        )
-        scale = np.abs(before).max()
-        assert (before > -1e-12 * scale).all() or (before < 1e-12 * scale).all()
-        zeros = [t for t in (first, first + spacing, first + 2 * spacing) if np.isfinite(t)]
-        assert [acceleration(t) for t in zeros] == pytest.approx([0.0] * len(zeros), abs=1e-9)
+        first, spacing = exact.acceleration_zeros(x, v, c, k, q, slope)
+        earlier_times = np.linspace(1e-6, 0.999 * min(first, 6.0), 200)
+        earlier = np.array([acceleration(t) for t in earlier_times])
+        rounding = 1e-12 * np.abs(earlier).max()
+        assert (earlier > -rounding).all() or (earlier < rounding).all()
+        for count in range(3):
+            zero = first + count * spacing if count else first
+            if np.isfinite(zero):
+                assert acceleration(zero) == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("start_velocity", [0.0, 0.004, 0.006, 0.007, -0.004])
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_a_step_of_the_integrator_turns_where_the_closed_form_does(start_velocity, way):
-    """A load that grows from pushing against a slow wall to pushing it on: no turn, one, or two in a single step."""
-    c, h = 0.05, 0.09
+def test_integrator_turns_where_the_closed_form_does(start_velocity, way):
+    """A load that grows from pushing against a slow wall to pushing it on.
+
+    A single step has no turn, one, or two.
+    """
+    c = 0.05
+    h = 0.09
     start = (0.1, way * start_velocity, way * -0.35, way * 10.0)
-    law, by_law, rates = (
-        exact.Law(exact.SECANT, (c, 1.0, 0.0, 0.0)),
-        piece_of(-1.0, 0.0),
-        np.zeros((2, 13)),
-    )
-    end = exact.advance(by_law, law, start, h, rates)
-    rates[:, 12] = end[1], exact.acceleration(by_law, law, start[2] + start[3] * h, *end)
-    found, turns = exact.turn(by_law, law, start, h, end, rates)
-    expected, turned, *_ = exact.piece(piece_of(c, 0.0), law, start, h, 0.0, np.inf, rates)
-    assert [turns, turned] == 2 * [start_velocity < 0.0061]
-    assert found == pytest.approx(expected, abs=1e-12)
+    law = exact.Law(exact.SECANT, (c, 1.0, 0.0, 0.0))
+    branch = make_branch(-1.0, 0.0)
+    rates = np.zeros((2, 13))
+    end = exact.advance(branch, law, start, h, rates)
+    rates[:, 12] = end[1], exact.acceleration(branch, law, start[2] + start[3] * h, *end)
+    time, turns = exact.turn(branch, law, start, h, end, rates)
+    closed_branch = make_branch(c, 0.0)
+    closed_time, closed_turns, *_ = exact.piece(closed_branch, law, start, h, 0.0, np.inf, rates)
+    assert turns == closed_turns == (start_velocity < 0.0061)
+    assert time == pytest.approx(closed_time, abs=1e-12)
+
+
+def branches(curve, damper):
+    law, constants = exact.LAWS[damper.model](curve, damper)
+    return law, [exact.Branch(*row) for row in exact.curve_branches(curve, law, constants)]
 
 
 @every_damper
-def test_coefficients_on_the_branches_are_those_of_the_damper(damper):
-    for curve in CURVES:
-        law, constants = exact.LAWS[damper.model](curve, damper)
-        for row in exact.curve_branches(curve, law, constants):
-            branch = exact.Branch(*row)
-            for x in np.linspace(branch.low, branch.high, 9)[1:-1]:
-                v = 0.3 * (x - 0.2)
-                expected = float(damping_coefficient(curve, damper, x, v))
-                assert exact.coefficient(branch, law, x, v) == pytest.approx(expected, rel=1e-12)
-                assert branch.stiffness * x + branch.offset == pytest.approx(
-                    float(curve.force(x)), abs=1e-14
-                )
+@pytest.mark.parametrize("curve", CURVES)
+def test_coefficients_on_the_branches_are_those_of_the_damper(curve, damper):
+    law, parts = branches(curve, damper)
+    for branch in parts:
+        for x in np.linspace(branch.low, branch.high, 9)[1:-1]:
+            v = 0.3 * (x - 0.2)
+            expected = float(damping_coefficient(curve, damper, x, v))
+            assert exact.coefficient(branch, law, x, v) == pytest.approx(expected, rel=1e-12)
 
 
-# --- under a load ----------------------------------------------------------------------------------------------------
+@every_damper
+@pytest.mark.parametrize("curve", CURVES)
+def test_branches_have_the_force_of_the_curve(curve, damper):
+    _, parts = branches(curve, damper)
+    for branch in parts:
+        for x in np.linspace(branch.low, branch.high, 9)[1:-1]:
+            force = branch.stiffness * x + branch.offset
+            assert force == pytest.approx(float(curve.force(x)), abs=1e-14)
 
 
-@pytest.mark.parametrize("model", ["CR", "SDR"])
-def test_forced_history_agrees_with_an_implicit_integrator_that_knows_no_branches(model):
-    curve, damper, step = CURVES[0], DAMPERS[model], 0.25
-    load, times = smooth_load(5, 21), np.arange(1, 200) * 0.025
-    run = exact_history(curve, damper, times, release_amplitude=0.2, load=load, sampling=step)
+# --- under a load ---------------------------------------------------------------------------------
+
+
+def integrate_by_radau(damper, e, x0, times, load, step):
+    """Return displacements and impacts by an implicit integrator that knows no branches."""
 
     def rates(t, y):
-        c = float(damping_coefficient(curve, damper, y[0], y[1]))
-        return y[1], np.interp(t, np.arange(21) * step, load) - float(curve.force(y[0])) - c * y[1]
+        x, v = y
+        c = float(damping_coefficient(CURVE, damper, x, v))
+        p = np.interp(t, np.arange(load.size) * step, load)
+        return v, p - float(CURVE.force(x)) - c * v
 
     def crossing(_, y):
         return y[0]
 
     crossing.terminal = True
-    e = 0.85 if damper.model == "CR" else 1.0
-    t, y, expected, impacts = 0.0, [0.2, 0.0], [], []
+    options = {"events": crossing, "dense_output": True, "rtol": 1e-8, "atol": 1e-10}
+    t = 0.0
+    state = [x0, 0.0]
+    displacement = []
+    impacts = []
     while t < times[-1]:
-        part = solve_ivp(
-            rates,
-            (t, times[-1]),
-            y,
-            "Radau",
-            events=crossing,
-            dense_output=True,
-            rtol=1e-8,
-            atol=1e-10,
-        )
-        inside = times[(times >= t) & ((times < part.t[-1]) | (part.status == 0))]
-        expected += part.sol(inside)[0].tolist() if inside.size else []
-        t, v = part.t[-1], part.y[1, -1]
-        if part.status == 1:
+        part = solve_ivp(rates, (t, times[-1]), state, "Radau", **options)
+        has_impact = part.status == 1
+        inside = times[(times >= t) & ((times < part.t[-1]) | (not has_impact))]
+        if inside.size:
+            displacement += part.sol(inside)[0].tolist()
+        t = part.t[-1]
+        if has_impact:
             impacts.append(t)
-            t, y = t + 1e-12, [math.copysign(1e-12, v), e * v]
+            v = part.y[1, -1]
+            state = [math.copysign(1e-12, v), e * v]
+            t += 1e-12
+    return displacement, impacts
+
+
+@pytest.mark.parametrize(("model", "e"), [("CR", 0.85), ("SDR", 1.0)])
+def test_forced_history_agrees_with_radau(model, e):
+    damper = DAMPERS[model]
+    step = 0.25
+    load = smooth_load(5, 21)
+    times = np.arange(1, 200) * 0.025
+    run = exact_history(CURVE, damper, times, release_amplitude=0.2, load=load, sampling=step)
+    displacement, impacts = integrate_by_radau(damper, e, 0.2, times, load, step)
     assert len(impacts) > 3
     assert run.impacts == pytest.approx(impacts, abs=1e-6)
     # Radau holds 1e-8 of each step, and there are some hundreds.
-    assert run.displacement == pytest.approx(expected, abs=1e-6)
+    assert run.displacement == pytest.approx(displacement, abs=1e-6)
 
 
 @every_damper
 @pytest.mark.parametrize("curve", [CURVES[0], CURVES[3]], ids=["steeper", "translated"])
-def test_collapse_ends_the_run_at_the_time_that_the_batched_solver_finds(curve, damper):
-    load, sampling, substeps = 1.5 * np.sin(np.arange(41) * 0.2), 0.2, 100
-    times, step = np.arange(81) * 0.1, sampling / substeps
+def test_collapse_ends_the_run_when_the_batched_solver_does(curve, damper):
+    load = 1.5 * np.sin(np.arange(41) * 0.2)
+    sampling = 0.2
+    substeps = 100
+    step = sampling / substeps
+    times = np.arange(81) * 0.1
     run = exact_history(curve, damper, times, load=load, sampling=sampling)
-    kernel = simulate(curve, damper, load=Load(load, 1.0, sampling, substeps), store_every=4000)
-    assert run.collapsed and kernel.collapsed
-    # The other solver names the end of the step that goes beyond a3, and errs itself by a few h^2.
-    assert -step < run.end_tau - kernel.end_tau < 10 * step**2
-    gone = times > run.end_tau
-    assert np.isnan(run.displacement[gone]).all() and np.isnan(run.velocity[gone]).all()
-    assert np.abs(run.displacement[~gone]).max() <= run.peak == curve.ultimate_displacement_ratio
+    batch = simulate(curve, damper, load=Load(load, 1.0, sampling, substeps), store_every=4000)
+    assert run.collapsed
+    assert batch.collapsed
+    # The batched solver names the end of the step beyond a3, and errs itself by a few h^2.
+    assert -step < run.end_tau - batch.end_tau < 10 * step**2
+    is_after = times > run.end_tau
+    assert np.isnan(run.displacement[is_after]).all()
+    assert np.isnan(run.velocity[is_after]).all()
+    assert np.abs(run.displacement[~is_after]).max() <= run.peak
+    assert run.peak == curve.ultimate_displacement_ratio
     assert run.peak_tau == run.end_tau
 
 
-# By the law E^g falls by E_r^g (1 - e^2g) at each impact: from E_r the second leaves 2 e^2g - 1 < 0, nothing.
-@pytest.mark.parametrize(("e", "g", "last"), [(0.0, 0.0, 0), (0.3, 0.45, 1)])
-def test_a_wall_that_stops_at_an_impact_starts_again_when_the_load_pushes(e, g, last):
-    load, times = (
-        np.concatenate([np.zeros(17), 0.7 * np.sin(0.4 * np.arange(60))]),
-        np.arange(150) / 8,
-    )
+# E^g falls by E_r^g (1 - e^2g) at each impact: from E_r the second leaves 2 e^2g - 1 < 0, nothing.
+@pytest.mark.parametrize(("e", "g", "last_impact"), [(0.0, 0.0, 0), (0.3, 0.45, 1)])
+def test_wall_that_stops_at_an_impact_starts_again_under_load(e, g, last_impact):
+    load = np.concatenate([np.zeros(17), 0.7 * np.sin(0.4 * np.arange(60))])
+    times = np.arange(150) / 8
     damping = Damping("CR", e, loss_exponent=g, reference_amplitude=0.5)
-    run = exact_history(CURVES[0], damping, times, release_amplitude=0.5, load=load, sampling=0.25)
-    before = (times > run.impacts[last]) & (times < 4)  # it rests until the load begins
-    assert before.sum() > 5 and not run.displacement[before].any()
-    assert not run.collapsed and run.impacts.size > 3
+    run = exact_history(CURVE, damping, times, release_amplitude=0.5, load=load, sampling=0.25)
+    is_resting = (times > run.impacts[last_impact]) & (times < 4)  # until the load begins
+    assert is_resting.sum() > 5
+    assert not run.displacement[is_resting].any()
+    assert not run.collapsed
+    assert run.impacts.size > 3
 
 
-def test_the_load_is_linear_between_its_samples_and_zero_afterwards():
+def test_constant_load_accelerates_a_wall_uniformly_on_the_plateau():
     times = np.linspace(0, 0.5, 11)
-    plateau = TrilinearCurve(0.04, 0.6)  # a constant load accelerates the wall uniformly there
     start = {"release_amplitude": 0.1, "release_velocity": 0.1}
-    run = exact_history(plateau, Damping("CR", 0.9), times, **start, load=[0.9, 0.9], sampling=1.0)
+    curve = TrilinearCurve(0.04, 0.6)
+    run = exact_history(curve, Damping("CR", 0.9), times, **start, load=[0.9, 0.9], sampling=1.0)
     assert run.displacement == pytest.approx(0.1 + 0.1 * times + 0.15 * times**2, abs=1e-14)
-    curve, damper, times = CURVES[0], DAMPERS["CDR"], np.linspace(0, 4, 101)
-    coarse = exact_history(curve, damper, times, load=[0.0, 0.4, -0.2], sampling=0.5)
-    fine = exact_history(
-        curve, damper, times, load=[0.0, 0.2, 0.4, 0.1, -0.2, 0, 0, 0], sampling=0.25
-    )
-    assert coarse.displacement[:26] == pytest.approx(fine.displacement[:26], abs=1e-13)
-    state = {"release_amplitude": coarse.displacement[25], "release_velocity": coarse.velocity[25]}
-    rest = exact_history(curve, damper, times[25:] - times[25], **state)
-    assert coarse.displacement[25:] == pytest.approx(rest.displacement, abs=1e-12)
+
+
+def test_load_is_linear_between_its_samples():
+    times = np.linspace(0, 1, 26)
+    damper = DAMPERS["CDR"]
+    coarse = exact_history(CURVE, damper, times, load=[0.0, 0.4, -0.2], sampling=0.5)
+    fine = exact_history(CURVE, damper, times, load=[0.0, 0.2, 0.4, 0.1, -0.2], sampling=0.25)
+    assert coarse.displacement == pytest.approx(fine.displacement, abs=1e-13)
+
+
+def test_load_is_zero_after_its_last_sample():
+    times = np.linspace(0, 4, 101)
+    damper = DAMPERS["CDR"]
+    run = exact_history(CURVE, damper, times, load=[0.0, 0.4, -0.2], sampling=0.5)
+    end = {"release_amplitude": run.displacement[25], "release_velocity": run.velocity[25]}
+    decay = exact_history(CURVE, damper, times[25:] - times[25], **end)
+    assert run.displacement[25:] == pytest.approx(decay.displacement, abs=1e-12)
 
 
 @every_damper
-def test_the_mirrored_motion_is_the_mirror_image_and_does_not_depend_on_the_times_asked_for(damper):
-    load, curve = smooth_load(3, 41), CURVES[0]
-    right, left, few = (
-        exact_history(
-            curve, damper, times, release_amplitude=way * 0.3, load=way * load, sampling=0.2
-        )
-        for way, times in (
-            (1, np.linspace(0, 4, 201)),
-            (-1, np.linspace(0, 4, 201)),
-            (1, np.linspace(0, 4, 3)),
-        )
-    )
+def test_mirrored_motion_is_the_mirror_image(damper):
+    load = smooth_load(3, 41)
+    times = np.linspace(0, 4, 201)
+    right = exact_history(CURVE, damper, times, release_amplitude=0.3, load=load, sampling=0.2)
+    left = exact_history(CURVE, damper, times, release_amplitude=-0.3, load=-load, sampling=0.2)
     assert left.displacement == pytest.approx(-right.displacement, abs=1e-9)
-    np.testing.assert_array_equal(right.displacement[::100], few.displacement)
-    np.testing.assert_array_equal(right.impacts, few.impacts)
+
+
+@every_damper
+def test_motion_does_not_depend_on_the_times(damper):
+    run = {"release_amplitude": 0.3, "load": smooth_load(3, 41), "sampling": 0.2}
+    many_times = exact_history(CURVE, damper, np.linspace(0, 4, 201), **run)
+    few_times = exact_history(CURVE, damper, np.linspace(0, 4, 3), **run)
+    np.testing.assert_array_equal(many_times.displacement[::100], few_times.displacement)
+    np.testing.assert_array_equal(many_times.impacts, few_times.impacts)
 
 
 @pytest.mark.parametrize("v0", [-0.4, 0.4])
-def test_a_launch_from_rest_position_is_not_an_impact_and_rest_is_kept(v0):
-    run = exact_history(CURVES[0], Damping("CR", 0.6), [0.0, 0.01, 1.0], release_velocity=v0)
-    assert run.velocity[0] == v0 and run.displacement[1] == pytest.approx(0.01 * v0, rel=1e-2)
-    assert (
-        exact_history(CURVES[0], Damping("CR", 0.6), [0.0], release_velocity=v0).velocity[0] == v0
-    )
-    rest = exact_history(
-        CURVES[0], Damping("CR", 0.6), [0.0, 1.0, 2.2], load=[0.0, 0.0, v0], sampling=1.0
-    )
-    assert (
-        not rest.displacement[:2].any() and rest.displacement[2] * v0 > 0 and not rest.impacts.size
-    )
+def test_launch_from_zero_is_no_impact(v0):
+    damping = Damping("CR", 0.6)
+    run = exact_history(CURVE, damping, [0.0, 0.01, 1.0], release_velocity=v0)
+    assert run.velocity[0] == v0
+    assert run.displacement[1] == pytest.approx(0.01 * v0, rel=1e-2)
+    start = exact_history(CURVE, damping, [0.0], release_velocity=v0)
+    assert start.velocity[0] == v0
+
+
+@pytest.mark.parametrize("push", [-0.4, 0.4])
+def test_rest_is_kept_until_the_load_pushes(push):
+    load = [0.0, 0.0, push]
+    run = exact_history(CURVE, Damping("CR", 0.6), [0.0, 1.0, 2.2], load=load, sampling=1.0)
+    assert not run.displacement[:2].any()
+    assert run.displacement[2] * push > 0
+    assert not run.impacts.size
 
 
 @pytest.mark.parametrize(
     "damper", [Damping("CDC", 0.05), Damping("CDR", 0.05)], ids=["closed form", "steps"]
 )
 @pytest.mark.parametrize(("share", "turns"), [(0.9, 2), (1.1, 0)])
-def test_two_turns_close_to_each_other_are_both_found(damper, share, turns):
-    """The load slows the wall and pushes it on again within a sample, and just turns it or does not."""
-    curve, sample, least, most = CURVES[1], 0.09, -0.35, 0.55
-    slowest = (
-        sample * least / (least - most)
-    )  # of a wall on the plateau, where the restoring force is constant
-    start = {"release_amplitude": 0.1, "release_velocity": -share * least * slowest / 2}
-    load = float(curve.force(0.1)) + np.array([least, most])
+def test_two_turns_close_to_each_other_are_found(damper, share, turns):
+    """The load slows the wall and pushes it on again within a sample; it just turns it or not."""
+    curve = CURVES[1]
+    sample = 0.09
+    lowest, highest = -0.35, 0.55
+    # On the plateau, where the restoring force is constant.
+    slowest_time = sample * lowest / (lowest - highest)
+    v0 = -share * lowest * slowest_time / 2
+    load = float(curve.force(0.1)) + np.array([lowest, highest])
+    times = np.linspace(0, sample, 2001)
     run = exact_history(
-        curve, damper, np.linspace(0, sample, 2001), **start, load=load, sampling=sample
+        curve,
+        damper,
+        times,
+        release_amplitude=0.1,
+        release_velocity=v0,
+        load=load,
+        sampling=sample,
     )
     assert run.turning_tau.size == turns
-    changes = np.flatnonzero(np.diff(np.sign(run.velocity)))
-    np.testing.assert_allclose(run.turning_tau, run.times[changes], atol=2 * sample / 2000)
+    sign_changes = np.flatnonzero(np.diff(np.sign(run.velocity)))
+    np.testing.assert_allclose(run.turning_tau, run.times[sign_changes], atol=2 * sample / 2000)
 
 
-# --- compiled code ---------------------------------------------------------------------------------------------------
+def test_viscous_reference_amplitude_beyond_the_curve_is_refused():
+    damping = Damping("ECD", 0.05, loss_exponent=0.2, reference_amplitude=1.0)
+    with pytest.raises(ValueError, match="reference_amplitude"):
+        exact_history(CURVE, damping, [1.0], release_amplitude=0.5)
+
+
+# --- compiled code --------------------------------------------------------------------------------
 
 
 @pytest.mark.nojit
+@pytest.mark.parametrize(
+    ("start", "push"),
+    [({"release_amplitude": 0.105, "release_velocity": -0.3}, 0), ({"release_amplitude": 0.7}, 10)],
+    ids=["turns", "collapses"],
+)
 @every_damper
-def test_compiled_code_does_what_its_source_says(monkeypatch, damper):
-    def run_both():
-        for start in (
-            {"release_amplitude": 0.105, "release_velocity": -0.3},
-            {"release_amplitude": 0.7},
-        ):
-            load = smooth_load(4, 5) + 10 * (start["release_amplitude"] > 0.5)
-            run = exact_history(
-                CURVES[4], damper, np.linspace(0, 1.2, 9), **start, load=load, sampling=0.3
-            )
-            yield (
-                run.displacement,
-                run.velocity,
-                run.impacts,
-                run.turning_displacement,
-                run.end_tau,
-                run.collapsed,
-            )
-
-    compiled = [*run_both()]
+def test_compiled_code_does_what_its_source_says(monkeypatch, damper, start, push):
+    arguments = (CURVES[4], damper, np.linspace(0, 1.2, 9))
+    run = {**start, "load": smooth_load(4, 5) + push, "sampling": 0.3}
+    compiled = exact_history(*arguments, **run)
     monkeypatch.setattr(exact, "run", inspect.unwrap(exact.run))
-    plain = [*run_both()]
-    assert [runs[-1] for runs in plain] == [False, True] and plain[0][2].size == plain[0][
-        3
-    ].size == 1
-    for one, other in zip(compiled, plain, strict=True):
-        for found, expected in zip(one, other, strict=True):
-            np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-14)
+    plain = exact_history(*arguments, **run)
+    assert plain.collapsed == compiled.collapsed == bool(push)
+    if not push:
+        assert plain.impacts.size == plain.turning_tau.size == 1
+    for name in ("displacement", "velocity", "impacts", "turning_displacement", "end_tau"):
+        np.testing.assert_allclose(
+            getattr(compiled, name), getattr(plain, name), rtol=1e-12, atol=1e-14
+        )
 
 
-def test_no_power_of_a_whole_exponent_is_compiled_without_the_liberties_that_the_batched_solver_has():
-    # Numba would share it with that solver, whose bits would then depend on which of the two is compiled first.
+def test_source_has_no_power_with_a_whole_exponent():
+    """Numba would share it with the batched solver, whose compiler options are looser.
+
+    The bits of each solver would then depend on which of the two is compiled first.
+    """
     tree = ast.parse(Path(exact.__file__).read_text(encoding="utf-8"))
-    powers = [
-        node.right
-        for node in ast.walk(tree)
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
-    ]
-    exponents = [getattr(power, "operand", power) for power in powers]  # without its sign
-    assert exponents and not any(
-        type(getattr(exponent, "value", None)) is int for exponent in exponents
-    )
+    exponents = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
+            exponents.append(getattr(node.right, "operand", node.right))  # without its sign
+    assert exponents
+    assert not any(type(getattr(exponent, "value", None)) is int for exponent in exponents)
