@@ -38,11 +38,11 @@ VERDICT_MARKS = {
 RECOMMENDED_BAND = "BAND0.2"  # the damper to use, by its name in the dataset ``order``
 ORDER_DAMPERS = ("ECD", "ECD16", "ECD64", "BAND0.4", RECOMMENDED_BAND, "BAND0.1", "CQD0.25")
 ORDER_COLUMNS = {
-    "error of the peak, median": "log_error_median",
-    "error of the peak, 90 %": "log_error_90",
-    "peaks off by more than 5 %": "share_above",
-    "collapses missed": "missed_collapse_rate",
-    "collapses added": "added_collapse_rate",
+    "Error of the peak, median": "log_error_median",
+    "Error of the peak, 90 %": "log_error_90",
+    "Peaks off by more than 5 %": "share_above",
+    "Collapses missed": "missed_collapse_rate",
+    "Collapses added": "added_collapse_rate",
 }
 PROGRAM_COLUMNS = ("log_error_median", "log_error_90", "missed_collapse_rate")
 # Formulas as HTML; docs/theory.md derives those of ECD and BAND.
@@ -59,6 +59,7 @@ SYMBOLS = {
     "ξ": "damping ratio of a viscous damper",
     "u, u<sub>ins</sub>": "displacement of the wall at its hinge, and that at which a rigid wall"
     " becomes unstable",
+    "u′ or v": "velocity of the wall at its hinge",
     "F, F<sub>0</sub>": "restoring force, and that of the rigid wall at u = 0",
     "a<sub>1</sub>": "end of the first, stiff branch of the force-displacement curve, over"
     " u<sub>ins</sub>",
@@ -178,7 +179,7 @@ def programs(compared: xr.Dataset) -> list[dict[str, Any]]:
                 "offer": offer,
                 "model": model,
                 "title": DAMPERS[model].title,
-                "refers_to": REFERENCE_QUANTITY[model],
+                "refers_to": REFERENCE_QUANTITY[model].replace("w1", "ω1"),
                 "errors": [list(map(percent, row[name].values)) for name in PROGRAM_COLUMNS],
             }
         )
