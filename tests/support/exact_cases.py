@@ -13,10 +13,8 @@ CURVES = (
     TrilinearCurve(0.06, 0.72, 0.8, "translated"),
     TrilinearCurve(0.1, 0.8, 0.85, "steeper"),
 )
-KNOWN = {"CR": 0.85, "CDC": 0.05, "CDR": 0.06, "SDR": 0.07, "ECD": 0.05, "BAND": 0.05, "CQD": 0.05}
-DAMPERS = {
-    model: Damping(model, value) for model, value in (dict.fromkeys(MODELS, 0.05) | KNOWN).items()
-}
+VALUES = {"CR": 0.85, "CDC": 0.05, "CDR": 0.06, "SDR": 0.07, "ECD": 0.05, "BAND": 0.05, "CQD": 0.05}
+DAMPERS = {model: Damping(model, VALUES.get(model, 0.05)) for model in (*MODELS, "CQD")}
 DAMPERS |= {
     "CR, law": Damping("CR", 0.85, loss_exponent=0.2),
     "ECD16": Damping("ECD", 0.05, order=16),
