@@ -393,7 +393,7 @@ def _invert_loss(delta: Array, t_c: Array, rule: tuple[Array, Array]) -> Array:
     while moves.any():
         loss, slope = _sum_loss(strength, terms)
         step = np.where(moves, (loss - delta) / slope, 0.0)
-        strength = np.minimum(strength - step, LARGEST_STRENGTH)
+        strength = strength - step
         # The error falls with its square: after a step of 1e-8 it is that of rounding.
         moves = np.abs(step) > 1e-8 * strength
     return strength
