@@ -45,6 +45,7 @@ SHAPES = [
     ("studies.cracked_stiffness", [0.02, 0.04, 0.3]),
     ("studies.slenderness", [0.1, 15]),
     ("studies.amplitude", [0.5, 1.0]),
+    ("supports.diaphragm_period", [0.1, 1e9]),
     ("earthquakes.walls", [{**WALL, "parapet": True}], "earthquakes.walls.0"),
     ("earthquakes.walls", [PARAPET], "earthquakes.walls.0"),
     ("earthquakes.walls", [{**WALL, "preset": "new"}], "earthquakes.walls.0"),

