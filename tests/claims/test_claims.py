@@ -7,8 +7,8 @@ from repository import ROOT
 
 from rockdamp import claims
 from rockdamp.claims import FAILS, HOLDS, IN_PART, UNTESTED
-from rockdamp.claims.decays import half_cycle_areas
-from rockdamp.claims.judgement import spans
+from rockdamp.claims.decays import first_peaks, half_cycle_areas
+from rockdamp.claims.judgement import falls, rises, spans
 from rockdamp.claims.walls import paired_ratio
 from rockdamp.storage import dataset
 
@@ -134,6 +134,12 @@ CASES = [
         ["each later cycle"],
         *EQUAL_LOOPS,
         scale(LOOPS, 1.1, "SDR", tau=slice(5, None)),
+    ),
+    (
+        "fig3-energy",
+        ["the first cycle"],
+        *EQUAL_LOOPS,
+        scale(LOOPS, 1.09, "SDR", tau=slice(0, 4.9)),
     ),
     ("fig3-impact", []),
     ("fig3-impact", ["SDR"], copy_decay("SDR", "CDC")),
@@ -390,6 +396,26 @@ def test_a1_beside_those_of_fig_7_stay_out(data):
         giannini_masiani=equivalence["giannini_masiani"]
     )
     assert judge("fit-order", data)["measured"] == original
+
+
+def test_rank_is_counted_at_each_e(data):
+    assert "at 5 of 5 e" in judge("a1-rank", data)["finding"]
+    scale(A1, 0.2, "CDR", **SOFT, restitution=0.75)(data)
+    assert "at 4 of 5 e" in judge("a1-rank", data)["finding"]
+
+
+def test_peaks_begin_after_the_release():
+    tau = np.linspace(0, 10, 1001)
+    displacement = np.exp(-0.1 * tau) * np.cos(np.pi * tau)
+    peaks = first_peaks(displacement, 3)
+    np.testing.assert_allclose(peaks, np.exp([-0.1, -0.2, -0.3]), rtol=2e-3)
+
+
+def test_rise_and_fall_count_every_step():
+    values = xr.DataArray([1.0, 3.0, 2.0], coords={"release_amplitude": [0.3, 0.5, 0.9]})
+    assert not bool(rises(values, "release_amplitude"))
+    assert not bool(falls(values, "release_amplitude"))
+    assert bool(falls(values[1:], "release_amplitude"))
 
 
 def test_runs_of_cases_are_written_by_their_ends():

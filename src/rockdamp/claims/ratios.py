@@ -190,8 +190,8 @@ def a1_most(data: Datasets, limits: Limits) -> Judgement:
     parts = {"a1": bool((a1 > largest_other).all())}
     numbers = f"a1 {list_models(a1)}"
     finding = (
-        f"Over slenderness and overburden it is {list_models(largest_other)}, and only for responses"
-        " that are equally long in seconds."
+        f"Over slenderness and overburden it is {list_models(largest_other)}, and only for"
+        " responses that are equally long in seconds."
     )
     return Judgement(parts, numbers, finding)
 

@@ -72,9 +72,7 @@ def paired_ratio(pairs: xr.Dataset) -> xr.DataArray:
     bilinear = peak.sel(force_curve="bi-linear", drop=True)
     trilinear = peak.sel(force_curve="tri-linear", drop=True)
     first_branch = float(pairs["yield_displacement_ratio"].sel(force_curve="tri-linear"))
-    both_collapse = np.isinf(bilinear) & np.isinf(trilinear)
-    rocks = trilinear > first_branch
-    ratio = bilinear / trilinear.where(rocks & ~both_collapse)
+    ratio = bilinear / trilinear.where(trilinear > first_branch)  # NaN of two collapses
     return ratio.drop_vars("force_curve", errors="ignore")
 
 
