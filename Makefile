@@ -52,7 +52,7 @@ lint: setup ## Run ruff, snakefmt, import-linter, mypy and snakemake --lint
 docs: setup ## Build the documents as a site, build/docs/index.html
 	$(bin)/python -m sphinx -W --keep-going --quiet -b html -d build/doctrees docs build/docs
 
-peers: .venv-peers/.ready ## Make .venv-peers: the same and what compares with it (OpenSeesPy, JAX, CF checker)
+peers: .venv-peers/.ready ## Make .venv-peers: .venv with OpenSeesPy, JAX and the CF checker, for comparisons
 
 test-peers: peers ## Run the tests that need the peers
 	.venv-peers/bin/python -m pytest -m peers $(parallel) $(PYTEST_FLAGS)
@@ -61,11 +61,11 @@ benchmark: peers ## Measure speed and memory on a quiet machine; writes benchmar
 	.venv-peers/bin/python benchmarks/run.py
 
 lock: setup ## Bring the lock in line with pyproject.toml (LOCK_FLAGS=--upgrade: newest versions)
-	$(bin)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-header --no-annotate \
-		--no-emit-index-url --no-emit-find-links $(LOCK_FLAGS) pyproject.toml --extra records --group dev \
-		--output-file requirements.lock
+	$(bin)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+		--no-header --no-annotate --no-emit-index-url --no-emit-find-links $(LOCK_FLAGS) \
+		pyproject.toml --extra records --group dev --output-file requirements.lock
 
-clean: ## Remove what was built, and the caches
+clean: ## Remove everything that was built, and the caches
 	find results -mindepth 1 ! -path results/README.md -delete
 	rm -rf .snakemake .cache logs build dist
 	rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

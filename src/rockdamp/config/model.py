@@ -56,7 +56,7 @@ OverburdenRatio = Annotated[float, Field(ge=0, le=1000)]
 Seed = Annotated[int, Field(ge=0)]
 Impacts = Annotated[int, Field(ge=3, le=1000)]
 
-# Upper bounds refuse what no computer finishes; they are far above what a study needs.
+# The upper bounds are far above the needs of a study; beyond them no computer finishes.
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 ResponseLength = Annotated[float, Field(gt=0, le=1000)]
 Refinement = Annotated[int, Field(ge=2, le=64, multiple_of=2)]

@@ -11,7 +11,6 @@ import numpy as np
 from pydantic import ValidationError
 
 from rockdamp.config.model import Config
-from rockdamp.constants import STUDIES
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.floors import Diaphragm
@@ -46,7 +45,7 @@ def parse_config(values: Mapping[str, Any], project: Path) -> Config:
     Raises
     ------
     InputError
-        One line for each wrong key, with its value and what is allowed.
+        One line for each wrong key, with its value and the allowed values.
     """
     try:
         config = Config.model_validate(values)
@@ -54,6 +53,7 @@ def parse_config(values: Mapping[str, Any], project: Path) -> Config:
         raise InputError("\n".join(map(_describe, error.errors()))) from None
     check_results(config, project)
     check_files(config, project)
+    check_studies(config)
     check_steps(config)
     check_lists(config)
     check_lengths(config)
@@ -71,25 +71,20 @@ def _describe(problem: Any) -> str:
     return line
 
 
-def _require(holds: Any, key: str, value: Any, allowed: str) -> None:
-    if not np.all(holds):
-        raise InputError(f"{key} is {value}; it must be {allowed}")
+def _require(holds: bool, key: str, value: Any, allowed: str) -> None:
+    if not holds:
+        raise InputError(f"{key} is {value!r}; it must be {allowed}")
 
 
 def check_results(config: Config, project: Path) -> None:
     """Check that the folder of results is apart from the project's sources."""
-    _require(
-        not config.results.startswith("~"),
-        "results",
-        repr(config.results),
-        "written in full, as ~ is not expanded",
-    )
-    folder = Path(os.path.abspath(config.results))
-    sources = [project / name for name in SOURCE_FOLDERS]
-    is_apart = not project.is_relative_to(folder)
-    is_apart = is_apart and not any(folder.is_relative_to(source) for source in sources)
+    name = config.results
+    _require(not name.startswith("~"), "results", name, "written in full, as ~ is not expanded")
+    folder = Path(os.path.abspath(name))
+    contains_project = project.is_relative_to(folder)
+    is_in_sources = any(folder.is_relative_to(project / source) for source in SOURCE_FOLDERS)
     allowed = "a folder of its own, such as results/mine, and not one of the project's sources"
-    _require(is_apart, "results", repr(config.results), allowed)
+    _require(not (contains_project or is_in_sources), "results", name, allowed)
 
 
 def find_file(name: str, project: Path) -> str:
@@ -107,7 +102,23 @@ def check_files(config: Config, project: Path) -> None:
     }
     for key, name in files.items():
         exists = Path(find_file(name, project)).is_file()
-        _require(exists, key, repr(name), f"a file that exists, seen from {os.getcwd()}")
+        _require(exists, key, name, f"a file that exists, seen from {os.getcwd()}")
+
+
+def check_studies(config: Config) -> None:
+    """Check that the walls and curves of the studies are possible."""
+    slenderness = np.array(config.studies.slenderness)
+    overburden_ratio = np.array(config.studies.overburden)
+    makers = {
+        "slenderness": lambda: config.wall.make(slenderness=slenderness),
+        "overburden": lambda: config.wall.make(overburden_ratio=overburden_ratio),
+        "cracked_stiffness": config.cracked_curves,
+    }
+    for name, make in makers.items():
+        try:
+            make()
+        except InputError as error:
+            raise InputError(f"studies.{name}: {error}") from None
 
 
 def check_steps(config: Config) -> None:
@@ -115,33 +126,19 @@ def check_steps(config: Config) -> None:
     curves = {
         "curve": config.curve.make(),
         "damping_force.rigid": config.damping_force.rigid.curve,
-        "studies.cracked_stiffness": _make_studies(config),
+        "studies.cracked_stiffness": config.cracked_curves(),
     }
     for wall in config.earthquakes.walls:
         curves[f"earthquakes.walls.{wall.name}"] = wall.curve
     _require_stable("solver.step", config.solver.step, curves)
-    validation = config.validation
-    _require_stable(
-        "validation.step", validation.step, {"validation.curve": validation.curve.make()}
-    )
-
-
-def _make_studies(config: Config) -> TrilinearCurve:
-    """Make the walls and curves of the studies; return the curves that are not the config's."""
-    for name, parameter in STUDIES.items():
-        values = np.array(getattr(config.studies, name))
-        try:
-            if parameter in type(config.wall).model_fields:
-                config.wall.make(**{parameter: values})
-            elif parameter == "yield_displacement_ratio":
-                curves = config.cracked_curves()
-        except InputError as error:
-            raise InputError(f"studies.{name}: {error}") from None
-    return curves
+    tested_curve = {"validation.curve": config.validation.curve.make()}
+    _require_stable("validation.step", config.validation.step, tested_curve)
 
 
 def _require_stable(key: str, step: float, curves: Mapping[str, TrilinearCurve]) -> None:
-    limits = {name: 2 / np.max(curve.initial_frequency) for name, curve in curves.items()}
+    limits = {}
+    for name, curve in curves.items():
+        limits[name] = 2 / float(np.max(curve.initial_frequency))
     name = min(limits, key=limits.__getitem__)
     allowed = f"less than the stability limit of {name}, {limits[name]:.6g}"
     _require(step < limits[name], key, step, allowed)
