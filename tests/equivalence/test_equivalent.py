@@ -18,7 +18,7 @@ from rockdamp.equivalence.polynomials import (
     shipped_polynomials,
 )
 from rockdamp.studies import polynomial_fits
-from rockdamp.studies.decays import study
+from rockdamp.studies.decays import decay
 from rockdamp.studies.matches import match
 
 CURVE = rd.TrilinearCurve(0.04, 0.85)
@@ -146,7 +146,7 @@ def test_model_without_fits_is_nan():
 def test_shipped_coefficients_are_those_of_the_pipeline():
     config = changed(configured(), {"response_lengths.stop": DEFAULT_RESPONSE_LENGTH})
     assert config.curve.strength_ratio == SHIPPED_STRENGTH_RATIO
-    matched = match("cracked_stiffness", config, study("cracked_stiffness", config))
+    matched = match("cracked_stiffness", config, decay("cracked_stiffness", config))
     built = Polynomials.from_dataset(polynomial_fits.fit(config, matched))
     shipped = shipped_polynomials()
     assert list(built.coefficient) == list(shipped.coefficient) == list(VISCOUS_MODELS)

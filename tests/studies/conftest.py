@@ -4,7 +4,7 @@ import pytest
 from configs import configured
 
 from rockdamp.constants import STUDIES
-from rockdamp.studies.decays import study as decay_study
+from rockdamp.studies.decays import decay as decay_study
 from rockdamp.studies.matches import match
 
 

@@ -9,7 +9,7 @@ from rockdamp.constants import STUDIES
 from rockdamp.equivalence.matching import Cases, global_minima
 from rockdamp.studies import earthquakes, polynomial_fits
 from rockdamp.studies.damping_force import damping_force
-from rockdamp.studies.decays import study as decay_study
+from rockdamp.studies.decays import decay as decay_study
 from rockdamp.studies.matches import match
 
 

@@ -8,7 +8,7 @@ from configs import changed, configured
 from rockdamp.constants import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
 from rockdamp.storage import dataset
 from rockdamp.studies import response_lengths
-from rockdamp.studies.decays import study as decay_study
+from rockdamp.studies.decays import decay as decay_study
 
 
 @pytest.fixture(scope="module")

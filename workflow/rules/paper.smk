@@ -29,7 +29,7 @@ rule decay_study:
         "<logs>/decay/{study}.log",
     params:
         *stage(
-            "studies.decays.study",
+            "studies.decays.decay",
             *DECAY,
             "restitution",
             "matching.response_length",

@@ -86,10 +86,10 @@ def _check_times(elapsed: Array) -> None:
     if elapsed.size < 2:
         raise InputError(f"number of samples is {elapsed.size}; it must be at least 2")
     intervals = np.diff(elapsed)
-    falls = np.flatnonzero(intervals <= 0)
-    if falls.size:
-        before, after = elapsed[falls[0] : falls[0] + 2]
-        raise InputError(f"elapsed goes from {before:.9g} to {after:.9g}; it must rise")
+    reversals = np.flatnonzero(intervals <= 0)
+    if reversals.size:
+        earlier, later = elapsed[reversals[0] : reversals[0] + 2]
+        raise InputError(f"elapsed goes from {earlier:.9g} to {later:.9g}; it must rise")
     check_step(float(np.median(intervals)))
 
 

@@ -231,13 +231,13 @@ def _check_spikes(elapsed: Array, displacement: Array, clear: float) -> None:
     for width in range(1, MOST_LOST_FRAMES + 1):
         first = np.arange(2, u.size - width - 1)
         last = first + width - 1
-        run = first + np.arange(width)[:, None]
-        from_left = _line(t, u, first - 2, first - 1, run)
-        from_right = _line(t, u, last + 1, last + 2, run)
-        chord = _line(t, u, first - 1, last + 1, run)
-        above = u[run] - np.maximum(np.maximum(from_left, from_right), chord)
-        below = np.minimum(np.minimum(from_left, from_right), chord) - u[run]
-        distance = np.maximum(above.min(axis=0), below.min(axis=0))
+        samples = first + np.arange(width)[:, None]
+        from_left = _line(t, u, first - 2, first - 1, samples)
+        from_right = _line(t, u, last + 1, last + 2, samples)
+        chord = _line(t, u, first - 1, last + 1, samples)
+        excess = u[samples] - np.maximum(np.maximum(from_left, from_right), chord)
+        deficit = np.minimum(np.minimum(from_left, from_right), chord) - u[samples]
+        distance = np.maximum(excess.min(axis=0), deficit.min(axis=0))
         nearby = np.maximum(largest_before[first - 2], largest_after[last + 2])
         allowed = np.maximum(clear, 5 * nearby)
         worst = int(np.argmax(distance - allowed))

@@ -1,4 +1,4 @@
-"""Order of convergence of both schemes for each damper, measured on an ensemble of walls, free and forced."""
+"""Order of convergence of both schemes for each damper, on an ensemble of walls, free and forced."""
 
 from __future__ import annotations
 
@@ -17,18 +17,37 @@ from rockdamp.progress import track
 from rockdamp.solvers.newmark import Load, simulate
 from rockdamp.studies.decays import step_count
 
+SCHEMES = ("newmark", "paper")
+EXCITATIONS = ("free", "forced")
+
 
 def fitted_order(steps: ArrayLike, error: ArrayLike) -> Array:
     """Return the slope of log(error) against log(step), fitted over the last axis. [-]"""
-    logs = np.log(np.asarray(error, dtype=float))
-    slope = np.polyfit(
-        np.log(np.asarray(steps, dtype=float)), logs.reshape(-1, logs.shape[-1]).T, 1
-    )[0]
-    return np.asarray(slope.reshape(logs.shape[:-1]))
+    log_steps = np.log(np.asarray(steps, dtype=float))
+    log_errors = np.log(np.asarray(error, dtype=float))
+    columns = log_errors.reshape(-1, log_errors.shape[-1]).T
+    slope = np.polyfit(log_steps, columns, 1)[0]
+    return np.asarray(slope.reshape(log_errors.shape[:-1]))
 
 
 class Ensemble(NamedTuple):
-    """Seeded walls and a shared load. A single history's error is erratic: its corners fall anywhere in a step."""
+    """Seeded walls and a shared load.
+
+    The error of a single history is erratic: its corners fall anywhere in a step.
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        Curves, shape (lanes,).
+    release_amplitude : ndarray, shape (lanes,)
+        Displacements of the release, u0/u_ins. [-]
+    restitution : ndarray, shape (lanes,)
+        Restitution coefficients. [-]
+    load_factor : ndarray, shape (lanes,)
+        Factors of the load. [-]
+    ground : ndarray, shape (samples,)
+        Shared load.
+    """
 
     curve: TrilinearCurve
     release_amplitude: Array
@@ -38,39 +57,44 @@ class Ensemble(NamedTuple):
 
 
 def draw(seed: int, lanes: int, samples: int, sample: float) -> Ensemble:
-    """Draw walls and a band-limited load sampled every `sample` in tau."""
+    """Draw walls and a band-limited load with a sample every `sample` in tau."""
     rng = np.random.default_rng(seed)
     curve = TrilinearCurve(rng.uniform(0.02, 0.12, lanes), rng.uniform(0.5, 0.85, lanes))
     frequency, phase = rng.uniform(0.3, 3.0, (2, 12))[..., None]
-    ground = np.sin(frequency * (sample * np.arange(samples)) + 2 * np.pi * phase).sum(axis=0)
-    release, e, factor = (
-        rng.uniform(low, high, lanes) for low, high in ((0.2, 0.8), (0.75, 0.95), (0.01, 0.05))
-    )
-    return Ensemble(curve, release, e, factor, ground)
+    tau = sample * np.arange(samples)
+    ground = np.sin(frequency * tau + 2 * np.pi * phase).sum(axis=0)
+    release_amplitude = rng.uniform(0.2, 0.8, lanes)
+    restitution = rng.uniform(0.75, 0.95, lanes)
+    load_factor = rng.uniform(0.01, 0.05, lanes)
+    return Ensemble(curve, release_amplitude, restitution, load_factor, ground)
 
 
 def convergence(config: Config) -> xr.Dataset:
     """Measure the error of the displacement against the step, and its order.
 
-    The error of a history is the root mean square over the times of the coarsest step, against the default scheme at a
-    sixteenth of the finest step. That of the ensemble is the median, which a wall near collapse does not govern.
+    The error of a history is the root mean square over the times of the coarsest step, against the
+    default scheme at a sixteenth of the finest step. The error of the ensemble is the median, on which
+    a wall near collapse has no influence.
     """
-    settings, schemes, excitations = config.convergence, ("newmark", "paper"), ("free", "forced")
-    coarsest, finest = settings.coarsest, 16 * 2**settings.halvings
-    steps = coarsest / 2.0 ** np.arange(settings.halvings + 1)
-    ensemble = draw(
-        settings.seed, settings.lanes, step_count(settings.length, coarsest) + 1, coarsest
-    )
-    error = np.empty((len(schemes), len(excitations), len(MODELS), steps.size))
-    for x, m in track(list(np.ndindex(error.shape[1:3])), "orders"):
-        exact = run_ensemble(ensemble, MODELS[m], excitations[x], "newmark", coarsest, finest)
-        for s, scheme in enumerate(schemes):
-            for k in range(steps.size):
+    settings = config.convergence
+    coarsest = settings.coarsest
+    substeps = 2 ** np.arange(settings.halvings + 1)
+    finest = 16 * int(substeps[-1])
+    samples = step_count(settings.length, coarsest) + 1
+    ensemble = draw(settings.seed, settings.lanes, samples, coarsest)
+    error = np.empty((len(SCHEMES), len(EXCITATIONS), len(MODELS), substeps.size))
+    for excitation_index, model_index in track(list(np.ndindex(error.shape[1:3])), "orders"):
+        excitation = EXCITATIONS[excitation_index]
+        model = MODELS[model_index]
+        exact = run_ensemble(ensemble, model, excitation, "newmark", coarsest, finest)
+        for scheme_index, scheme in enumerate(SCHEMES):
+            for k, count in enumerate(substeps):
                 displacement = run_ensemble(
-                    ensemble, MODELS[m], excitations[x], scheme, coarsest, 2**k
+                    ensemble, model, excitation, scheme, coarsest, int(count)
                 )
                 lane_error = np.sqrt(np.mean((displacement - exact) ** 2, axis=-1))
-                error[s, x, m, k] = np.nanmedian(lane_error)
+                error[scheme_index, excitation_index, model_index, k] = np.nanmedian(lane_error)
+    steps = coarsest / substeps
     dims = ("scheme", "excitation", "damping_model")
     return xr.Dataset(
         {
@@ -79,8 +103,8 @@ def convergence(config: Config) -> xr.Dataset:
             "finest_convergence_order": (dims, np.log2(error[..., -2] / error[..., -1])),
         },
         coords={
-            "scheme": list(schemes),
-            "excitation": list(excitations),
+            "scheme": list(SCHEMES),
+            "excitation": list(EXCITATIONS),
             "damping_model": list(MODELS),
             "step": steps,
         },
@@ -90,19 +114,35 @@ def convergence(config: Config) -> xr.Dataset:
 def run_ensemble(
     ensemble: Ensemble, model: str, excitation: str, scheme: str, sample: float, substeps: int
 ) -> Array:
-    """Displacements at the samples of the load; NaN in lanes that collapse."""
+    """Return displacements at the samples of the load, NaN in lanes that collapse.
+
+    Parameters
+    ----------
+    ensemble : Ensemble
+        Walls and load.
+    model : str
+        Damping model.
+    excitation : {"free", "forced"}
+        Decay after the release, without or with the load.
+    scheme : {"newmark", "paper"}
+        Scheme of the solver.
+    sample : float
+        Time between samples in tau. [-]
+    substeps : int
+        Steps of the solver between samples.
+    """
     e = ensemble.restitution
-    response = simulate(
+    if model == REFERENCE:
+        damping = Damping(model, e)
+    else:
+        damping = Damping(model, Damping.from_restitution(e, "ECD").value)
+    load_factor = ensemble.load_factor if excitation == "forced" else 0.0
+    histories = simulate(
         ensemble.curve,
-        Damping(model, e if model == REFERENCE else Damping.from_restitution(e, "ECD").value),
+        damping,
         release_amplitude=ensemble.release_amplitude,
-        load=Load(
-            ensemble.ground,
-            ensemble.load_factor if excitation == "forced" else 0.0,
-            sample,
-            substeps,
-        ),
+        load=Load(ensemble.ground, load_factor, sample, substeps),
         store_every=substeps,
         scheme=scheme,
     )
-    return np.where(response.collapsed[:, None], np.nan, response.displacement)
+    return np.where(histories.collapsed[:, None], np.nan, histories.displacement)

@@ -1,4 +1,4 @@
-"""Free decays under a coefficient of restitution: the references of every study."""
+"""Free decays under a restitution coefficient: the references of every study."""
 
 from __future__ import annotations
 
@@ -17,19 +17,20 @@ from rockdamp.solvers.coefficient import damping_coefficient
 from rockdamp.solvers.newmark import simulate
 from rockdamp.studies.study import Study, make_study
 
-INFERS = "amplitude"  # the study from whose decays the length of the response is inferred
+# The study from whose decays the length of the response is inferred.
+LENGTH_STUDY = "amplitude"
 
 
 def step_count(length: float, step: float) -> int:
-    """Steps that a response of `length` in tau takes."""
+    """Return the number of steps in a response of `length` in tau."""
     return int(round(length / step))
 
 
 def matched_lengths(study: Study, wall: Wall, response_length: float) -> Array:
     """Return the lengths of the response in tau at which a study's decays are matched.
 
-    The first is that of the config. Where the study varies the wall, and with it the time scale 1/p, those of its walls
-    follow for which the response lasts as long in seconds as that of `wall`.
+    The first is that of the config. If the study varies the wall, and with it the time scale 1/p, the
+    lengths of its walls follow, for a response as long in seconds as that of `wall`.
     """
     if not study.varies_wall:
         return np.array([response_length])
@@ -46,10 +47,26 @@ def damped_decays(
     steps: int,
     scheme: str = "newmark",
 ) -> xr.Dataset:
-    """Return ``displacement``, ``velocity`` and ``damping_force`` of a wall, over ``damping_model`` and ``tau``."""
-    runs = []
+    """Return displacement, velocity and damping force of a wall, over damping_model and tau.
+
+    Parameters
+    ----------
+    curve : TrilinearCurve
+        Force-displacement curve of the wall.
+    dampings : mapping of Damping
+        Dampers by their label.
+    release_amplitude : float
+        Displacement of the release, u0/u_ins. [-]
+    step : float
+        Step of the solver in tau. [-]
+    steps : int
+        Number of steps.
+    scheme : {"newmark", "paper"}
+        Scheme of the solver. Default: "newmark".
+    """
+    histories = []
     for damping in dampings.values():
-        run = simulate(
+        history = simulate(
             curve,
             damping,
             release_amplitude=release_amplitude,
@@ -57,53 +74,57 @@ def damped_decays(
             steps=steps,
             scheme=scheme,
         )
-        force = damping_coefficient(curve, damping, run.displacement, run.velocity) * run.velocity
-        runs.append((run.displacement, run.velocity, force))
-    names = ("displacement", "velocity", "damping_force")
+        coefficient = damping_coefficient(curve, damping, history.displacement, history.velocity)
+        histories.append((history.displacement, history.velocity, coefficient * history.velocity))
+    displacement, velocity, force = np.stack(histories, axis=1)
+    dims = ("damping_model", "tau")
     return xr.Dataset(
         {
-            name: (("damping_model", "tau"), values)
-            for name, values in zip(names, np.stack(runs, axis=1), strict=True)
+            "displacement": (dims, displacement),
+            "velocity": (dims, velocity),
+            "damping_force": (dims, force),
         },
         coords={"damping_model": list(dampings), "tau": step * np.arange(steps + 1)},
     )
 
 
-def study(name: str, config: Config) -> xr.Dataset:
+def decay(name: str, config: Config) -> xr.Dataset:
     """Run the free decays of one study, to the longest response that is matched to them.
 
-    Those of `INFERS` run to the longest of the response lengths from which the paper's is inferred. The others run to
-    that of the matching, in tau and in seconds.
+    Decays of `LENGTH_STUDY` run to the longest of the response lengths from which the paper's is
+    inferred; the others run to the length of the matching, in tau and in seconds.
     """
-    walls, restitution, step = (
-        make_study(name, config),
-        config.restitution.values(),
-        config.solver.step,
-    )
-    lengths = matched_lengths(walls, config.wall.make(), config.matching.response_length)
-    steps = step_count(config.response_lengths.stop if name == INFERS else lengths.max(), step)
-    response = simulate(
-        walls.curve.map(lambda parameter: parameter[:, None]),
+    study = make_study(name, config)
+    restitution = config.restitution.values()
+    step = config.solver.step
+    length = config.response_lengths.stop
+    if name != LENGTH_STUDY:
+        reference_wall = config.wall.make()
+        length = matched_lengths(study, reference_wall, config.matching.response_length).max()
+    steps = step_count(length, step)
+    histories = simulate(
+        study.curve.map(lambda parameter: parameter[:, None]),
         Damping("CR", restitution),
-        release_amplitude=walls.release_amplitude[:, None],
+        release_amplitude=study.release_amplitude[:, None],
         step=step,
         steps=steps,
         scheme=config.solver.scheme,
     )
-    dims = (walls.parameter, "restitution")
+    dims = (study.parameter, "restitution")
     coords: dict[str, Any] = {
-        walls.parameter: walls.values,
+        study.parameter: study.values,
         "restitution": restitution,
         "tau": step * np.arange(steps + 1),
-        "frequency_parameter": (walls.parameter, walls.frequency_parameter),
+        "frequency_parameter": (study.parameter, study.frequency_parameter),
     }
     if name == "cracked_stiffness":
-        coords["strength_ratio"] = (walls.parameter, np.asarray(walls.curve.strength_ratio))
+        strength_ratio = np.asarray(study.curve.strength_ratio)
+        coords["strength_ratio"] = (study.parameter, strength_ratio)
     return xr.Dataset(
         {
-            "displacement": ((*dims, "tau"), response.displacement),
-            "velocity": ((*dims, "tau"), response.velocity),
-            "impacts": (dims, response.impacts),
+            "displacement": ((*dims, "tau"), histories.displacement),
+            "velocity": ((*dims, "tau"), histories.velocity),
+            "impacts": (dims, histories.impacts),
         },
         coords=coords,
     )

@@ -1,4 +1,4 @@
-"""Force-displacement curves of Fig. 2, the wall of Fig. 1, and restitution by slenderness; no history is solved."""
+"""Force-displacement curves of Fig. 2, the wall of Fig. 1, and restitution by slenderness."""
 
 from __future__ import annotations
 
@@ -11,81 +11,95 @@ from rockdamp.constants import PRESETS
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import EXCITATION_FACTOR, Wall
 
+# Variables of the dataset, and the attributes of a curve that they hold.
+CURVE_VARIABLES = {
+    "yield_displacement_ratio": "yield_displacement_ratio",
+    "plateau_end_ratio": "plateau_end",
+    "ultimate_displacement_ratio": "ultimate_displacement_ratio",
+    "strength_ratio": "strength_ratio",
+}
+
 
 def mechanism(config: Config) -> xr.Dataset:
-    """Tabulate f/F0 against u/u_ins for the curves that Fig. 2 and the presets draw, and the wall of Fig. 1.
+    """Tabulate f/F0 against u/u_ins for the curves of Fig. 2 and the presets, and the wall of Fig. 1.
 
-    Also e against slenderness and height of the hinge (section 4.1), by Eq. (7) and with every support's impulse.
+    The dataset also has e against slenderness and height of the hinge (section 4.1), by Eq. (7) and
+    with the impulses of all supports.
     """
-    # Section 2 gives 0.5 to 0.7 for the height of the hinge. ASSUME: the range of slenderness, that of the studies.
-    hinge_ratio, slenderness = np.array([0.5, 0.6, 0.7]), np.arange(10.0, 31.0)
-    wall, tested, curve = config.wall.make(), config.validation.wall.make(), config.curve.make()
+    wall = config.wall.make()
+    tested = config.validation.wall.make()
+    paper_curve = config.curve.make()
     curves = {
-        "tri-linear": curve,
-        **make_variants(curve),
+        "tri-linear": paper_curve,
+        **make_variants(paper_curve),
         **{name: TrilinearCurve.preset(name) for name in PRESETS},
     }
-    corners = np.concatenate([np.ravel(drawn.parameters()[3:]) for drawn in curves.values()])
+    corners = np.concatenate([np.ravel(curve.parameters()[3:]) for curve in curves.values()])
     # Corners such as 1 - 0.85 are rounded, so that no displacement stands there twice.
     x = np.unique(np.concatenate([np.linspace(0, 1, 1001), corners]).round(12))
-    force = np.stack([1 - x, *(drawn.force(x) for drawn in curves.values())])
-
-    def tabulate(parameter: str) -> tuple[str, list[float]]:
-        return "curve_name", [
-            np.nan,
-            *(float(getattr(drawn, parameter)) for drawn in curves.values()),
-        ]
-
-    walls = Wall(1.0, slenderness, hinge_ratio=hinge_ratio[:, None])
-    mass, dims = (
-        effective_mass_ratio(hinge_ratio[:, None], slenderness),
-        ("hinge_height_ratio", "slenderness"),
-    )
+    force = np.stack([1 - x, *(curve.force(x) for curve in curves.values())])
+    curve_variables = {}
+    for name, attribute in CURVE_VARIABLES.items():
+        values = [float(getattr(curve, attribute)) for curve in curves.values()]
+        curve_variables[name] = ("curve_name", [np.nan, *values])
     return xr.Dataset(
         {
             "force": (("curve_name", "displacement"), force),
-            "yield_displacement_ratio": tabulate("yield_displacement_ratio"),
-            "plateau_end_ratio": tabulate("plateau_end"),
-            "ultimate_displacement_ratio": tabulate("ultimate_displacement_ratio"),
-            "strength_ratio": tabulate("strength_ratio"),
+            **curve_variables,
+            **_restitution_by_slenderness(),
             "thickness": float(wall.thickness),
             "height": float(wall.height),
             "hinge_ratio": float(wall.hinge_ratio),
             "instability_displacement": float(wall.instability_displacement),
-            "restitution_rigid": (dims, walls.restitution_rigid),
-            "restitution_impulsive": (dims, walls.restitution_impulsive),
-            "effective_mass_ratio": (dims, mass),
-            "excitation_factor": (dims, 1 / mass),
             "tested_restitution_rigid": float(tested.restitution_rigid),
         },
-        coords={
-            "curve_name": ["bi-linear", *curves],
-            "displacement": x,
-            "hinge_height_ratio": hinge_ratio,
-            "slenderness": slenderness,
+        coords={"curve_name": ["bi-linear", *curves], "displacement": x},
+    )
+
+
+def _restitution_by_slenderness() -> xr.Dataset:
+    """Return e and the effective mass by height of the hinge and slenderness."""
+    # Section 2 gives 0.5 to 0.7 for the height of the hinge.
+    hinge_ratio = np.array([0.5, 0.6, 0.7])
+    # ASSUME: the range of slenderness is that of the studies.
+    slenderness = np.arange(10.0, 31.0)
+    walls = Wall(1.0, slenderness, hinge_ratio=hinge_ratio[:, None])
+    mass_ratio = effective_mass_ratio(hinge_ratio[:, None], slenderness)
+    dims = ("hinge_height_ratio", "slenderness")
+    return xr.Dataset(
+        {
+            "restitution_rigid": (dims, walls.restitution_rigid),
+            "restitution_impulsive": (dims, walls.restitution_impulsive),
+            "effective_mass_ratio": (dims, mass_ratio),
+            "excitation_factor": (dims, 1 / mass_ratio),
         },
+        coords={"hinge_height_ratio": hinge_ratio, "slenderness": slenderness},
     )
 
 
 def effective_mass_ratio(hinge_ratio: Quantity, slenderness: Quantity) -> Array:
-    r"""Effective mass at u = 0 over the wall's mass, of bodies with a thickness; lambda is its inverse. [-]
+    r"""Return the effective mass at u = 0 over the wall's mass, for bodies with a thickness. [-]
 
     .. math:: \frac{m_\mathrm{eff}}{m} = \frac{2}{3} \left[1 + \frac{t^2}{h^2} \frac{3 - 2r}{r^2 (1 - r)}\right]
 
-    The first term is Eq. (2), of slender bodies, which do not rise as they turn; r = h1/h.
+    The first term is Eq. (2), for slender bodies, which do not rise as they turn; r = h1/h. The
+    inverse of the ratio is lambda.
     """
-    r, h_t = np.asarray(hinge_ratio, dtype=float), np.asarray(slenderness, dtype=float)
+    r = np.asarray(hinge_ratio, dtype=float)
+    h_t = np.asarray(slenderness, dtype=float)
     ratio: Array = (1 + (3 - 2 * r) / (r**2 * (1 - r) * h_t**2)) / EXCITATION_FACTOR
     return ratio
 
 
 def make_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:
-    """Return both variants of the last branch with the a3 that Fig. 2 draws."""
-    # ASSUME: the paper draws a3 < 1 without stating its value; this one leaves room for the translated variant.
-    a1, b1, a3 = float(curve.yield_displacement_ratio), float(curve.strength_ratio), 0.93
-    # Translated softening needs a3 > a1 + b1: a lower plateau where the curve's leaves no room.
-    lower = min(b1, a3 - 1.5 * a1)
+    """Return both variants of the softening branch, with the a3 of Fig. 2."""
+    a1 = float(curve.yield_displacement_ratio)
+    b1 = float(curve.strength_ratio)
+    # ASSUME: the paper draws a3 < 1 without its value; this one leaves room for translated softening.
+    a3 = 0.93
+    # Translated softening needs a3 > a1 + b1: the plateau is lower if the curve's leaves no room.
+    lower_b1 = min(b1, a3 - 1.5 * a1)
     return {
         "steeper": TrilinearCurve(a1, b1, a3, "steeper"),
-        "translated": TrilinearCurve(a1, lower, a3, "translated"),
+        "translated": TrilinearCurve(a1, lower_b1, a3, "translated"),
     }

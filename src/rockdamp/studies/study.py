@@ -16,22 +16,22 @@ from rockdamp.mechanics.curve import TrilinearCurve
 class Study:
     """The walls of one study, along which one parameter varies.
 
-    Attributes
+    Parameters
     ----------
     name : str
         Name of the study.
     parameter : str
-        Name of the parameter that varies, the dimension of the study's datasets.
+        Name of the parameter that varies, a dimension of the study's datasets.
     values : ndarray, shape (walls,)
         Values of the parameter.
-    curve : TrilinearCurve
-        Curves of the walls, of arrays of the shape (walls,).
+    curve : TrilinearCurve, shape (walls,)
+        Curves of the walls.
     release_amplitude : ndarray, shape (walls,)
         Displacement of the release, u0/u_ins. [-]
     frequency_parameter : ndarray, shape (walls,)
         Frequency parameter p. [rad s-1]
     varies_wall : bool
-        Whether the parameter is one of the wall, and changes p, rather than of the curve or the release.
+        Whether the parameter belongs to the wall, and changes p, or to the curve or the release.
     """
 
     name: str
@@ -61,7 +61,7 @@ def make_study(name: str, config: Config) -> Study:
         name=name,
         parameter=parameter,
         values=values,
-        curve=curve.map(lambda field: np.broadcast_to(field, values.shape)),
+        curve=curve.map(lambda ratio: np.broadcast_to(ratio, values.shape)),
         release_amplitude=release_amplitude,
         frequency_parameter=np.broadcast_to(wall.frequency_parameter, values.shape),
         varies_wall=varies_wall,

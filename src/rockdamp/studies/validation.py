@@ -1,4 +1,4 @@
-"""The damping models against a measured test: Fig. 8, with numbers for what the figure shows."""
+"""The damping models against a measured test: Fig. 8, with numbers for the figure."""
 
 from __future__ import annotations
 
@@ -20,60 +20,55 @@ from rockdamp.motions.record import Record
 def validate(
     config: Config, record: Record, equivalence: xr.Dataset, calibration: xr.Dataset
 ) -> xr.Dataset:
-    """Compare the response to a measured motion, under each damping model, with the measured response.
+    """Compare the response to a measured motion, under each damping model, with the measured one.
 
-    a1, b1 and e are those of the calibration on the same record; a3 and the softening are the config's. The metrics of
-    the decay are over all half cycles after the largest measured peak.
-    It raises `InputError` if the record has no measured displacement, no rest before the motion or fewer than two half
-    cycles after its largest peak, or if the polynomials do not reach the calibrated e and a1 or the config's a1.
+    a1, b1 and e are those of the calibration on the same record; a3 and the softening are the
+    config's. The metrics of the decay are over all half cycles after the largest measured peak.
+
+    Raises
+    ------
+    InputError
+        If the record has no measured displacement, no rest before the motion or fewer than two half
+        cycles after its largest peak, or the polynomials do not reach the calibrated e and a1 or the
+        config's a1.
     """
-    section, wall = config.validation, config.validation.wall.make()
-    fitted = calibration["estimate"].to_series()
-    a1, b1, e = (
-        fitted[name] for name in ("yield_displacement_ratio", "strength_ratio", "restitution")
-    )
-    damping_ratios(equivalence, e, np.array([a1]))  # which are refused where the fits do not reach
+    section = config.validation
+    wall = section.wall.make()
+    estimate = calibration["estimate"].to_series()
+    a1 = estimate["yield_displacement_ratio"]
+    b1 = estimate["strength_ratio"]
+    e = estimate["restitution"]
+    # The fits must reach the calibrated a1 too, although the ratios are those of the config's a1.
+    damping_ratios(equivalence, e, np.array([a1]))
     ratios = damping_ratios(equivalence, e, np.array(section.fit_yield_displacement_ratios))
-
-    rest, (measured, zero) = rest_samples(record), measured_displacement(record)
+    rest = rest_samples(record)
+    test_displacement, zero = measured_displacement(record)
     u_ins = float(wall.instability_displacement)
-    threshold = max(CLEAR * float(np.std(measured[:rest])), LEAST * u_ins)
-    cycles = half_cycles(record.elapsed, measured, threshold)
-    decay = (
-        cycles[slice(int(np.argmax(np.abs(cycles.peak))) + 1, None)] if cycles.peak.size else cycles
-    )
-    if decay.peak.size < 2:
-        raise InputError(
-            f"the record has {decay.peak.size} half cycles beyond {threshold:.3g} m after its largest peak;"
-            " it must have at least 2"
-        )
-
+    threshold = max(CLEAR * float(np.std(test_displacement[:rest])), LEAST * u_ins)
+    decay = _measured_decay(record.elapsed, test_displacement, threshold)
     curve = section.curve.make(yield_displacement_ratio=a1, strength_ratio=b1)
     dampings = [Damping(model, e if model == REFERENCE else ratios[model]) for model in MODELS]
-    responses = respond(wall, curve, dampings, record, step=section.step).assign_coords(
-        elapsed=record.elapsed
-    )
-    histories = responses[["control_displacement", "collapsed", "peak_displacement"]].reset_coords(
-        drop=True
-    )
-    compared = [
-        compare(responses.sel(damping_model=model), measured, decay, rest) for model in MODELS
+    responses = respond(wall, curve, dampings, record, step=section.step)
+    responses = responses.assign_coords(elapsed=record.elapsed)
+    histories = responses[["control_displacement", "collapsed", "peak_displacement"]]
+    histories = histories.reset_coords(drop=True)
+    comparisons = [
+        compare(responses.sel(damping_model=model), test_displacement, decay, rest)
+        for model in MODELS
     ]
-    peak = float(np.abs(measured).max())
+    peak = float(np.abs(test_displacement).max())
+    damping_ratio = np.array([ratios.get(model, np.nan) for model in MODELS])
     return (
-        xr.concat(compared, "damping_model")
+        xr.concat(comparisons, "damping_model")
         .assign(histories)
         .assign(
             peak_ratio_to_measured=histories["peak_displacement"] / peak,
-            measured=("elapsed", measured),
+            measured=("elapsed", test_displacement),
             ground_acceleration=("elapsed", record.ground_acceleration),
             measured_log_decrement=_log_decrement(np.abs(decay.peak)),
             measured_peak_displacement=peak,
             sensor_zero=zero,
-            damping_ratio=(
-                "damping_model",
-                np.array([ratios.get(model, np.nan) for model in MODELS]),
-            ),
+            damping_ratio=("damping_model", damping_ratio),
             yield_displacement_ratio=a1,
             strength_ratio=b1,
             restitution=e,
@@ -85,65 +80,119 @@ def validate(
 
 
 def damping_ratios(equivalence: xr.Dataset, restitution: float, ratios: Array) -> dict[str, float]:
-    """Evaluate the polynomials xi(e) of each viscous model: the mean over the a1, linear in a1 between the fits.
+    """Evaluate the polynomials xi(e) of each viscous model: the mean over several a1.
 
-    The paper averages its fits at two values of a1 around the wall's.
+    Between the fits they are linear in a1. The paper averages its fits at two values of a1 around
+    the wall's.
+
+    Parameters
+    ----------
+    equivalence : xarray.Dataset
+        Polynomials of the stage ``equivalence``.
+    restitution : float
+        Restitution coefficient e. [-]
+    ratios : ndarray
+        Values of a1. [-]
+
+    Raises
+    ------
+    InputError
+        If e or an a1 lies outside the range of the fits.
     """
     polynomials = Polynomials.from_dataset(equivalence)
-    found = {
-        model: float(np.mean([polynomials(model, restitution, a1) for a1 in ratios]))
-        for model in VISCOUS_MODELS
-    }
-    if not np.isfinite(list(found.values())).all():
+    means = {}
+    for model in VISCOUS_MODELS:
+        means[model] = float(np.mean([polynomials(model, restitution, a1) for a1 in ratios]))
+    if not np.isfinite(list(means.values())).all():
         low, high = polynomials.restitution
         a1 = polynomials.yield_displacement_ratio
         raise InputError(
-            f"restitution is {restitution:g} and yield_displacement_ratio {', '.join(map('{:g}'.format, ratios))}; they"
-            f" must be within the range of the fits, {low:g} to {high:g} and {a1[0]:g} to {a1[-1]:g}"
+            f"restitution is {restitution:g} and yield_displacement_ratio"
+            f" {', '.join(map('{:g}'.format, ratios))}; they must be within the range of the fits,"
+            f" {low:g} to {high:g} and {a1[0]:g} to {a1[-1]:g}"
         )
-    return found
+    return means
 
 
-# --- one model against the measurement ------------------------------------------------------------------------------
+def _measured_decay(elapsed: Array, displacement: Array, threshold: float) -> HalfCycles:
+    """Return the half cycles after the largest peak; refuse fewer than two."""
+    decay = half_cycles(elapsed, displacement, threshold)
+    if decay.peak.size:
+        largest = int(np.argmax(np.abs(decay.peak)))
+        decay = decay[slice(largest + 1, None)]
+    if decay.peak.size < 2:
+        raise InputError(
+            f"the record has {decay.peak.size} half cycles beyond {threshold:.3g} m after its"
+            " largest peak; it must have at least 2"
+        )
+    return decay
 
 
-def compare(response: xr.Dataset, measured: Array, decay: HalfCycles, rest: int) -> xr.Dataset:
-    """Compare one response with the measured one; NaN where the wall collapsed or a half cycle has no match."""
+# --- one model against the measurement ------------------------------------------------------------
+
+
+def compare(
+    response: xr.Dataset, test_displacement: Array, decay: HalfCycles, rest: int
+) -> xr.Dataset:
+    """Compare one response with the measured one.
+
+    Metrics are NaN if the wall collapsed or no half cycle has a match.
+
+    Parameters
+    ----------
+    response : xarray.Dataset
+        Response under one damping model.
+    test_displacement : ndarray, shape (samples,)
+        Measured displacement from its level at rest. [m]
+    decay : HalfCycles
+        Measured half cycles of the decay.
+    rest : int
+        Number of samples at rest before the motion.
+    """
     displacement = response["control_displacement"].values
-    cycles = half_cycles(
-        response["elapsed"].values,
-        displacement,
-        LEAST * float(response["instability_displacement"]),
-    )
-    matched = decay[slice(0, 0)] if response["collapsed"] else _match(cycles, decay)
-    count = matched.peak.size
-    peaks, amplitudes = np.abs(matched.peak), np.abs(decay.peak[:count])
-    durations, lasted = matched.duration, decay.duration[:count]
-    both = np.isfinite(durations) & np.isfinite(lasted)
-    return xr.Dataset(
-        {
-            "rms_misfit": np.sqrt(np.mean((displacement - measured)[rest:] ** 2)),
-            "matched_half_cycles": count,
-            "decay_peak_misfit": np.sqrt(np.mean((peaks - amplitudes) ** 2)) if count else np.nan,
-            "decay_peak_ratio": np.mean(peaks / amplitudes) if count else np.nan,
-            "log_decrement": _log_decrement(peaks),
-            "period_drift": durations[both].sum() / lasted[both].sum() - 1
-            if both.any()
-            else np.nan,
-        }
-    )
+    threshold = LEAST * float(response["instability_displacement"])
+    cycles = half_cycles(response["elapsed"].values, displacement, threshold)
+    computed_decay = decay[slice(0, 0)] if response["collapsed"] else _match(cycles, decay)
+    count = computed_decay.peak.size
+    peaks = np.abs(computed_decay.peak)
+    measured_peaks = np.abs(decay.peak[:count])
+    metrics = {
+        "rms_misfit": np.sqrt(np.mean((displacement - test_displacement)[rest:] ** 2)),
+        "matched_half_cycles": count,
+        "decay_peak_misfit": np.nan,
+        "decay_peak_ratio": np.nan,
+        "log_decrement": _log_decrement(peaks),
+        "period_drift": np.nan,
+    }
+    if count:
+        metrics["decay_peak_misfit"] = np.sqrt(np.mean((peaks - measured_peaks) ** 2))
+        metrics["decay_peak_ratio"] = np.mean(peaks / measured_peaks)
+    durations = computed_decay.duration
+    measured_durations = decay.duration[:count]
+    is_whole = np.isfinite(durations) & np.isfinite(measured_durations)
+    if is_whole.any():
+        ratio = durations[is_whole].sum() / measured_durations[is_whole].sum()
+        metrics["period_drift"] = ratio - 1
+    return xr.Dataset(metrics)
 
 
 def _log_decrement(peaks: Array) -> float:
-    """Mean logarithm of the ratio of one peak to the next; NaN of fewer than two. [-]"""
-    return float(np.log(peaks[0] / peaks[-1]) / (peaks.size - 1)) if peaks.size > 1 else np.nan
+    """Return the mean logarithm of the ratio of one peak to the next; NaN for fewer than two. [-]"""
+    if peaks.size < 2:
+        return np.nan
+    return float(np.log(peaks[0] / peaks[-1]) / (peaks.size - 1))
 
 
-def _match(computed: HalfCycles, measured: HalfCycles) -> HalfCycles:
-    """Match successive half cycles, from the computed one on the first's side whose peak is nearest to it in time."""
-    same_side = np.flatnonzero(np.sign(computed.peak) == np.sign(measured.peak[0]))
+def _match(computed_cycles: HalfCycles, measured_cycles: HalfCycles) -> HalfCycles:
+    """Return the computed half cycles that match the measured ones, in order.
+
+    The first is that on the side of the first measured one whose peak is nearest to it in time.
+    """
+    same_side = np.flatnonzero(np.sign(computed_cycles.peak) == np.sign(measured_cycles.peak[0]))
     if not same_side.size:
-        return computed[slice(0, 0)]
-    nearest = np.argmin(np.abs(computed.peak_elapsed[same_side] - measured.peak_elapsed[0]))
+        return computed_cycles[slice(0, 0)]
+    nearest = np.argmin(
+        np.abs(computed_cycles.peak_elapsed[same_side] - measured_cycles.peak_elapsed[0])
+    )
     start = int(same_side[nearest])
-    return computed[slice(start, start + measured.peak.size)]
+    return computed_cycles[slice(start, start + measured_cycles.peak.size)]
