@@ -233,11 +233,10 @@ def assumed() -> str:
         "e by the rule `measured`",
         f"the other component times {float(supports['vertical_factor']):.2g}",
     )
+    has_floor = supports["diaphragm_period"].isin([0.1, 0.3, 0.6]).values
+    floors = supports["assumption"].values[has_floor].tolist()
     changes = [
-        *(
-            ("a rigid floor at the top", f"a {floor}", floor)
-            for floor in (f"floor of {t} s" for t in (0.1, 0.3, 0.6))
-        ),
+        *(("a rigid floor at the top", f"a {floor}", floor) for floor in floors),
         ("the mass of slender blocks", "own inertia of the bodies", "own inertia"),
         ("overburden without mass", "all of it is a mass", "overburden has mass, e unchanged"),
         (rule, "e by the rule `impulsive`", "e impulsive"),

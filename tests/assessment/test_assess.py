@@ -2,21 +2,19 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import rockdamp as rd
 from rockdamp.assessment.answers import assessed_values, reasons
-from rockdamp.assessment.assess import FEWEST_STATIONS, intervals, peak_quantile
-from rockdamp.assessment.checks import sensitivity
-from rockdamp.assessment.collapses import LEAST_OF_DAMPER, STRIPES
-from rockdamp.assessment.table import find_restitution
+from rockdamp.assessment.collapses import FEWEST_STATIONS
+from rockdamp.assessment.restitution import find_restitution
+from rockdamp.assessment.sensitivity import sensitivity
 from rockdamp.constants import RECOMMENDED
 from rockdamp.histories.one_sided import add_reversed, run_one_sided
 from rockdamp.mechanics.specimen import Specimen
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.motions.record import append_rest
 from rockdamp.solvers.exact import exact_history
-from rockdamp.statistics.fragility import fit_fragility, wilson
+from rockdamp.statistics.fragility import fit_fragility
 
 HEAVY = rd.Wall(0.3, 4.5, overburden_ratio=1, overburden_mass=1)
 LAW = {"loss_exponent": 0.26, "reference_amplitude": 0.1}
@@ -90,20 +88,6 @@ def test_shares_peaks_and_intervals_follow_from_the_histories(answer):
     np.testing.assert_allclose(answer["peak_median"], np.where(np.isfinite(median), median, np.nan))
 
 
-@pytest.mark.parametrize(
-    ("peaks", "share", "value"),
-    [
-        ([3, 1, 2], 0.5, 2),
-        ([4, 1, 2, 3], 0.5, 2.5),
-        ([1, np.nan, np.nan], 0.5, np.nan),
-        (np.arange(10), 0.84, 8),
-    ],
-)
-def test_a_quantile_of_peaks_counts_collapses_as_the_largest(peaks, share, value):
-    runs = xr.Dataset({"peak": ("record", np.array(peaks, dtype=float))})
-    assert peak_quantile(runs, share).item() == pytest.approx(value, nan_ok=True)
-
-
 def test_the_fragility_is_that_of_the_stripes_whatever_is_asked_for(wall, curve, motions, answer):
     for model in answer["damping_model"].values:
         one = answer.sel(damping_model=model)
@@ -158,25 +142,6 @@ def test_restitution_is_by_a_rule(wall, curve, motions):
     assert float(found["restitution"]) == float(wall.restitution_rigid)
 
 
-def test_of_stations_that_all_say_the_same_the_fragility_has_no_width():
-    """Five of two records each, of which one collapses from the fifth stripe on and one from the eighth."""
-    stripes = np.arange(STRIPES.size) >= np.tile([5, 8], 5)[:, None]
-    runs = xr.Dataset(
-        {
-            "collapsed": (("record", "damping_model", "intensity"), stripes[:, None, 6:7]),
-            "stripe_collapsed": (("record", "damping_model", "stripe"), stripes[:, None]),
-            "stripe_intensity": ("stripe", 2 * STRIPES),
-        }
-    )
-    found = intervals(runs, [f"s{i // 2}" for i in range(10)], "PGV").isel(damping_model=0)
-    fitted = fit_fragility(STRIPES, stripes.sum(axis=0), 10)
-    np.testing.assert_allclose(found["median_pgv_interval"], 2 * fitted.median)
-    np.testing.assert_allclose(found["dispersion_interval"], fitted.dispersion)
-    np.testing.assert_allclose(
-        found["collapse_probability_interval"][0], wilson(0.5, found["effective_records"][0])
-    )
-
-
 @pytest.mark.parametrize(("stations", "known"), [(1, False), (3, False), (4, True)])
 def test_too_few_stations_have_no_interval_and_say_why(stations, known, wall, curve, motions):
     answer = rd.assess(wall, curve, motions[: 2 * stations], pgv=[0.6, 0.8], restitution=0.85)
@@ -202,13 +167,6 @@ def test_the_outcomes_near_collapse_are_those_of_a_step_a_quarter_as_long(wall, 
     assert (usual["unconverged"] < 0.05 * usual["records"] * usual.sizes["stripe"]).all()
     np.testing.assert_allclose(usual["median_pgv"], finer["median_pgv"], rtol=0.03)
     assert float(usual["tail"]) == 3.0
-
-
-def test_a_wall_that_stops_at_its_impacts_runs_beside_the_damper_of_the_least_e(curve, motions):
-    found = rd.assess(rd.Wall(0.4, 0.9), curve, motions[:1], pgv=0.8, restitution="impulsive")
-    assert found["restitution"].item() == 0.0
-    least = rd.Damping.from_restitution(LEAST_OF_DAMPER, RECOMMENDED)
-    assert found["damping_ratio"][1].item() == float(least.value)
 
 
 @pytest.mark.parametrize(

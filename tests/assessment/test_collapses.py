@@ -1,48 +1,114 @@
-"""Near to collapse the step is finer: which histories that are, and that they are those of the finer step."""
+"""Walls under records at intensities and stripes: which histories are refined, and quantiles."""
 
 import numpy as np
+import pytest
+import xarray as xr
 
 import rockdamp as rd
-from rockdamp.assessment.collapses import HALVINGS, NEAR, near_to_collapse, refined
+from rockdamp.assessment.collapses import (
+    LEAST_DAMPER_RESTITUTION,
+    STRIPES,
+    choose_dampings,
+    find_first_collapses,
+    find_intervals,
+    find_peak_quantile,
+    run_outcomes,
+)
+from rockdamp.constants import RECOMMENDED
 from rockdamp.histories.loads import run_record
+from rockdamp.histories.refinement import NEAR_COLLAPSE
 from rockdamp.mechanics.specimen import Specimen
+from rockdamp.statistics.fragility import fit_fragility, wilson
 
 
-def test_large_peaks_that_stand_and_first_collapses_are_near():
-    factor = np.array([[3.0, 1.0, 2.0, -4.0]])  # not in order; the sign turns a record round
-    collapsed = np.array([[[True], [False], [False], [True]]])
-    peak = np.array([[[9.0], [NEAR - 0.01], [NEAR], [9.0]]])
-    assert near_to_collapse(peak, collapsed, factor)[0, :, 0].tolist() == [True, False, True, False]
-    again = np.array(
-        [[[True], [True], [False], [True]]]
-    )  # the weakest collapses it, the next does not
-    assert near_to_collapse(peak, again, factor)[0, :, 0].tolist() == [True, True, True, False]
+@pytest.mark.parametrize(
+    ("collapsed", "first"),
+    [
+        ([True, False, False, True], [True, False, False, False]),
+        ([True, True, False, True], [True, True, False, False]),
+        ([False, False, False, True], [False, False, False, True]),
+    ],
+)
+def test_a_first_collapse_follows_a_weaker_motion_that_is_survived(collapsed, first):
+    """The factors stand in no order, and a negative one reverses the record."""
+    factor = np.array([[3.0], [1.0], [2.0], [-4.0]])
+    found = find_first_collapses(np.array(collapsed)[:, None], factor)
+    assert found[:, 0].tolist() == first
 
 
-def test_near_collapse_the_answer_is_that_of_the_finest_step_and_elsewhere_of_the_usual(
-    motions, curve
-):
-    walls, record = rd.Wall(np.array([0.25, 0.3]), 3.0), motions[2].record
+def test_first_collapses_and_large_peaks_are_refined(motions, curve):
+    walls = rd.Wall(np.array([0.25, 0.3]), 3.0)
+    record = motions[2].record
     factor = np.array([[0.5, 1.0, 2.0, 4.0]] * 2)
-    dampings = [rd.Damping("CR", 0.85), rd.Damping.from_restitution(0.85, "ECD")]
-    specimens = [Specimen(walls, curve, damping) for damping in dampings]
     options = {"step": 0.2, "tail": 3.0}
-    peak, collapsed, coarser = refined(record, specimens, factor, **options)
-    runs = []
-    for halvings in (0, 1, 2):
-        ended = [
+    for damping in (rd.Damping("CR", 0.85), rd.Damping.from_restitution(0.85, "ECD")):
+        specimen = Specimen(walls, curve, damping)
+        runs = [
             run_record(record, specimen, factor.T, **options, halvings=halvings)
-            for specimen in specimens
+            for halvings in range(3)
         ]
-        runs.append(
-            [
-                np.stack([getattr(end, name).T for end in ended], axis=-1)
-                for name in ("peak", "collapsed")
-            ]
+        is_large = ~runs[0].collapsed & (runs[0].peak >= NEAR_COLLAPSE)
+        near = (is_large | find_first_collapses(runs[0].collapsed, factor.T)).T
+        assert near.any() and not near.all()
+        peak, collapsed, coarser = run_outcomes(record, [specimen], factor, **options)
+        np.testing.assert_array_equal(peak[..., 0], np.where(near, runs[2].peak.T, runs[0].peak.T))
+        np.testing.assert_array_equal(
+            collapsed[..., 0], np.where(near, runs[2].collapsed.T, runs[0].collapsed.T)
         )
-    near = near_to_collapse(*runs[0], factor)
-    assert near.any() and not near.all() and HALVINGS == 2
-    np.testing.assert_array_equal(collapsed, np.where(near, runs[2][1], runs[0][1]))
-    np.testing.assert_array_equal(coarser, np.where(near, runs[1][1], runs[0][1]))
-    stands = ~collapsed
-    np.testing.assert_array_equal(peak[stands], np.where(near, runs[2][0], runs[0][0])[stands])
+        np.testing.assert_array_equal(
+            coarser[..., 0], np.where(near, runs[1].collapsed.T, runs[0].collapsed.T)
+        )
+
+
+def test_the_second_damper_has_a_least_e():
+    _, damper = choose_dampings(rd.Wall(0.4, 0.9), 0.0)
+    least = rd.Damping.from_restitution(LEAST_DAMPER_RESTITUTION, RECOMMENDED)
+    assert damper.value == least.value
+
+
+@pytest.mark.parametrize(
+    ("peaks", "share", "quantile"),
+    [
+        ([3, 1, 2], 0.5, 2),
+        ([4, 1, 2, 3], 0.5, 2.5),
+        ([1, np.nan, np.nan], 0.5, np.nan),
+        (np.arange(10), 0.84, 8),
+    ],
+)
+def test_a_quantile_of_peaks_counts_collapses_as_the_largest(peaks, share, quantile):
+    runs = xr.Dataset({"peak": ("record", np.array(peaks, dtype=float))})
+    assert find_peak_quantile(runs, share).item() == pytest.approx(quantile, nan_ok=True)
+
+
+@pytest.fixture(scope="module")
+def alike():
+    """Five stations of two records, of which one collapses from the fifth stripe, one the eighth."""
+    stripes = np.arange(STRIPES.size) >= np.tile([5, 8], 5)[:, None]
+    return xr.Dataset(
+        {
+            "collapsed": (("record", "damping_model", "intensity"), stripes[:, None, 6:7]),
+            "stripe_collapsed": (("record", "damping_model", "stripe"), stripes[:, None]),
+            "stripe_intensity": ("stripe", 2 * STRIPES),
+        }
+    )
+
+
+def test_a_fragility_of_stations_that_agree_has_no_width(alike):
+    groups = [f"station {number // 2}" for number in range(10)]
+    intervals = find_intervals(alike, groups, "PGV").isel(damping_model=0)
+    fitted = fit_fragility(STRIPES, alike["stripe_collapsed"].sum("record").values[0], 10)
+    np.testing.assert_allclose(intervals["median_pgv_interval"], 2 * fitted.median)
+    np.testing.assert_allclose(intervals["dispersion_interval"], fitted.dispersion)
+
+
+def test_the_interval_of_a_share_has_the_effective_number_of_records(alike):
+    groups = [f"station {number // 2}" for number in range(10)]
+    intervals = find_intervals(alike, groups, "PGV").isel(damping_model=0)
+    expected = wilson(0.5, intervals["effective_records"][0])
+    np.testing.assert_allclose(intervals["collapse_probability_interval"][0], expected)
+
+
+def test_stripes_reach_beyond_collapse_on_either_side(answer):
+    counts = answer["stripe_collapses"]
+    assert (counts.isel(stripe=0) == 0).all()
+    assert (counts.isel(stripe=-1) == answer["records"]).all()

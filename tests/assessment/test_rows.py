@@ -6,7 +6,7 @@ import xarray as xr
 
 import rockdamp as rd
 from rockdamp.assessment import assess
-from rockdamp.assessment.answers import COLUMNS, tabulate_walls
+from rockdamp.assessment.answers import ANSWER_COLUMNS, tabulate_walls
 from rockdamp.assessment.assess import assess_rows
 from rockdamp.assessment.table import BadRow, read_walls
 from rockdamp.storage import dataset
@@ -162,14 +162,14 @@ def test_how_many_run_at_once_changes_nothing(rows, found, motions):
 
 
 def test_a_wall_that_cannot_be_run_stops_no_other(rows, found, motions, monkeypatch):
-    real = assess.collapses
+    real = assess.run_intensities
 
-    def refusing(wall, *arguments, **options):
-        if np.any(np.asarray(getattr(wall, "thickness", 0)) == 0.30):
+    def refusing(specimens, *arguments, **options):
+        if np.any(np.asarray(getattr(specimens[0].wall, "thickness", 0)) == 0.30):
             raise rd.InputError("a history would take too long")
-        return real(wall, *arguments, **options)
+        return real(specimens, *arguments, **options)
 
-    monkeypatch.setattr(assess, "collapses", refusing)
+    monkeypatch.setattr(assess, "run_intensities", refusing)
     other = assess_rows(rows, motions, "PGV", 0.5)
     assert other["row_error"].sel(wall="c").item() == "a history would take too long"
     assert (other["collapses"].sel(wall="c") == -1).all() and np.isnan(
@@ -203,7 +203,7 @@ def test_a_building_a_floor_and_a_law_are_those_of_all_rows(rows, motions):
 
 def test_the_table_has_a_row_for_each_damper_and_one_for_a_bad_row(found):
     table = tabulate_walls(found)
-    assert all(list(row) == list(COLUMNS) for row in table)
+    assert all(list(row) == list(ANSWER_COLUMNS) for row in table)
     names = [(row["id"], row["damping_model"]) for row in table]
     assert names[:4] == [("a", "CR"), ("a", "BAND"), ("bad", None), ("b", "CR")]
     assert [name for name in names if name[0] == "front"] == [("front", "CR")]

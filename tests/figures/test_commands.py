@@ -71,10 +71,12 @@ def test_title_states_the_factor_on_the_record(response):
 def answer(request):
     """An assessment with a lognormal curve of CR, and none of BAND."""
     measure = request.param
+    unit = 9.80665 if measure == "pga" else 1.0  # PGA is drawn in g
     values = {
-        f"median_{measure}": ("damping_model", [0.5, np.nan]),
-        measure: ("intensity", [0.3, 0.6]),
-        f"stripe_{measure}": ("stripe", np.geomspace(0.1, 5.0, 16)),
+        "damper_family": ("damping_model", ["CR", "BAND"]),
+        f"median_{measure}": ("damping_model", [0.5 * unit, np.nan]),
+        measure: ("intensity", [0.3 * unit, 0.6 * unit]),
+        f"stripe_{measure}": ("stripe", unit * np.geomspace(0.1, 5.0, 16)),
         "stripe_collapses": (("damping_model", "stripe"), COUNTS),
         "dispersion": ("damping_model", [0.4, np.nan]),
         "collapse_probability": (("damping_model", "intensity"), [[0.25, 0.5], [0.2, 0.4]]),

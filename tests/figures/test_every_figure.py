@@ -138,8 +138,3 @@ def test_models_differ_without_colour(key):
 def test_many_walls_differ():
     pairs = {(line["color"], line["marker"]) for line in map(series, range(24))}
     assert len(pairs) == 24
-
-
-def test_label_has_the_look_of_its_model():
-    assert look("ECD16") == look("ECD")
-    assert look("BAND0.4", marker="")["color"] == look("BAND")["color"]

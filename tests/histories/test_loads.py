@@ -55,7 +55,8 @@ def test_a_one_sided_wall_is_shaken_both_ways_and_a_factor_below_0_turns_them():
         rd.OneSidedWall(WALL),
         GroundMotion("pulse", "pulse", "own", pulse(64, measured=False)),
     )
-    rows = list(respond_one_sided([motion], wall, CURVE, 0.8, {"scale": [0.5, -0.5]}, 0.5))
+    specimen = Specimen(wall, CURVE, rd.Damping("CR", 0.8))
+    rows = list(respond_one_sided([motion], specimen, {"scale": [0.5, -0.5]}, 0.5))
     peaks, pga = [row["peak"] for row in rows], [row["pga"] for row in rows]
     assert peaks == [peaks[0], peaks[1], peaks[1], peaks[0]] and peaks[0] != peaks[1]
     assert pga == pytest.approx([0.5 * np.abs(motion.record.ground_acceleration).max()] * 4)

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 import rockdamp as rd
 from rockdamp.errors import InputError
 from rockdamp.histories.loads import sample_load
-from rockdamp.histories.measured_test import rest_samples
+from rockdamp.histories.record_rest import rest_samples
 from rockdamp.laboratory import record_fit, uncertainty
 from rockdamp.laboratory.calibration import calibrate, compare_dampers
 from rockdamp.laboratory.record_fit import HIGHEST_POINT, LOWEST_POINT, SCAN_VALUES, RecordFit

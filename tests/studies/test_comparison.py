@@ -11,7 +11,9 @@ from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import compare_pairs
 from rockdamp.storage import dataset
 from rockdamp.studies.comparison import compare_dampers
-from rockdamp.studies.earthquakes import SOURCES, VARIATIONS
+from rockdamp.studies.earthquakes import SOURCES
+
+VARIATIONS = ["step", "impact", "lower e", "higher e"]
 
 DIMS = ("record", "velocity_ratio", "wall", "restitution", "damping_model", "damping_ratio_source")
 
@@ -30,7 +32,7 @@ def histories(peak, station, velocity_ratio, varied=None, collapsed=None, **coor
     varied = peak[..., :1, 0] * np.ones(len(VARIATIONS)) if varied is None else varied
     ratio = np.full(peak.shape[2:], 0.05)
     ratio[:, :, 0] = np.nan
-    names = {"wall": ["a", "b"], "restitution": [0.8, 0.9], "variation": list(VARIATIONS)}
+    names = {"wall": ["a", "b"], "restitution": [0.8, 0.9], "variation": VARIATIONS}
     names |= {"damping_model": list(MODELS), "damping_ratio_source": list(SOURCES)}
     return xr.Dataset(
         {

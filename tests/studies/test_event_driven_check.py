@@ -9,7 +9,7 @@ import xarray as xr
 from configs import changed, configured
 
 from rockdamp.studies import event_driven_check
-from rockdamp.studies.earthquakes import BY_DAMPER
+from rockdamp.studies.earthquakes import HISTORY_DIMS
 from rockdamp.studies.event_driven_check import STRATA, draw, find_strata, rate
 
 
@@ -30,8 +30,8 @@ def study():
         "converged": converged,
     }
     return xr.Dataset(
-        {name: (BY_DAMPER, value) for name, value in values.items()}
-        | {"damping_ratio": 0.05, "scale_factor": (BY_DAMPER[:3], np.ones(shape[:3]))},
+        {name: (HISTORY_DIMS, value) for name, value in values.items()}
+        | {"damping_ratio": 0.05, "scale_factor": (HISTORY_DIMS[:3], np.ones(shape[:3]))},
         coords={
             "record": [f"r{i}" for i in range(40)],
             "station": ("record", [f"s{i // 2}" for i in range(40)]),
@@ -102,8 +102,8 @@ def test_a_seed_draws_the_same_histories_of_the_study_again_and_another_draws_ot
         found = event_driven_check.check_earthquakes(
             changed(configured(), {"earthquakes.check.seed": seed}), study
         )
-        drawn.append([*zip(*(found[name].values.tolist() for name in BY_DAMPER), strict=True)])
+        drawn.append([*zip(*(found[name].values.tolist() for name in HISTORY_DIMS), strict=True)])
         assert len(set(drawn[-1])) == found.sizes["history"] and (found["collapsed"] >= 0).all()
-        places = {name: found[name] for name in BY_DAMPER}
+        places = {name: found[name] for name in HISTORY_DIMS}
         np.testing.assert_array_equal(study["peak"].sel(places), found["peak"])
     assert drawn[0] == drawn[1] != drawn[2]

@@ -53,7 +53,7 @@ def test_restitution_with_another_e_is_restitution_at_that_e(chunks):
 
 
 def test_changes_of_the_loss_and_of_the_step_are_what_their_names_say(config):
-    named = {case.name: case for case in order.cases(config.order)}
+    named = {case.name: case for case in order.list_cases(config.order)}
     for name, e, step, scheme in (
         ("loss - 7 %", 0.85**0.93, 0.05, "newmark"),
         ("loss + 7 %", 0.85**1.07, 0.05, "newmark"),
@@ -61,7 +61,7 @@ def test_changes_of_the_loss_and_of_the_step_are_what_their_names_say(config):
         ("end of step", 0.85, 0.05, "paper"),
     ):
         case = named[f"{name}, e = 0.85"]
-        damping = case.setup(None, None).damping
+        damping = case.make_specimen(None, None).damping
         assert (damping.model, case.step, case.scheme) == ("CR", step, scheme)
         assert float(damping.value) == pytest.approx(e, rel=1e-12)
 
@@ -113,7 +113,7 @@ def test_the_largest_step_is_of_the_ladder_and_none_leaves_fewer_than_two_steps_
 
 
 def test_a_band_has_eight_steps_in_it(config):
-    steps = {case.name: case.step for case in order.cases(config.order)}
+    steps = {case.name: case.step for case in order.list_cases(config.order)}
     assert [steps[f"BAND{width}, e = 0.85"] for width in (0.4, 0.2, 0.1)] == [0.05, 0.05, 0.025]
 
 

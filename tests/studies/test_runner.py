@@ -41,7 +41,7 @@ CASES = [
         "no ground",
         use(LAW),
         0.05,
-        motion=lambda motion, parapet: replace_ground(motion.record, 1e-9),
+        move_supports=lambda motion, parapet: replace_ground(motion.record, 1e-9),
     ),
     Case("end of step", use(rd.Damping("CR", 0.85)), 0.05, scheme="paper"),
 ]
@@ -67,7 +67,7 @@ def test_a_case_is_each_wall_run_alone_with_its_own_damper_step_and_scheme(motio
     for case in CASES:
         for name, (wall, curve) in WALLS.items():
             one = histories.sel(case=case.name, wall=name).isel(record=2)
-            specimen = case.setup(wall, curve)
+            specimen = case.make_specimen(wall, curve)
             if specimen is None:
                 assert (one["collapsed"] == NOT_RUN).all() and one["peak"].isnull().all()
                 continue
@@ -132,8 +132,14 @@ def test_a_case_that_collapses_one_intensity_earlier_has_the_ratio_of_that_step(
 
 
 def test_cases_of_two_parameters_become_a_grid_whose_last_parameter_varies_fastest():
-    cases = xr.Dataset({"value": ("case", np.arange(6))}, coords={"case": list("abcdef")})
-    grid = unstack(cases, first=["b", "a"], second=[0.1, 0.3, 0.5])["value"]
+    places = [(first, second) for first in "ba" for second in (0.1, 0.3, 0.5)]
+    cases = [
+        Case(f"case {number}", use(LAW), 0.05, coordinates={"first": first, "second": second})
+        for number, (first, second) in enumerate(places)
+    ]
+    names = [case.name for case in cases]
+    values = xr.Dataset({"value": ("case", np.arange(6))}, coords={"case": names})
+    grid = unstack(values, cases, "first", "second")["value"]
     assert grid["first"].values.tolist() == ["b", "a"] and grid.sel(first="a").values.tolist() == [
         3,
         4,

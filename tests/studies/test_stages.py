@@ -22,7 +22,7 @@ from rockdamp.storage import dataset
 from rockdamp.studies.bilinear import bilinear
 from rockdamp.studies.damping_force import damping_force
 from rockdamp.studies.decays import step_count
-from rockdamp.studies.loss_law import cases, loss_law
+from rockdamp.studies.loss_law import list_cases, loss_law
 from rockdamp.studies.mechanism import effective_mass_ratio, make_variants, mechanism
 from rockdamp.studies.runner import run
 from rockdamp.studies.study import make_study
@@ -71,9 +71,9 @@ def test_the_peak_of_the_tri_linear_wall(small, curves):
 @pytest.mark.parametrize("case", [0, 2])
 def test_the_peak_of_a_case_with_a_constant_e_and_with_a_loss_law(small, case):
     wall, curve = Wall(0.15, 3.0), TrilinearCurve(0.04, 0.85)
-    some, ratio = cases(small.loss_law)[case], 0.25
+    some, ratio = list_cases(small.loss_law)[case], 0.25
     found = run([some], [load_record(RECORD)], {"thin": (wall, curve)}, np.array([ratio]), tail=0.5)
-    damping = some.setup(wall, curve).damping
+    damping = some.make_specimen(wall, curve).damping
     assert (float(damping.loss_exponent) > 0) == (case > 0)
     assert float(found["peak"].squeeze()) == pytest.approx(
         find_exact_peak(wall, curve, damping, ratio, 0.5), rel=5e-3
@@ -129,9 +129,9 @@ def test_the_law_is_compared_with_the_constant_e_and_collapses_earlier_where_e_i
     small,
 ):
     section = small.loss_law
-    constant, *laws = cases(section)
+    constant, *laws = list_cases(section)
     assert constant.reference == "" and {case.reference for case in laws} == {constant.name}
-    dampings = [case.setup(None, None).damping for case in laws]
+    dampings = [case.make_specimen(None, None).damping for case in laws]
     pairs = [(g, at) for g in section.exponent for at in section.amplitude]
     assert [(damping.loss_exponent, damping.reference_amplitude) for damping in dampings] == pairs
     found = loss_law(small)

@@ -41,7 +41,7 @@ def config():
 
 @pytest.fixture(scope="module")
 def histories(config):
-    return supports.histories(config)
+    return supports.run_histories(config)
 
 
 def test_a_floor_whose_period_is_that_of_a_rigid_one_is_a_rigid_one(histories):
@@ -77,8 +77,8 @@ def test_another_component_with_another_step_is_refused():
         for name, step in (("a", 0.01), ("b", 0.005))
     )
     with pytest.raises(rd.InputError, match="step of 'b' is 0.005"):
-        supports.other_component(one, [one, other])
-    assert supports.other_component(one, [one]) is None
+        supports.find_other_component(one, [one, other])
+    assert supports.find_other_component(one, [one]) is None
 
 
 def test_an_overburden_that_keeps_its_side_changes_strength_and_capacity_alike(config):
@@ -225,7 +225,7 @@ def test_collapses_are_those_of_an_integration_that_calls_nothing_of_the_package
         update={"walls": config.earthquakes.walls[:1], "tail": 2.0}
     )
     small = config.model_copy(update={"supports": settings, "earthquakes": quakes})
-    found = supports.histories(small)["collapsed"].sel(wall="loaded")
+    found = supports.run_histories(small)["collapsed"].sel(wall="loaded")
     q, r = 1 / 144, 0.6
     eq_7 = (r * (1 + r) - 3 * q) / (r * (1 + r) + 3 * q)
     kept, turned = (

@@ -1,1 +1,1 @@
-"""From a wall and records to an answer: how likely it collapses at an intensity, for one wall or for thousands."""
+"""From walls and records to an answer: how likely one wall, or each of thousands, collapses."""

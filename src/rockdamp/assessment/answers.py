@@ -1,4 +1,4 @@
-"""What commands write of assessed walls: values by damping model, rows of a table, and why a number is missing."""
+"""Assessed walls as commands write them: values by damping model, rows of a table, and reasons."""
 
 from __future__ import annotations
 
@@ -7,45 +7,27 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rockdamp.assessment.assess import FEWEST_STATIONS
-from rockdamp.assessment.collapses import STRIPES
+from rockdamp.assessment.collapses import FEWEST_STATIONS, INTENSITY_UNITS, STRIPES
 from rockdamp.statistics.fragility import fit_fragility
 from rockdamp.text import count_noun
 
-BY_MODEL = (
-    *(
-        "restitution",
-        "damping_ratio",
-        "records",
-        "collapses",
-        "collapse_probability",
-        "effective_records",
-    ),
-    *("peak_median", "peak_upper", "median_intensity", "dispersion"),
+# Values of each damping model in the answer for one wall.
+MODEL_VALUES = (
+    *("restitution", "damping_ratio", "records", "collapses", "collapse_probability"),
+    *("effective_records", "peak_median", "peak_upper", "median_intensity", "dispersion"),
     *("unconverged", "median_uncertainty", "dispersion_uncertainty"),
 )
-INTERVALS = ("collapse_probability_interval", "median_intensity_interval", "dispersion_interval")
-# Of the table that is written; a median_intensity is median_pgv or median_pga of the dataset.
-COLUMNS = (
-    *(
-        "id",
-        "damping_model",
-        "restitution",
-        "damping_ratio",
-        "rocking_onset",
-        "collapses",
-        "records",
-    ),
-    *(
-        "collapse_probability",
-        "median_intensity",
-        "dispersion",
-        "peak_median",
-        "unconverged",
-        "median_uncertainty",
-    ),
-    *("dispersion_uncertainty", "reason", "error"),
+MODEL_INTERVALS = (
+    *("collapse_probability_interval", "median_intensity_interval", "dispersion_interval"),
 )
+# Columns of the table of many walls; median_intensity is median_pgv or median_pga of the dataset.
+ANSWER_COLUMNS = (
+    *("id", "damping_model", "restitution", "damping_ratio", "rocking_onset", "collapses"),
+    *("records", "collapse_probability", "median_intensity", "intensity_unit", "dispersion"),
+    *("peak_median", "unconverged", "median_uncertainty", "dispersion_uncertainty"),
+    *("reason", "error"),
+)
+LAW_NAMES = ("loss_exponent", "reference_amplitude")  # of answers with a loss law alone
 
 
 def measure_name(answer: xr.Dataset) -> str:
@@ -54,98 +36,127 @@ def measure_name(answer: xr.Dataset) -> str:
 
 
 def assessed_values(answer: xr.Dataset) -> dict[str, Any]:
-    """Return the answer for one wall in SI: values at one intensity, lists over several; NaN is not defined."""
+    """Return the answer for one wall in SI; NaN is not defined.
+
+    Parameters
+    ----------
+    answer : xarray.Dataset
+        Answer of `assess`. Over one intensity there are values, over several lists.
+    """
     measure = measure_name(answer)
-    names = {
-        f"median_{measure}": "median_intensity",
-        f"median_{measure}_interval": "median_intensity_interval",
-    }
-    one = answer.rename(names)
-    one = one.squeeze("intensity") if one.sizes["intensity"] == 1 else one
-    models = []
-    for model in map(str, one["damping_model"].values):
-        damper = one.sel(damping_model=model)
-        row = {name: damper[name].values.tolist() for name in (*BY_MODEL, *INTERVALS)}
-        row |= {name: None for name in INTERVALS if np.isnan(damper[name]).any()}
-        models.append(
-            {"damping_model": model, **row, "reason": "; ".join(reasons(answer, model)) or None}
-        )
-    cases = [one.sel(restitution_case=case) for case in one["restitution_case"]]
+    renamed = answer.rename(
+        {
+            f"median_{measure}": "median_intensity",
+            f"median_{measure}_interval": "median_intensity_interval",
+        }
+    )
+    if renamed.sizes["intensity"] == 1:
+        renamed = renamed.squeeze("intensity")
+    models = renamed["damping_model"].values.tolist()
+    law = {name: renamed[name].item() for name in LAW_NAMES if name in renamed}
     return {
-        **{name: one[name].item() for name in ("rocking_onset", "restitution")},
-        "restitution_reason": one.attrs["restitution_reason"],
+        "rocking_onset": renamed["rocking_onset"].item(),
+        "restitution": renamed["restitution"].item(),
+        "restitution_reason": answer.attrs["restitution_reason"],
         "intensity_measure": measure.upper(),
-        "intensity": one[measure].values.tolist(),
-        "models": models,
-        "restitution_range": [
+        "intensity": renamed[measure].values.tolist(),
+        "scaled_motion": answer.attrs["scaled_motion"],
+        "models": [
             {
-                "restitution_case": case["restitution_case"].item(),
-                "restitution": case["case_restitution"].item(),
-                "collapse_probability": case["case_collapse_probability"].values.tolist(),
+                "damping_model": model,
+                **_model_values(renamed.sel(damping_model=model)),
+                "reason": "; ".join(reasons(answer, model)) or None,
             }
-            for case in cases
+            for model in models
         ],
-        **{
-            name: one[name].item()
-            for name in ("loss_exponent", "reference_amplitude")
-            if name in one
-        },
+        "restitution_range": [_case_values(renamed, case) for case in answer["restitution_case"]],
+        **law,
+    }
+
+
+def _model_values(answer: xr.Dataset) -> dict[str, Any]:
+    """Return the values of one damping model; an interval that is not defined is None."""
+    values = {name: answer[name].values.tolist() for name in (*MODEL_VALUES, *MODEL_INTERVALS)}
+    undefined = [name for name in MODEL_INTERVALS if np.isnan(answer[name]).any()]
+    return {**values, **dict.fromkeys(undefined)}
+
+
+def _case_values(answer: xr.Dataset, case: xr.DataArray) -> dict[str, Any]:
+    """Return e and the collapse probability of one case of restitution."""
+    values = answer.sel(restitution_case=case)
+    return {
+        "restitution_case": case.item(),
+        "restitution": values["case_restitution"].item(),
+        "collapse_probability": values["case_collapse_probability"].values.tolist(),
     }
 
 
 def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
-    """Return why intervals, or the fragility, of a damping model are missing; empty where none is."""
-    one, median = answer.sel(damping_model=damping_model), f"median_{measure_name(answer)}"
+    """Return why intervals, or the fragility, of a damping model are missing; empty if none is.
+
+    Parameters
+    ----------
+    answer : xarray.Dataset
+        Answer of `assess`.
+    damping_model : str
+        Label of the damping model.
+    """
+    model = answer.sel(damping_model=damping_model)
+    median = f"median_{measure_name(answer)}"
     stations = int(np.unique(answer["station"].values).size)
-    few = stations < FEWEST_STATIONS
-    found = (
-        [f"{count_noun(stations, 'station')}; intervals need at least {FEWEST_STATIONS}"]
-        if few
-        else []
-    )
-    if not np.isfinite(one[median]):
-        found.append(
-            str(
-                fit_fragility(
-                    STRIPES, one["stripe_collapses"].values, answer["records"].item()
-                ).reason
-            )
+    has_few_stations = stations < FEWEST_STATIONS
+    texts = []
+    if has_few_stations:
+        texts.append(
+            f"{count_noun(stations, 'station')}; intervals need at least {FEWEST_STATIONS}"
         )
-    elif (
-        not few
-        and not np.isfinite(one[[f"{median}_interval", "dispersion_interval"]].to_array()).all()
-    ):
-        found.append(
+    if not np.isfinite(model[median]):
+        counts = model["stripe_collapses"].values
+        texts.append(str(fit_fragility(STRIPES, counts, answer["records"].item()).reason))
+        return texts
+    intervals = model[[f"{median}_interval", "dispersion_interval"]].to_array()
+    if not has_few_stations and not np.isfinite(intervals).all():
+        texts.append(
             "no interval of the fragility: under nine in ten replicates of the bootstrap define one"
         )
-    return found
+    return texts
 
 
 def tabulate_walls(answer: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the rows of the table that is written: one for each wall and damping model, a wall with an error once.
+    """Return the rows of the table of many walls.
 
-    What is not defined is None, and ``reason`` says why there is no fragility.
+    There is a row for each wall and damping model, and one for a wall with an error. A value that
+    is not defined is None, and ``reason`` says why there is no fragility.
+
+    Parameters
+    ----------
+    answer : xarray.Dataset
+        Answer of `assess_rows`.
     """
+    measure = measure_name(answer)
     counts = answer["stripe_collapses"].transpose("wall", "damping_model", "stripe").values
     runs = np.maximum(answer["records"].values, 1)[:, None, None]
     reason = fit_fragility(STRIPES, np.maximum(counts, 0), runs).reason
-    answer = answer.assign(reason=(("wall", "damping_model"), reason))
+    answer = answer.assign(
+        reason=(("wall", "damping_model"), reason),
+        intensity_unit=INTENSITY_UNITS[measure.upper()],
+    )
     answer = answer.rename(
-        {f"median_{measure_name(answer)}": "median_intensity", "wall": "id", "row_error": "error"}
+        {f"median_{measure}": "median_intensity", "wall": "id", "row_error": "error"}
     )
-    columns = [
-        *COLUMNS,
-        *(name for name in ("loss_exponent", "reference_amplitude") if name in answer),
-    ]
-    table = (
-        answer[columns[2:]].to_dataframe(dim_order=["id", "damping_model"]).reset_index()[columns]
-    )
-    first, bad = table["damping_model"] == table["damping_model"].iloc[0], table["error"] != ""
-    table = table[
-        (bad & first) | (table["collapses"] >= 0)
-    ]  # against a stop there is no damper beside restitution
-    rows = table.astype(object).where(table.notna() & (table != ""), None).to_dict("records")
-    return [
-        dict.fromkeys(row) | {"id": row["id"], "error": row["error"]} if row["error"] else row
-        for row in rows
-    ]
+    law = [name for name in LAW_NAMES if name in answer]
+    columns = [*ANSWER_COLUMNS, *law]
+    values = answer[columns[2:]].to_dataframe(dim_order=["id", "damping_model"])
+    table = values.reset_index()[columns]
+    has_error = table["error"] != ""
+    is_first_model = table["damping_model"] == table["damping_model"].iloc[0]
+    is_run = table["collapses"] >= 0  # a one-sided wall has no damper beside restitution
+    table = table[(has_error & is_first_model) | is_run]
+    is_defined = table.notna() & (table != "")
+    rows = table.astype(object).where(is_defined, None).to_dict("records")
+    return [_empty_row(row) if row["error"] else row for row in rows]
+
+
+def _empty_row(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a row with its id and its error alone."""
+    return {**dict.fromkeys(row), "id": row["id"], "error": row["error"]}

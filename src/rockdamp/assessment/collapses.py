@@ -1,9 +1,12 @@
-"""Collapses of walls under records: at the intensities asked for, and at stripes that span each wall's fragility."""
+"""Collapses of walls under records, and their statistics.
+
+Each record is scaled to the intensities asked for, and to stripes that span each wall's fragility.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -11,9 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.constants import RECOMMENDED, VISCOUS_MODELS
-from rockdamp.histories.loads import run_record
 from rockdamp.histories.one_sided import run_one_sided
-from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.histories.refinement import run_refined
 from rockdamp.mechanics.dampers import CAP, critical_damping_ratio
 from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.specimen import AnyWall, Specimen
@@ -23,113 +25,149 @@ from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record
 from rockdamp.progress import track
 from rockdamp.solvers.blocks import available_threads
-
-UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
-ORDER = (
-    16  # of ECD, which stands beside restitution where the loss has an exponent: BAND takes none
+from rockdamp.statistics.fragility import (
+    Fragility,
+    effective_count,
+    fit_fragility,
+    fit_resampled,
+    interval,
+    resample,
+    wilson,
 )
-STEP = 0.05  # of the solver, times the first branch's angular frequency, at most; a quarter of it near collapse
-TAIL = 3.0  # rest after a record [s]
-# Of the stripes: lambda PGV/(p u_ins). The medians of the eight walls of config/default.yaml lie between 0.57 and 2.0,
-# and twice their dispersions span a factor of 2.6 to either side: a test holds the stripes to be beyond it.
+
+INTENSITY_UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
+# Intensities, lambda PGV/(p u_ins). The medians of the eight walls of config/default.yaml lie
+# between 0.57 and 2.0, and twice their dispersions span a factor of 2.6 to either side: a test
+# holds the stripes to be beyond it.
 STRIPES = np.geomspace(0.15, 8.0, 16)
-NEAR = 0.5  # u/u_ins, from which on a wall that survives is near collapse; the study of earthquakes has it too
-HALVINGS = 2  # of the step near collapse; the last one shows what is left of the error
-LEAST_OF_DAMPER = 1.01 * float(
-    np.exp(-np.pi * CAP * critical_damping_ratio(ORDER))
-)  # e that the damper is run with
+# Order of ECD, the second damper where the loss has an exponent: BAND takes none.
+ECD_ORDER = 16
+# Least e of the second damper: 1 % above that at which half cycles of ECD would not end.
+LEAST_DAMPER_RESTITUTION = 1.01 * float(np.exp(-np.pi * CAP * critical_damping_ratio(ECD_ORDER)))
+# A bootstrap over g stations draws one given station alone in a share g^-g of its replicates. Up to
+# three stations that share is above 2.5 %: then a bound of the interval is one station's value, and
+# says nothing of the others.
+FEWEST_STATIONS = 4
 
-Outcomes = tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]
+# Peaks [-], collapses, and collapses at twice the finest step, shape (walls, factors, dampings).
+Outcomes: TypeAlias = tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]
 
 
-def damping_pair(wall: Any, restitution: ArrayLike, **loss: float) -> list[Damping]:
-    """Return restitution and the damper that is recommended in its place; against a stop restitution alone.
+def choose_dampings(wall: AnyWall, restitution: ArrayLike, **law: float) -> list[Damping]:
+    """Return restitution and the damper that is recommended in its place.
 
-    `loss` holds the exponent and the reference amplitude of `Damping`.
+    Parameters
+    ----------
+    wall : Wall, Parapet or OneSidedWall
+        A one-sided wall has restitution alone.
+    restitution : float or ndarray, shape (walls,)
+        Coefficient of restitution e. [-]
+    **law : float
+        ``loss_exponent`` and ``reference_amplitude`` of `Damping`; none for one e at all
+        amplitudes.
     """
-    cr = Damping("CR", restitution, **loss)
+    cr = Damping("CR", restitution, **law)
     if isinstance(wall, OneSidedWall):
         return [cr]
-    e = np.maximum(restitution, LEAST_OF_DAMPER)
-    if not loss.get("loss_exponent"):
-        return [cr, Damping.from_restitution(e, RECOMMENDED)]
-    return [cr, Damping.from_restitution(e, "ECD", order=ORDER, **loss)]
+    e = np.maximum(restitution, LEAST_DAMPER_RESTITUTION)
+    if law.get("loss_exponent"):
+        return [cr, Damping.from_restitution(e, "ECD", order=ECD_ORDER, **law)]
+    return [cr, Damping.from_restitution(e, RECOMMENDED)]
 
 
-def collapses(
-    wall: AnyWall,
-    curve: TrilinearCurve,
-    dampings: Sequence[Damping],
+def run_intensities(
+    specimens: Sequence[Specimen],
     motions: Sequence[GroundMotion],
     measure: str,
     intensity: Array,
     *,
-    step: float = STEP,
-    tail: float = TAIL,
+    step: float,
+    tail: float,
 ) -> xr.Dataset:
-    """Run walls with each damper under records, scaled to the intensities asked for and to stripes.
+    """Run walls with each damping under records, scaled to intensities and to stripes.
 
     Parameters
     ----------
-    wall, curve, dampings : Wall, Parapet or OneSidedWall, TrilinearCurve, list of Damping
-        Of numbers, or of arrays of shape (walls,); against a stop of one wall.
+    specimens : sequence of Specimen
+        The same walls and curves with each damping: numbers, or arrays of shape (walls,).
     motions : sequence of GroundMotion
-    measure, intensity : str, ndarray
-        PGV [m s-1] or PGA [m s-2], and the levels asked for.
-    step, tail : float
-        The solver's longest step, times the angular frequency of the first branch: it is refined near collapse. [-]
+        Motions of the walls' supports.
+    measure : {"PGV", "PGA"}
+        Intensity measure.
+    intensity : ndarray, shape (intensities,)
+        Levels asked for. [m s-1 or m s-2]
+    step : float
+        Longest step of the solver, times the angular frequency of the first branch; it is refined
+        near collapse. [-]
+    tail : float
         Rest after each record. [s]
 
     Returns
     -------
     xarray.Dataset
-        By ``wall``, ``damping_model``, ``record`` and ``intensity``: ``peak``, the largest \\|u\\|/u_ins, NaN where the
-        wall collapses, and ``collapsed``. By stripe ``stripe_collapsed``, and ``stripe_coarser``, the same at twice the
-        finest step of each history, at each wall's ``stripe_intensity``. ``scale_factor`` are the factors on the
+        By ``wall``, ``damping_model``, ``record`` and ``intensity``: ``peak``, the largest
+        \\|u\\|/u_ins, NaN where the wall collapses, and ``collapsed``. By stripe
+        ``stripe_collapsed``, and ``stripe_coarser``, the same at twice the finest step of each
+        history, at each wall's ``stripe_intensity``. ``scale_factor`` holds the factors on the
         records' accelerations.
     """
-    supports = [intensity_measures(motion.record) for motion in motions]
+    name = measure.lower()
     levels = np.array(
-        [
-            getattr(intensity_measures(motion.intensity_record), measure.lower())
-            for motion in motions
-        ]
+        [getattr(intensity_measures(motion.intensity_record), name) for motion in motions]
     )
-    stripe = np.atleast_1d(wall.velocity_scale)[:, None] * STRIPES
-    stripe = stripe * np.median(levels / [level.pgv for level in supports])
-    walls = np.broadcast_shapes(
-        stripe.shape[:1], curve.shape, *(damping.shape for damping in dampings)
-    )[0]
-    stripe = np.broadcast_to(stripe, (walls, STRIPES.size))
-    wanted = np.concatenate([np.broadcast_to(intensity, (walls, intensity.size)), stripe], axis=1)
-    specimens = [Specimen(wall, curve, damping) for damping in dampings]
-    peaks, runs = [], []
+    stripe = _place_stripes(specimens, motions, levels)
+    walls = len(stripe)
+    requested = np.broadcast_to(intensity, (walls, intensity.size))
+    targets = np.concatenate([requested, stripe], axis=1)
+    peaks = []
+    collapses = []
+    coarser_collapses = []
     for motion, level in zip(track(motions, "Records"), levels, strict=True):
-        peak, *outcomes = run_outcomes(
-            motion.record, specimens, wanted / level, step=step, tail=tail
+        peak, collapsed, coarser = run_outcomes(
+            motion.record, specimens, targets / level, step=step, tail=tail
         )
-        # Of the stripes the peaks are not kept: memory grows with walls and records alone.
-        peaks.append(np.where(outcomes[0], np.nan, peak)[:, : intensity.size])
-        runs.append(outcomes)
-    collapsed, coarser = np.stack(runs, axis=1)
-    at, stripes = (("record", "wall", level, "damping_model") for level in ("intensity", "stripe"))
-    ratio = [each.value if each.model in VISCOUS_MODELS else np.nan for each in dampings]
+        # Peaks at the stripes are not kept: memory grows with walls and records alone.
+        peaks.append(np.where(collapsed, np.nan, peak)[:, : intensity.size])
+        collapses.append(collapsed)
+        coarser_collapses.append(coarser)
+    collapsed = np.stack(collapses)
+    coarser = np.stack(coarser_collapses)
+    dims = ("record", "wall", "intensity", "damping_model")
+    stripe_dims = ("record", "wall", "stripe", "damping_model")
+    dampings = [specimen.damping for specimen in specimens]
     return xr.Dataset(
         {
-            "peak": (at, np.stack(peaks)),
-            "collapsed": (at, collapsed[:, :, : intensity.size]),
-            "stripe_collapsed": (stripes, collapsed[:, :, intensity.size :]),
-            "stripe_coarser": (stripes, coarser[:, :, intensity.size :]),
+            "peak": (dims, np.stack(peaks)),
+            "collapsed": (dims, collapsed[:, :, : intensity.size]),
+            "stripe_collapsed": (stripe_dims, collapsed[:, :, intensity.size :]),
+            "stripe_coarser": (stripe_dims, coarser[:, :, intensity.size :]),
             "stripe_intensity": (("wall", "stripe"), stripe),
-            "asked": ("intensity", intensity),
+            "requested_intensity": ("intensity", intensity),
             "scale_factor": (("record", "intensity"), intensity / levels[:, None]),
-            "damping_ratio": (
-                ("damping_model", "wall"),
-                np.array([np.broadcast_to(each, walls) for each in ratio]),
-            ),
+            "damping_ratio": (("damping_model", "wall"), _damping_ratios(dampings, walls)),
         },
         coords={"damping_model": [damping.label for damping in dampings]},
     )
+
+
+def _place_stripes(
+    specimens: Sequence[Specimen], motions: Sequence[GroundMotion], levels: Array
+) -> Array:
+    """Return the intensities of each wall's stripes, shape (walls, stripes). [m s-1 or m s-2]
+
+    `levels` are the intensities of the motions as they are.
+    """
+    velocity_scale = np.atleast_1d(specimens[0].wall.velocity_scale)
+    pgv = [intensity_measures(motion.record).pgv for motion in motions]
+    stripe = velocity_scale[:, None] * STRIPES * np.median(levels / pgv)
+    (walls,) = np.broadcast_shapes((1,), *(specimen.shape for specimen in specimens))
+    return np.broadcast_to(stripe, (walls, STRIPES.size))
+
+
+def _damping_ratios(dampings: Sequence[Damping], walls: int) -> Array:
+    """Return the damping ratio of each damping and wall; NaN for restitution. [-]"""
+    ratios = [damping.value if damping.model in VISCOUS_MODELS else np.nan for damping in dampings]
+    return np.array([np.broadcast_to(ratio, walls) for ratio in ratios])
 
 
 def run_outcomes(
@@ -140,74 +178,177 @@ def run_outcomes(
     step: float,
     tail: float,
 ) -> Outcomes:
-    """Return peaks [-] and collapses under a record at each factor, and the collapses at twice the finest step.
+    """Return peaks [-] and collapses under a record, and the collapses at twice the finest step.
 
-    `specimens` are the same walls and curves with each damping. The shape of `factor` is (walls, factors), that of the
-    results (walls, factors, dampings). Against a stop there is one wall, which is solved event by event, without a
-    step.
+    Parameters
+    ----------
+    record : Record
+        Motion of the walls' supports.
+    specimens : sequence of Specimen
+        The same walls and curves with each damping. There is one one-sided wall at most, which is
+        solved event by event, without a step.
+    factor : ndarray, shape (walls, factors)
+        Factors on the acceleration. [-]
+    step : float
+        Longest step of the solver, times the angular frequency of the first branch; it is refined
+        near collapse. [-]
+    tail : float
+        Rest after the record. [s]
     """
-    if not isinstance(specimens[0].wall, OneSidedWall):
-        return refined(record, specimens, factor, step=step, tail=tail)
-    threads = available_threads()
-    ended = [
-        run_one_sided(record, specimen.take(0), factor[0], tail=tail, threads=threads)
+    if isinstance(specimens[0].wall, OneSidedWall):
+        return _run_one_sided(record, specimens, factor[0], tail)
+
+    def find_doubtful(collapsed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        return find_first_collapses(collapsed[-1], factor.T)
+
+    runs = [
+        run_refined(record, specimen, factor.T, find_doubtful, step=step, tail=tail, halvings=0)
         for specimen in specimens
     ]
-    peak, fell = (
-        np.array([[getattr(end, name) for end in ends] for ends in ended]).T[None]
-        for name in ("peak", "collapsed")
+    return (
+        np.stack([run.peak.T for run in runs], axis=-1),
+        np.stack([run.collapsed.T for run in runs], axis=-1),
+        np.stack([run.coarser_collapsed.T for run in runs], axis=-1),
     )
-    return peak, fell, fell
 
 
-# --- a finer step near collapse ---------------------------------------------------------------------------------------
+def _run_one_sided(
+    record: Record, specimens: Sequence[Specimen], factor: Array, tail: float
+) -> Outcomes:
+    """Return the outcomes of a one-sided wall at each factor, shape (1, factors, dampings)."""
+    threads = available_threads()
+    runs = [
+        run_one_sided(record, specimen.take(0), factor, tail=tail, threads=threads)
+        for specimen in specimens
+    ]
+    peak = np.array([[history.peak for history in histories] for histories in runs])
+    collapsed = np.array([[history.collapsed for history in histories] for histories in runs])
+    return peak.T[None], collapsed.T[None], collapsed.T[None]
 
 
-def refined(
-    record: Record,
-    specimens: Sequence[Specimen],
-    factor: Array,
-    *,
-    step: float,
-    tail: float,
-) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Run walls with each damper under a record at each factor, at a finer step near collapse.
+def find_first_collapses(collapsed: NDArray[np.bool_], factor: Array) -> NDArray[np.bool_]:
+    """Return which histories collapse where the next weaker motion does not.
 
-    Arguments are as for `run_record`, with `factor` of the shape (walls, factors). Returned are the peaks [-]
-    and collapses at the finest step, and the collapses at twice that step, shape (walls, factors, dampings).
+    Parameters
+    ----------
+    collapsed : ndarray of bool, shape (levels, walls)
+        Outcomes.
+    factor : ndarray, shape (levels, walls)
+        Factors on the acceleration, in any order; a negative one reverses the motion. [-]
     """
-    ended = [run_record(record, specimen, factor.T, step=step, tail=tail) for specimen in specimens]
-    peak, collapsed = (
-        np.stack([getattr(end, name).T for end in ended], axis=-1) for name in ("peak", "collapsed")
-    )
-    coarser = collapsed.copy()
-    near = near_to_collapse(peak, collapsed, factor)
-    for column, specimen in enumerate(specimens):
-        walls, levels = np.nonzero(near[..., column])
-        if not walls.size:
-            continue
-        # Those that collapsed stand together: the kernel leaves a block that has collapsed.
-        collapsed_last = np.argsort(collapsed[walls, levels, column], kind="stable")
-        walls, levels = walls[collapsed_last], levels[collapsed_last]
-        lane, lanes = (walls, levels, column), specimen.take(walls)
-        for halvings in range(1, HALVINGS + 1):
-            coarser[lane] = collapsed[lane]
-            finer = run_record(
-                record, lanes, factor[walls, levels], step=step, tail=tail, halvings=halvings
-            )
-            peak[lane], collapsed[lane] = finer.peak, finer.collapsed
-    return peak, collapsed, coarser
-
-
-def near_to_collapse(peak: Array, collapsed: NDArray[np.bool_], factor: Array) -> NDArray[np.bool_]:
-    """Return which histories survive with a large peak, or collapse where the next weaker motion does not.
-
-    `peak` and `collapsed` have the shape (walls, factors, dampings), `factor` (walls, factors).
-    """
-    order = np.argsort(np.abs(factor), axis=1, kind="stable")[..., None]
-    ordered = np.take_along_axis(collapsed, order, axis=1)
+    order = np.argsort(np.abs(factor), axis=0, kind="stable")
+    ordered = np.take_along_axis(collapsed, order, axis=0)
     first = ordered.copy()
-    first[:, 1:] &= ~ordered[:, :-1]
-    near = np.empty_like(collapsed)
-    np.put_along_axis(near, order, first, axis=1)
-    return near | (~collapsed & (peak >= NEAR))
+    first[1:] &= ~ordered[:-1]
+    found = np.empty_like(collapsed)
+    np.put_along_axis(found, order, first, axis=0)
+    return found
+
+
+# --- from runs to an answer -----------------------------------------------------------------------
+
+
+def summarise_collapses(runs: xr.Dataset, specimen: Specimen, measure: str) -> xr.Dataset:
+    """Return shares of collapses, peaks and fragilities, and the effect of the solver's step.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        Runs from `run_intensities`.
+    specimen : Specimen
+        Walls and curves of the runs.
+    measure : {"PGV", "PGA"}
+        Intensity measure.
+    """
+    name = measure.lower()
+    fine = _fit_stripes(runs["stripe_collapsed"])
+    coarse = _fit_stripes(runs["stripe_coarser"])
+    unit = runs["stripe_intensity"].values[:, :1] / STRIPES[0]
+    dims = ("wall", "damping_model")
+    collapses = runs["collapsed"].sum("record")
+    onset = specimen.wall.rocking_onset(specimen.curve.strength_ratio)
+    is_changed = runs["stripe_coarser"] != runs["stripe_collapsed"]
+    return xr.Dataset(
+        {
+            "damping_ratio": runs["damping_ratio"],
+            name: runs["requested_intensity"],
+            f"stripe_{name}": runs["stripe_intensity"],
+            "rocking_onset": ("wall", np.broadcast_to(onset, runs.sizes["wall"])),
+            "collapses": collapses,
+            "collapse_probability": collapses / runs.sizes["record"],
+            "peak_median": find_peak_quantile(runs, 0.5),
+            # One standard deviation of a normal distribution above the median.
+            "peak_upper": find_peak_quantile(runs, 0.84),
+            f"median_{name}": (dims, unit * fine.median),
+            "dispersion": (dims, fine.dispersion),
+            "stripe_collapses": runs["stripe_collapsed"].sum("record"),
+            # The change by the last halving of the step near collapse; NaN where either step
+            # defines no fragility.
+            "unconverged": is_changed.sum(("record", "stripe")),
+            "median_uncertainty": (dims, np.abs(np.log(fine.median / coarse.median))),
+            "dispersion_uncertainty": (dims, np.abs(fine.dispersion - coarse.dispersion)),
+        }
+    )
+
+
+def _fit_stripes(collapsed: xr.DataArray) -> Fragility:
+    """Return the fragility of each wall and damping model by collapses at the stripes."""
+    counts = collapsed.sum("record").transpose("wall", "damping_model", "stripe").values
+    return fit_fragility(STRIPES, counts, collapsed.sizes["record"])
+
+
+def find_peak_quantile(runs: xr.Dataset, share: float) -> xr.DataArray:
+    """Return the u/u_ins that a share of the records does not pass; NaN for collapse. [-]
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        ``peak`` over ``record``, NaN where the wall collapses.
+    share : float
+        Share of the records, 0 to 1. [-]
+    """
+    peak = runs["peak"].transpose("record", ...)
+    ordered = np.sort(peak.fillna(np.inf).values, axis=0)
+    place = share * len(ordered)
+    lower = ordered[int(np.ceil(place)) - 1]
+    upper = ordered[int(place)]
+    values = 0.5 * (lower + upper)
+    one_record = runs["peak"].isel(record=0, drop=True)
+    return one_record.copy(data=np.where(np.isfinite(values), values, np.nan))
+
+
+def find_intervals(runs: xr.Dataset, groups: Sequence[str], measure: str) -> xr.Dataset:
+    """Return the intervals of one wall's shares and fragilities, by a bootstrap over stations.
+
+    Parameters
+    ----------
+    runs : xarray.Dataset
+        Runs of one wall from `run_intensities`.
+    groups : sequence of str
+        Station of each record. Intervals are NaN for fewer than four stations.
+    measure : {"PGV", "PGA"}
+        Intensity measure.
+    """
+    replicates = 1000
+    seed = 695  # any number; a fixed one gives the same interval every time
+    known = 1.0 if len(set(groups)) >= FEWEST_STATIONS else np.nan
+    collapsed = runs["collapsed"].transpose("record", "damping_model", ...).values
+    stripes = runs["stripe_collapsed"].transpose("record", "damping_model", ...).values
+    weights = resample(groups, replicates, seed)
+    _, replicate = fit_resampled(STRIPES, stripes, 1, weights)
+    effective = effective_count(collapsed, groups, replicates, seed)
+    probability = wilson(collapsed.mean(axis=0), effective)
+    unit = float(runs["stripe_intensity"][0]) / STRIPES[0]
+    dims = ("damping_model", "bound")
+    dims_by_level = ("damping_model", "intensity")
+    return xr.Dataset(
+        {
+            "collapse_probability_interval": ((*dims_by_level, "bound"), known * probability),
+            "effective_records": (dims_by_level, effective),
+            f"median_{measure.lower()}_interval": (
+                dims,
+                known * unit * interval(replicate.median),
+            ),
+            "dispersion_interval": (dims, known * interval(replicate.dispersion)),
+        }
+    )

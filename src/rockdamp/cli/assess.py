@@ -45,7 +45,7 @@ def assess(**inputs: Any) -> None:
     fragility are a bootstrap's over stations, of records alone.
     """
     from rockdamp.assessment.answers import assessed_values
-    from rockdamp.assessment.collapses import LEAST_OF_DAMPER
+    from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
     from rockdamp.equivalence.programs import describe_damping
 
     wall, curve = common.build_wall(inputs), common.build_curve(inputs)
@@ -64,7 +64,11 @@ def assess(**inputs: Any) -> None:
     peaks = answer["peak"].sel(damping_model="CR").isel(intensity=-1)
     if peaks.notnull().all():
         common.warn_of_rest(peaks.max(), curve)
-    damping = {} if inputs["one_sided"] else describe_damping(wall, curve, max(e, LEAST_OF_DAMPER))
+    damping = (
+        {}
+        if inputs["one_sided"]
+        else describe_damping(wall, curve, max(e, LEAST_DAMPER_RESTITUTION))
+    )
     common.write_outputs(
         answer, "assessment", inputs, "fragility_figure", records=common.digests(motions)
     )
@@ -184,10 +188,10 @@ def batch(**inputs: Any) -> None:
     thickness [mm]. A row that cannot be computed has its error in the column error, and stops no other.
     """
     from rockdamp.assessment.answers import tabulate_walls
-    from rockdamp.assessment.assess import assess_rows, intensities
+    from rockdamp.assessment.assess import assess_rows, check_intensities
     from rockdamp.assessment.table import read_walls
 
-    measure, (intensity, *more) = intensities(inputs["pgv"], inputs["pga"])
+    measure, (intensity, *more) = check_intensities(inputs["pgv"], inputs["pga"])
     if more:
         raise click.UsageError(f"batch takes one intensity; --{measure.lower()} must be one number")
     supports, walls, output = common.build_supports(inputs), inputs["walls"], inputs["output"]

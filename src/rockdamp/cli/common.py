@@ -42,7 +42,7 @@ def warn_of_rest(peak: SupportsFloat, curve: rd.TrilinearCurve) -> None:
 
 def build_wall(inputs: Inputs) -> Any:
     """Return the wall: a Wall, a Parapet, or one of them against a stop."""
-    from rockdamp.assessment.table import make_wall
+    from rockdamp.assessment.description import make_wall
 
     wall: Any = make_wall(inputs)
     slenderness = getattr(wall, "mechanism", wall).slenderness
@@ -51,14 +51,14 @@ def build_wall(inputs: Inputs) -> Any:
 
 
 def build_curve(inputs: Inputs) -> rd.TrilinearCurve:
-    from rockdamp.assessment.table import make_curve
+    from rockdamp.assessment.description import make_curve
 
     return make_curve(inputs)
 
 
 def choose_restitution(wall: Any, restitution: float | str) -> tuple[float, str]:
     """Return e and its reason; warn of a number above that of rigid mechanics."""
-    from rockdamp.assessment.table import find_restitution
+    from rockdamp.assessment.restitution import find_restitution
 
     e, reason = find_restitution(wall, restitution)
     if not isinstance(restitution, str) and hasattr(

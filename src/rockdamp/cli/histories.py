@@ -64,12 +64,12 @@ def decay(**inputs: Any) -> None:
 
 def _half_cycle_rows(decay: xr.Dataset) -> list[dict[str, Any]]:
     """Return a row for each half cycle that ends, the release first: its peak and the number of impacts before it."""
-    from rockdamp.histories.half_cycles import LEAST, half_cycles
+    from rockdamp.histories.half_cycles import LEAST_PEAK, half_cycles
 
     rows = []
     for model in decay["damping_model"].values:
         displacement = decay["displacement"].sel(damping_model=model).values
-        cycles = half_cycles(decay["tau"].values, displacement, LEAST)
+        cycles = half_cycles(decay["tau"].values, displacement, LEAST_PEAK)
         for impacts, (peak, tau, end) in enumerate(
             zip(cycles.peak, cycles.peak_elapsed, cycles.end, strict=True)
         ):
@@ -138,6 +138,7 @@ def respond(**inputs: Any) -> None:
     """
     from rockdamp.histories.one_sided import respond_one_sided
     from rockdamp.histories.respond import tabulate
+    from rockdamp.mechanics.specimen import Specimen
 
     wall, curve = common.build_wall(inputs), common.build_curve(inputs)
     one_sided, tail, output, target = (
@@ -163,7 +164,7 @@ def respond(**inputs: Any) -> None:
             "histories are written and drawn of one record and one scale, without --one-sided"
         )
     if one_sided:
-        rows = list(respond_one_sided(motions, wall, curve, float(dampings[0].value), target, tail))
+        rows = list(respond_one_sided(motions, Specimen(wall, curve, dampings[0]), target, tail))
     else:
         rows = list(tabulate(motions, wall, curve, dampings, target, tail))
     common.warn_of_rest(max(row["peak"] for row in rows), curve)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import ndtr
 
-from rockdamp.constants import PAPER_MODELS
+from rockdamp.constants import PAPER_MODELS, STANDARD_GRAVITY
 from rockdamp.figures.decays import model_label
 from rockdamp.figures.measured import (
     ACCELERATION,
@@ -54,8 +54,9 @@ def decay_figure(decay: xr.Dataset) -> Figure:
     time = decay["elapsed" if has_seconds else "tau"]
     models = decay["damping_model"].values.tolist()
     for model in models:
-        history = decay["displacement"].sel(damping_model=model)
-        axes.plot(time, history, **look(model, marker="", label=model_label(decay, model)))
+        history = decay.sel(damping_model=model)
+        line = look(history["damper_family"].item(), marker="", label=model_label(decay, model))
+        axes.plot(time, history["displacement"], **line)
     zero_line(axes)
     axes.set(xlabel=TIME if has_seconds else TAU, ylabel=DISPLACEMENT)
     legend(figure, handles(axes), columns=min(3, len(models)))
@@ -83,15 +84,15 @@ def response_figure(response: xr.Dataset) -> Figure:
 
 def draw_response(axes: Axes, history: xr.Dataset, label: str) -> None:
     """Draw the displacement under one model, with a cross where the wall collapses."""
-    model = history["damping_model"].item()
+    family = history["damper_family"].item()
     displacement = 1000 * history["control_displacement"].values
     elapsed = history["elapsed"]
     if history["collapsed"]:
         label += f", collapses at {float(history['end_elapsed']):.2f} s"
         last = int(np.flatnonzero(np.isfinite(displacement))[-1])
-        cross = look(model, marker="x", markersize=6, clip_on=False)
+        cross = look(family, marker="x", markersize=6, clip_on=False)
         axes.plot(elapsed[last], displacement[last], **cross)
-    axes.plot(elapsed, displacement, **look(model, marker="", label=label))
+    axes.plot(elapsed, displacement, **look(family, marker="", label=label))
 
 
 # --- fragility ---------------------------------------------------------------------------------
@@ -100,7 +101,11 @@ def draw_response(axes: Axes, history: xr.Dataset, label: str) -> None:
 def fragility_figure(answer: xr.Dataset) -> Figure:
     """Draw the fragility under each model, with its stripes and the intensities asked for."""
     measure = str(answer.attrs["intensity_measure"]).lower()  # pgv or pga
-    unit = "m s$^{-1}$" if measure == "pgv" else "m s$^{-2}$"
+    unit = "m/s"
+    if measure == "pga":
+        unit = "g"
+        names = (measure, f"stripe_{measure}", f"median_{measure}")
+        answer = answer.assign({name: answer[name] / STANDARD_GRAVITY for name in names})
     figure, ((axes,),) = panels(1, 1, 72.0)
     stripes = answer[f"stripe_{measure}"].values
     models = answer["damping_model"].values.tolist()
@@ -123,13 +128,14 @@ def fragility_figure(answer: xr.Dataset) -> Figure:
 def draw_fragility(axes: Axes, curve: xr.Dataset, measure: str) -> None:
     """Draw the shares of one model at the stripes, and its lognormal curve."""
     model = curve["damping_model"].item()
+    family = curve["damper_family"].item()
     stripes = curve[f"stripe_{measure}"].values
     share = curve["stripe_collapses"] / int(curve["records"])
     # CR's markers are larger and open, so that a damper's markers on them are seen.
     size: dict[str, Any] = {"markersize": 3}
     if model == "CR":
         size = {"markersize": 5, "markerfacecolor": "none"}
-    axes.plot(stripes, share, **look(model, linestyle="none", clip_on=False, **size))
+    axes.plot(stripes, share, **look(family, linestyle="none", clip_on=False, **size))
     median = float(curve[f"median_{measure}"])
     dispersion = float(curve["dispersion"])
     label = f"{model}: no lognormal curve"
@@ -137,7 +143,7 @@ def draw_fragility(axes: Axes, curve: xr.Dataset, measure: str) -> None:
         label = f"{model}: median {median:.3g}, dispersion {dispersion:.2f}"
     levels = np.geomspace(stripes[0], stripes[-1], 200)
     probability = ndtr(np.log(levels / median) / dispersion)
-    axes.plot(levels, probability, **look(model, marker="", label=label))
+    axes.plot(levels, probability, **look(family, marker="", label=label))
 
 
 # --- fits --------------------------------------------------------------------------------------

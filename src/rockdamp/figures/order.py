@@ -43,17 +43,17 @@ def fig_order(order: xr.Dataset) -> Figure:
 
 def draw_errors(axes: Axes, study: xr.Dataset, name: str) -> None:
     """Draw the error of each family over its force, and CR with another e as a band."""
-    dampers = study["damper"].values.astype(str)
-    other_restitution = study[name].isel(damper=np.char.startswith(dampers, "e "))
+    families = study["damper_family"].values
+    other_restitution = study[name].isel(damper=(families == "restitution"))
     low = float(other_restitution.min())
     high = float(other_restitution.max())
     axes.axhspan(low, high, color=PALE, linewidth=1.2, label=r"CR, $e \mp 0.01$")
     for family, label in FAMILIES.items():
-        rows = study.isel(damper=np.char.startswith(dampers, family))
+        rows = study.isel(damper=(families == family))
         force = rows["crossing_force"].sel(wall="paper").values
         line = look(family, linestyle="solid", markersize=4, label=label)
         axes.plot(force, rows[name], **line)
-        numbers = [damper.removeprefix(family) or "0" for damper in rows["damper"].values]
+        numbers = [f"{parameter:g}" for parameter in rows["damper_parameter"].values]
         annotate_points(axes, family, force, rows[name].values, numbers)
     log_ticks(axes.xaxis)
     log_ticks(axes.yaxis)

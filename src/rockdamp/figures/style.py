@@ -62,8 +62,8 @@ logging.getLogger("fontTools.ttLib.tables._h_e_a_d").setLevel(logging.ERROR)
 
 
 def look(model: str, **changes: Any) -> dict[str, Any]:
-    """Return colour, line and marker of a damping model, or of its label, such as ECD16."""
-    return {**LOOK[model.rstrip("0123456789.")], **changes}
+    """Return colour, line and marker of a damping model."""
+    return {**LOOK[model], **changes}
 
 
 def series(index: int, **changes: Any) -> dict[str, Any]:

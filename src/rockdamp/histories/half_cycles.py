@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
 
-# ASSUME: the paper gives no definition of a half cycle's least size.
-CLEAR = 10  # standard deviations of the sensor at rest: a measured half cycle is one that goes beyond them
-LEAST = 1e-3  # of u_ins: a computed half cycle is one that goes beyond it
+# ASSUME: the paper does not define the smallest half cycle.
+CLEAR_OF_NOISE = 10  # standard deviations of the sensor at rest, the least peak that is measured
+LEAST_PEAK = 1e-3  # u/u_ins, the least peak of a computed half cycle
 
 
 @dataclass(frozen=True)
 class HalfCycles:
-    """Successive excursions to either side: signed `peak` [m] and its time [s], crossings of zero before and after. [s]
+    """Successive excursions to alternate sides.
 
-    The first `start` and the last `end` are NaN.
+    Attributes
+    ----------
+    peak : ndarray, shape (half cycles,)
+        Signed peaks. [m]
+    peak_elapsed : ndarray, shape (half cycles,)
+        Times of the peaks. [s]
+    start, end : ndarray, shape (half cycles,)
+        Times of the crossings of zero before and after; the first start and the last end are
+        NaN. [s]
     """
 
     peak: Array
@@ -38,65 +47,102 @@ class HalfCycles:
 
 
 def passes_zero(values: ArrayLike) -> NDArray[np.bool_]:
-    """Return the steps between samples in which a history reaches or passes zero, shape (..., n - 1).
+    """Return the steps between samples in which a history reaches or passes zero.
 
-    A step that starts at zero leaves it and does not count, as in the solver's count of impacts. Zeros of displacements
-    are impacts, zeros of velocities are peaks; NaN passes nothing.
+    A step that starts at zero leaves it and does not count, as in the solver's count of impacts.
+    Zeros of displacements are impacts, zeros of velocities are peaks; NaN passes nothing.
+
+    Parameters
+    ----------
+    values : ndarray, shape (..., samples)
+        Histories.
+
+    Returns
+    -------
+    ndarray of bool, shape (..., samples - 1)
     """
     sign = np.sign(np.asarray(values, dtype=float))
-    before, after = sign[..., :-1], sign[..., 1:]
+    before = sign[..., :-1]
+    after = sign[..., 1:]
     return (before != 0) & (before * after <= 0)
 
 
 def turning_points(
     displacement: Array, velocity: Array, step: float | Array
 ) -> tuple[Array, Array]:
-    """Return displacements and times at which histories turn after a release at rest, which counts as no turn.
+    """Return displacements and times at which histories turn after a release at rest.
 
-    Both have the shape (lanes, most), NaN after each lane's last turn. The histories have the shape (lanes, n); `step`
-    is the time between samples, between which a turn is found to second order.
+    The release counts as no turn. A turn between two samples is found to second order.
+
+    Parameters
+    ----------
+    displacement, velocity : ndarray, shape (lanes, samples)
+        Histories.
+    step : float or ndarray, shape (lanes,)
+        Time between two samples, in the unit of the velocity.
+
+    Returns
+    -------
+    displacement, elapsed : ndarray, shape (lanes, most turns)
+        Turning points, NaN after each lane's last one.
     """
-    lane, at = np.nonzero(passes_zero(velocity[:, 1:]))
+    lane, sample = np.nonzero(passes_zero(velocity[:, 1:]))
     count = np.bincount(lane, minlength=velocity.shape[0])
-    rank = np.arange(lane.size) - np.repeat(np.cumsum(count) - count, count)
-    turned, elapsed = np.full((2, count.size, int(count.max(initial=0))), np.nan)
-    v, h = velocity[lane, at + 1], np.broadcast_to(step, count.shape)[lane]
-    # At the turn x is quadratic in time: it is v s/2 beyond x, s the time to the turn at a constant acceleration.
-    s = h * v / (v - velocity[lane, at + 2])
-    turned[lane, rank] = displacement[lane, at + 1] + 0.5 * s * v
-    elapsed[lane, rank] = (at + 1) * h + s
-    return turned, elapsed
+    first_of_lane = np.cumsum(count) - count
+    rank = np.arange(lane.size) - np.repeat(first_of_lane, count)
+    shape = (count.size, int(count.max(initial=0)))
+    turns = np.full(shape, np.nan)
+    elapsed = np.full(shape, np.nan)
+    v = velocity[lane, sample + 1]
+    h = np.broadcast_to(step, count.shape)[lane]
+    # Time to the turn at a constant acceleration; x is quadratic in time, so it turns v s/2 beyond.
+    s = h * v / (v - velocity[lane, sample + 2])
+    turns[lane, rank] = displacement[lane, sample + 1] + 0.5 * s * v
+    elapsed[lane, rank] = (sample + 1) * h + s
+    return turns, elapsed
 
 
 def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCycles:
-    """Split a history at its crossings of zero into excursions beyond `threshold` to alternate sides.
+    """Split a history at its crossings of zero into excursions to alternate sides.
 
-    Noise near zero makes no half cycles: one begins where the other side's threshold is passed, and the crossing
-    between two is the middle of the first and last change of sign between them.
+    Noise near zero makes no half cycles: one begins where the threshold of the other side is
+    passed. The crossing between two is the middle of the first and the last change of sign there.
+
+    Parameters
+    ----------
+    elapsed, displacement : ndarray, shape (samples,)
+        History. [s], [m]
+    threshold : float
+        Least peak of a half cycle. [m]
     """
     beyond = np.flatnonzero(np.abs(displacement) > threshold)
     if not beyond.size:
         return HalfCycles(*np.empty((4, 0)))
-    last = np.flatnonzero(np.diff(np.sign(displacement[beyond])))
-    starts, ends = beyond[np.concatenate([[0], last + 1])], beyond[np.append(last, beyond.size - 1)]
-    peaks = [
-        i + int(np.argmax(np.abs(displacement[i : j + 1])))
-        for i, j in zip(starts, ends, strict=True)
-    ]
+    changes_side = np.diff(np.sign(displacement[beyond])) != 0
+    excursions = np.split(beyond, np.flatnonzero(changes_side) + 1)
+    peaks = [_find_peak(displacement, excursion[0], excursion[-1]) for excursion in excursions]
     crossings = [
-        _crossing(elapsed, displacement, i, j) for i, j in zip(ends[:-1], starts[1:], strict=True)
+        _find_crossing(elapsed, displacement, before[-1], after[0])
+        for before, after in pairwise(excursions)
     ]
     return HalfCycles(
-        displacement[peaks],
-        elapsed[peaks],
-        np.array([np.nan, *crossings]),
-        np.array([*crossings, np.nan]),
+        peak=displacement[peaks],
+        peak_elapsed=elapsed[peaks],
+        start=np.array([np.nan, *crossings]),
+        end=np.array([*crossings, np.nan]),
     )
 
 
-def _crossing(elapsed: Array, displacement: Array, start: int, stop: int) -> float:
-    """Return the middle of the first and last change of sign from `start` to `stop`, linearly interpolated."""
-    changes = start + np.flatnonzero(passes_zero(displacement[start : stop + 1]))[[0, -1]]
-    before, after = displacement[changes], displacement[changes + 1]
-    share = before / (before - after)
-    return float(np.mean(elapsed[changes] + share * (elapsed[changes + 1] - elapsed[changes])))
+def _find_peak(displacement: Array, first: int, last: int) -> int:
+    """Return the sample of the largest displacement from `first` to `last`."""
+    return first + int(np.argmax(np.abs(displacement[first : last + 1])))
+
+
+def _find_crossing(elapsed: Array, displacement: Array, first: int, last: int) -> float:
+    """Return the middle of the first and the last change of sign from `first` to `last`. [s]"""
+    changes = first + np.flatnonzero(passes_zero(displacement[first : last + 1]))
+    ends = changes[[0, -1]]
+    before = displacement[ends]
+    share = before / (before - displacement[ends + 1])
+    interval = elapsed[ends + 1] - elapsed[ends]
+    return float(np.mean(elapsed[ends] + share * interval))

@@ -1,4 +1,4 @@
-"""A wall under a ground motion: the load that the solvers take, and how many such histories end."""
+"""A wall under a ground motion: the load that the solvers take, and walls run under a record."""
 
 from __future__ import annotations
 
@@ -10,19 +10,26 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
 from rockdamp.constants import STANDARD_GRAVITY
-from rockdamp.errors import InputError, check
+from rockdamp.errors import InputError, check, check_number
 from rockdamp.mechanics.specimen import AnyWall, Specimen
 from rockdamp.mechanics.wall import OneSidedWall, Parapet, Wall
 from rockdamp.motions.record import Record, append_rest
 from rockdamp.solvers.newmark import Load, Peaks, peaks
+
+MOST_STEPS = 10_000_000  # of a history: some minutes and 0.1 GB
+LONGEST_TAIL = 1000.0  # rest after a record [s]: no wall rocks as long
 
 
 @dataclass(frozen=True, eq=False)
 class SupportRecord(Record):
     """The motion of both supports of a wall; `ground_acceleration` is their mean.
 
-    `base_acceleration` and `top_acceleration` are absolute [m s-2]; `drift` is the displacement of the top support
-    relative to that at the base [m]. All have the shape (samples,).
+    Parameters
+    ----------
+    base_acceleration, top_acceleration : ndarray, shape (samples,)
+        Absolute accelerations of the supports. [m s-2]
+    drift : ndarray, shape (samples,)
+        Displacement of the top support relative to the base. [m]
     """
 
     base_acceleration: Array = field(default_factory=lambda: np.empty(0))
@@ -31,29 +38,53 @@ class SupportRecord(Record):
 
     @property
     def motions(self) -> Array:
-        """The three motions whose sum, each times its factor, is the load; shape (3, samples). [m s-2]"""
-        return np.stack(
-            [self.base_acceleration, self.top_acceleration, -STANDARD_GRAVITY * self.drift]
-        )
+        """Three motions that add up to the load, times `support_factors`. [m s-2]
+
+        Shape (3, samples): accelerations of base and top, and the tilt of gravity by the drift.
+        """
+        tilt = -STANDARD_GRAVITY * self.drift
+        return np.stack([self.base_acceleration, self.top_acceleration, tilt])
 
 
 def support_factors(wall: Wall) -> Array:
-    """Return the wall's factors on `SupportRecord.motions`, shape (3, ...) by the shape of its sizes. [-]"""
+    """Return the factors of a wall on `SupportRecord.motions`. [-, -, m-1]
+
+    Parameters
+    ----------
+    wall : Wall
+        One wall or many; the factors have the shape (3,) or (3, walls).
+    """
     r, h = np.broadcast_arrays(wall.hinge_ratio, wall.height)
     return np.stack([(2 - r) / 3, (1 + r) / 3, 1 / h])
 
 
-# --- one motion as a load ---------------------------------------------------------------------------------------------
-
-
 def count_steps(length: ArrayLike, longest: ArrayLike) -> NDArray[np.int64]:
-    """Return the fewest equal steps within a length of time that are no longer than `longest`, both in tau."""
+    """Return the fewest equal steps in a length of time, none longer than `longest`.
+
+    Parameters
+    ----------
+    length : float or ndarray
+        Length of time in tau. [-]
+    longest : float or ndarray
+        Longest step in tau; broadcasts with the length. [-]
+
+    Raises
+    ------
+    InputError
+        If the longest step is not greater than 0, or there would be more than 10 million steps.
+    """
     longest = check("step", longest, lambda step: step > 0, "greater than 0")
     rounding = 1e-12  # part by which a number of steps may exceed a whole one
-    count = np.maximum(np.ceil(np.asarray(length, dtype=float) / longest * (1 - rounding)), 1)
-    return check("number of steps", count, lambda n: n <= 10_000_000, "at most 10,000,000").astype(
-        np.int64
-    )
+    exact = np.asarray(length, dtype=float) / longest
+    count = np.maximum(np.ceil(exact * (1 - rounding)), 1)
+    allowed = f"at most {MOST_STEPS:,}"
+    return check("number of steps", count, lambda n: n <= MOST_STEPS, allowed).astype(np.int64)
+
+
+def check_tail(tail: float) -> float:
+    """Return the rest after a record [s]; raise `InputError` unless it is 0 to 1000 s."""
+    allowed = f"at least 0 and at most {LONGEST_TAIL:g} s"
+    return check_number("tail", tail, lambda x: (x >= 0) & (x <= LONGEST_TAIL), allowed)
 
 
 def make_load(
@@ -69,52 +100,57 @@ def make_load(
     Parameters
     ----------
     wall : Wall or Parapet
-        Of numbers or arrays.
+        One wall, or many in arrays.
     record : Record
-        Of a `SupportRecord` both supports move.
+        Motion of the ground, or as a `SupportRecord` of both supports.
     factor : float or ndarray
-        On the acceleration; broadcasts with the wall. [-]
+        Factor on the acceleration; broadcasts with the wall. [-]
     substeps : int
         Steps of the solver between two samples.
     tail : float
-        Rest after the record. [s]
+        Rest after the record, at most 1000. [s]
+
+    Raises
+    ------
+    InputError
+        For a one-sided wall, and for a parapet under the motion of two supports.
     """
     if isinstance(wall, OneSidedWall):
         raise InputError("the wall is one-sided; it must be a Wall or a Parapet")
-    sampling = wall.frequency_parameter * record.step
-    ground, factors = record.ground_acceleration, wall.load_factor * np.asarray(factor, dtype=float)
+    ground = record.ground_acceleration
+    factors = wall.load_factor * np.asarray(factor, dtype=float)
     if isinstance(record, SupportRecord):
         if isinstance(wall, Parapet):
             raise InputError(
-                "a parapet stands on one floor, and this is a motion of two supports; it must be one of"
-                " floor_motions(parapet=True)"
+                "a parapet stands on one floor, and this is a motion of two supports; it must be"
+                " one of floor_motions(parapet=True)"
             )
-        ground, factors = (
-            record.motions,
-            np.stack([share * factors for share in support_factors(wall)]),
-        )
-    ground = append_rest(ground, record.step, tail)
-    # ASSUME: the motion of a test, measured with the wall's response, is smooth between its samples: straight lines
-    # would cut the peaks of a pulse off. An accelerogram alone is linear, as its publishers process it.
-    if record.displacement is not None and substeps > 1:
-        from scipy.interpolate import (
-            CubicSpline,
-        )  # slow to import, and accelerograms alone need none
-
-        samples = np.arange(ground.shape[-1])
-        ground = CubicSpline(samples, ground, axis=-1)(
-            np.arange(samples[-1] * substeps + 1) / substeps
-        )
-        sampling, substeps = sampling / substeps, 1
+        ground = record.motions
+        factors = np.stack([share * factors for share in support_factors(wall)])
+    ground = append_rest(ground, record.step, check_tail(tail))
+    sampling = wall.frequency_parameter * record.step
+    # ASSUME: the motion of a test, measured with the wall's response, is smooth between samples:
+    # straight lines would cut off the peaks of a pulse. An accelerogram is linear, as published.
+    is_measured_test = record.displacement is not None
+    if is_measured_test and substeps > 1:
+        ground = _interpolate(ground, substeps)
+        sampling = sampling / substeps
+        substeps = 1
     return Load(ground, factors, sampling, substeps)
+
+
+def _interpolate(motion: Array, substeps: int) -> Array:
+    """Return the spline through the samples of motions, at `substeps` times as many samples."""
+    from scipy.interpolate import CubicSpline  # slow to import, and accelerograms need none
+
+    samples = np.arange(motion.shape[-1])
+    spline = CubicSpline(samples, motion, axis=-1)
+    return np.asarray(spline(np.arange(samples[-1] * substeps + 1) / substeps))
 
 
 def sample_load(load: Load) -> dict[str, Any]:
     """Return the arguments of `exact_history` that describe the load on one wall."""
     return {"load": np.tensordot(load.factor, load.ground, 1), "sampling": float(load.sampling)}
-
-
-# --- many walls under one motion --------------------------------------------------------------------------------------
 
 
 def run_record(
@@ -132,18 +168,25 @@ def run_record(
     Parameters
     ----------
     record : Record
+        Motion of the ground, or of both supports.
     specimen : Specimen
-        The walls: one, or as many as its arrays have.
-    factor : ndarray, shape (levels, walls), or (levels, 1)
-        On the acceleration. Levels come first, so that neighbouring lanes of the solver collapse together. [-]
+        One wall, or many in arrays of shape (walls,).
+    factor : ndarray, shape (levels, walls) or (levels, 1)
+        Factors on the acceleration. Levels come first, so that neighbouring lanes of the solver
+        collapse together. [-]
     step : float
-        Longest step, times the angular frequency of the curve's first branch, before it is halved. [-]
+        Longest step, times the angular frequency of the curve's first branch. [-]
     tail : float
-        Rest after the record. [s]
+        Rest after the record, at most 1000. [s]
     halvings : int
-        Of each wall's step.
-    scheme : str
-        That of `peaks`.
+        Halvings of the step, after it is made a whole part of the record's.
+    scheme : {"newmark", "paper"}
+        Scheme of the solver, as in `peaks`.
+
+    Returns
+    -------
+    Peaks
+        Arrays of shape (levels, walls).
     """
     sampling = specimen.wall.frequency_parameter * record.step
     substeps = count_steps(sampling * specimen.curve.initial_frequency, step) * 2**halvings
@@ -151,18 +194,14 @@ def run_record(
         load = make_load(specimen.wall, record, factor, substeps=int(substeps.max()), tail=tail)
         return peaks(specimen.curve, specimen.damping, load=load, scheme=scheme)
     # Walls that need equally many steps between two samples are one batch.
-    factor = np.asarray(factor, dtype=float)
-    count = substeps.size
-    peak, collapsed = (
-        np.empty((*factor.shape[:-1], count)),
-        np.empty((*factor.shape[:-1], count), dtype=bool),
-    )
+    factors = np.asarray(factor, dtype=float)
+    factors = np.broadcast_to(factors, (*factors.shape[:-1], substeps.size))
+    peak = np.empty(factors.shape)
+    collapsed = np.empty(factors.shape, dtype=bool)
+    options: dict[str, Any] = {"step": step, "tail": tail, "halvings": halvings, "scheme": scheme}
     for number in np.unique(substeps):
-        picked = np.flatnonzero(substeps == number)
-        batch = specimen.take(picked)
-        factors = np.broadcast_to(factor, peak.shape)[..., picked]
-        ended = run_record(
-            record, batch, factors, step=step, tail=tail, halvings=halvings, scheme=scheme
-        )
-        peak[..., picked], collapsed[..., picked] = ended.peak, ended.collapsed
+        walls = np.flatnonzero(substeps == number)
+        batch = run_record(record, specimen.take(walls), factors[..., walls], **options)
+        peak[..., walls] = batch.peak
+        collapsed[..., walls] = batch.collapsed
     return Peaks(peak, collapsed)

@@ -1,6 +1,7 @@
-"""Walls that rock to one side under records: peaks and collapses, event by event.
+"""One-sided walls under records: peaks and collapses, event by event.
 
-Nobody knows which way the next earthquake pushes, so a record shakes such a wall as it is and turned round.
+Nobody knows which way the next earthquake pushes, so a record shakes such a wall both ways: as it
+is and reversed.
 """
 
 from __future__ import annotations
@@ -14,11 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rockdamp.constants import REFERENCE
+from rockdamp.histories.loads import check_tail
 from rockdamp.histories.respond import scale_factors
-from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.damping import Damping
 from rockdamp.mechanics.specimen import Specimen
-from rockdamp.mechanics.wall import OneSidedWall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.motions.intensity import intensity_measures
 from rockdamp.motions.record import Record, append_rest
@@ -26,13 +25,20 @@ from rockdamp.solvers.exact import ExactHistory, exact_history
 
 
 def add_reversed(motions: Iterable[GroundMotion]) -> list[GroundMotion]:
-    """Return each motion as it is and turned round, of the same group."""
+    """Return each motion as it is and reversed, in the same group.
+
+    Parameters
+    ----------
+    motions : iterable of GroundMotion
+        Ground motions; a reversed one has the name of its own with ``turned`` after it.
+    """
     both = []
     for motion in motions:
-        record = replace(
+        reversed_record = replace(
             motion.record, ground_acceleration=-motion.record.ground_acceleration, displacement=None
         )
-        both += [motion, replace(motion, name=f"{motion.name} turned", record=record)]
+        both.append(motion)
+        both.append(replace(motion, name=f"{motion.name} turned", record=reversed_record))
     return both
 
 
@@ -44,12 +50,26 @@ def run_one_sided(
     tail: float,
     threads: int = 1,
 ) -> list[ExactHistory]:
-    """Run a one-sided wall of numbers under a record that is scaled by each factor, from rest. [-], [s]"""
-    ground = append_rest(record.ground_acceleration, record.step, tail)
+    """Run a one-sided wall from rest under a record that is scaled by each factor.
+
+    Parameters
+    ----------
+    record : Record
+        Motion of the base and the stop.
+    specimen : Specimen
+        A one-sided wall with restitution, all of numbers.
+    factor : sequence of float
+        Factors on the acceleration. [-]
+    tail : float
+        Rest after the record, at most 1000. [s]
+    threads : int
+        Histories that run at once.
+    """
+    ground = append_rest(record.ground_acceleration, record.step, check_tail(tail))
     sampling = float(specimen.wall.frequency_parameter) * record.step
+    end = sampling * (ground.size - 1)
 
     def solve(load_factor: float) -> ExactHistory:
-        end = sampling * (ground.size - 1)
         return exact_history(
             specimen.curve,
             specimen.damping,
@@ -59,31 +79,43 @@ def run_one_sided(
             one_sided=True,
         )
 
+    load_factors = float(specimen.wall.load_factor) * np.asarray(factor)
     with ThreadPoolExecutor(threads) as pool:
-        return list(
-            pool.map(solve, (float(specimen.wall.load_factor) * np.asarray(factor)).tolist())
-        )
+        return list(pool.map(solve, load_factors.tolist()))
 
 
 def respond_one_sided(
     motions: Iterable[GroundMotion],
-    wall: OneSidedWall,
-    curve: TrilinearCurve,
-    restitution: float,
-    asked: Mapping[str, Sequence[float]],
+    specimen: Specimen,
+    target: Mapping[str, Sequence[float]],
     tail: float,
 ) -> Iterator[dict[str, Any]]:
-    """Yield the peak and the outcome of a wall under each record, both ways, as `respond.tabulate` does."""
-    specimen = Specimen(wall, curve, Damping(REFERENCE, restitution))
-    u_ins, p = float(wall.instability_displacement), float(wall.frequency_parameter)
+    """Yield the peak and the outcome of a wall under each record, both ways.
+
+    Parameters
+    ----------
+    motions : iterable of GroundMotion
+        Motions of the base and the stop.
+    specimen : Specimen
+        A one-sided wall with restitution, all of numbers.
+    target : mapping
+        Scales, or intensities to which the records are scaled, as in `respond.scale_factors`.
+    tail : float
+        Rest after each record, at most 1000. [s]
+
+    Yields
+    ------
+    dict
+        Rows as `respond.tabulate` yields them.
+    """
+    u_ins = float(specimen.wall.instability_displacement)
+    p = float(specimen.wall.frequency_parameter)
     for motion in add_reversed(motions):
-        scale, measures = (
-            scale_factors(motion.intensity_record, asked),
-            intensity_measures(motion.intensity_record),
-        )
+        measures = intensity_measures(motion.intensity_record)
+        factors = scale_factors(motion.intensity_record, target)
         start = float(motion.record.elapsed[0])
-        histories = run_one_sided(motion.record, specimen, scale, tail=tail)
-        for factor, history in zip(scale.tolist(), histories, strict=True):
+        histories = run_one_sided(motion.record, specimen, factors, tail=tail)
+        for factor, history in zip(factors.tolist(), histories, strict=True):
             yield {
                 "record": motion.name,
                 "scale": factor,

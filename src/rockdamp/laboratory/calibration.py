@@ -21,7 +21,7 @@ from rockdamp.errors import (
     check_number,
     check_type,
 )
-from rockdamp.histories.measured_test import measured_displacement
+from rockdamp.histories.record_rest import measured_displacement
 from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.record_fit import PARAMETERS, RecordFit, Solution
 from rockdamp.laboratory.uncertainty import (

@@ -20,7 +20,7 @@ from rockdamp.constants import REFERENCE
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import check
 from rockdamp.histories.loads import count_steps, make_load
-from rockdamp.histories.measured_test import measured_displacement, rest_samples
+from rockdamp.histories.record_rest import measured_displacement, rest_samples
 from rockdamp.mechanics.curve import TrilinearCurve, plateau_end
 from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.wall import Parapet, Wall

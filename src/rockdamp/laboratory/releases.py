@@ -13,7 +13,7 @@ from scipy.stats import median_abs_deviation, theilslopes
 
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check
-from rockdamp.histories.half_cycles import CLEAR, HalfCycles, half_cycles
+from rockdamp.histories.half_cycles import CLEAR_OF_NOISE, HalfCycles, half_cycles
 
 Indices: TypeAlias = NDArray[np.int64]
 
@@ -90,11 +90,11 @@ def rocking_zero(displacement: Array, noise: float) -> float:
     The middle moves with the amplitude if the specimen rocks to one side of a support; such a test
     is refused.
     """
-    prominence = 2 * CLEAR * noise
+    prominence = 2 * CLEAR_OF_NOISE * noise
     top, _ = find_peaks(displacement, prominence=prominence)
     bottom, _ = find_peaks(-displacement, prominence=prominence)
     peaks = displacement[np.sort(np.concatenate([top, bottom]))]
-    _check_peaks(peaks.size, CLEAR * noise)
+    _check_peaks(peaks.size, CLEAR_OF_NOISE * noise)
     middle = (peaks[:-2] + 2 * peaks[1:-1] + peaks[2:]) / 4
     amplitude = np.abs(peaks[:-2] - 2 * peaks[1:-1] + peaks[2:]) / 4
     # A robust slope, as some peaks of several releases follow from a pull.
@@ -136,8 +136,8 @@ def find_releases(elapsed: Array, displacement: Array, least: float | None = Non
         f"at least {FEWEST_SAMPLES}",
     )
     noise = sensor_noise(displacement)
-    _check_spikes(elapsed, displacement, CLEAR * noise)
-    clear = CLEAR * noise if least is None else least
+    _check_spikes(elapsed, displacement, CLEAR_OF_NOISE * noise)
+    clear = CLEAR_OF_NOISE * noise if least is None else least
     zero = rocking_zero(displacement, noise)
     cycles = half_cycles(elapsed, displacement - zero, clear)
     releases = [

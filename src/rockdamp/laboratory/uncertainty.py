@@ -12,7 +12,7 @@ from scipy.special import ndtri
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check_choice, check_number, check_type
 from rockdamp.histories.loads import make_load
-from rockdamp.histories.measured_test import motion_noise
+from rockdamp.histories.record_rest import motion_noise
 from rockdamp.laboratory.record_fit import RecordFit, Solution
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.progress import track

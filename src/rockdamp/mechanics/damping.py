@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -142,13 +143,19 @@ class Damping:
     @property
     def label(self) -> str:
         """Name in datasets: ECD16, BAND0.4; the model alone at a default and for arrays."""
-        parameter = self.damper.label_parameter
-        if parameter is None:
-            return self.model
-        number = getattr(self, parameter)
-        if number.ndim or number == self.damper.defaults.get(parameter, 0.0):
+        number = self.family_parameter
+        default = self.damper.defaults.get(self.damper.label_parameter or "", 0.0)
+        if math.isnan(number) or number == default:
             return self.model
         return f"{self.model}{number:g}"
+
+    @property
+    def family_parameter(self) -> float:
+        """Order of ECD, or width of BAND and CQD; NaN for other models and for arrays."""
+        parameter = self.damper.label_parameter
+        if parameter is None or getattr(self, parameter).ndim:
+            return math.nan
+        return float(getattr(self, parameter))
 
     @property
     def shape(self) -> tuple[int, ...]:

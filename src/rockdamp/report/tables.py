@@ -131,7 +131,8 @@ def order(study: xr.Dataset) -> dict[str, Any]:
     """
     at_restitution = study.sel(restitution=RESTITUTION, method="nearest")
     names = at_restitution["damper"].values.tolist()
-    other_restitutions = [name for name in names if name.startswith("e ")]
+    has_other_restitution = at_restitution["damper_family"] == "restitution"
+    other_restitutions = at_restitution["damper"].values[has_other_restitution].tolist()
     rows = []
     for name in (*ORDER_DAMPERS, *other_restitutions):
         if name not in names:

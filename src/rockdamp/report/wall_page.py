@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 
 from rockdamp import __version__
 from rockdamp.assessment.answers import measure_name, reasons
-from rockdamp.assessment.checks import sensitivity
-from rockdamp.assessment.collapses import LEAST_OF_DAMPER
+from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
+from rockdamp.assessment.sensitivity import sensitivity
 from rockdamp.constants import RELEASES, SMALL_RELEASE_OVERSTATES, STANDARD_GRAVITY
 from rockdamp.equivalence.programs import REQUIREMENT, describe_damping
 from rockdamp.figures.commands import fragility_figure
@@ -47,7 +47,7 @@ def write_wall_page(
         File to write, complete or not at all.
     """
     measure = measure_name(answer)
-    restitution = max(float(answer["restitution"]), LEAST_OF_DAMPER)
+    restitution = max(float(answer["restitution"]), LEAST_DAMPER_RESTITUTION)
     damping = describe_damping(wall, curve, restitution)
     dampers = {row["damping_model"]: row for row in damping["damping"]}
     changes = sensitivity(wall, curve, answer, motions)

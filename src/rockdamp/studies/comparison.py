@@ -1,4 +1,4 @@
-"""Compare every damper with restitution under earthquakes, and restitution with small changes of itself.
+"""Every damper against restitution under earthquakes, and restitution against small changes.
 
 Every statistic has a bootstrap interval over the stations of the records: see `statistics.paired`.
 """
@@ -24,84 +24,104 @@ from rockdamp.statistics.paired import (
     root_mean_square,
 )
 
-BY_DAMPER = ("restitution", "damping_model", "damping_ratio_source")
+STATISTIC_DIMS = ("restitution", "damping_model", "damping_ratio_source")
+VARIED_STATISTICS = (*("median_ratio", "median_ratio_interval", "log_error", "log_error_interval"),)
 
 
 def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     """Compare every damper, and CR with small changes, with CR, over all records and walls.
 
-    A source of damping ratios that has none for some wall is compared on the others, beside CR on these too: ``pooled``
-    tells which. CR with small changes is on every wall that has a ratio.
+    A source of damping ratios that has none for some wall is compared on the other walls, beside CR
+    on these too: ``pooled`` tells which. CR with small changes is on every wall that has a ratio.
 
-    The statistics are those of `paired.compare_pairs`, by band of CR's peak, where the first band is all of
-    them. Those of CR with small changes begin with ``varied_``. ``excess`` is how much more a damper errs
-    than the one of least error at that e, over the histories that survive with both.
+    Parameters
+    ----------
+    config : Config
+        Bands of CR's peak, and the bootstrap.
+    earthquakes : xarray.Dataset
+        Histories from `studies.earthquakes`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Statistics of `paired.compare_pairs`, by band of CR's peak; the first band is all of them.
+        Those of CR with small changes begin with ``varied_``. ``excess`` is the error of a damper
+        less that of the damper of least error at that e, over the histories that survive with both.
     """
-    bootstrap, edges = config.comparison.bootstrap, np.array(config.comparison.bands)
-    weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)
+    bootstrap = config.comparison.bootstrap
+    edges = np.array(config.comparison.bands)
     bands = [(edges[0], edges[-1]), *pairwise(edges)]
-    has_ratio, is_cr = find_pooled(earthquakes), earthquakes["damping_model"] == REFERENCE
+    weights = resample(earthquakes["station"].values, bootstrap.replicates, bootstrap.seed)
+    has_ratio = find_pooled(earthquakes)
+    is_cr = earthquakes["damping_model"] == REFERENCE
     columns = has_ratio.any("damping_ratio_source").values
-    pooled, is_pooled = earthquakes.isel(wall=columns), has_ratio.isel(wall=columns)
-    pooled = pooled.assign(collapsed=pooled["collapsed"].where(is_pooled | is_cr, NOT_RUN))
+    histories = earthquakes.isel(wall=columns)
+    is_pooled = has_ratio.isel(wall=columns)
+    histories = histories.assign(collapsed=histories["collapsed"].where(is_pooled | is_cr, NOT_RUN))
+    dampers = _pair_with_cr(histories, "peak", "collapsed")
     varied = compare_pairs(
-        _pair_with_cr(pooled, "varied_peak", "varied_collapsed"), weights, bands, "Changes of CR"
+        _pair_with_cr(histories, "varied_peak", "varied_collapsed"),
+        weights,
+        bands,
+        "Changes of CR",
     )
-    kept = [
-        name
-        for statistic in ("median_ratio", "log_error")
-        for name in (statistic, f"{statistic}_interval")
-    ]
     statistics = xr.merge(
         [
-            compare_pairs(_pair_with_cr(pooled, "peak", "collapsed"), weights, bands, "Dampers"),
-            varied[kept].rename({name: f"varied_{name}" for name in kept}),
-            _excess(pooled, edges, weights, has_ratio.sum("wall")),
-            _fragility(pooled["collapsed"].where(is_pooled, NOT_RUN), weights),
-            _wall_fragilities(earthquakes["collapsed"], weights),
+            compare_pairs(dampers, weights, bands, "Dampers"),
+            varied[list(VARIED_STATISTICS)].rename(
+                {name: f"varied_{name}" for name in VARIED_STATISTICS}
+            ),
+            _find_excess(histories, edges, weights, has_ratio.sum("wall")),
+            _fit_fragilities(histories["collapsed"].where(is_pooled, NOT_RUN), weights),
+            _fit_wall_fragilities(earthquakes["collapsed"], weights),
         ],
         join="exact",
     )
-    # Each history once: what CR has for one source it has for all.
-    source = earthquakes["damping_ratio_source"]
-    converged = earthquakes["converged"].where(
-        ((source == source[0]) | ~is_cr) & (earthquakes["converged"] >= 0)
-    )
+    dims = (*STATISTIC_DIMS, "variation", "wall", "velocity_ratio")
     return statistics.assign(
-        converged_share=converged.mean(),
+        converged_share=_find_converged_share(earthquakes),
         records=earthquakes.sizes["record"],
         stations=np.unique(earthquakes["station"]).size,
         pooled=has_ratio.astype(np.int8),
     ).assign_coords(
         {
-            name: earthquakes[name].values
-            for name in (*BY_DAMPER, "variation", "wall", "velocity_ratio")
-        }
-        | {
+            **{name: earthquakes[name].values for name in dims},
             "bound": list(BOUND),
             "band": np.arange(edges.size),
-            "band_start": ("band", [low for low, _ in bands]),
-            "band_end": ("band", [high for _, high in bands]),
+            "band_start": ("band", [start for start, _ in bands]),
+            "band_end": ("band", [end for _, end in bands]),
         }
     )
 
 
 def find_pooled(earthquakes: xr.Dataset) -> xr.DataArray:
-    """Return, by wall and source, where every damper has a ratio at every e; true everywhere if that is nowhere."""
-    defined = (
-        earthquakes["damping_ratio"]
-        .notnull()
-        .sel(damping_model=earthquakes["damping_model"] != REFERENCE)
-    )
-    everywhere = defined.all(("restitution", "damping_model")).transpose(
-        "wall", "damping_ratio_source"
-    )
-    return (everywhere if everywhere.any() else xr.ones_like(everywhere)).reset_coords(drop=True)
+    """Return, by wall and source, where every damper has a ratio at every e.
+
+    Parameters
+    ----------
+    earthquakes : xarray.Dataset
+        Damping ratios. If no wall has all ratios from any source, every wall counts.
+    """
+    is_damper = earthquakes["damping_model"] != REFERENCE
+    is_defined = earthquakes["damping_ratio"].notnull().sel(damping_model=is_damper)
+    has_all = is_defined.all(("restitution", "damping_model"))
+    has_all = has_all.transpose("wall", "damping_ratio_source").reset_coords(drop=True)
+    return has_all if has_all.any() else xr.ones_like(has_all)
+
+
+def _find_converged_share(earthquakes: xr.Dataset) -> xr.DataArray:
+    """Return the share of histories that end alike at every step, each history counted once."""
+    # CR has the same histories for every source.
+    source = earthquakes["damping_ratio_source"]
+    is_cr = earthquakes["damping_model"] == REFERENCE
+    is_single = (source == source[0]) | ~is_cr
+    converged = earthquakes["converged"]
+    return converged.where(is_single & (converged != NOT_RUN)).mean()
 
 
 def _pair_with_cr(earthquakes: xr.Dataset, peak: str, collapsed: str) -> xr.Dataset:
     """Select alternatives by the names of their peak and collapse, beside CR."""
-    # CR has no damping ratio: what it has for one source it has for all.
+    # CR has no damping ratio, and the same histories for every source.
     cr = earthquakes.sel(damping_model=REFERENCE).isel(damping_ratio_source=0)
     return xr.Dataset(
         {
@@ -113,85 +133,103 @@ def _pair_with_cr(earthquakes: xr.Dataset, peak: str, collapsed: str) -> xr.Data
     )
 
 
-def _cr(histories: xr.Dataset | xr.DataArray) -> int:
+def _find_cr(histories: xr.Dataset | xr.DataArray) -> int:
     """Return the index of CR among the damping models."""
     return int(histories["damping_model"].values.tolist().index(REFERENCE))
 
 
-def _excess(
+def _find_excess(
     earthquakes: xr.Dataset, edges: Array, weights: Array, walls: xr.DataArray
 ) -> xr.Dataset:
-    """Return how much more each damper errs than the one of least error at its e, where the wall survives with both.
+    """Return the error of each damper less the least error at its e, with the interval.
 
-    Both errors are of the same histories in the same replicate, so that what is common to all dampers cancels. The
-    least is that of the sources that have a ratio of the most `walls`: their errors are of the same walls.
+    Both errors have the same histories, which survive with both dampers, in the same replicate, so
+    that what is common to all dampers cancels. The least error is sought among the sources that
+    have a ratio for the most `walls`: their errors are of the same walls.
     """
-    ranked = (walls == walls.max()).values
-    stored = earthquakes.transpose("record", "velocity_ratio", "wall", *BY_DAMPER, ...)
-    cr = _cr(earthquakes)
-    excess, bounds = [], []
-    for e in range(stored.sizes["restitution"]):
-        peak, collapsed = (
-            stored[name].isel(restitution=e).values for name in ("peak", "collapsed")
-        )
-        cr_peak, cr_collapsed = (values[..., cr : cr + 1, :1] for values in (peak, collapsed))
-        survived = (
-            (collapsed == 0) & (cr_collapsed == 0) & (cr_peak >= edges[0]) & (cr_peak < edges[-1])
-        )
-        square = np.log(np.where(survived, peak / cr_peak, 1.0)) ** 2
+    is_ranked = (walls == walls.max()).values
+    stored = earthquakes.transpose("record", "velocity_ratio", "wall", *STATISTIC_DIMS, ...)
+    cr = _find_cr(earthquakes)
+    excess = []
+    intervals = []
+    for index in range(stored.sizes["restitution"]):
+        one_e = stored.isel(restitution=index)
+        square, survived = _square_logarithms(one_e, edges, cr)
         error = root_mean_square(square.sum(axis=(0, 1, 2)), survived.sum(axis=(0, 1, 2)))
         error[cr] = np.nan
-        candidates = np.where(ranked & np.isfinite(error), error, np.inf)
+        candidates = np.where(is_ranked & np.isfinite(error), error, np.inf)
         best: Any = (..., *np.unravel_index(np.argmin(candidates), error.shape), None, None)
-        both = survived & survived[best]
-        # By record: the squares of each damper, of the best one over the same histories, and the count of these.
+        survived_both = survived & survived[best]
+        # By record: squares of each damper, squares of the best one, and the number of histories.
         sums = [
-            np.where(both, values, 0.0).sum(axis=(1, 2)) for values in (square, square[best], both)
+            np.where(survived_both, values, 0.0).sum(axis=(1, 2))
+            for values in (square, square[best], survived_both)
         ]
-        differences = []
-        for weight in (np.ones((1, len(both))), weights):  # the sample itself, and its replicates
-            squares, best_squares, count = (np.tensordot(weight, values, 1) for values in sums)
-            differences.append(
-                root_mean_square(squares, count) - root_mean_square(best_squares, count)
-            )
-        excess.append(np.where(np.isfinite(error), differences[0][0], np.nan))
-        bounds.append(np.where(np.isfinite(error)[..., None], interval(differences[1]), np.nan))
+        sample = np.ones((1, len(survived_both)))
+        whole = _subtract_errors(sums, sample)[0]
+        replicates = _subtract_errors(sums, weights)
+        is_known = np.isfinite(error)
+        excess.append(np.where(is_known, whole, np.nan))
+        intervals.append(np.where(is_known[..., None], interval(replicates), np.nan))
     return xr.Dataset(
-        {"excess": (BY_DAMPER, excess), "excess_interval": ((*BY_DAMPER, "bound"), bounds)}
+        {
+            "excess": (STATISTIC_DIMS, excess),
+            "excess_interval": ((*STATISTIC_DIMS, "bound"), intervals),
+        }
     )
 
 
-# --- collapse ---------------------------------------------------------------------------------------------------------
+def _square_logarithms(histories: xr.Dataset, edges: Array, cr: int) -> tuple[Array, Array]:
+    """Return the squares of ln(peak over CR's), and which histories survive with both."""
+    peak = histories["peak"].values
+    collapsed = histories["collapsed"].values
+    cr_peak = peak[..., cr : cr + 1, :1]
+    cr_collapsed = collapsed[..., cr : cr + 1, :1]
+    is_in_bands = (cr_peak >= edges[0]) & (cr_peak < edges[-1])
+    survived = (collapsed == 0) & (cr_collapsed == 0) & is_in_bands
+    return np.log(np.where(survived, peak / cr_peak, 1.0)) ** 2, survived
 
 
-def _fragility(collapsed: xr.DataArray, weights: Array) -> xr.Dataset:
+def _subtract_errors(sums: list[Array], weights: Array) -> Array:
+    """Return the errors of dampers less that of the best one, in each replicate."""
+    squares, best_squares, count = (np.tensordot(weights, values, 1) for values in sums)
+    return root_mean_square(squares, count) - root_mean_square(best_squares, count)
+
+
+# --- collapse -------------------------------------------------------------------------------------
+
+
+def _fit_fragilities(collapsed: xr.DataArray, weights: Array) -> xr.Dataset:
     """Fit the fragility under each damper, of all walls together, and divide the medians by CR's."""
-    ended = collapsed.transpose("record", *BY_DAMPER, "velocity_ratio", "wall").values
-    scale, cr = collapsed["velocity_ratio"].values, _cr(collapsed)
-    reference = (..., slice(cr, cr + 1), slice(None))
+    outcomes = collapsed.transpose("record", *STATISTIC_DIMS, "velocity_ratio", "wall").values
+    cr = _find_cr(collapsed)
     fitted = compare_fragilities(
-        scale, (ended == 1).sum(axis=-1), (ended >= 0).sum(axis=-1), weights, reference
+        collapsed["velocity_ratio"].values,
+        (outcomes == 1).sum(axis=-1),
+        (outcomes != NOT_RUN).sum(axis=-1),
+        weights,
+        (..., slice(cr, cr + 1), slice(None)),
     )
-    dims = {
-        name: (*BY_DAMPER, "bound") if name.endswith("_interval") else BY_DAMPER for name in fitted
-    }
-    statistics = xr.Dataset({name: (dims[name], values) for name, values in fitted.items()})
+    statistics = xr.Dataset()
+    for name in ("median", "dispersion", "median_intensity_ratio"):
+        statistics[name] = (STATISTIC_DIMS, fitted[name])
+        bounds = fitted[f"{name}_interval"]
+        statistics[f"{name}_interval"] = ((*STATISTIC_DIMS, "bound"), bounds)
     return statistics.rename(
         median="median_velocity_ratio", median_interval="median_velocity_ratio_interval"
     )
 
 
-def _wall_fragilities(collapsed: xr.DataArray, weights: Array) -> xr.Dataset:
+def _fit_wall_fragilities(collapsed: xr.DataArray, weights: Array) -> xr.Dataset:
     """Return each wall's fragility, and the share of records that collapse it."""
     columns = track(range(collapsed.sizes["wall"]), "Fragilities of the walls")
     fragility = xr.concat(
-        [_fragility(collapsed.isel(wall=[column]), weights) for column in columns], "wall"
+        [_fit_fragilities(collapsed.isel(wall=[column]), weights) for column in columns], "wall"
     )
     fragility = fragility.drop_vars(["median_intensity_ratio", "median_intensity_ratio_interval"])
-    run = (collapsed >= 0).sum("record")
-    share = ((collapsed == 1).sum("record") / run.where(run > 0)).transpose(
-        "wall", *BY_DAMPER, "velocity_ratio"
-    )
+    runs = (collapsed != NOT_RUN).sum("record")
+    share = (collapsed == 1).sum("record") / runs.where(runs > 0)
+    share = share.transpose("wall", *STATISTIC_DIMS, "velocity_ratio")
     return fragility.rename({name: f"wall_{name}" for name in fragility}).assign(
         collapse_fraction=share.variable
     )

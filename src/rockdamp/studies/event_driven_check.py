@@ -18,11 +18,12 @@ from rockdamp.arrays import Array
 from rockdamp.config import Config, NamedWall
 from rockdamp.constants import REFERENCE
 from rockdamp.histories.loads import make_load, sample_load
+from rockdamp.histories.refinement import NEAR_COLLAPSE
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions import catalogue
 from rockdamp.progress import track
 from rockdamp.solvers.exact import exact_history
-from rockdamp.studies.earthquakes import BY_DAMPER, NEAR
+from rockdamp.studies.earthquakes import HISTORY_DIMS
 
 STRATA = ("far", "near", "edge", "just collapsed", "unconverged")
 
@@ -37,12 +38,13 @@ def check_earthquakes(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     strata = find_strata(earthquakes)
     places, stratum = draw(strata, settings.histories, settings.seed)
     indexers = {
-        dim: xr.DataArray(places[:, index], dims="history") for index, dim in enumerate(BY_DAMPER)
+        dim: xr.DataArray(places[:, index], dims="history")
+        for index, dim in enumerate(HISTORY_DIMS)
     }
     sample = earthquakes.isel(indexers)
     exact_peaks, exact_collapses = _solve_sample(config, sample)
     names = ["peak", "collapsed", "converged", "peak_uncertainty"]
-    checked = sample[names].reset_coords(list(BY_DAMPER)).drop_vars("station")
+    checked = sample[names].reset_coords(list(HISTORY_DIMS)).drop_vars("station")
     checked = checked.assign(
         exact_peak=("history", exact_peaks),
         exact_collapsed=("history", exact_collapses),
@@ -75,7 +77,7 @@ def _solve_sample(config: Config, sample: xr.Dataset) -> tuple[Array, NDArray[np
 
 
 def find_strata(earthquakes: xr.Dataset, edge: float = 0.8) -> list[NDArray[np.bool_]]:
-    """Return the histories of each of `STRATA`, over `BY_DAMPER`.
+    """Return the histories of each of `STRATA`, over `HISTORY_DIMS`.
 
     Parameters
     ----------
@@ -95,13 +97,13 @@ def find_strata(earthquakes: xr.Dataset, edge: float = 0.8) -> list[NDArray[np.b
     collapses = is_run & (converged == 1) & (collapsed == 1)
     collapsed_at_lower = collapsed.shift(velocity_ratio=1, fill_value=0)
     strata = [
-        survives & (peak < NEAR),
-        survives & (peak >= NEAR) & (peak < edge),
+        survives & (peak < NEAR_COLLAPSE),
+        survives & (peak >= NEAR_COLLAPSE) & (peak < edge),
         survives & (peak >= edge),
         collapses & (collapsed_at_lower != 1),
         is_run & (converged == 0),
     ]
-    return [stratum.transpose(*BY_DAMPER).values for stratum in strata]
+    return [stratum.transpose(*HISTORY_DIMS).values for stratum in strata]
 
 
 def draw(

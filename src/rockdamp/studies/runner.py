@@ -1,15 +1,16 @@
-"""Run cases of walls under records, and compare each case with another one over the same histories.
+"""Cases of walls under records, and the comparison of each case with another one.
 
-A study is a list of cases and its dataset: a case says what becomes of a wall, its curve and damper, and of the motion.
+A study is a list of cases. A case says how a wall, its curve, its damping and the motion change;
+both sides of a comparison have the same histories.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -29,48 +30,80 @@ from rockdamp.progress import track
 from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import BOUND, HISTORIES, NOT_RUN, compare_fragilities, compare_pairs
 
-WallAndCurve = tuple[Wall | Parapet, TrilinearCurve]
-Stacks = list[tuple[tuple[list[int], ...], Specimen]]
+WallAndCurve: TypeAlias = tuple[Wall | Parapet, TrilinearCurve]
+MakeSpecimen: TypeAlias = Callable[[Wall | Parapet, TrilinearCurve], Specimen | None]
+MoveSupports: TypeAlias = Callable[[GroundMotion, bool], Record]
+ALL_WALLS = "all"  # all walls together, along the dimension ``wall`` of comparisons
 
 
-def shake_ground(motion: GroundMotion, parapet: bool) -> Record:
-    """Return the motion of the ground as that of the supports."""
+def move_ground(motion: GroundMotion, parapet: bool) -> Record:
+    """Return the motion of the ground as that of the supports, of a wall or a parapet."""
     return motion.record
 
 
-def use(damping: Damping) -> Callable[[Wall | Parapet, TrilinearCurve], Specimen]:
-    """Return the setup that changes neither wall nor curve."""
+def use(damping: Damping) -> MakeSpecimen:
+    """Return a function that keeps wall and curve, with a damping.
+
+    Parameters
+    ----------
+    damping : Damping
+        Restitution or damper, of one value.
+    """
     return lambda wall, curve: Specimen(wall, curve, damping)
 
 
 @dataclass(frozen=True)
 class Case:
-    """What becomes of every wall in one case of a study.
+    """A change of every wall of a study.
 
-    Attributes
+    Parameters
     ----------
     name : str
-    setup : callable
-        Returns the specimen, of numbers, for a wall and curve of the study; None where the case has none.
+        Name that no other case of the study has.
+    make_specimen : callable
+        Returns the specimen, of numbers, for a wall and a curve of the study; None where the case
+        has none.
     step : float
         Longest step, times the angular frequency of the first branch. [-]
     reference : str, optional
         Name of the case that this one is compared with.
-    motion : callable
-        Returns the record of the supports for a ground motion, and whether a parapet stands on them.
-    scheme : str
-        That of `peaks`.
+    coordinates : mapping, optional
+        Place of the case along the dimensions of the study's dataset, by their names.
+    move_supports : callable
+        Returns the record of the supports for a ground motion, and whether a parapet stands on
+        them.
+    scheme : {"newmark", "paper"}
+        Scheme of the solver, as in `peaks`.
     halvings : int
-        Of the step, after it is made a whole part of that of the record.
+        Halvings of the step, after it is made a whole part of the record's.
     """
 
     name: str
-    setup: Callable[[Wall | Parapet, TrilinearCurve], Specimen | None]
+    make_specimen: MakeSpecimen
     step: float
     reference: str = ""
-    motion: Callable[[GroundMotion, bool], Record] = shake_ground
+    coordinates: Mapping[str, Any] = field(default_factory=dict)
+    move_supports: MoveSupports = move_ground
     scheme: str = "newmark"
     halvings: int = 0
+
+
+class Solver(NamedTuple):
+    """What cases must share to run as one batch, beside the kind of their specimens."""
+
+    move_supports: MoveSupports
+    step: float
+    scheme: str
+    halvings: int
+
+
+class Batch(NamedTuple):
+    """Specimens that run together, with their places among walls and cases."""
+
+    solver: Solver
+    walls: list[int]
+    cases: list[int]
+    specimen: Specimen
 
 
 def study_walls(config: Config) -> dict[str, WallAndCurve]:
@@ -81,7 +114,8 @@ def study_walls(config: Config) -> dict[str, WallAndCurve]:
 def chunk_names(number: str, config: Config) -> list[str]:
     """Return the names of the records that one job runs; jobs are numbered from 0."""
     size = config.earthquakes.chunk
-    return record_names(config.records)[int(number) * size : (int(number) + 1) * size]
+    start = int(number) * size
+    return record_names(config.records)[start : start + size]
 
 
 def run(
@@ -92,50 +126,54 @@ def run(
     *,
     tail: float,
 ) -> xr.Dataset:
-    """Run every case on every wall under every record, scaled to velocity ratios, lambda PGV/(p u_ins).
+    """Run every case on every wall under every record, scaled to velocity ratios.
 
     Parameters
     ----------
     cases : sequence of Case
+        Cases of the study.
     motions : iterable of GroundMotion
-    walls : wall and curve by name
-        Their sizes, not those of a case, scale the records, so that all cases have the same motion of the ground.
-    velocity_ratio : ndarray
-        [-]
+        Ground motions.
+    walls : mapping
+        Wall and curve by name. Their sizes, not those of a case, scale the records, so that all
+        cases have the same motion of the ground.
+    velocity_ratio : ndarray, shape (levels,)
+        lambda PGV/(p u_ins). [-]
     tail : float
         Rest after a record. [s]
 
     Returns
     -------
     xarray.Dataset
-        ``peak`` and ``collapsed`` (1, 0, or -1 where a case has no such wall) over ``record``, ``velocity_ratio``,
-        ``wall`` and ``case``, with the ``reference`` of each case and the ``station`` of each record.
+        ``peak`` and ``collapsed`` (1, 0, or -1 where a case has no such wall) over ``record``,
+        ``velocity_ratio``, ``wall`` and ``case``, with the ``reference`` of each case and the
+        ``station`` of each record.
     """
+    batches = _make_batches(cases, walls)
     scale = np.array([float(wall.velocity_scale) for wall, _ in walls.values()])
-    alike: dict[Any, dict[Any, Specimen]] = defaultdict(dict)
-    for number, case in enumerate(cases):
-        for column, (wall, curve) in enumerate(walls.values()):
-            if (specimen := case.setup(wall, curve)) is not None:
-                alike[case.motion, case.step, case.scheme, case.halvings][column, number] = specimen
-    batches = [
-        (how, *stacked)
-        for how, specimens in alike.items()
-        for stacked in stack_specimens(specimens)
-    ]
-    shape = (velocity_ratio.size, len(walls), len(cases))
-    names, stations, peaks, outcomes = [], [], [], []
+    velocity = velocity_ratio[:, None] * scale
+    names = []
+    stations = []
+    peaks = []
+    outcomes = []
     for motion in motions:
         names.append(motion.name)
         stations.append(motion.group)
-        peak, collapsed = np.full(shape, np.nan), np.full(shape, NOT_RUN, dtype=np.int8)
-        factor = velocity_ratio[:, None] * scale / intensity_measures(motion.intensity_record).pgv
-        for (move, step, scheme, halvings), (columns, numbers), specimen in batches:
-            record = move(motion, isinstance(specimen.wall, Parapet))
-            factors = factor[:, columns]
+        factor = velocity / intensity_measures(motion.intensity_record).pgv
+        peak = np.full((*factor.shape, len(cases)), np.nan)
+        collapsed = np.full(peak.shape, NOT_RUN, dtype=np.int8)
+        for solver, columns, numbers, specimen in batches:
             ended = run_record(
-                record, specimen, factors, step=step, tail=tail, halvings=halvings, scheme=scheme
+                solver.move_supports(motion, isinstance(specimen.wall, Parapet)),
+                specimen,
+                factor[:, columns],
+                step=solver.step,
+                tail=tail,
+                halvings=solver.halvings,
+                scheme=solver.scheme,
             )
-            peak[:, columns, numbers], collapsed[:, columns, numbers] = ended.peak, ended.collapsed
+            peak[:, columns, numbers] = ended.peak
+            collapsed[:, columns, numbers] = ended.collapsed
         peaks.append(peak)
         outcomes.append(collapsed)
     dims = (*HISTORIES, "case")
@@ -152,60 +190,103 @@ def run(
     )
 
 
-def stack_specimens(specimens: Mapping[Any, Specimen]) -> Stacks:
+def _make_batches(cases: Sequence[Case], walls: Mapping[str, WallAndCurve]) -> list[Batch]:
+    """Return the specimens of all cases and walls in batches that run together."""
+    specimens: dict[Solver, dict[tuple[int, ...], Specimen]] = defaultdict(dict)
+    for number, case in enumerate(cases):
+        solver = Solver(case.move_supports, case.step, case.scheme, case.halvings)
+        for column, (wall, curve) in enumerate(walls.values()):
+            specimen = case.make_specimen(wall, curve)
+            if specimen is not None:
+                specimens[solver][column, number] = specimen
+    batches = []
+    for solver, places in specimens.items():
+        for (columns, numbers), specimen in stack_specimens(places):
+            batches.append(Batch(solver, columns, numbers, specimen))
+    return batches
+
+
+def stack_specimens(
+    specimens: Mapping[tuple[int, ...], Specimen],
+) -> list[tuple[tuple[list[int], ...], Specimen]]:
     """Stack the specimens that can run together.
 
-    `specimens` are by their place in the results. A stack comes with its places: a list for each dimension of a place.
+    Parameters
+    ----------
+    specimens : mapping
+        Specimens of numbers by their place in the results.
+
+    Returns
+    -------
+    list of (places, Specimen)
+        Each stack with its places: a list for each dimension of the results.
     """
-    alike: dict[Any, dict[Any, Specimen]] = defaultdict(dict)
+    groups: dict[Hashable, dict[tuple[int, ...], Specimen]] = defaultdict(dict)
     for place, specimen in specimens.items():
-        alike[specimen.kind][place] = specimen
-    return [
-        (tuple(map(list, zip(*members, strict=True))), Specimen.stack([*members.values()]))
-        for members in alike.values()
-    ]
+        groups[specimen.kind][place] = specimen
+    stacks = []
+    for group in groups.values():
+        places = tuple(list(indices) for indices in zip(*group, strict=True))
+        stacks.append((places, Specimen.stack(list(group.values()))))
+    return stacks
 
 
-# --- the comparison ---------------------------------------------------------------------------------------------------
+# --- the comparison -------------------------------------------------------------------------------
 
 
 def run_and_compare(cases: Sequence[Case], config: Config) -> xr.Dataset:
-    """Run cases on the walls of the study of earthquakes under its records and intensities, and compare them.
+    """Run cases on the walls of the study of earthquakes, and compare them with their references.
 
-    Returns what `compare` does, with the counts of ``records`` and ``stations``.
+    Parameters
+    ----------
+    cases : sequence of Case
+        Cases, and the references that they name.
+    config : Config
+        Records, walls, intensities and the bootstrap.
+
+    Returns
+    -------
+    xarray.Dataset
+        Statistics of `compare`, with the counts of ``records`` and ``stations``.
     """
-    quakes, motions = config.earthquakes, load_records(config.records)
-    ratio, shown = quakes.velocity_ratio.values(), track(motions, cases[0].name)
-    histories = run(cases, shown, study_walls(config), ratio, tail=quakes.tail)
-    stations = {motion.group for motion in motions}
-    return compare(histories, config.comparison).assign(
-        records=len(motions), stations=len(stations)
+    earthquakes = config.earthquakes
+    motions = load_records(config.records)
+    histories = run(
+        cases,
+        track(motions, cases[0].name),
+        study_walls(config),
+        earthquakes.velocity_ratio.values(),
+        tail=earthquakes.tail,
     )
+    stations = {motion.group for motion in motions}
+    compared = compare(histories, config.comparison)
+    return compared.assign(records=len(motions), stations=len(stations))
 
 
 def compare(histories: xr.Dataset, comparison: Comparison) -> xr.Dataset:
-    """Compare each case that has a reference with it, over all walls and wall by wall, by the paired bootstrap.
+    """Compare each case that has a reference with it, by the paired bootstrap.
 
     Parameters
     ----------
     histories : xarray.Dataset
-        What `run` returned.
+        Histories from `run`.
     comparison : Comparison
         Bands of the reference's peaks, and the bootstrap over stations.
 
     Returns
     -------
     xarray.Dataset
-        ``median_intensity_ratio`` and the statistics of `statistics.paired.compare_pairs` over ``case`` and ``wall``
-        (``all`` first), with intervals.
+        ``median_intensity_ratio`` and the statistics of `statistics.paired.compare_pairs` over
+        ``case`` and ``wall`` (``all`` first), with intervals.
     """
-    edges, pairs = comparison.bands, pair(histories)
-    weights = resample(
-        histories["station"].values, comparison.bootstrap.replicates, comparison.bootstrap.seed
-    )
-    chosen = [pairs, *(pairs.isel(wall=[column]) for column in range(pairs.sizes["wall"]))]
+    edges = comparison.bands
+    bands = list(pairwise(edges))
+    pairs = pair(histories)
+    bootstrap = comparison.bootstrap
+    weights = resample(histories["station"].values, bootstrap.replicates, bootstrap.seed)
+    single_walls = [pairs.isel(wall=[column]) for column in range(pairs.sizes["wall"])]
     parts = [
-        compare_pairs(walls, weights, list(pairwise(edges))) for walls in track(chosen, "Walls")
+        compare_pairs(walls, weights, bands) for walls in track([pairs, *single_walls], "Walls")
     ]
     compared = xr.concat(parts, "wall", join="exact").transpose("case", "wall", ...)
     return compared.assign(compare_intensities(pairs, weights)).assign_coords(
@@ -214,7 +295,18 @@ def compare(histories: xr.Dataset, comparison: Comparison) -> xr.Dataset:
 
 
 def pair(histories: xr.Dataset) -> xr.Dataset:
-    """Put the histories of each case's reference beside its own, as ``reference_peak`` and ``reference_collapsed``."""
+    """Put the histories of each case's reference beside its own.
+
+    Parameters
+    ----------
+    histories : xarray.Dataset
+        Histories from `run`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The cases that have a reference, with ``reference_peak`` and ``reference_collapsed``.
+    """
     compared = histories.isel(case=np.flatnonzero(histories["reference"].values != ""))
     references = histories.sel(case=compared["reference"].values)
     return compared.drop_vars("reference").assign(
@@ -226,45 +318,75 @@ def pair(histories: xr.Dataset) -> xr.Dataset:
 
 
 def compare_intensities(pairs: xr.Dataset, weights: Array) -> xr.Dataset:
-    """Return the median intensity of collapse of each case over its reference's, with its interval.
+    """Return the median intensity of collapse of each case over its reference's.
 
-    `pairs` is what `pair` returned and `weights` are the bootstrap's. Both sides of a ratio are of the same records and
-    walls: those that both ran.
+    Both sides of a ratio have the records and walls that both ran.
+
+    Parameters
+    ----------
+    pairs : xarray.Dataset
+        Histories from `pair`.
+    weights : ndarray, shape (replicates, records)
+        Bootstrap of the stations, from `fragility.resample`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``median_intensity_ratio`` with its interval over ``case`` and ``wall`` (``all`` first).
     """
-    walls = [*map(str, pairs["wall"].values)]
-    chosen = np.concatenate(
-        [np.ones((1, len(walls))), np.eye(len(walls))]
-    )  # (sets of walls, walls)
-    ratio, bounds = [], []
+    walls = pairs["wall"].values.tolist()
+    # Sets of walls, shape (sets, walls): all of them, then each alone.
+    members = np.concatenate([np.ones((1, len(walls))), np.eye(len(walls))])
+    ratios = []
+    intervals = []
     for case in range(pairs.sizes["case"]):
-        histories = pairs.isel(case=case).transpose(*HISTORIES)
-        outcomes = [histories[name].values for name in ("collapsed", "reference_collapsed")]
-        both = (outcomes[0] != NOT_RUN) & (outcomes[1] != NOT_RUN)
-        # By record, set of walls, side of the pair and intensity.
-        collapses = np.stack(
-            [np.where(both, side, 0) @ chosen.T for side in outcomes], axis=-1
-        ).transpose(0, 2, 3, 1)
-        runs = (both @ chosen.T).transpose(0, 2, 1)[:, :, None]
+        collapses, runs = _count_collapses(pairs.isel(case=case), members)
         curves = compare_fragilities(
             pairs["velocity_ratio"].values, collapses, runs, weights, (..., slice(1, 2))
         )
-        ratio.append(curves["median_intensity_ratio"][:, 0])
-        bounds.append(curves["median_intensity_ratio_interval"][:, 0])
+        ratios.append(curves["median_intensity_ratio"][:, 0])
+        intervals.append(curves["median_intensity_ratio_interval"][:, 0])
     dims = ("case", "wall")
     return xr.Dataset(
         {
-            "median_intensity_ratio": (dims, np.array(ratio)),
-            "median_intensity_ratio_interval": ((*dims, "bound"), np.array(bounds)),
+            "median_intensity_ratio": (dims, np.array(ratios)),
+            "median_intensity_ratio_interval": ((*dims, "bound"), np.array(intervals)),
         },
-        coords={"case": pairs["case"].values, "wall": ["all", *walls], "bound": list(BOUND)},
+        coords={"case": pairs["case"].values, "wall": [ALL_WALLS, *walls], "bound": list(BOUND)},
     )
 
 
-def unstack(cases: xr.Dataset, **values: Iterable[Any]) -> xr.Dataset:
-    """Lay cases out as a grid: their names give way to a dimension for each parameter, the last varies fastest."""
-    index = pd.MultiIndex.from_product([*values.values()], names=list(values))
-    grid = cases.drop_vars("case", errors="ignore").assign_coords(
-        xr.Coordinates.from_pandas_multiindex(index, "case")
-    )
-    # pandas sorts what it makes an index of.
-    return grid.unstack("case").sel({name: list(each) for name, each in values.items()})  # noqa: PD010, it is xarray's
+def _count_collapses(pairs: xr.Dataset, members: Array) -> tuple[Array, Array]:
+    """Count the collapses and the runs of a case and its reference in sets of walls.
+
+    The shape is (records, sets, sides, levels), where a side is the case or its reference; the runs
+    have one side.
+    """
+    histories = pairs.transpose(*HISTORIES)
+    sides = [histories["collapsed"].values, histories["reference_collapsed"].values]
+    is_run = (sides[0] != NOT_RUN) & (sides[1] != NOT_RUN)
+    collapses = [np.where(is_run, side, 0) @ members.T for side in sides]
+    runs = (is_run @ members.T).transpose(0, 2, 1)
+    return np.stack(collapses, axis=-1).transpose(0, 2, 3, 1), runs[:, :, None]
+
+
+def unstack(dataset: xr.Dataset, cases: Sequence[Case], *dims: str) -> xr.Dataset:
+    """Lay cases out as a grid over their coordinates, which take the place of ``case``.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Results over ``case``.
+    cases : sequence of Case
+        Cases of the dataset, and maybe others.
+    *dims : str
+        Coordinates of the cases. The values along each stand in the order of the cases.
+    """
+    places = {case.name: tuple(map(case.coordinates.get, dims)) for case in cases}
+    rows = [places[name] for name in dataset["case"].values.tolist()]
+    index = pd.MultiIndex.from_tuples(rows, names=dims)
+    coordinates = xr.Coordinates.from_pandas_multiindex(index, "case")
+    grid = dataset.drop_vars("case").assign_coords(coordinates).unstack("case")  # noqa: PD010
+    # pandas sorts the values of an index.
+    values = {dim: list(index.unique(dim)) for dim in dims}
+    return grid.sel(values)

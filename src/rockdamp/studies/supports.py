@@ -1,20 +1,23 @@
-"""What holds a wall, and what the equation of motion leaves out: how far the intensity moves that collapses the wall.
+"""Supports of a wall, and terms that the equation of motion leaves out.
 
-Each case changes one assumption about the walls of the study of earthquakes, under the same records at the same
-intensities of the ground, with e by the rule ``measured``.
+Each case changes one assumption about the walls of the study of earthquakes, under the same records
+at the same intensities of the ground, with e by the rule ``measured``. The result is the change of
+the intensity that collapses the wall.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
+from rockdamp.arrays import Array
 from rockdamp.config import Config, Supports
-from rockdamp.constants import STANDARD_GRAVITY
+from rockdamp.constants import REFERENCE, STANDARD_GRAVITY
 from rockdamp.errors import check
 from rockdamp.histories.loads import count_steps
 from rockdamp.histories.supports import floor_motions
@@ -32,6 +35,7 @@ from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import HISTORIES, NOT_RUN
 from rockdamp.studies.runner import (
     Case,
+    MoveSupports,
     WallAndCurve,
     compare_intensities,
     pair,
@@ -39,54 +43,101 @@ from rockdamp.studies.runner import (
     study_walls,
 )
 
-ASSUMED, WEAKER = (
-    "as assumed",
-    "eccentric overburden, weaker side",
-)  # what the others are compared with
+# Cases with which the others are compared.
+ASSUMED = "as assumed"
+WEAKER_SIDE = "eccentric overburden, weaker side"
+# Cases of an asymmetric load or wall, which have a solver of their own.
+VERTICAL = "vertical shaking"
+FIXED_SIDE = "eccentric overburden, fixed side"
 
 
-def cases(section: Supports) -> list[Case]:
-    """Return the cases that are loads on an odd curve; a parapet has a flexible floor alone."""
-    step, shift = section.step, -section.eccentricity
-    floors = [Diaphragm(period, section.diaphragm_damping) for period in section.diaphragm_period]
-    changes: dict[str, Callable[[Any, TrilinearCurve], Specimen | None]] = {
-        "overburden has mass, e unchanged": lambda w, c: (
-            change(w, c, overburden_mass=1.0) if is_loaded(w) else None
-        ),
-        "own inertia": lambda w, c: change(w, c, own_inertia=True),
-        "e of Eq. (7)": lambda w, c: None if isinstance(w, Parapet) else change(w, c, "rigid"),
-        "e impulsive": lambda w, c: None if isinstance(w, Parapet) else change(w, c, "impulsive"),
-    }
+def list_cases(section: Supports) -> list[Case]:
+    """Return the cases that are loads on an odd curve; a parapet has a flexible floor alone.
+
+    Parameters
+    ----------
+    section : Supports
+        The study's part of the config.
+    """
+    step = section.step
+
+    def add_mass(wall: Wall | Parapet, curve: TrilinearCurve) -> Specimen | None:
+        return change_wall(wall, curve, overburden_mass=1.0) if is_loaded(wall) else None
+
+    def move_as_bodies(wall: Wall | Parapet, curve: TrilinearCurve) -> Specimen:
+        return change_wall(wall, curve, own_inertia=True)
+
+    def keep_momentum(wall: Wall | Parapet, curve: TrilinearCurve) -> Specimen | None:
+        return None if isinstance(wall, Parapet) else change_wall(wall, curve, "rigid")
+
+    def add_impulses(wall: Wall | Parapet, curve: TrilinearCurve) -> Specimen | None:
+        return None if isinstance(wall, Parapet) else change_wall(wall, curve, "impulsive")
+
+    def weaken(wall: Wall | Parapet, curve: TrilinearCurve) -> Specimen | None:
+        eccentricity = -section.eccentricity * wall.thickness
+        return change_wall(wall, curve, eccentricity=eccentricity) if is_loaded(wall) else None
+
+    cases = [Case(ASSUMED, change_wall, step)]
+    for period in section.diaphragm_period:
+        floor = Diaphragm(period, section.diaphragm_damping)
+        cases.append(
+            Case(
+                f"floor of {period:g} s",
+                change_wall,
+                step,
+                reference=ASSUMED,
+                coordinates={"diaphragm_period": period},
+                move_supports=hold_by_floor(floor),
+            )
+        )
     return [
-        Case(ASSUMED, change, step),
-        *(
-            Case(f"floor of {floor.period:g} s", change, step, ASSUMED, move_floor(floor))
-            for floor in floors
-        ),
-        *(Case(name, setup, step, ASSUMED) for name, setup in changes.items()),
-        Case(
-            WEAKER,
-            lambda w, c: change(w, c, eccentricity=shift * w.thickness) if is_loaded(w) else None,
-            step,
-        ),
+        *cases,
+        Case("overburden has mass, e unchanged", add_mass, step, ASSUMED),
+        Case("own inertia", move_as_bodies, step, ASSUMED),
+        Case("e of Eq. (7)", keep_momentum, step, ASSUMED),
+        Case("e impulsive", add_impulses, step, ASSUMED),
+        Case(WEAKER_SIDE, weaken, step),
     ]
 
 
-def change(
+def change_wall(
     wall: Wall | Parapet, curve: TrilinearCurve, rule: str = "measured", **sizes: Any
 ) -> Specimen:
-    """Return a wall with other sizes, its curve, and e by a rule."""
-    wall = replace(wall, **sizes)
-    return Specimen(wall, curve, Damping("CR", float(getattr(wall, f"restitution_{rule}"))))
+    """Return a wall with other sizes, its curve, and e by a rule.
+
+    Parameters
+    ----------
+    wall : Wall or Parapet
+        One wall.
+    curve : TrilinearCurve
+        Force-displacement curve of the wall.
+    rule : {"measured", "rigid", "impulsive"}
+        Rule for e.
+    **sizes : float
+        Parameters of the wall that take other values.
+    """
+    changed = replace(wall, **sizes)
+    restitution = float(getattr(changed, f"restitution_{rule}"))
+    return Specimen(changed, curve, Damping(REFERENCE, restitution))
 
 
 def is_loaded(wall: Wall | Parapet) -> bool:
+    """Return whether a wall that spans between supports has an overburden."""
     return not isinstance(wall, Parapet) and float(wall.overburden_ratio) > 0
 
 
-def move_floor(floor: Diaphragm) -> Callable[[GroundMotion, bool], Record]:
-    """Return what makes the motion of the supports under a flexible floor; a parapet stands on it."""
+def hold_by_floor(floor: Diaphragm) -> MoveSupports:
+    """Return a function that moves the supports as under a flexible floor.
+
+    Parameters
+    ----------
+    floor : Diaphragm
+        Flexible floor at the top of a wall; a parapet stands on it.
+    """
     return lambda motion, parapet: floor_motions(motion, None, parapet, floor)[0].record
+
+
+# --- asymmetric cases -----------------------------------------------------------------------------
 
 
 def run_asymmetric(
@@ -96,110 +147,183 @@ def run_asymmetric(
     *,
     tail: float,
 ) -> xr.Dataset:
-    """Run vertical shaking, and an overburden that keeps its side in place of one that changes sides with u.
+    """Run vertical shaking, and an overburden that keeps its side instead of changing it with u.
 
-    Vertical shaking is the other horizontal component of the station times a factor; without one it is not run.
-    Returns ``collapsed``, as `runner.run` does.
+    Vertical shaking is the other horizontal component of the station times a factor; a record
+    without one is not run.
+
+    Parameters
+    ----------
+    section : Supports
+        The study's part of the config.
+    motions : sequence of GroundMotion
+        Ground motions.
+    walls : mapping
+        Wall and curve by name.
+    tail : float
+        Rest after a record. [s]
+
+    Returns
+    -------
+    xarray.Dataset
+        ``collapsed``, as `runner.run` returns it.
     """
-    owners, curves = zip(*walls.values(), strict=True)
-    p, e, scale, load = (
-        np.array([[float(getattr(wall, name))] for wall in owners])
-        for name in ("frequency_parameter", "restitution_measured", "velocity_scale", "load_factor")
-    )
-    curve, ratio = (
-        stack_parts(curves).map(lambda value: value[:, None]),
-        section.velocity_ratio.values(),
-    )
-    stronger, weaker = (
-        np.array([[change_strength(wall, sign * section.eccentricity)] for wall in owners])
-        for sign in (1, -1)
-    )
-    loaded = np.array([[is_loaded(wall)] for wall in owners])
-    collapsed = np.full((len(motions), ratio.size, len(owners), 2), NOT_RUN, dtype=np.int8)
+    bodies = [wall for wall, _ in walls.values()]
+    curves = stack_parts([curve for _, curve in walls.values()])
+    # Walls are the first axis, intensities the second.
+    column = curves.map(lambda ratio: ratio[:, None])
+    velocity_ratio = section.velocity_ratio.values()
+    p = _column(bodies, "frequency_parameter")
+    e = _column(bodies, "restitution_measured")
+    velocity_scale = _column(bodies, "velocity_scale")
+    load_factor = _column(bodies, "load_factor")
+    stronger = np.array([[change_strength(wall, section.eccentricity)] for wall in bodies])
+    weaker = np.array([[change_strength(wall, -section.eccentricity)] for wall in bodies])
+    loaded = np.array([[is_loaded(wall)] for wall in bodies])
+    lift = section.vertical / STANDARD_GRAVITY
+    shape = (len(motions), velocity_ratio.size, len(bodies))
+    vertical = np.full(shape, NOT_RUN, dtype=np.int8)
+    fixed_side = np.full(shape, NOT_RUN, dtype=np.int8)
     for row, motion in enumerate(track(motions, "Asymmetric walls")):
-        record, lift = motion.record, section.vertical / STANDARD_GRAVITY
-        factor = ratio * scale / intensity_measures(record).pgv  # (walls, levels)
-        substeps = count_steps(record.step * p * curve.initial_frequency, section.step)
+        record = motion.record
+        factor = velocity_ratio * velocity_scale / intensity_measures(record).pgv
+        substeps = count_steps(record.step * p * column.initial_frequency, section.step)
         ground = append_rest(record.ground_acceleration, record.step, tail)
-        march = {
+        march: dict[str, Any] = {
             "ground": ground,
             "step": p * record.step / substeps,
             "substeps": substeps,
-            "load": load * factor,
+            "load": load_factor * factor,
         }
-        if (other := other_component(motion, motions)) is not None:
-            vertical = np.zeros_like(ground)
-            vertical[: other.ground_acceleration.size] = other.ground_acceleration[: ground.size]
-            collapsed[row, :, :, 0] = uneven_collapses(
-                curve, e, lift=lift * factor, vertical=vertical, **march
+        other = find_other_component(motion, motions)
+        if other is not None:
+            lifting = _fit_length(other.ground_acceleration, ground)
+            vertical[row] = uneven_collapses(
+                column, e, lift=lift * factor, vertical=lifting, **march
             ).T
-        fixed = uneven_collapses(curve, e, side=(stronger, weaker), **march)
-        collapsed[row, :, :, 1] = np.where(loaded, fixed, NOT_RUN).T
-    names = ["vertical shaking", "eccentric overburden, fixed side"]
+        collapsed = uneven_collapses(column, e, side=(stronger, weaker), **march)
+        fixed_side[row] = np.where(loaded, collapsed, NOT_RUN).T
     return xr.Dataset(
-        {"collapsed": ((*HISTORIES, "case"), collapsed)},
-        coords={"case": names, "reference": ("case", [ASSUMED, WEAKER])},
+        {"collapsed": ((*HISTORIES, "case"), np.stack([vertical, fixed_side], axis=-1))},
+        coords={
+            "case": [VERTICAL, FIXED_SIDE],
+            "reference": ("case", [ASSUMED, WEAKER_SIDE]),
+        },
     )
 
 
-def other_component(motion: GroundMotion, motions: Sequence[GroundMotion]) -> Record | None:
-    """Return the other component of a motion's station; refuse one of another step."""
-    other = next(
-        (other for other in motions if other.group == motion.group and other is not motion), None
-    )
-    if other is None:
+def _column(walls: Sequence[Wall | Parapet], name: str) -> Array:
+    """Return a property of walls, shape (walls, 1)."""
+    return np.array([[float(getattr(wall, name))] for wall in walls])
+
+
+def _fit_length(motion: Array, ground: Array) -> NDArray[Any]:
+    """Return a motion as long as another one, cut off or with zeros after it."""
+    fitted = np.zeros_like(ground)
+    fitted[: motion.size] = motion[: ground.size]
+    return fitted
+
+
+def find_other_component(motion: GroundMotion, motions: Sequence[GroundMotion]) -> Record | None:
+    """Return the other component of a motion's station, or None.
+
+    Parameters
+    ----------
+    motion : GroundMotion
+        Ground motion.
+    motions : sequence of GroundMotion
+        All motions of the study.
+
+    Raises
+    ------
+    InputError
+        If the other component has another step.
+    """
+    others = [other for other in motions if other.group == motion.group and other is not motion]
+    if not others:
         return None
+    other = others[0]
     step = motion.record.step
-    wanted = f"{step:g} s, as of {motion.name!r}"
     check(
         f"step of {other.name!r}",
         other.record.step,
-        lambda own: np.isclose(own, step, rtol=1e-6, atol=0),
-        wanted,
+        lambda other_step: np.isclose(other_step, step, rtol=1e-6, atol=0),
+        f"{step:g} s, as of {motion.name!r}",
     )
     return other.record
 
 
 def change_strength(wall: Wall | Parapet, eccentricity: float) -> float:
-    """Return the strength with an overburden so far from mid-thickness, over the thickness, over that without. [-]"""
+    """Return the strength with an eccentric overburden, over that without. [-]
+
+    Parameters
+    ----------
+    wall : Wall or Parapet
+        One wall.
+    eccentricity : float
+        Distance of the overburden from mid-thickness, over the thickness. [-]
+    """
     moved = replace(wall, eccentricity=eccentricity * float(wall.thickness))
     return float(moved.rigid_strength / wall.rigid_strength)
 
 
+# --- comparison -----------------------------------------------------------------------------------
+
+
 def supports(config: Config) -> xr.Dataset:
     """Run every case on every wall under every record, and compare it with its reference."""
-    return compare(config, histories(config))
+    return compare(config, run_histories(config))
 
 
-def histories(config: Config) -> xr.Dataset:
+def run_histories(config: Config) -> xr.Dataset:
     """Return ``collapsed`` of all cases, as `runner.run` does."""
-    section, tail, walls = config.supports, config.earthquakes.tail, study_walls(config)
-    motions, ratio = load_records(config.records), section.velocity_ratio.values()
-    odd = run(cases(section), track(motions, "Supports"), walls, ratio, tail=tail).drop_vars("peak")
-    return xr.concat(
-        [odd, run_asymmetric(section, motions, walls, tail=tail)], "case", join="override"
+    section = config.supports
+    tail = config.earthquakes.tail
+    walls = study_walls(config)
+    motions = load_records(config.records)
+    symmetric = run(
+        list_cases(section),
+        track(motions, "Supports"),
+        walls,
+        section.velocity_ratio.values(),
+        tail=tail,
     )
+    asymmetric = run_asymmetric(section, motions, walls, tail=tail)
+    return xr.concat([symmetric.drop_vars("peak"), asymmetric], "case", join="override")
 
 
 def compare(config: Config, histories: xr.Dataset) -> xr.Dataset:
-    """Compare the median intensity of collapse in each case with that of its reference, with intervals over stations.
+    """Compare the median intensity of collapse in each case with that of its reference.
 
     A case is compared over all walls together that have it, and wall by wall.
+
+    Parameters
+    ----------
+    config : Config
+        Cases and the bootstrap.
+    histories : xarray.Dataset
+        Outcomes from `run_histories`.
     """
-    section, bootstrap = config.supports, config.comparison.bootstrap
+    section = config.supports
+    bootstrap = config.comparison.bootstrap
     pairs = pair(histories)
-    compared = compare_intensities(
-        pairs, resample(pairs["station"].values, bootstrap.replicates, bootstrap.seed)
+    weights = resample(pairs["station"].values, bootstrap.replicates, bootstrap.seed)
+    compared = compare_intensities(pairs, weights)
+    is_run = (pairs["collapsed"] != NOT_RUN) & (pairs["reference_collapsed"] != NOT_RUN)
+    by_record = is_run.any(("velocity_ratio", "wall")).transpose("case", "record").values
+    station = pairs["station"].values
+    stations = [np.unique(station[records]).size for records in by_record]
+    coordinates = {case.name: case.coordinates for case in list_cases(section)}
+    periods = [
+        coordinates.get(name, {}).get("diaphragm_period", np.nan)
+        for name in compared["case"].values.tolist()
+    ]
+    return (
+        compared.assign(
+            stations=("case", stations),
+            diaphragm_damping=section.diaphragm_damping,
+            vertical_factor=section.vertical,
+        )
+        .assign_coords(diaphragm_period=("case", periods))
+        .rename(case="assumption")
     )
-    ran = (pairs["collapsed"] != NOT_RUN) & (pairs["reference_collapsed"] != NOT_RUN)
-    by_record = ran.any(("velocity_ratio", "wall")).transpose("case", "record").values
-    periods = {f"floor of {period:g} s": period for period in section.diaphragm_period}
-    return compared.assign(
-        stations=("case", [np.unique(pairs["station"].values[some]).size for some in by_record]),
-        diaphragm_period=(
-            "case",
-            [periods.get(case, np.nan) for case in compared["case"].values.tolist()],
-        ),
-        diaphragm_damping=section.diaphragm_damping,
-        vertical_factor=section.vertical,
-    ).rename(case="assumption")

@@ -10,8 +10,8 @@ from rockdamp.config import Config
 from rockdamp.constants import MODELS, REFERENCE, VISCOUS_MODELS
 from rockdamp.equivalence.polynomials import Polynomials
 from rockdamp.errors import InputError
-from rockdamp.histories.half_cycles import CLEAR, LEAST, HalfCycles, half_cycles
-from rockdamp.histories.measured_test import measured_displacement, rest_samples
+from rockdamp.histories.half_cycles import CLEAR_OF_NOISE, LEAST_PEAK, HalfCycles, half_cycles
+from rockdamp.histories.record_rest import measured_displacement, rest_samples
 from rockdamp.histories.respond import record_attributes, respond
 from rockdamp.mechanics.damping import Damping
 from rockdamp.motions.record import Record
@@ -44,7 +44,7 @@ def validate(
     rest = rest_samples(record)
     test_displacement, zero = measured_displacement(record)
     u_ins = float(wall.instability_displacement)
-    threshold = max(CLEAR * float(np.std(test_displacement[:rest])), LEAST * u_ins)
+    threshold = max(CLEAR_OF_NOISE * float(np.std(test_displacement[:rest])), LEAST_PEAK * u_ins)
     decay = _measured_decay(record.elapsed, test_displacement, threshold)
     curve = section.curve.make(yield_displacement_ratio=a1, strength_ratio=b1)
     dampings = [Damping(model, e if model == REFERENCE else ratios[model]) for model in MODELS]
@@ -150,7 +150,7 @@ def compare(
         Number of samples at rest before the motion.
     """
     displacement = response["control_displacement"].values
-    threshold = LEAST * float(response["instability_displacement"])
+    threshold = LEAST_PEAK * float(response["instability_displacement"])
     cycles = half_cycles(response["elapsed"].values, displacement, threshold)
     computed_decay = decay[slice(0, 0)] if response["collapsed"] else _match(cycles, decay)
     count = computed_decay.peak.size

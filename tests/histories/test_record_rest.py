@@ -5,7 +5,7 @@ import pytest
 from experimental_style import ricker
 
 from rockdamp.errors import InputError
-from rockdamp.histories.measured_test import QUIET, quiet_level, rest_samples
+from rockdamp.histories.record_rest import QUIET_SHARE, quiet_level, rest_samples
 from rockdamp.motions.record import Record
 
 ELAPSED = np.arange(600) / 200
@@ -19,7 +19,7 @@ def record(noise, seed=1, centre=1.5):
 
 
 def test_of_a_quiet_accelerometer_the_rest_ends_at_a_share_of_the_peak():
-    assert quiet_level(record(1e-4)) == pytest.approx(QUIET, rel=1e-3)
+    assert quiet_level(record(1e-4)) == pytest.approx(QUIET_SHARE, rel=1e-3)
     assert ELAPSED[rest_samples(record(1e-4))] == pytest.approx(
         ELAPSED[rest_samples(record(0))], abs=0.01
     )

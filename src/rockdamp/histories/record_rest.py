@@ -1,0 +1,90 @@
+"""A measured record at rest: the samples before the motion, and the zero and noise of its sensors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rockdamp.arrays import Array
+from rockdamp.errors import InputError, check
+from rockdamp.motions.record import Record
+
+# ASSUME: the paper defines neither the rest before a motion nor the noise of its sensors.
+QUIET_SHARE = 0.02  # of the peak acceleration, up to which the ground counts as at rest
+SHORTEST_REST = 10  # samples
+
+
+def quiet_level(record: Record) -> float:
+    """Return the acceleration up to which the ground is at rest. [m s-2]
+
+    It is 2 % of the peak acceleration, or the level that noise reaches. The noise is that of the
+    differences between the first samples, as a smooth motion has small ones.
+
+    Parameters
+    ----------
+    record : Record
+        Ground motion with its rest before the motion.
+    """
+    peak = float(np.abs(record.ground_acceleration).max())
+    if peak == 0:
+        return 0.0
+    first_differences = np.diff(record.ground_acceleration[:SHORTEST_REST])
+    noise = float(np.std(first_differences) / np.sqrt(2))
+    # Five standard deviations hold practically all noise. Beyond 0.3 of the peak the ground moves,
+    # however noisy the sensor is.
+    return max(QUIET_SHARE * peak, min(5.0 * noise, 0.3 * peak))
+
+
+def motion_noise(record: Record) -> float:
+    """Return the standard deviation of the accelerometer, before and after the motion. [m s-2]
+
+    Parameters
+    ----------
+    record : Record
+        Ground motion with rest before or after the motion.
+    """
+    acceleration = record.ground_acceleration
+    moving = np.flatnonzero(np.abs(acceleration) >= quiet_level(record))
+    before = np.diff(acceleration[: moving[0]])
+    after = np.diff(acceleration[moving[-1] + 1 :])
+    differences = np.concatenate([before, after])
+    return float(np.sqrt(np.mean(differences**2) / 2))
+
+
+def rest_samples(record: Record) -> int:
+    """Count the samples before the motion, in which the wall is at rest.
+
+    Parameters
+    ----------
+    record : Record
+        Ground motion with its rest before the motion.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than ten.
+    """
+    count = int(np.argmax(np.abs(record.ground_acceleration) >= quiet_level(record)))
+    allowed = f"at least {SHORTEST_REST}"
+    check("samples at rest before the motion", count, lambda n: n >= SHORTEST_REST, allowed)
+    return count
+
+
+def measured_displacement(record: Record) -> tuple[Array, float]:
+    """Return the measured displacement from its level at rest, and that level of the sensor. [m]
+
+    Parameters
+    ----------
+    record : Record
+        Test with the measured response.
+
+    Raises
+    ------
+    InputError
+        If the record has no displacement, or fewer than ten samples at rest.
+    """
+    if record.displacement is None:
+        raise InputError(
+            "the record has no column displacement_m; it must have the measured response"
+        )
+    zero = float(np.mean(record.displacement[: rest_samples(record)]))
+    return record.displacement - zero, zero
