@@ -61,7 +61,7 @@ def test_ecd_has_the_force_over_the_root_of_the_energy(x):
 
 
 @pytest.mark.parametrize("model", [*PAPER_MODELS, "ECD"])
-def test_first_branch_has_the_coefficient_of_the_linear_oscillator(model):
+def test_first_branch_is_the_linear_oscillators(model):
     x = CURVE.yield_displacement_ratio * np.array([0.0, 1e-200, 1e-12, 0.3, 1.0])
     c = damping_coefficient(CURVE, Damping(model, XI), x)
     np.testing.assert_allclose(c, 2 * CURVE.initial_frequency * XI, rtol=1e-14)
@@ -121,7 +121,7 @@ def test_normalisation_is_half_pi_over_an_integral(order):
     assert float(normalisation(order)) == pytest.approx(expected, rel=1e-14)
 
 
-def test_normalisation_of_any_order_is_a_ratio_of_gamma_functions():
+def test_normalisation_is_a_ratio_of_gamma_functions():
     orders = np.array([0, 1e-9, 0.25, 0.5, 1.7, 12.3, 64, 169.5, 1000])
     expected = []
     with mpmath.workdps(30):

@@ -75,11 +75,11 @@ def assert_same(result, expected, lanes=slice(None)):
 
 @every_scheme
 @every_damper
-@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
-def test_peaks_are_those_of_the_histories_to_the_bit(run, make, scheme):
+@pytest.mark.parametrize("options", RUNS.values(), ids=RUNS)
+def test_peaks_are_those_of_the_histories_to_the_bit(options, make, scheme):
     """Walls that stay on the first branch, rock, come near to collapse and fall: many of each."""
-    full = simulate(CURVES, make(SIZES), store_every=600, scheme=scheme, **run)
-    result = peaks(CURVES, make(SIZES), scheme=scheme, **run)
+    full = simulate(CURVES, make(SIZES), store_every=600, scheme=scheme, **options)
+    result = peaks(CURVES, make(SIZES), scheme=scheme, **options)
     assert 5 < full.collapsed.sum() < LANES - 20
     np.testing.assert_array_equal(result.collapsed, full.collapsed)
     np.testing.assert_array_equal(result.peak, np.where(full.collapsed, 0.95, full.peak))
@@ -95,21 +95,21 @@ def test_no_lane_leaves_early_at_coarse_steps(share, damping):
     """Lanes may leave up to a twentieth of the limit, where the scheme changes the energy most."""
     curve = TrilinearCurve(0.05, 0.7)
     step = share * float(stable_step(curve))
-    run = {"step": step, "steps": 4000, "release_velocity": np.linspace(0.01, 1.1, 40)}
-    full = simulate(curve, damping, store_every=4000, **run)
-    result = peaks(curve, damping, **run)
+    options = {"step": step, "steps": 4000, "release_velocity": np.linspace(0.01, 1.1, 40)}
+    full = simulate(curve, damping, store_every=4000, **options)
+    result = peaks(curve, damping, **options)
     np.testing.assert_array_equal(result.peak, np.where(full.collapsed, 1.0, full.peak))
 
 
 @every_damper
 def test_error_is_eq_17_of_stored_histories(make):
-    run = {"step": 0.01, "steps": 1500, "release_amplitude": np.array([0.3, 0.6])[:, None]}
+    options = {"step": 0.01, "steps": 1500, "release_amplitude": np.array([0.3, 0.6])[:, None]}
     checkpoints = np.array([1, 128, 999, 1500])
     damping = make(np.linspace(0.01, 0.15, 40))
-    decays = simulate(CURVE, Damping("CR", 0.85), **run).displacement[:, 0]
+    decays = simulate(CURVE, Damping("CR", 0.85), **options).displacement[:, 0]
     reference = Reference(decays, np.array([[0], [1]]), checkpoints)
-    error = peaks(CURVE, damping, reference=reference, **run).error
-    x = simulate(CURVE, damping, **run).displacement
+    error = peaks(CURVE, damping, reference=reference, **options).error
+    x = simulate(CURVE, damping, **options).displacement
     difference = np.abs(decays[:, None, 1:]) - np.abs(x[..., 1:])
     sums = np.cumsum(difference**2, axis=-1)[..., checkpoints - 1]
     np.testing.assert_allclose(np.moveaxis(error, 0, -1), sums, rtol=1e-12, atol=1e-30)
@@ -128,30 +128,30 @@ def test_collapse_ends_the_history_at_its_time(model, scheme, sign):
         CURVE, damping, [4.0], release_amplitude=sign * 0.5, release_velocity=sign * 0.9
     )
     start = {"release_amplitude": [sign * 0.5, 0.5], "release_velocity": [sign * 0.9, 0.0]}
-    run = simulate(CURVE, damping, step=step, steps=4000, scheme=scheme, **start)
-    assert run.collapsed.tolist() == [True, False]
+    history = simulate(CURVE, damping, step=step, steps=4000, scheme=scheme, **start)
+    assert history.collapsed.tolist() == [True, False]
     # The first step beyond a3, as the scheme is much more accurate than its step here.
-    assert 0 < run.end_tau[0] - exact.end_tau < 2 * step
-    assert run.end_tau[1] == pytest.approx(4.0, rel=1e-12)
-    assert 1 < run.peak[0] < 1.002
-    assert run.peak_tau[0] == run.end_tau[0]
-    end = round(run.end_tau[0] / step)
-    for stored in (run.displacement, run.velocity):
+    assert 0 < history.end_tau[0] - exact.end_tau < 2 * step
+    assert history.end_tau[1] == pytest.approx(4.0, rel=1e-12)
+    assert 1 < history.peak[0] < 1.002
+    assert history.peak_tau[0] == history.end_tau[0]
+    end = round(history.end_tau[0] / step)
+    for stored in (history.displacement, history.velocity):
         assert np.isfinite(stored[0, :end]).all()
         assert np.isnan(stored[0, end:]).all()
         assert np.isfinite(stored[1]).all()
 
 
 def test_rest_is_kept_without_an_impact():
-    run = simulate(CURVE, Damping("CR", 0.8), step=0.01, steps=50)
-    assert run.impacts == run.peak == run.peak_tau == 0
-    assert not run.displacement.any()
+    history = simulate(CURVE, Damping("CR", 0.8), step=0.01, steps=50)
+    assert history.impacts == history.peak == history.peak_tau == 0
+    assert not history.displacement.any()
 
 
 def test_release_from_zero_is_no_impact():
-    run = simulate(CURVE, Damping("CR", 0.8), release_velocity=0.1, step=0.01, steps=2)
-    assert run.impacts == 0
-    assert run.displacement[1] == pytest.approx(1e-3, rel=1e-12)
+    history = simulate(CURVE, Damping("CR", 0.8), release_velocity=0.1, step=0.01, steps=2)
+    assert history.impacts == 0
+    assert history.displacement[1] == pytest.approx(1e-3, rel=1e-12)
 
 
 def test_crossing_at_the_end_of_a_step_is_an_impact():
@@ -161,12 +161,12 @@ def test_crossing_at_the_end_of_a_step_is_an_impact():
     balance = float(curve.force(x0))
     load = Load(np.ones(5), balance, step)
     damping = Damping("CR", 0.5)
-    run = simulate(curve, damping, load=load, release_amplitude=x0, release_velocity=v0)
-    assert run.displacement[1] == 0
-    assert run.impacts == 1
+    history = simulate(curve, damping, load=load, release_amplitude=x0, release_velocity=v0)
+    assert history.displacement[1] == 0
+    assert history.impacts == 1
     # The force fell from balance to nothing over the step: the mean acceleration is half the load.
-    assert run.velocity[1] == 0.5 * (v0 + step * balance / 2)
-    assert run.displacement[2] == step * (run.velocity[1] + step * balance / 2)
+    assert history.velocity[1] == 0.5 * (v0 + step * balance / 2)
+    assert history.displacement[2] == step * (history.velocity[1] + step * balance / 2)
 
 
 BROADCAST = {
@@ -179,12 +179,12 @@ BROADCAST = {
 
 
 def test_inputs_broadcast():
-    run = simulate(**BROADCAST)
-    assert run.peak.shape == (2, 3, 4)
+    history = simulate(**BROADCAST)
+    assert history.peak.shape == (2, 3, 4)
     alone = simulate(
         TrilinearCurve(0.05, 0.8), Damping("CDR", 0.1), release_amplitude=0.4, step=0.005, steps=400
     )
-    lane = type(run)(*(getattr(run, field.name)[1, 2, 2] for field in fields(run)))
+    lane = type(history)(*(getattr(history, field.name)[1, 2, 2] for field in fields(history)))
     assert_same(alone, lane, ...)
 
 
@@ -197,9 +197,9 @@ def test_thinned_histories_are_every_nth_state():
 
 
 def test_empty_batch_has_an_empty_result():
-    run = {"release_amplitude": np.empty(0), "step": 0.01, "steps": 3}
-    assert simulate(CURVE, Damping("CR", 0.9), **run).displacement.shape == (0, 4)
-    assert peaks(CURVE, Damping("CR", 0.9), **run).peak.shape == (0,)
+    options = {"release_amplitude": np.empty(0), "step": 0.01, "steps": 3}
+    assert simulate(CURVE, Damping("CR", 0.9), **options).displacement.shape == (0, 4)
+    assert peaks(CURVE, Damping("CR", 0.9), **options).peak.shape == (0,)
 
 
 @pytest.mark.nojit
@@ -224,7 +224,7 @@ def run_lanes(make, scheme, lanes, threads=1):
     angles = np.arange(LANES)
     step = (0.02 + 1e-4 * angles)[lanes]
     curve = CURVES.map(lambda ratio: ratio[lanes])
-    run = {
+    options = {
         "load": Load(GROUND[:200], STRENGTH[lanes], 2 * step, 2),
         "release_amplitude": 0.9 * np.cos(angles)[lanes],
         "release_velocity": 0.3 * np.sin(angles)[lanes],
@@ -233,8 +233,8 @@ def run_lanes(make, scheme, lanes, threads=1):
     }
     damping = make(SIZES[lanes])
     reference = Reference(np.zeros((2, 399)), lanes % 2, [1, 100, 398])
-    histories = simulate(curve, damping, store_every=3, **run)
-    return histories, peaks(curve, damping, reference=reference, **run)
+    histories = simulate(curve, damping, store_every=3, **options)
+    return histories, peaks(curve, damping, reference=reference, **options)
 
 
 @every_scheme
@@ -264,10 +264,10 @@ def test_result_does_not_depend_on_threads_or_calls(make, scheme, threads, monke
 ENDLESS = """
 import numpy as np
 import rockdamp as rd
-run = {"release_amplitude": np.full(%d, 0.5), "step": 0.001, "threads": %d, "store_every": 10**7}
-rd.simulate(rd.TrilinearCurve(0.04, 0.85), rd.Damping("CR", 1.0), steps=1, **run)
+options = {"release_amplitude": np.full(%d, 0.5), "step": 0.001, "threads": %d, "store_every": 10**7}
+rd.simulate(rd.TrilinearCurve(0.04, 0.85), rd.Damping("CR", 1.0), steps=1, **options)
 print("ready", flush=True)
-rd.simulate(rd.TrilinearCurve(0.04, 0.85), rd.Damping("CR", 1.0), steps=10**9, **run)
+rd.simulate(rd.TrilinearCurve(0.04, 0.85), rd.Damping("CR", 1.0), steps=10**9, **options)
 """
 
 
@@ -311,9 +311,9 @@ BAD_RUNS = [
 
 @pytest.mark.parametrize(("name", "change"), BAD_RUNS)
 def test_bad_run_is_refused_by_name(name, change):
-    run = {"step": 0.01, "steps": 100, "release_amplitude": 0.5, **change}
+    options = {"step": 0.01, "steps": 100, "release_amplitude": 0.5, **change}
     with pytest.raises(InputError, match=name):
-        peaks(CURVE, Damping("CDR", 0.05), **run)
+        peaks(CURVE, Damping("CDR", 0.05), **options)
 
 
 BAD_LOADS = [

@@ -163,28 +163,28 @@ every_scheme = pytest.mark.parametrize("scheme", ["newmark", "paper"])
 @every_scheme
 @every_damping
 def test_march_is_its_textbook_scheme(damping, scheme):
-    run = simulate(CURVES, damping, **kernel_run(scheme))
+    history = simulate(CURVES, damping, **kernel_run(scheme))
     x = textbook_histories(damping, scheme)
     # Rounding, grown over 2.4 in tau by the unstable branch.
-    np.testing.assert_allclose(run.displacement, x, atol=1e-12)
-    assert run.collapsed.tolist() == [False] * 4 + [True] * 2
-    np.testing.assert_array_equal(np.isnan(x[:, -1]), run.collapsed)
+    np.testing.assert_allclose(history.displacement, x, atol=1e-12)
+    assert history.collapsed.tolist() == [False] * 4 + [True] * 2
+    np.testing.assert_array_equal(np.isnan(x[:, -1]), history.collapsed)
 
 
 @pytest.mark.nojit
 @every_scheme
 @every_damping
 def test_march_notes_end_peak_and_impacts(damping, scheme):
-    run = simulate(CURVES, damping, **kernel_run(scheme))
+    history = simulate(CURVES, damping, **kernel_run(scheme))
     x = textbook_histories(damping, scheme)
     last_step = np.minimum(np.isfinite(x).sum(axis=1), STEPS)
-    np.testing.assert_allclose(run.end_tau, last_step * STEP, rtol=1e-15)
+    np.testing.assert_allclose(history.end_tau, last_step * STEP, rtol=1e-15)
     x = x[STANDING]
     crosses = (x[:, :-1] * x[:, 1:] <= 0) & (x[:, :-1] != 0)
-    np.testing.assert_array_equal(run.impacts[STANDING], crosses.sum(axis=1))
-    np.testing.assert_allclose(run.peak[STANDING], np.abs(x).max(axis=1), atol=1e-12)
+    np.testing.assert_array_equal(history.impacts[STANDING], crosses.sum(axis=1))
+    np.testing.assert_allclose(history.peak[STANDING], np.abs(x).max(axis=1), atol=1e-12)
     peak_tau = np.abs(x).argmax(axis=1) * STEP
-    np.testing.assert_allclose(run.peak_tau[STANDING], peak_tau, rtol=1e-15)
+    np.testing.assert_allclose(history.peak_tau[STANDING], peak_tau, rtol=1e-15)
 
 
 @pytest.mark.nojit
@@ -309,8 +309,8 @@ def test_wall_without_weight_flies_off():
     load = 0.05 * np.array([0.99, 1.01])
     step = np.sqrt(2 / 0.05) / 40
     ones = np.ones(41)
-    run = {"ground": ones, "vertical": ones, "lift": -2.0}
-    collapsed = uneven_collapses(CURVE, 0.85, step=step, substeps=1, load=load, **run)
+    options = {"ground": ones, "vertical": ones, "lift": -2.0}
+    collapsed = uneven_collapses(CURVE, 0.85, step=step, substeps=1, load=load, **options)
     assert collapsed.tolist() == [False, True]
 
 
@@ -321,8 +321,8 @@ def test_both_motions_are_linear_between_samples():
     The vertical motion grows tenfold meanwhile.
     """
     load = 6 / 25 * np.array([0.99, 1.01])
-    run = {"ground": np.array([0.0, 0, 1]), "vertical": np.array([0.0, 1, 10]), "lift": -2.0}
-    collapsed = uneven_collapses(CURVE, 0.85, step=5 / 400, substeps=400, load=load, **run)
+    options = {"ground": np.array([0.0, 0, 1]), "vertical": np.array([0.0, 1, 10]), "lift": -2.0}
+    collapsed = uneven_collapses(CURVE, 0.85, step=5 / 400, substeps=400, load=load, **options)
     assert collapsed.tolist() == [False, True]
 
 

@@ -23,13 +23,13 @@ def solve(solver, curve, damping, step, steps, load=None, sampling=0.0, **start)
     """Return the displacement at each step."""
     if solver == "exact":
         times = step * np.arange(steps + 1)
-        run = exact_history(curve, damping, times, load=load, sampling=sampling, **start)
+        history = exact_history(curve, damping, times, load=load, sampling=sampling, **start)
     elif load is None:
-        run = simulate(curve, damping, step=step, steps=steps, **start)
+        history = simulate(curve, damping, step=step, steps=steps, **start)
     else:
         substeps = round(sampling / step)
-        run = simulate(curve, damping, load=Load(load, 1.0, sampling, substeps), **start)
-    return run.displacement
+        history = simulate(curve, damping, load=Load(load, 1.0, sampling, substeps), **start)
+    return history.displacement
 
 
 # --- closed forms ---------------------------------------------------------------------------------
@@ -69,8 +69,8 @@ def test_first_branch_is_the_linear_oscillator(case, solver, error):
 
     Damping and load add as much.
     """
-    damping, run, expected = case
-    displacement = solve(solver, CURVE, damping, STEP, STEPS, **run)
+    damping, options, expected = case
+    displacement = solve(solver, CURVE, damping, STEP, STEPS, **options)
     np.testing.assert_allclose(displacement, expected, atol=error * np.abs(expected).max())
 
 
@@ -78,8 +78,10 @@ def test_first_branch_is_the_linear_oscillator(case, solver, error):
 def test_undamped_period_is_the_closed_form(curve):
     step = 5e-4
     release = np.array([0.015, 0.1, 0.3, 0.5, 0.75])
-    run = simulate(curve, Damping("CDR", 0.0), release_amplitude=release, step=step, steps=40000)
-    for x, period in zip(run.displacement, curve.period(release), strict=True):
+    history = simulate(
+        curve, Damping("CDR", 0.0), release_amplitude=release, step=step, steps=40000
+    )
+    for x, period in zip(history.displacement, curve.period(release), strict=True):
         index = np.nonzero(x[:-1] * x[1:] < 0)[0]
         crossing_times = step * (index + x[index] / (x[index] - x[index + 1]))
         # Energy is kept to about (w1 step)^2 = 1e-5, and far out the period changes by three times
@@ -108,8 +110,8 @@ def test_impact_times_are_those_of_thirty_digits(quarter_period, stored_energy):
 
             x = mpmath.findroot(excess, (mpmath.mpf("1e-9"), x), solver="anderson")
             tau += quarter_period(corners, forces, x)
-    run = exact_history(CURVE, Damping("CR", 0.85), [times[-1] + 0.1], release_amplitude=0.7)
-    np.testing.assert_allclose(run.impacts, times, rtol=1e-12)
+    history = exact_history(CURVE, Damping("CR", 0.85), [times[-1] + 0.1], release_amplitude=0.7)
+    np.testing.assert_allclose(history.impacts, times, rtol=1e-12)
 
 
 # --- each other -----------------------------------------------------------------------------------
@@ -117,16 +119,16 @@ def test_impact_times_are_those_of_thirty_digits(quarter_period, stored_energy):
 
 @pytest.mark.parametrize("forced", [False, True], ids=["free", "forced"])
 @pytest.mark.parametrize("damping", DAMPERS.values(), ids=DAMPERS)
-def test_batched_solver_tends_to_the_exact_one_with_the_square_of_the_step(damping, forced):
+def test_batched_solver_converges_to_the_exact_one(damping, forced):
     sampling = 0.1
     shares = np.linspace(0.08, 0.7, 6)
     load = smooth_load(2, 41, 0.12) if forced else np.zeros(41)
     errors = {20: 0.0, 80: 0.0}
     for curve in (CURVES[0], CURVES[3]):
         release = shares * float(curve.ultimate_displacement_ratio)
-        run = {"load": load, "sampling": sampling}
+        options = {"load": load, "sampling": sampling}
         exact = [
-            solve("exact", curve, damping, sampling, 40, **run, release_amplitude=x0)
+            solve("exact", curve, damping, sampling, 40, **options, release_amplitude=x0)
             for x0 in release
         ]
         for substeps in errors:
@@ -205,17 +207,17 @@ def test_dimensionless_run_is_the_si_run_of_a_wall(wall, model, exponent, ratio,
     ground = np.zeros(elapsed.size) if release else ricker
     expected = integrate_si(wall, law, ratio, exponent, release, elapsed, ground)
     load = Load(ground, wall.load_factor, wall.frequency_parameter / 64, 256)
-    run = simulate(
+    history = simulate(
         TrilinearCurve(*law),
         Damping(model, ratio),
         load=load,
         release_amplitude=release,
         store_every=256,
     )
-    assert 0.1 < run.peak < 1  # far from nothing and from collapse
+    assert 0.1 < history.peak < 1  # far from nothing and from collapse
     u_ins = wall.instability_displacement
     # (w1 step)^2 is 1e-6.
-    np.testing.assert_allclose(run.displacement * u_ins, expected, atol=2e-5 * u_ins)
+    np.testing.assert_allclose(history.displacement * u_ins, expected, atol=2e-5 * u_ins)
 
 
 # --- load -----------------------------------------------------------------------------------------
@@ -233,18 +235,18 @@ def make_damping(model):
 def test_substeps_interpolate_the_record(model, scheme):
     ground = np.random.default_rng(11).normal(size=81)
     resampled = np.interp(np.arange(401) / 5, np.arange(81), ground)
-    run = {"release_amplitude": 0.2, "scheme": scheme}
-    inside = simulate(CURVE, make_damping(model), load=Load(ground, 0.02, 0.05, 5), **run)
-    outside = simulate(CURVE, make_damping(model), load=Load(resampled, 0.02, 0.01), **run)
+    options = {"release_amplitude": 0.2, "scheme": scheme}
+    inside = simulate(CURVE, make_damping(model), load=Load(ground, 0.02, 0.05, 5), **options)
+    outside = simulate(CURVE, make_damping(model), load=Load(resampled, 0.02, 0.01), **options)
     np.testing.assert_allclose(inside.displacement, outside.displacement, atol=1e-12)
 
 
 @every_scheme
 @every_model
 def test_record_of_zeros_is_a_free_decay_to_the_bit(model, scheme):
-    run = {"release_amplitude": 0.2, "scheme": scheme}
-    decay = simulate(CURVE, make_damping(model), step=0.01, steps=400, **run)
-    still = simulate(CURVE, make_damping(model), load=Load(np.zeros(41), 0.5, 0.1, 10), **run)
+    options = {"release_amplitude": 0.2, "scheme": scheme}
+    decay = simulate(CURVE, make_damping(model), step=0.01, steps=400, **options)
+    still = simulate(CURVE, make_damping(model), load=Load(np.zeros(41), 0.5, 0.1, 10), **options)
     np.testing.assert_array_equal(still.displacement, decay.displacement)
     np.testing.assert_array_equal(still.velocity, decay.velocity)
 
@@ -259,13 +261,13 @@ def test_reference_amplitude_beyond_the_wall_is_refused(solver):
 # --- stability ------------------------------------------------------------------------------------
 
 
-def test_run_just_below_the_stability_limit_is_the_discrete_solution():
+def test_run_below_the_stability_limit_is_the_discrete_one():
     """Undamped explicit Newmark: x_n = x0 cos(n theta), cos(theta) = 1 - (w1 step)^2/2."""
     step = 0.999 * float(stable_step(CURVE))
-    run = simulate(CURVE, Damping("CDR", 0.0), release_amplitude=0.03, step=step, steps=1000)
+    history = simulate(CURVE, Damping("CDR", 0.0), release_amplitude=0.03, step=step, steps=1000)
     theta = np.arccos(1 - 2 * 0.999**2)
     expected = 0.03 * np.cos(theta * np.arange(1001))
-    np.testing.assert_allclose(run.displacement, expected, atol=1e-10)
+    np.testing.assert_allclose(history.displacement, expected, atol=1e-10)
 
 
 FIRST_BRANCH = TrilinearCurve(0.4, 0.5)
@@ -289,9 +291,9 @@ def decay_on_first_branch(order, e, step, steps):
 @pytest.mark.parametrize("order", [0, 1, 16, 64])
 @pytest.mark.parametrize("e", [0.5, 0.95])
 def test_every_order_is_stable_up_to_the_limit(order, e, step):
-    run = decay_on_first_branch(order, e, step, 400)
-    assert np.abs(run.displacement).max() < 0.4
-    last_peaks = np.abs(run.displacement[:, -60:]).max(axis=1)
+    history = decay_on_first_branch(order, e, step, 400)
+    assert np.abs(history.displacement).max() < 0.4
+    last_peaks = np.abs(history.displacement[:, -60:]).max(axis=1)
     assert (last_peaks <= AMPLITUDES).all()
 
 
@@ -302,9 +304,9 @@ def largest_decrement_error(order, e):
     """
     errors = []
     for step in (0.1, 0.05, 0.025):
-        run = decay_on_first_branch(order, e, step, int(8.9 * np.pi / step))
-        distances = np.abs(run.displacement)
-        sizes = np.hypot(run.displacement, run.velocity / FIRST_BRANCH_W1)
+        history = decay_on_first_branch(order, e, step, int(8.9 * np.pi / step))
+        distances = np.abs(history.displacement)
+        sizes = np.hypot(history.displacement, history.velocity / FIRST_BRANCH_W1)
         for distance, size, amplitude in zip(distances, sizes, AMPLITUDES, strict=True):
             inner = distance[1:-1]
             turns = 1 + np.flatnonzero((inner >= distance[:-2]) & (inner > distance[2:]))

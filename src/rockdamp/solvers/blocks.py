@@ -92,7 +92,7 @@ class Blocks:
         return lanes.reshape((*self.shape, *values_shape))
 
     def run_in_threads(
-        self, run: Callable[[slice, Event], None], steps: int, threads: int | None
+        self, advance: Callable[[slice, Event], None], steps: int, threads: int | None
     ) -> None:
         """Call a function on parts of the blocks, side by side; the parts do not change a bit.
 
@@ -101,12 +101,12 @@ class Blocks:
 
         Parameters
         ----------
-        run : callable
+        advance : callable
             Takes a slice of the blocks, and an event that tells it to stop.
         steps : int
             Steps of the run.
         threads : int, optional
-            By default as many as the process may use.
+            Threads to use; by default as many as the process may use.
         """
         stopped = Event()
         workers = min(available_threads(), self.count * steps // LEAST_STEPS_OF_THREAD)
@@ -114,7 +114,7 @@ class Blocks:
             workers = int(check_number("threads", threads, *WHOLE))
         workers = min(workers, self.count)
         if workers <= 1:
-            run(slice(0, self.count), stopped)
+            advance(slice(0, self.count), stopped)
             return
         # Four parts a thread, as some take longer than others.
         parts = min(4 * workers, self.count)
@@ -122,7 +122,7 @@ class Blocks:
         slices = map(slice, edges[:-1], edges[1:])
         with ThreadPoolExecutor(workers) as pool:
             try:
-                list(pool.map(run, slices, repeat(stopped)))
+                list(pool.map(advance, slices, repeat(stopped)))
             finally:
                 stopped.set()
 

@@ -12,7 +12,7 @@ bits of its time.
 
 Everything is dimensionless: x = u/u_ins, tau = p t, unit mass, forces over F0.
 
-Numba keeps compiled code by the content of this one file. So each function that `run` compiles is
+Numba keeps compiled code by the content of this one file. So each function that `integrate` compiles is
 here, and so is each number that it reads, but for the published coefficients of DOP853, which come
 from SciPy. The compiler may reorder and contract nothing.
 """
@@ -140,11 +140,14 @@ def acceleration_zeros(x, v, c, k, q, slope):
     if discriminant < 0.0:
         w = math.sqrt(-discriminant)
         first = math.atan2(-a * w, b) % math.pi / w
-        return first if first > 0.0 else math.pi / w, math.pi / w
+        spacing = math.pi / w
+        return first if first > 0.0 else spacing, spacing
     d = math.sqrt(discriminant)
     if a * b >= 0.0 or d * abs(a) >= abs(b):
         return np.inf, np.inf
-    return math.atanh(-d * a / b) / d if d > 0.0 else -a / b, np.inf
+    if d == 0.0:
+        return -a / b, np.inf
+    return math.atanh(-d * a / b) / d, np.inf
 
 
 @register_jitable
@@ -207,8 +210,10 @@ def ecd_coefficient(f, double_v, v, kappa, m, g, double_reference):
     size = kappa
     if g > 0.0:
         size = kappa * math.exp(-g * math.log((v * v + double_v) / double_reference))
+    if v == 0.0 and m > 0.0:
+        return 0.0
     if v == 0.0:
-        return size * f / root if m == 0.0 else 0.0
+        return size * f / root
     u = root / v
     size *= math.exp(-m * math.log1p(u * u))
     # ASSUME: the subtrahend is at most 0.95, as in the batched solver; half cycles then still end.
@@ -227,7 +232,9 @@ def coefficient(branch, law, x, v):
         return a * (f / z / b) ** c
     if law.number == BAND:  # size (1 - (z/(c v))^2), by the distance to the edge of the band
         reach = max(b * abs(v), 1e-90)
-        return a * (reach - z) * (reach + z) / (reach * reach) if z < reach else 0.0
+        if z >= reach:
+            return 0.0
+        return a * (reach - z) * (reach + z) / (reach * reach)
     if law.number == CQD:  # mu(x) |v|; only branches inside the band ask
         return a * (b - z) * (b + z) / (b * b * b) * abs(v)
     # 2V exceeds its value at the inner end by the area of a trapezoid.
@@ -314,11 +321,14 @@ def adaptive_step(branch, law, start, remaining, tau, proposed, rates):
         rates[0, STAGES] = end[1]
         rates[1, STAGES] = acceleration(branch, law, start[2] + start[3] * h, end[0], end[1])
         error = step_error(start, end, h, rates)
-        if error < 1.0:  # step control as in Hairer: factors 0.9, 0.2 and 10
-            growth = 10.0 if error == 0.0 else min(10.0, 0.9 * error**-0.125)
-            growth = min(growth, 1.0) if is_retry else growth
-            return h, end, max(growth * h, proposed) if h == remaining else growth * h
-        h *= max(0.2, 0.9 * error**-0.125) if error < np.inf else 0.2
+        # Step control as in Hairer et al.: factors 0.9, 0.2 and 10.
+        factor = 0.9 * error**-0.125 if error > 0.0 else 10.0
+        if error < 1.0:
+            next_step = min(factor, 1.0 if is_retry else 10.0) * h
+            if h == remaining:  # a short piece does not shorten the next step
+                next_step = max(next_step, proposed)
+            return h, end, next_step
+        h *= max(0.2, factor) if error < np.inf else 0.2
         is_retry = True
         if not h > 10 * np.finfo(np.float64).eps * tau:
             return 0.0, end, proposed
@@ -483,8 +493,8 @@ def impact(law, one_sided, v, p):
         e, g, double_reference, _ = law.parameters
         v *= restitution_factor(v, e, g, double_reference)
     if one_sided:
-        # Too slow a wall that the load presses against its stop rests there.
-        return 0.0 if -v <= 1e-6 and p <= LIFTING else -v
+        is_pressed = -v <= 1e-6 and p <= LIFTING  # so slow a wall rests at its stop
+        return 0.0 if is_pressed else -v
     return v if abs(v) > law.rest else 0.0
 
 
@@ -493,10 +503,12 @@ def lift_time(p, slope):
     """Return the time until a load lifts a wall that rests at its stop; infinite if it does not."""
     if p > LIFTING:
         return 0.0
-    return (LIFTING - p) / slope if slope > 0.0 else np.inf
+    if slope <= 0.0:
+        return np.inf
+    return (LIFTING - p) / slope
 
 
-def run(branches, law, one_sided, index, x, v, load, sampling, times, displacement, velocity):
+def integrate(branches, law, one_sided, index, x, v, load, sampling, times, displacement, velocity):
     """Move from tau = 0 to the last of `times`, or to the collapse.
 
     Returns the outcome, tau, x, and tau and v of the impacts and tau and x of the turning points,
@@ -537,7 +549,8 @@ def run(branches, law, one_sided, index, x, v, load, sampling, times, displaceme
                 start = (0.0, 0.0, 0.0, 0.0)
                 turning = False
                 way = 0
-                length = remaining if resting else length
+                if resting:
+                    length = remaining
             else:
                 length, turning, way, step, x, v = piece_on_branch(
                     branch, law, start, remaining, tau, step, rates
@@ -566,7 +579,7 @@ def run(branches, law, one_sided, index, x, v, load, sampling, times, displaceme
     return outcome, tau, x, impacts[:impact_count], turns[:turn_count]
 
 
-run = compile_cached(run, error_model="numpy", nogil=True)
+integrate = compile_cached(integrate, error_model="numpy", nogil=True)
 
 
 # --- the laws by model ----------------------------------------------------------------------------
@@ -604,8 +617,10 @@ def energy_law(curve: TrilinearCurve, damping: Damping) -> tuple[Law, BranchCons
     if m:
         integral = math.exp(math.lgamma(m + 1.5) + math.lgamma(0.5) - math.lgamma(m + 2))
     kappa = math.pi * float(damping.value) / integral
-    inner = linear_coefficient(curve, damping) if m == 0.0 and g == 0.0 else -1.0
-    return Law(ECD, (kappa, m, g, double_reference), rest), [inner, -1.0, -1.0]
+    constants = [-1.0, -1.0, -1.0]
+    if m == 0.0 and g == 0.0:
+        constants[0] = linear_coefficient(curve, damping)
+    return Law(ECD, (kappa, m, g, double_reference), rest), constants
 
 
 def band_law(curve: TrilinearCurve, damping: Damping) -> tuple[Law, BranchConstants]:
@@ -773,7 +788,7 @@ def exact_history(
     finite = "a finite number"
     v = check_number("release_velocity", release_velocity, np.isfinite, finite)
     times = np.atleast_1d(check("times", times, np.isfinite, finite))
-    load = np.empty(0) if load is None else check("load", load, np.isfinite, finite)
+    load = check("load", np.empty(0) if load is None else load, np.isfinite, finite)
     sampling = check_number("sampling", sampling, lambda h: h >= 0, "at least 0")
     law, constants = LAWS[damping.model](curve, damping)
     branches = curve_branches(curve, law, constants)
@@ -786,7 +801,7 @@ def exact_history(
     velocity = np.full(times.shape, np.nan)
     displacement[times == 0.0] = x
     velocity[times == 0.0] = v
-    outcome, tau, x_end, impacts, turns = run(
+    outcome, tau, x_end, impacts, turns = integrate(
         branches, law, one_sided, index, x, v, load, sampling, times, displacement, velocity
     )
     if outcome in FAILURES:

@@ -603,6 +603,24 @@ def add_errors(w, width, reference, case, step):
         w[ERROR + i] += difference * difference
 
 
+def block_march(advance):
+    """Return a function that advances a block by some steps under its load, and sums Eq. (17)."""
+
+    def advance_block(w, width, loads, ground, factors, substeps, first, last, reference, case):
+        for step in range(first, last + 1):
+            p0 = loads[step - first]
+            p1 = loads[step - first + 1]
+            if ground.shape[0] > 1:
+                add_motions(w, width, ground, factors, step, substeps)
+                p0 = 1.0
+                p1 = 1.0
+            advance(w, width, p0, p1, step)
+            if reference.shape[0] > 0:
+                add_errors(w, width, reference, case, step)
+
+    return inline(advance_block, advance)
+
+
 def peaks_march(advance):
     """Return a function that advances the first `running` lanes, and returns how many still run.
 
@@ -625,19 +643,7 @@ def peaks_march(advance):
         Outcome and peak, written for lanes that leave; the peak of a lane that collapsed is a3.
     """
 
-    def advance_block(w, width, loads, ground, factors, substeps, first, last, reference, case):
-        for step in range(first, last + 1):
-            p0 = loads[step - first]
-            p1 = loads[step - first + 1]
-            if ground.shape[0] > 1:
-                add_motions(w, width, ground, factors, step, substeps)
-                p0 = 1.0
-                p1 = 1.0
-            advance(w, width, p0, p1, step)
-            if reference.shape[0] > 0:
-                add_errors(w, width, reference, case, step)
-
-    advance_block = inline(advance_block, advance)
+    advance_block = block_march(advance)
 
     def march_of_peaks(
         blocks,
