@@ -147,6 +147,14 @@ def rocking_curves(data):
     return list_curves(1, data["impacts_used"], relative, TRACES)
 
 
+def supports_curves(data):
+    ratio = data["median_intensity_ratio"]
+    period = data["diaphragm_period"]
+    floors = ratio.isel(assumption=np.isfinite(period.values))
+    for wall in data["wall"].values[1:]:
+        yield 0, [0.0, *period.values[np.isfinite(period)]], [1.0, *floors.sel(wall=wall).values]
+
+
 CURVES = {
     "fig2": fig2_curves,
     "fig3": fig3_curves,
@@ -160,6 +168,7 @@ CURVES = {
     "fig_fragility": fragility_curves,
     "fig_order": order_curves,
     "fig_convergence": convergence_curves,
+    "fig_supports": supports_curves,
     "fig_measured_rocking": rocking_curves,
 }
 

@@ -11,7 +11,7 @@ from html_page import Page, words
 
 from rockdamp.constants import MODELS
 from rockdamp.report import tables
-from rockdamp.report.page import png_size
+from rockdamp.report.page import describe_figures, png_size
 from rockdamp.storage import dataset
 
 LOADING = (
@@ -197,6 +197,18 @@ def test_every_figure_is_there_once(minimal, report):
         png = base64.b64decode(encoded)
         assert png == (minimal / f"figures/{name}.png").read_bytes()
         assert (int(image["attrs"]["width"]), int(image["attrs"]["height"])) == png_size(png)
+
+
+def png(width, height):
+    """Return the start of an image of a size."""
+    return bytes(16) + width.to_bytes(4, "big") + height.to_bytes(4, "big")
+
+
+def test_figures_have_their_share_of_the_widest():
+    figures = describe_figures({"fig2": png(300, 80), "fig1": png(150, 50)})
+    assert list(figures) == ["fig1", "fig2"]
+    assert (figures["fig1"]["width"], figures["fig1"]["height"]) == (150, 50)
+    assert [figure["share"] for figure in figures.values()] == [0.5, 1.0]
 
 
 @pytest.fixture(scope="module")
