@@ -1,10 +1,10 @@
-"""The paper's config made small, with the decays and matches of the studies."""
+"""The paper's config made small, with the decays and matches of its studies."""
 
 import pytest
 from configs import configured
 
 from rockdamp.constants import STUDIES
-from rockdamp.studies.decays import decay as decay_study
+from rockdamp.studies.decays import decay
 from rockdamp.studies.matches import match
 
 
@@ -30,7 +30,7 @@ def config():
 
 @pytest.fixture(scope="session")
 def decays(config):
-    return {name: decay_study(name, config) for name in STUDIES}
+    return {name: decay(name, config) for name in STUDIES}
 
 
 @pytest.fixture(scope="session")

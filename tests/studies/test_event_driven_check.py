@@ -1,109 +1,161 @@
-"""The sample solved again event by event: what each stratum holds, how it is drawn, and what its rates count.
+"""The sample solved again event by event: its strata, its draw, and its rates.
 
-That the histories are solved right stands in test_earthquakes.
+`test_earthquakes` checks that the histories themselves are right.
 """
 
 import numpy as np
 import pytest
-import xarray as xr
 from configs import changed, configured
+from made_datasets import make_dataset
 
 from rockdamp.studies import event_driven_check
 from rockdamp.studies.earthquakes import HISTORY_DIMS
-from rockdamp.studies.event_driven_check import STRATA, draw, find_strata, rate
+from rockdamp.studies.event_driven_check import STRATA, check_earthquakes, draw, find_strata, rate
 
 
 @pytest.fixture(scope="module")
 def study():
-    """Peaks that grow with the intensity up to a collapse, under CR and under CDR with a ratio from one source."""
-    rng, shape = np.random.default_rng(3), (40, 12, 1, 1, 2, 2)
+    """Peaks that grow with the intensity up to a collapse, under CR and CDR.
+
+    CDR has a ratio from the first source only; CR's histories are the same for both sources.
+    """
+    rng = np.random.default_rng(3)
+    shape = (40, 12, 1, 1, 2, 2)
     peak = np.sort(rng.uniform(0, 1.3, shape), axis=1)
     peak[..., 0, :] = peak[..., 0, :1]
     converged = (rng.random(shape) > 0.1).astype(np.int8)
     converged[..., 0, :] = converged[..., 0, :1]
     collapsed = (peak > 1).astype(np.int8)
-    collapsed[..., 1, 1] = converged[..., 1, 1] = -1
-    values = {
-        "peak": peak,
-        "peak_uncertainty": 0.01 * peak,
-        "collapsed": collapsed,
-        "converged": converged,
+    collapsed[..., 1, 1] = -1
+    converged[..., 1, 1] = -1
+    coordinates = {
+        "record": [f"r{number}" for number in range(40)],
+        "velocity_ratio": np.geomspace(0.2, 5, 12),
+        "wall": [configured().earthquakes.walls[0].name],
+        "restitution": [0.85],
+        "damping_model": ["CR", "CDR"],
+        "damping_ratio_source": ["least error", "closed form"],
     }
-    return xr.Dataset(
-        {name: (HISTORY_DIMS, value) for name, value in values.items()}
-        | {"damping_ratio": 0.05, "scale_factor": (HISTORY_DIMS[:3], np.ones(shape[:3]))},
-        coords={
-            "record": [f"r{i}" for i in range(40)],
-            "station": ("record", [f"s{i // 2}" for i in range(40)]),
-            "velocity_ratio": np.geomspace(0.2, 5, 12),
-            "wall": [configured().earthquakes.walls[0].name],
-            "restitution": [0.85],
-            "damping_model": ["CR", "CDR"],
-            "damping_ratio_source": ["least error", "closed form"],
-        },
+    stations = [f"s{number // 2}" for number in range(40)]
+    study = make_dataset(
+        "earthquakes",
+        {name: coordinates[name] for name in HISTORY_DIMS},
+        peak=peak,
+        peak_uncertainty=0.01 * peak,
+        collapsed=collapsed,
+        converged=converged,
+        damping_ratio=0.05,
+        scale_factor=(HISTORY_DIMS[:3], np.ones(shape[:3])),
     )
+    return study.assign_coords(station=("record", stations))
 
 
-def test_each_history_is_of_the_stratum_that_its_peak_and_outcomes_say(study):
-    members = dict(zip(STRATA, find_strata(study), strict=True))
-    peak, collapsed, converged = (study[name].values for name in ("peak", "collapsed", "converged"))
-    for at in np.ndindex(peak.shape):
-        expected, (i, j, *rest) = [], at
-        if rest[-1] == 0:  # the second source has CR's histories again, and no ratio of CDR
-            if converged[at] == 0:
-                expected = ["unconverged"]
-            elif collapsed[at] == 0:
-                expected = ["far" if peak[at] < 0.5 else "near" if peak[at] < 0.8 else "edge"]
-            elif j == 0 or collapsed[(i, j - 1, *rest)] == 0:
-                expected = ["just collapsed"]
-        assert [name for name, member in members.items() if member[at]] == expected
+# --- strata ---------------------------------------------------------------------------------------
 
 
-def test_as_many_are_drawn_of_each_stratum_as_it_has_up_to_its_share(study):
-    members = find_strata(study)
-    places, stratum = draw(members, 200, seed=1)
-    assert np.bincount(stratum).tolist() == [min(40, int(member.sum())) for member in members]
-    assert all(members[number][tuple(place)] for place, number in zip(places, stratum, strict=True))
+def expected_stratum(study, index):
+    """Return the stratum of a history, or None if it belongs to none."""
+    collapsed = study["collapsed"].values
+    peak = study["peak"].values[index]
+    record, intensity, *others = index
+    if others[-1] == 1:
+        return None  # the second source has CR's histories again, and no ratio of CDR
+    if study["converged"].values[index] == 0:
+        return "unconverged"
+    if collapsed[index] == 0:
+        return "far" if peak < 0.5 else "near" if peak < 0.8 else "edge"
+    if intensity == 0 or collapsed[(record, intensity - 1, *others)] == 0:
+        return "just collapsed"
+    return None
+
+
+def test_histories_are_of_the_stratum_of_their_outcome(study):
+    strata = find_strata(study)
+    for index in np.ndindex(study["peak"].shape):
+        names = [name for name, members in zip(STRATA, strata, strict=True) if members[index]]
+        expected = expected_stratum(study, index)
+        assert names == ([] if expected is None else [expected])
+
+
+def test_draw_takes_a_share_of_each_stratum(study):
+    strata = find_strata(study)
+    _, stratum = draw(strata, 200, seed=1)
+    assert np.bincount(stratum).tolist() == [min(40, int(members.sum())) for members in strata]
+
+
+def test_draw_takes_members_once(study):
+    strata = find_strata(study)
+    places, stratum = draw(strata, 200, seed=1)
+    pairs = zip(places, stratum, strict=True)
+    assert all(strata[number][tuple(place)] for place, number in pairs)
     assert len(np.unique(places, axis=0)) == len(places)
 
 
-def test_rates_count_the_outcomes_that_differ_and_the_peaks_beyond_their_bound():
+# --- rates ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def rates():
     stratum = np.array([0, 0, 0, 0, 2, 2, 3, 4])
-    checked = xr.Dataset(
-        {
-            "peak": ("history", [0.10, 0.20, 0.30, 0.40, 0.90, 0.95, 1.01, 0.7]),
-            "exact_peak": ("history", [0.11, 0.20, 0.30, 0.50, 0.90, 0.99, 0.40, 0.7]),
-            "peak_uncertainty": ("history", [0.02, 0.01, 0.01, 0.05, 0.01, 0.01, np.nan, np.nan]),
-            "collapsed": ("history", [0, 0, 0, 0, 0, 0, 1, 0]),
-            "exact_collapsed": ("history", [0, 0, 0, 0, 0, 1, 1, 0]),
-        }
+    checked = make_dataset(
+        "earthquake_check",
+        {"history": 8},
+        peak=[0.10, 0.20, 0.30, 0.40, 0.90, 0.95, 1.01, 0.7],
+        exact_peak=[0.11, 0.20, 0.30, 0.50, 0.90, 0.99, 0.40, 0.7],
+        peak_uncertainty=[0.02, 0.01, 0.01, 0.05, 0.01, 0.01, np.nan, np.nan],
+        collapsed=[0, 0, 0, 0, 0, 0, 1, 0],
+        exact_collapsed=[0, 0, 0, 0, 0, 1, 1, 0],
     )
-    found = {name: values for name, (_, values) in rate(stratum, checked).items()}
-    np.testing.assert_array_equal(found["otherwise_share"], [0, np.nan, 0.5, 0, 0])
-    np.testing.assert_array_equal(found["beyond_bound_share"], [0.25, np.nan, 0, np.nan, np.nan])
-    np.testing.assert_allclose(found["largest_difference"], [0.2, np.nan, 0, np.nan, 0])
-    np.testing.assert_allclose(found["median_difference"], [0.5 / 11, np.nan, 0, np.nan, 0])
+    return {name: values for name, (_, values) in rate(stratum, checked).items()}
 
 
-def test_a_seed_draws_the_same_histories_of_the_study_again_and_another_draws_others(
-    study, monkeypatch
-):
-    """Where solving one takes no time."""
-    names = study["record"].values.tolist()
-    for name, function in (
-        ("record_names", lambda _: names),
-        ("motion_name", str),
-        ("load_record", str),
-    ):
-        monkeypatch.setattr(event_driven_check.catalogue, name, function)
-    monkeypatch.setattr(event_driven_check, "solve_exactly", lambda case, *_: (0.5, False))
-    drawn = []
-    for seed in (1, 1, 2):
-        found = event_driven_check.check_earthquakes(
-            changed(configured(), {"earthquakes.check.seed": seed}), study
-        )
-        drawn.append([*zip(*(found[name].values.tolist() for name in HISTORY_DIMS), strict=True)])
-        assert len(set(drawn[-1])) == found.sizes["history"] and (found["collapsed"] >= 0).all()
-        places = {name: found[name] for name in HISTORY_DIMS}
-        np.testing.assert_array_equal(study["peak"].sel(places), found["peak"])
-    assert drawn[0] == drawn[1] != drawn[2]
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("otherwise_share", [0, np.nan, 0.5, 0, 0]),
+        ("beyond_bound_share", [0.25, np.nan, 0, np.nan, np.nan]),
+        ("largest_difference", [0.2, np.nan, 0, np.nan, 0]),
+        ("median_difference", [0.5 / 11, np.nan, 0, np.nan, 0]),
+    ],
+)
+def test_rates_count_outcomes_and_errors(rates, name, expected):
+    np.testing.assert_allclose(rates[name], expected)
+
+
+# --- stage ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def check(study, monkeypatch):
+    """The stage, with histories that need no time to solve."""
+    record_names = study["record"].values.tolist()
+    catalogue = event_driven_check.catalogue
+    monkeypatch.setattr(catalogue, "record_names", lambda _: record_names)
+    monkeypatch.setattr(catalogue, "motion_name", str)
+    monkeypatch.setattr(catalogue, "load_record", str)
+    monkeypatch.setattr(event_driven_check, "solve_exactly", lambda *_: (0.5, False))
+
+    def check_by(seed):
+        return check_earthquakes(changed(configured(), {"earthquakes.check.seed": seed}), study)
+
+    return check_by
+
+
+def places(checked):
+    return {name: checked[name].values.tolist() for name in HISTORY_DIMS}
+
+
+def test_seed_draws_the_same_histories_again(check):
+    assert places(check(1)) == places(check(1))
+
+
+def test_another_seed_draws_other_histories(check):
+    assert places(check(1)) != places(check(2))
+
+
+def test_checked_histories_are_those_of_the_study(check, study):
+    checked = check(1)
+    indexers = {name: checked[name] for name in HISTORY_DIMS}
+    np.testing.assert_array_equal(study["peak"].sel(indexers), checked["peak"])
+    assert (checked["collapsed"] >= 0).all()
+    assert len(set(zip(*places(checked).values(), strict=True))) == checked.sizes["history"]

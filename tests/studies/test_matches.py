@@ -9,87 +9,102 @@ from rockdamp.constants import STUDIES
 from rockdamp.equivalence.matching import Cases, global_minima
 from rockdamp.studies import earthquakes, polynomial_fits
 from rockdamp.studies.damping_force import damping_force
-from rockdamp.studies.decays import decay as decay_study
+from rockdamp.studies.decays import decay
 from rockdamp.studies.matches import match
 
 
-@pytest.mark.parametrize("name", STUDIES)
-def test_the_matched_error_is_what_the_definition_gives(name, matches, config):
-    match = matches[name]
-    assert float(match["steps"] * match["step"]) == pytest.approx(float(match["response_length"]))
-    np.testing.assert_allclose(match["rms_error"], np.sqrt(match["error"] / match["steps"]))
-    assert (match["local_minima"] >= 1).all()
-    assert (match["damping_ratio_uncertainty"] < 0.03 * match["damping_ratio"]).all()
+@pytest.fixture(params=STUDIES)
+def study_match(request, matches):
+    return matches[request.param]
+
+
+def test_response_has_its_length(study_match):
+    length = float(study_match["steps"] * study_match["step"])
+    assert length == pytest.approx(float(study_match["response_length"]))
+
+
+def test_rms_error_is_that_of_the_sum(study_match):
+    expected = np.sqrt(study_match["error"] / study_match["steps"])
+    np.testing.assert_allclose(study_match["rms_error"], expected)
+
+
+def test_every_match_is_a_minimum(study_match):
+    assert (study_match["local_minima"] >= 1).all()
+
+
+def test_uncertainty_is_small(study_match):
+    assert (study_match["damping_ratio_uncertainty"] < 0.03 * study_match["damping_ratio"]).all()
+
+
+WALL_STUDIES = [("slenderness", "slenderness"), ("overburden", "overburden_ratio")]
+
+
+@pytest.mark.parametrize(("name", "parameter"), WALL_STUDIES)
+def test_equal_lengths_in_tau_make_walls_equal(matches, name, parameter):
+    ratio = matches[name]["damping_ratio"]
+    assert float((ratio.max(parameter) - ratio.min(parameter)).max()) == 0.0
+
+
+@pytest.mark.parametrize(("name", "parameter"), WALL_STUDIES)
+def test_equal_seconds_make_walls_differ(matches, name, parameter):
+    ratio = matches[name]["damping_ratio_fixed_seconds"]
+    assert float((ratio.max(parameter) - ratio.min(parameter)).max()) > 1e-4
+
+
+@pytest.mark.parametrize("model", ["CDC", "SDR"])
+@pytest.mark.parametrize(("name", "parameter"), WALL_STUDIES)
+def test_fixed_seconds_are_the_length_of_each_wall(matches, config, name, parameter, model):
+    """The last wall, study_match over the same seconds."""
+    study_match = matches[name]
+    value = float(study_match[parameter][-1])
+    wall = configured({"wall": {parameter: value}}).wall.make()
+    reference = configured().wall.make()
+    scale = wall.frequency_parameter / reference.frequency_parameter
+    step = config.solver.step
+    steps = round(float(study_match["response_length"]) * scale / step)
+    e = study_match["restitution"].values[[0, 3]]
+    curve = config.curve.make().map(lambda ratio: np.full(2, ratio))
+    release = np.full(2, config.release_amplitude)
+    cases = Cases.release(curve, release, e, step=step, steps=steps)
+    expected = global_minima(cases, model, [steps]).damping_ratio[0]
+    ratio = study_match["damping_ratio_fixed_seconds"].sel(
+        {parameter: value, "damping_model": model}
+    )
+    np.testing.assert_allclose(ratio.sel(restitution=e), expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("name", "parameter"), [("slenderness", "slenderness"), ("overburden", "overburden_ratio")]
+    ("name", "reference"),
+    [
+        ("slenderness", {"slenderness": 15}),
+        ("overburden", {"overburden_ratio": 0}),
+        ("cracked_stiffness", {"yield_displacement_ratio": 0.04}),
+    ],
 )
-def test_equal_lengths_in_tau_make_walls_equal_and_equal_seconds_do_not(
-    name, parameter, matches, config
-):
-    matched = matches[name]
-    assert (
-        float(
-            (
-                matched["damping_ratio"].max(parameter) - matched["damping_ratio"].min(parameter)
-            ).max()
-        )
-        == 0.0
-    )
-    fixed = matched["damping_ratio_fixed_seconds"]
-    assert float((fixed.max(parameter) - fixed.min(parameter)).max()) > 1e-4
-    # The last wall, matched over what those seconds are in tau for it.
-    given, value = config, float(matched[parameter][-1])
-    restitution = matched["restitution"].values[[0, 3]]
-    reference, wall = (
-        configured({"wall": sizes}).wall.make() for sizes in ({}, {parameter: value})
-    )
-    length = (
-        float(matched["response_length"]) * wall.frequency_parameter / reference.frequency_parameter
-    )
-    step, steps = given.solver.step, round(length / given.solver.step)
-    curve, release = (
-        given.curve.make().map(lambda value: np.full(2, value)),
-        np.full(2, given.release_amplitude),
-    )
-    cases = Cases.release(curve, release, restitution, step=step, steps=steps)
-    for model in ("CDC", "SDR"):
-        alike = global_minima(cases, model, [steps]).damping_ratio[0]
-        own = fixed.sel({parameter: value, "damping_model": model}).sel(restitution=restitution)
-        np.testing.assert_allclose(own, alike, rtol=1e-9)
-
-
-def test_studies_agree_where_they_meet(matches):
-    """Every study holds the reference wall: a1 = 0.04, released at 0.5."""
-    values = [
-        matches["amplitude"]["damping_ratio"].sel(release_amplitude=0.5).values,
-        matches["slenderness"]["damping_ratio"].sel(slenderness=15).values,
-        matches["overburden"]["damping_ratio"].sel(overburden_ratio=0).values,
-        matches["cracked_stiffness"]["damping_ratio"].sel(yield_displacement_ratio=0.04).values,
-    ]
-    for other in values[1:]:
-        np.testing.assert_allclose(other, values[0], rtol=1e-6)
+def test_studies_agree_on_the_reference_wall(matches, name, reference):
+    expected = matches["amplitude"]["damping_ratio"].sel(release_amplitude=0.5)
+    ratio = matches[name]["damping_ratio"].sel(reference)
+    np.testing.assert_allclose(ratio, expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("scheme", ["newmark", "paper"])
-def test_every_stage_publishes_the_same_damping_ratio_of_a_wall(config, scheme):
-    """The reference wall at one e: by the studies, the loops and the earthquakes, in either scheme."""
+def test_stages_publish_one_damping_ratio_of_a_wall(config, scheme):
+    """The reference wall at one e: by the studies, the loops and the earthquakes."""
     e = 0.82
     values = {
         "solver.scheme": scheme,
         "restitution": Grid(start=0.78, stop=0.86, step=0.04),
         "damping_force.restitution": e,
+        "studies.cracked_stiffness": [0.04],
+        "earthquakes.restitution": [e],
     }
-    values |= {"studies.cracked_stiffness": [0.04]}
-    values |= {"earthquakes.restitution": [e]}
     small = changed(config, values)
-    studied = match("cracked_stiffness", small, decay_study("cracked_stiffness", small))
-    published = studied["damping_ratio"].sel(restitution=e).squeeze().values
-    looped = damping_force(small)["damping_ratio"].values[1:]
-    shaken = earthquakes.walls(small, polynomial_fits.fit(small, studied))["damping_ratio"]
-    top_storey = shaken.sel(
+    study_match = match("cracked_stiffness", small, decay("cracked_stiffness", small))
+    published = study_match["damping_ratio"].sel(restitution=e).squeeze().values
+    by_loops = damping_force(small)["damping_ratio"].values[1:]
+    walls = earthquakes.walls(small, polynomial_fits.fit(small, study_match))
+    by_earthquakes = walls["damping_ratio"].sel(
         wall="top storey", damping_ratio_source="least error", restitution=e
-    ).values[1:]
-    for other in (looped, top_storey):
-        np.testing.assert_array_equal(other, published)
+    )
+    np.testing.assert_array_equal(by_loops, published)
+    np.testing.assert_array_equal(by_earthquakes.values[1:], published)
