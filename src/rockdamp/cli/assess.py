@@ -80,7 +80,8 @@ def assess(**inputs: Any) -> None:
     if inputs["as_json"]:
         common.print_json(assessed_values(answer) | damping)
     else:
-        click.echo(common.describe_records(motions))
+        scaled = f"scaled: {answer.attrs['scaled_motion']}"
+        click.echo(f"{common.describe_records(motions)}; {scaled}")
         _print(answer, wall, curve, damping)
 
 
@@ -205,18 +206,29 @@ def batch(**inputs: Any) -> None:
     if inputs["as_json"]:
         common.print_json(table)
         return
-    bad, unit = [row for row in table if row["error"]], "m/s" if measure == "PGV" else "m/s2"
+    bad = [row for row in table if row["error"]]
+    size, unit = (STANDARD_GRAVITY, "g") if measure == "PGA" else (1.0, "m/s")
     click.echo(common.describe_records(motions))
-    click.echo(f"{len(rows) - len(bad)} of {len(rows)} walls at {measure} {intensity:.4g} {unit}")
+    level = f"{measure} {intensity / size:.4g} {unit}"
+    click.echo(f"{len(rows) - len(bad)} of {len(rows)} walls at {level}")
     for row in bad:
         click.echo(f"{row['id']}: {row['error']}")
-    names = (
-        "id",
-        "damping_model",
-        "collapses",
-        "records",
-        "median_intensity",
-        "dispersion",
-        "peak_median",
+    common.print_table(
+        [
+            {
+                "id": row["id"],
+                "damping_model": row["damping_model"],
+                "collapses": row["collapses"],
+                "records": row["records"],
+                f"median {measure} [{unit}]": _divide(row["median_intensity"], size),
+                "dispersion": row["dispersion"],
+                "peak_median": row["peak_median"],
+            }
+            for row in table
+            if not row["error"]
+        ]
     )
-    common.print_table([{name: row[name] for name in names} for row in table if not row["error"]])
+
+
+def _divide(value: float | None, size: float) -> float | None:
+    return None if value is None else value / size
