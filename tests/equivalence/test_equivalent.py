@@ -75,7 +75,7 @@ def test_decay_starts_at_the_release(release):
 BAD_ARGUMENTS = [
     ("restitution", 1.2),
     ("release_amplitude", 1.0),
-    ("response_length", 0.1),
+    ("response_length", 0.0),
     ("response_length", -1.0),
 ]
 
@@ -85,6 +85,11 @@ def test_bad_argument_is_refused_by_name(name, value):
     arguments = {"restitution": 0.85, "curve": CURVE}
     with pytest.raises(rd.InputError, match=name):
         rd.equivalent(**(arguments | {name: value}))
+
+
+def test_response_before_the_first_impact_is_refused():
+    with pytest.raises(rd.InputError, match="response_length.*first impact"):
+        rd.equivalent(0.85, CURVE, response_length=0.1)
 
 
 def test_restitution_of_a_damping_ratio_is_the_inverse():

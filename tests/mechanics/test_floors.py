@@ -60,7 +60,8 @@ BAD_BUILDINGS = [
     ("storey", 4),
     ("storey", 0),
     ("storeys", 3.5),
-    ("damping_ratio", 5.0),
+    ("damping_ratio", 0.0),
+    ("damping_ratio", 1.0),
     ("period", 0.0),
     ("period", 21.0),
 ]

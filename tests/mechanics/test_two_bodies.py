@@ -181,6 +181,16 @@ def test_large_rotations_tend_to_the_slender_limit():
     assert orders == pytest.approx([2.0, 2.0], abs=0.1)
 
 
+def test_large_rotations_follow_the_last_half_cycles():
+    """Until the slender wall is at rest."""
+    times = np.linspace(0, 9, 901)
+    wall = Wall(0.3, 60.0, hinge_ratio=0.6)
+    large = large_rotation_decay(times, wall, 0.6, 0.5)
+    slender = slender_decay(times, 0.6, 0.5)
+    np.testing.assert_allclose(large, slender, atol=1e-3)
+    assert not large[times > 5].any()
+
+
 def impact_and_peak(times, decay):
     """Return the time of the first impact and the next peak."""
     return times[np.argmax(decay < 0)], -decay.min()
