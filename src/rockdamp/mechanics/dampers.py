@@ -338,9 +338,15 @@ def critical_damping_ratio(order: ArrayLike) -> Array:
 
 # --- the strength of BAND -------------------------------------------------------------------------
 
-# Nodes and weights of Gauss's rule. The first integrates the loss to 1e-13 for delta up to 1.
-COARSE_RULE = np.polynomial.legendre.leggauss(24)
-FINE_RULE = np.polynomial.legendre.leggauss(60)
+
+def _gauss_rule(count: int) -> tuple[Array, Array]:
+    """Return the positive nodes of Gauss's rule in (-1, 1), and their weights."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return nodes[count // 2 :], weights[count // 2 :]
+
+
+COARSE_RULE = _gauss_rule(24)  # integrates the loss to 1e-13 for delta up to 1
+FINE_RULE = _gauss_rule(60)
 
 
 def half_cycle_loss(strength: ArrayLike, width: ArrayLike) -> Array:
@@ -379,7 +385,8 @@ def band_strength(log_decrement: ArrayLike, width: ArrayLike) -> Array:
     strength = np.empty(delta.shape)
     is_small = delta <= 1.0
     for rule, members in ((COARSE_RULE, is_small), (FINE_RULE, ~is_small)):
-        strength[members] = _invert_loss(delta[members], t_c[members], rule)
+        if members.any():
+            strength[members] = _invert_loss(delta[members], t_c[members], rule)
     return strength
 
 
@@ -399,30 +406,25 @@ def _invert_loss(delta: Array, t_c: Array, rule: tuple[Array, Array]) -> Array:
     return strength
 
 
-def _loss_terms(t_c: Array, rule: tuple[Array, Array]) -> list[tuple[Array, Array]]:
+def _loss_terms(t_c: Array, rule: tuple[Array, Array]) -> tuple[Array, Array]:
     """Return b and w, with which the loss is the sum of delta' w/(1 - (b delta')^2).
 
     The variable of integration is the phase theta, t = tan(theta), in which the integrand of a wide
-    band is smooth. The two nodes at +theta and -theta have one term.
+    band is smooth. The two nodes at +theta and -theta have one term. The terms are the last axis.
     """
-    edge = np.arctan(t_c)
-    terms = []
-    for node, weight in zip(*rule, strict=True):
-        if node > 0:
-            t = np.tan(edge * node)
-            cosine_squared = 1 / (1 + t * t)
-            g = 0.75 * (1 - (t / t_c) ** 2) / t_c  # G/delta'
-            terms.append((g * t * cosine_squared, 2 * weight * edge * g * cosine_squared))
-    return terms
+    nodes, weights = rule
+    width = t_c[..., None]
+    edge = np.arctan(width)
+    t = np.tan(edge * nodes)
+    cosine_squared = 1 / (1 + t * t)
+    g = 0.75 * (1 - (t / width) ** 2) / width  # G/delta'
+    return g * t * cosine_squared, 2 * weights * edge * g * cosine_squared
 
 
-def _sum_loss(strength: Array, terms: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+def _sum_loss(strength: Array, terms: tuple[Array, Array]) -> tuple[Array, Array]:
     """Return delta and its derivative by delta'."""
-    ratio = np.zeros(strength.shape)
-    slope = np.zeros(strength.shape)
-    for b, w in terms:
-        square = (strength * b) ** 2
-        part = w / (1 - square)
-        ratio = ratio + part
-        slope = slope + part * (1 + square) / (1 - square)
-    return strength * ratio, slope
+    b, w = terms
+    square = (strength[..., None] * b) ** 2
+    part = w / (1 - square)
+    slope = np.sum(part * (1 + square) / (1 - square), axis=-1)
+    return strength * np.sum(part, axis=-1), slope
