@@ -13,21 +13,8 @@ from walls import STEP, STEPS, SUBSTEPS, Walls
 
 FLAGS = ("-O3", "-march=native", "-ffast-math")
 LANES = 64
-ROWS = (
-    "x",
-    "v",
-    "a",
-    "peak",
-    "k1",
-    "b1",
-    "ks",
-    "a1",
-    "a2",
-    "a3",
-    "factor",
-    "e",
-    "c",
-)  # of the struct Block
+# Of the struct Block.
+ROWS = ("x", "v", "a", "peak", "k1", "b1", "ks", "a1", "a2", "a3", "factor", "e", "c")
 
 
 def compile_scheme() -> ctypes.CDLL:
@@ -42,41 +29,27 @@ def compile_scheme() -> ctypes.CDLL:
 
 
 def c_peaks(library: ctypes.CDLL, walls: Walls) -> Callable[[], np.ndarray]:
-    """Return a function that runs the walls by C and returns their peaks; their number is a multiple of LANES."""
-    model, curve, xi = walls.damping.model, walls.curve, walls.damping.value
-    w1 = curve.initial_frequency
-    parameters = walls.damping.kernel_arguments(curve)[1]
-    size, reach = parameters[:2] if model == "BAND" else (0.0, xi)
-    constant = {
-        "CR": 0.0,
-        "CDC": 2 * w1 * xi,
-        "CDR": 2 * xi,
-        "SDR": 2 * xi / w1,
-        "ECD": 2 * xi,
-        "BAND": size,
-    }[model]
-    columns = (
-        0.0,
-        0.0,
-        walls.factor * walls.ground[0],
-        0.0,
-        *curve.parameters(),
-        walls.factor,
-        reach,
-        constant,
-    )
+    """Return a function that runs the walls by C and returns their peaks.
+
+    The number of walls is a multiple of LANES.
+    """
+    model = walls.damping.model
+    _, (scale, reach, _) = walls.damping.kernel_arguments(walls.curve)
+    if model == "CR":
+        reach = scale  # e
+        scale = 0.0
+    start_acceleration = walls.factor * walls.ground[0]
+    state = (0.0, 0.0, start_acceleration, 0.0)
+    columns = (*state, *walls.curve.parameters(), walls.factor, reach, scale)
     flat = np.stack([np.broadcast_to(column, walls.factor.size) for column in columns])
-    start = np.ascontiguousarray(flat.reshape(len(ROWS), -1, LANES).swapaxes(0, 1), dtype=float)
-    blocks, ground = start.copy(), np.ascontiguousarray(walls.ground)
+    blocks_of_rows = flat.reshape(len(ROWS), -1, LANES).swapaxes(0, 1)
+    start = np.ascontiguousarray(blocks_of_rows, dtype=float)
+    blocks = start.copy()
+    ground = np.ascontiguousarray(walls.ground)
     march = getattr(library, f"march_{model}")
-    march.argtypes = [
-        ctypes.c_void_p,
-        ctypes.c_long,
-        ctypes.c_void_p,
-        ctypes.c_long,
-        ctypes.c_long,
-        ctypes.c_double,
-    ]
+    pointer = ctypes.c_void_p
+    integer = ctypes.c_long
+    march.argtypes = [pointer, integer, pointer, integer, integer, ctypes.c_double]
 
     def run() -> np.ndarray:
         np.copyto(blocks, start)

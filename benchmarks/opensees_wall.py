@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from functools import partial
 
 import numpy as np
 import openseespy.opensees as ops
@@ -11,16 +10,19 @@ from walls import record
 
 from rockdamp import Damping, Load, TrilinearCurve, exact_history, simulate
 
-CURVE, XI = TrilinearCurve(0.06, 0.75, 0.95), 0.03
-SAMPLES, SAMPLING = 400, 0.05  # of the record, in tau
+CURVE = TrilinearCurve(0.06, 0.75, 0.95)
+XI = 0.03
+SAMPLES = 400
+SAMPLING = 0.05  # of the record, in tau
 GROUND = 0.8 * record(SAMPLES + 1, SAMPLING)
-ERROR = 1e-4  # wanted of the displacements at the samples [u/u_ins]
+ERROR = 1e-4  # largest allowed error of the displacements at the samples [u/u_ins]
 
 
 def set_up() -> None:
     """Set up the wall in OpenSees: unit mass, average acceleration, Newton's iterations."""
     corners = [CURVE.yield_displacement_ratio, CURVE.plateau_end, CURVE.ultimate_displacement_ratio]
-    strains, b1 = [0.0, *map(float, corners), 100.0], float(CURVE.strength_ratio)
+    b1 = float(CURVE.strength_ratio)
+    strains = [0.0, *map(float, corners), 100.0]
     stresses = [0.0, b1, b1, 0.0, 0.0]
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
@@ -66,19 +68,21 @@ def rockdamp_history(substeps: int) -> np.ndarray:
 def steps_for_error(history, truth: np.ndarray) -> int:
     """Return the steps from which on, in powers of two, the error stays below ERROR."""
     counts = [2**k for k in range(10)]
-    good = [np.abs(history(count) - truth).max() < ERROR for count in counts]
-    return SAMPLES * counts[max(i for i, fine in enumerate(good) if not fine) + 1]
+    errors = [np.abs(history(count) - truth).max() for count in counts]
+    last_bad = max(index for index, error in enumerate(errors) if error >= ERROR)
+    return SAMPLES * counts[last_bad + 1]
 
 
 def opensees_step() -> float:
     """Return the best seconds of one step, all steps in one call and without output."""
-    best, substeps = np.inf, 8
+    best = np.inf
+    substeps = 8
     for _ in range(5):
         set_up()
         start = time.process_time()
         assert ops.analyze(SAMPLES * substeps, SAMPLING / substeps) == 0
-        best = min(best, (time.process_time() - start) / (SAMPLES * substeps))
-    return best
+        best = min(best, time.process_time() - start)
+    return best / (SAMPLES * substeps)
 
 
 def rows(rockdamp_step: float) -> list[list[str]]:
@@ -87,17 +91,16 @@ def rows(rockdamp_step: float) -> list[list[str]]:
     truth = exact_history(
         CURVE, Damping("CDC", XI), times, load=GROUND, sampling=SAMPLING
     ).displacement
-    ours, theirs = (
-        partial(steps_for_error, history)(truth) for history in (rockdamp_history, opensees_history)
-    )
+    rockdamp_steps = steps_for_error(rockdamp_history, truth)
+    opensees_steps = steps_for_error(opensees_history, truth)
     step = opensees_step()
     return [
         ["a step of one CDC wall [ns]", f"{rockdamp_step * 1e9:.2f}", "", "", f"{step * 1e9:,.0f}"],
         [
             f"the same, {ERROR:g} u_ins of error [µs]",
-            f"{rockdamp_step * ours * 1e6:.1f}",
+            f"{rockdamp_step * rockdamp_steps * 1e6:.1f}",
             "",
             "",
-            f"{step * theirs * 1e6:,.0f}",
+            f"{step * opensees_steps * 1e6:,.0f}",
         ],
     ]

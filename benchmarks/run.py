@@ -22,7 +22,7 @@ from walls import MODELS, STEPS, Walls
 
 ROOT = Path(__file__).resolve().parents[1]
 COUNT = 4096  # walls of a kernel's row
-SAME = 1e-9  # between the peaks of two loops [u/u_ins]
+SAME = 1e-9  # largest difference between the peaks of two loops [u/u_ins]
 PAGE = """# How fast it is
 
 {claim}
@@ -57,13 +57,14 @@ def best_times(functions: dict[str, Callable[[], object]]) -> dict[str, float]:
 
 def kernel_times() -> dict[str, dict[str, float]]:
     """Return the seconds of a step of one wall, by damper and loop."""
-    library, times = compile_scheme(), {}
+    library = compile_scheme()
+    times = {}
     for model in MODELS:
         walls = Walls.draw(model, COUNT)
         loops = {"C": c_peaks(library, walls), "JAX": jax_peaks(walls)}
-        ours = walls.peaks()
+        result = walls.peaks()
         for name, run in loops.items():
-            difference = abs(run() - ours.peak)[~ours.collapsed].max()
+            difference = abs(run() - result.peak)[~result.collapsed].max()
             assert difference < SAME, f"{model}: the peaks of {name} differ by {difference:g}"
         best = best_times({"rockdamp": walls.peaks, **loops})
         times[model] = {name: seconds / STEPS / COUNT for name, seconds in best.items()}

