@@ -54,11 +54,11 @@ def test_geometric_grid_includes_its_ends():
 
 @pytest.fixture
 def walls():
-    return {named.name: named for named in configured().earthquakes.walls}
+    return {wall.name: wall for wall in configured().earthquakes.walls}
 
 
 def test_wall_without_a_hinge_is_a_parapet(walls):
-    parapets = [name for name, named in walls.items() if isinstance(named.wall, Parapet)]
+    parapets = [name for name, wall in walls.items() if isinstance(wall.wall, Parapet)]
     assert parapets == ["parapet"]
 
 

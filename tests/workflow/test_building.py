@@ -202,18 +202,18 @@ def test_failed_job_leaves_its_error_and_no_result(tree):
 
 
 def test_change_of_a_value_leaves_the_other_results(tree):
-    before = tree.digests(RESULTS)
+    first = tree.digests(RESULTS)
     overlay = "response_lengths: {step: 5}"
     process = tree.snakemake(overlay=overlay)
     assert process.returncode == 0, process.stderr
-    after = tree.digests(RESULTS)
-    differing = {name for name in after if before.get(name) != after[name]}
+    second = tree.digests(RESULTS)
+    differing = {name for name in second if first.get(name) != second[name]}
     dependent = {"response_lengths.nc", "claims.csv", "report.html", "paper.html"}
     assert f"{RESULTS}/response_lengths.nc" in differing
     assert differing <= {f"{RESULTS}/{name}" for name in dependent}
     assert tree.jobs(tree.snakemake("--dry-run", overlay=overlay)) == {}
     assert tree.snakemake().returncode == 0  # the first state again, for the other tests
-    assert tree.digests(RESULTS) == before
+    assert tree.digests(RESULTS) == first
 
 
 @pytest.mark.long

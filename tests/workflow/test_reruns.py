@@ -128,7 +128,7 @@ VALUES = {
         "90",
     ),
     "a long_name": (
-        ("src/rockdamp/storage/glossary.yaml", '"log_error less', '"the log_error less'),
+        ("src/rockdamp/storage/glossary.yaml", '"log_error minus', '"the log_error minus'),
         {"comparison", *QUAKE_FIGURES, "report"},
         "glossary: excess",
     ),
@@ -146,8 +146,8 @@ FILES = {
     ),
     "the claims": (("data/claims.yaml", "\n", "\n# edited\n"), JUDGED, "claims.yaml "),
     "the errata": (("data/errata.yaml", "\n", "\n# edited\n"), PAGES, "errata.yaml "),
-    "a caption": (
-        ("src/rockdamp/report/figures.yaml", "The wall at rest", "A wall at rest"),
+    "the captions": (
+        ("src/rockdamp/report/figures.yaml", "\n", "\n# edited\n"),
         PAGES,
         "figures.yaml ",
     ),

@@ -94,23 +94,23 @@ def test_comments_docstrings_and_layout_do_not_count(code):
 
 
 def test_statement_counts(code):
-    before = code(top=TOP)
-    assert code(top=TOP.replace("return 2", "return 3")) != before
+    reference = code(top=TOP)
+    assert code(top=TOP.replace("return 2", "return 3")) != reference
 
 
 def test_imported_module_counts(code):
-    before = code(top=TOP)
-    assert code(top=TOP, **{"deep/leaf": "x = 2\n"}) != before
+    reference = code(top=TOP)
+    assert code(top=TOP, **{"deep/leaf": "x = 2\n"}) != reference
 
 
 def test_code_of_an_imported_package_counts(code):
-    before = code(top=TOP)
-    assert code(top=TOP, **{"deep/__init__": "y = 2\n"}) != before
+    reference = code(top=TOP)
+    assert code(top=TOP, **{"deep/__init__": "y = 2\n"}) != reference
 
 
 def test_other_modules_do_not_count(code):
-    before = code(top=TOP)
-    assert code(top=TOP, **{"deep/other": "y = 2\n"}) == before
+    reference = code(top=TOP)
+    assert code(top=TOP, **{"deep/other": "y = 2\n"}) == reference
 
 
 def test_rules_of_the_config_do_not_count_for_a_stage(sources):
@@ -126,12 +126,12 @@ def test_rules_of_the_config_do_not_count_for_a_stage(sources):
 def test_file_is_judged_by_its_content(sources, tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("1", encoding="utf-8")
-    (before,) = sources.files(str(path))
+    (first,) = sources.files(str(path))
     path.write_text("2", encoding="utf-8")
     sources.files.cache_clear()
-    (after,) = sources.files(str(path))
-    assert before.startswith("a.csv ") and after.startswith("a.csv ")
-    assert before != after
+    (second,) = sources.files(str(path))
+    assert first.startswith("a.csv ") and second.startswith("a.csv ")
+    assert first != second
 
 
 def test_ground_motions_are_files_and_the_package(sources):
