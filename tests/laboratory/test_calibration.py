@@ -224,7 +224,8 @@ def test_derivatives_are_those_of_the_event_driven_solver():
 def test_standard_errors_go_with_the_noise(fitted):
     half_noise = calibrate(synthetic_record(noise=0.5), WALL)
     ratio = (fitted["standard_error"] / half_noise["standard_error"]).values
-    # The bandwidth, the rounding and the point of the fit change with the noise: a third either way.
+    # The bandwidth, the rounding and the point of the fit change with the noise: a third either
+    # way.
     np.testing.assert_allclose(ratio, 2, rtol=1 / 3)
 
 

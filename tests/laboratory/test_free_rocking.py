@@ -177,7 +177,7 @@ def test_dampers_unlike_restitution_are_excluded(fitted, model, is_excluded):
 
 @pytest.mark.parametrize("model", ["CDC", "CDR", "SDR"])
 def test_exponent_of_a_damper_follows_its_half_cycles(fitted, model):
-    """By the solver, with a small damping ratio, from the peaks before impacts at which the wall rocks."""
+    """By the solver, with a small damping ratio, from peaks at which the wall rocks."""
     is_rocking = np.isfinite(fitted["expected_restitution"].sel(damping_model=model).values)
     amplitudes = fitted["impact_amplitude"].values[is_rocking]
     energies = CURVE.energy(amplitudes)
@@ -214,7 +214,7 @@ def test_damper_of_a_test_is_the_most_likely(model, ratio):
 
 @pytest.fixture(scope="module")
 def fading():
-    """A specimen that loses more as it fades: e is 0.86 at 0.3 u_ins, smaller below, larger above."""
+    """A specimen that loses more as it fades: e is 0.86 at 0.3 u_ins, and smaller below."""
     law = rd.Damping("CR", E, loss_exponent=0.26, reference_amplitude=0.3)
     displacements = decay(law, release=0.6, seed=1), decay(law, release=0.6, seed=2, sign=-1.0)
     return rd.fit_free_rocking([make_test(values) for values in displacements], WALL)

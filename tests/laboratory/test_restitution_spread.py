@@ -49,8 +49,8 @@ def spread(ratio, geometry, housner, **parameters):
 def two_blocks():
     """Ratios of two blocks, four trials each.
 
-    ln e of the blocks is 0.02 off Housner's, ln e of the trials 0.012 off their block's. Every first
-    ratio is 0.03 larger than e, as after a bad start.
+    ln e of the blocks is 0.02 off Housner's, ln e of the trials 0.012 off their block's. Every
+    first ratio is 0.03 larger than e, as after a bad start.
     """
     geometry = np.repeat([0, 1], 4)
     block_offset = np.array([0.02, -0.02])[geometry]

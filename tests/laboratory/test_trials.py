@@ -128,7 +128,7 @@ def test_amplitude_independent_dampers_have_one_ratio(model):
 
 @pytest.mark.parametrize(("model", "exponent"), [("CDC", 0.5), ("CDR", 0.0), ("SDR", -0.5)])
 def test_dampers_of_the_paper_follow_a_power_law(model, exponent, monkeypatch):
-    """To first order in the loss, on a rigid block from a small release: the force hardly changes."""
+    """To first order in the loss, on a rigid block from a small release."""
     monkeypatch.setattr(trials_module, "BLOCK_CURVE", TrilinearCurve(0.002, 0.996))
     monkeypatch.setattr(trials_module, "BLOCK_RELEASE", 0.1)
     loss = np.array([0.002, 0.004])

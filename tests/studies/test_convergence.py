@@ -1,9 +1,9 @@
 """Orders of convergence on ensembles: one history's error is erratic, as its corners fall anywhere.
 
-The force is continuous and its slope jumps at the corners, so that a corner costs a second-order scheme
-an error of order step^2. Explicit Newmark with located impacts is second order for every damper. The
-printed scheme freezes C over the step and applies impacts at its end: first order for CR, CDR, SDR and
-ECD, second for CDC, whose C is constant.
+The force is continuous and its slope jumps at the corners, so that a corner costs a second-order
+scheme an error of order step^2. Explicit Newmark with located impacts is second order for every
+damper. The printed scheme freezes C over the step and applies impacts at its end: first order for
+CR, CDR, SDR and ECD, second for CDC, whose C is constant.
 """
 
 import numpy as np
@@ -61,7 +61,8 @@ def errors(request, ensemble, solve, excitation):
     model = request.param
     exact = solve(model, excitation)
     errors = {}
-    # The printed scheme's first-order part is small for slight damping and shows at fine steps alone.
+    # The printed scheme's first-order part is small for slight damping and shows at fine steps
+    # alone.
     for scheme, powers in (("newmark", range(3, 12)), ("paper", range(8, 14))):
         runs = [
             run_ensemble(ensemble, model, excitation, scheme, SAMPLE, 2**power) for power in powers

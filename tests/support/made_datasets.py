@@ -1,4 +1,4 @@
-"""Datasets made up for tests, with the names, units and meanings that the glossary has for their kind."""
+"""Datasets made up for tests, with names, units and meanings from the glossary."""
 
 import numpy as np
 import xarray as xr
@@ -14,7 +14,8 @@ def make_dataset(kind, coordinates, **values):
     kind : str
         Kind of dataset, such as "earthquakes".
     coordinates : dict
-        Values of each dimension in order, or their number; a float is a coordinate without a dimension.
+        Values of each dimension in order, or their number; a float is a coordinate without a
+        dimension.
     **values : number, array or (dimensions, array)
         Variables: a number, an array over all dimensions, or a pair that names its dimensions.
 

@@ -1,4 +1,4 @@
-"""Free-rocking tests of a wall, by the event-driven solver, with the noise and the zero of a sensor."""
+"""Free-rocking tests of a wall, by the event-driven solver, as a sensor measures them."""
 
 import numpy as np
 

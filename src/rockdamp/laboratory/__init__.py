@@ -1,4 +1,4 @@
-"""Measured tests: curve and restitution from a record or from free rocking, and trials of rocking blocks.
+"""Measured tests: curve and restitution from a record or free rocking, and trials of blocks.
 
 No commands and no files; figures and tables of the results lie above.
 """

@@ -1,6 +1,7 @@
-"""Curve and restitution from measured records: least squares of a1, b1 and e, for one damper or all.
+"""Curve and restitution from measured records: least squares of a1, b1 and e.
 
-The paper's own calibration is "not reported". A record that the best fit does not explain is refused.
+The paper's own calibration is "not reported". A record that the best fit does not explain is
+refused.
 """
 
 from __future__ import annotations
@@ -82,8 +83,8 @@ def calibrate(
     -------
     xarray.Dataset
         ``estimate``, ``standard_error``, 90 % ``interval`` and ``true_value`` (parameter), the last
-        NaN unless the header of a synthetic record states it; ``covariance``; ``damping_ratio``, NaN
-        for CR; ``residual_rms`` with its ratios to the peak and to the noise at rest;
+        NaN unless the header of a synthetic record states it; ``covariance``; ``damping_ratio``,
+        NaN for CR; ``residual_rms`` with its ratios to the peak and to the noise at rest;
         ``run_estimate`` (run, parameter); ``measured`` and ``control_displacement`` (sample).
 
     Raises
@@ -148,8 +149,9 @@ def compare_dampers(
     """Fit every damper to each record, each with its own curve, and weigh them by their residuals.
 
     The weight of a damper is proportional to exp(-S/(2 s^2)), with S the sum of its squared
-    residuals and s the sensor's noise at rest. This assumes white noise, and that one of the dampers
-    made the record: where the smallest `residual_over_noise` is well above 1, none explains it.
+    residuals and s the sensor's noise at rest. This assumes white noise, and that one of the
+    dampers made the record: where the smallest `residual_over_noise` is well above 1, none explains
+    it.
 
     Parameters
     ----------
@@ -282,8 +284,8 @@ def estimate_covariance(solution: Solution) -> Array:
     """Return the covariance of a1, b1 and e by the displacement sensor and by the motion."""
     fit = solution.fit
     ratio, b1, _ = solution.point
-    # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises. The derivative is
-    # taken by a1/a2: steps of a1 of that size, several times as long, would bend the response.
+    # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises. The derivative
+    # is taken by a1/a2: steps of a1 of that size, several times as long, would bend the response.
     change = [[float(fit.plateau_end(b1)), -ratio, 0], [0, 1, 0], [0, 0, 1]]
     # A quarter of the fit's step: at its own step the rough history makes single errors a third too
     # large or too small.
@@ -318,7 +320,7 @@ def true_values(header: Mapping[str, str]) -> Array:
 def _dataset(
     fits: Sequence[RecordFit], run_estimates: Array, estimate: Array, covariance: Array
 ) -> xr.Dataset:
-    """Return the estimates, over all runs and of each, with the fitted and the measured histories."""
+    """Return the estimates, over all runs and of each, with fitted and measured histories."""
     first_fit = fits[0]
     error = np.sqrt(np.diag(covariance))
     responses = [

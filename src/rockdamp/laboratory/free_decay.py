@@ -1,9 +1,10 @@
-"""Free decays as excursions of undamped motion, each with its own amplitude, joined at crossings of zero.
+"""Free decays as excursions of undamped motion, joined at crossings of zero.
 
 Between impacts a wall under restitution moves freely, in closed form. A test therefore has these
-unknowns: a1, b1, and for each release the time of the first crossing and the amplitudes. Two amplitudes
-give the loss of the impact between them; no law of the losses is assumed. Least squares of the whole
-history average the noise over the samples of a peak, and the half periods determine a1 and b1.
+unknowns: a1, b1, and for each release the time of the first crossing and the amplitudes. Two
+amplitudes give the loss of the impact between them; no law of the losses is assumed. Least squares
+of the whole history average the noise over the samples of a peak, and the half periods determine a1
+and b1.
 """
 
 from __future__ import annotations
@@ -131,7 +132,7 @@ class FreeDecay:
         return part[:, 1:2] + part[:, 2:3] * ((elapsed - elapsed[0]) / np.ptp(elapsed) - 0.5)
 
     def computed(self, points: Array, index: int) -> Array:
-        """Return the displacement of a release without the trend, shape (batch, samples). [u_ins]"""
+        """Return the displacement without the trend, shape (batch, samples). [u_ins]"""
         release = self.releases[index]
         tau = self.p * (release.elapsed - release.elapsed[0])
         crossing, peak, amplitude = self.excursions(points, index)
@@ -143,7 +144,7 @@ class FreeDecay:
         return np.sign(release.peaks[0]) * side * displacement
 
     def residual(self, point: Array) -> Array:
-        """Return computed less measured displacements of all releases, one after the other. [u_ins]"""
+        """Return computed less measured displacements of all releases in order. [u_ins]"""
         points = point[None]
         residuals = []
         for index, measured in enumerate(self.measured):
@@ -251,11 +252,11 @@ class FreeDecay:
 
 
 def _covariance(derivative: Array, residual: Array) -> Array:
-    """Return the covariance by residuals that may be correlated in time, and at least by white noise.
+    """Return the covariance by correlated residuals, and at least that by white noise.
 
-    With this many parameters the fit itself gives neighbouring residuals a negative correlation. The
-    estimate for correlated residuals mistakes it for the sensor's, so that the larger of the two holds
-    (Angrist and Pischke 2009, section 8.1).
+    With this many parameters the fit itself gives neighbouring residuals a negative correlation.
+    The estimate for correlated residuals mistakes it for the sensor's, so that the larger of the
+    two holds (Angrist and Pischke 2009, section 8.1).
     """
     correlated = covariance_by_sensor(derivative, residual)
     samples, parameters = derivative.shape

@@ -1,4 +1,4 @@
-"""Free-rocking tests: the curve by half periods, e by the energies of peaks, likelihood of dampers."""
+"""Free-rocking tests: the curve by half periods, e by energies of peaks, likely dampers."""
 
 from __future__ import annotations
 
@@ -74,9 +74,9 @@ def fit_free_rocking(
     -------
     xarray.Dataset
         ``estimate``, ``standard_error`` and ``interval`` (parameter); ``impact_restitution`` with
-        its interval (impact); ``restitution_at_amplitude`` (amplitude) and ``loss_exponent`` g, with
-        intervals; the likelihood of the losses under each damper (damping_model); peaks and half
-        periods (half_cycle); the measured and the fitted displacement (sample).
+        its interval (impact); ``restitution_at_amplitude`` (amplitude) and ``loss_exponent`` g,
+        with intervals; the likelihood of the losses under each damper (damping_model); peaks and
+        half periods (half_cycle); the measured and the fitted displacement (sample).
 
     Raises
     ------
@@ -170,7 +170,7 @@ def _make_decay(
     softening: str,
     least_peak: float | None,
 ) -> FreeDecay:
-    """Return the releases of all tests as one problem; refuse a peak at which the wall collapses."""
+    """Return the releases of all tests as one problem; refuse peaks of a collapsed wall."""
     releases = []
     for test, displacement in zip(tests, displacements, strict=True):
         releases += find_releases(test.elapsed, displacement, least_peak)

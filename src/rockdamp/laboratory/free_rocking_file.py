@@ -79,7 +79,9 @@ class FreeRocking:
     @property
     def measured(self) -> Array:
         """Measured values: the displacement [m] or the rotation [rad]."""
-        return self.displacement if self.displacement is not None else self.rotation  # type: ignore[return-value]
+        series = self.rotation if self.displacement is None else self.displacement
+        assert series is not None  # one of them is given
+        return series
 
 
 def _check_times(elapsed: Array) -> None:
@@ -98,10 +100,11 @@ def read_free_rocking(
 ) -> FreeRocking:
     """Read a free-rocking test from a text file.
 
-    The file has optional lines ``# key: value``, then columns divided by semicolons, tabs, commas or
-    blanks. Times are in the column ``elapsed`` and measured values in the column ``displacement``
-    or ``rotation``, wherever these stand. Without these names they are in the first two columns;
-    a column without a name, such as the index that pandas writes, does not count.
+    The file has optional lines ``# key: value``, then columns divided by semicolons, tabs, commas
+    or blanks. Times are in the column ``elapsed`` and measured values in the column
+    ``displacement`` or ``rotation``, wherever these stand. Without these names they are in the
+    first two columns; a column without a name, such as the index that pandas writes, does not
+    count.
 
     A name ends with its unit, as in ``elapsed_s``, ``displacement [mm]`` or ``angle (deg)``. Values
     without a unit are in s, m, or, in the column ``rotation``, rad. Rows without a value are
@@ -220,7 +223,7 @@ def _name_and_unit(head: str) -> tuple[str, str]:
 
 
 def _unit(head: str, *kinds: str) -> tuple[str, float]:
-    """Return the SI unit of a column, one of `kinds` and by default the first, and the unit's size."""
+    """Return the SI unit of a column, by default the first of `kinds`, and the unit's size."""
     _, unit = _name_and_unit(head)
     if not unit:
         return kinds[0], 1.0

@@ -6,8 +6,8 @@ The loss delta = -ln e of impact k, measured with a known covariance C, is taken
           \qquad \text{error} \sim N(0, C)
 
 with m_k one restitution coefficient, a multiple of the losses of a viscous damper on this curve, or
-the law of loss by the energy before the impact. The scatter s from impact to impact is estimated too:
-with a good sensor, it dominates the uncertainty of a large specimen's e.
+the law of loss by the energy before the impact. The scatter s from impact to impact is estimated
+too: with a good sensor, it dominates the uncertainty of a large specimen's e.
 """
 
 from __future__ import annotations

@@ -99,8 +99,8 @@ class RecordFit:
     @property
     def resting_deviation(self) -> float:
         """Standard deviation of the displacement at rest, without offset and drift. [m]"""
-        # ASSUME: the first two thirds of the rest, as the wall may move while the ground's motion is
-        # within the noise.
+        # ASSUME: the first two thirds of the rest, as the wall may move while the ground's motion
+        # is within the noise.
         resting = self.measured[: 2 * rest_samples(self.record) // 3]
         trend, _ = np.linalg.qr(self.trend[: resting.size])
         noise = resting - trend @ (trend.T @ resting)
@@ -167,7 +167,7 @@ class RecordFit:
         return float(self.wall.instability_displacement) * displacement
 
     def residual(self, points: Array) -> Array:
-        """Return computed less measured displacements without trends, shape (batch, samples). [m]"""
+        """Return computed less measured displacements, without trends, (batch, samples). [m]"""
         return self.subtract_trend(self.response(self.parameters(points)) - self.measured)
 
     def derivative(self, point: Array) -> Array:
@@ -183,8 +183,8 @@ class RecordFit:
 
     def solution(self) -> Solution:
         """Return the lowest of the local minima that a coarse scan leads to, at the fit's step."""
-        # The scan's step tells the minima apart and is stable on the whole grid. BAND is within a few
-        # per mille of CR, and its steps would have to be short.
+        # The scan's step tells the minima apart and is stable on the whole grid. BAND is within a
+        # few per mille of CR, and its steps would have to be short.
         model = REFERENCE if self.damping_model == "BAND" else self.damping_model
         coarse = replace(self, step=max(0.03, self.step), damping_model=model)
         grid = np.array(list(product(*SCAN_VALUES)))
@@ -193,7 +193,7 @@ class RecordFit:
         return self.descend(coarse.descend(start).point)
 
     def refine(self, points: Array) -> Array:
-        """Return the best point near a grid: add neighbours of the best points at half the distance.
+        """Return the best point near a grid, by neighbours of the best points at half the distance.
 
         The misfit has long bent valleys, in which a single descent gets stuck.
         """

@@ -65,7 +65,7 @@ def sensor_noise(displacement: Array) -> float:
 
 
 def rest_deviation(displacement: Array) -> float:
-    """Return the standard deviation at rest, at the start or the end of a test; NaN without rest. [m]"""
+    """Return the standard deviation at rest, at the start or the end; NaN without rest. [m]"""
     count = max(int(0.05 * displacement.size), FEWEST_SAMPLES)
     ends = displacement[:count], displacement[-count:]
     deviation = min(float(np.std(detrend(end))) for end in ends)
@@ -75,7 +75,7 @@ def rest_deviation(displacement: Array) -> float:
 
 
 def _white_noise(displacement: Array) -> float:
-    """Return the standard deviation of white noise, or of the rounding to the logger's steps. [m]"""
+    """Return the standard deviation of white noise, or of the logger's rounding. [m]"""
     curvature = np.diff(displacement, 2)
     deviation = float(median_abs_deviation(curvature, scale="normal")) / np.sqrt(6)
     steps = np.abs(np.diff(displacement))
@@ -112,7 +112,7 @@ def rocking_zero(displacement: Array, noise: float) -> float:
 
 
 def find_releases(elapsed: Array, displacement: Array, least: float | None = None) -> list[Release]:
-    """Split a test into its releases, each from the start of free fall to its last clear half cycle.
+    """Split a test into its releases, each from free fall to its last clear half cycle.
 
     Parameters
     ----------
@@ -154,8 +154,8 @@ def _split_decays(cycles: HalfCycles, clear: float) -> list[HalfCycles]:
     """Split half cycles where the specimen was pulled again."""
     sizes = np.abs(cycles.peak)
     _check_peaks(sizes.size, clear)
-    # ASSUME: a release is at least a fifth of the largest peak. A peak half as large again as the one
-    # before it did not follow from free motion: the specimen was pulled again.
+    # ASSUME: a release is at least a fifth of the largest peak. A peak half as large again as the
+    # one before it did not follow from free motion: the specimen was pulled again.
     smallest = 0.2 * sizes.max()
     pulls = 1 + np.flatnonzero((sizes[1:] > 1.5 * sizes[:-1]) & (sizes[1:] > smallest))
     starts = [0, *pulls.tolist()]
@@ -196,7 +196,7 @@ def _check_peaks(count: int, clear: float) -> None:
 
 
 def _check_gaps(elapsed: Array, crossings: Array) -> None:
-    """Refuse a release that lost several frames and a quarter of a half period: impacts may hide."""
+    """Refuse a gap of several frames and a quarter of a half period: impacts may hide there."""
     intervals = np.diff(elapsed)
     half_periods = np.diff(crossings)
     middles = crossings[:-1] + half_periods / 2
@@ -208,7 +208,8 @@ def _check_gaps(elapsed: Array, crossings: Array) -> None:
         f"gap after {elapsed[worst]:.6g} s",
         intervals[worst],
         lambda gap: gap <= allowed[worst],
-        f"at most {allowed[worst]:.3g}: {MOST_LOST_FRAMES} frames, or 0.25 of the half period there",
+        f"at most {allowed[worst]:.3g}: {MOST_LOST_FRAMES} frames,"
+        " or 0.25 of the half period there",
     )
 
 

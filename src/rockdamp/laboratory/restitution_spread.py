@@ -77,7 +77,7 @@ def _trial_density(housner: Array, values: dict[str, float]) -> Array:
 
 
 def _loss_quantiles(loss_density: Array) -> Array:
-    """Return the losses with 95 % and 5 % of each geometry's trials below them, shape (geometries, 2)."""
+    """Return the losses above 95 % and 5 % of each geometry's trials, shape (geometries, 2)."""
     half = loss_density / 2  # half of a loss's density lies below it
     shares = np.cumsum(loss_density, axis=1) - half
     return np.array([np.interp([0.95, 0.05], share, FIRST_LOSSES) for share in shares])

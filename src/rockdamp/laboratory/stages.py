@@ -37,7 +37,7 @@ def calibration(config: Config, record: Record) -> xr.Dataset:
 
 
 def measured_rocking(config: Config, trials_file: str) -> xr.Dataset:
-    """Fit each damper and a power law of the loss to measured ratios; describe restitution's spread."""
+    """Fit each damper and a power law to measured ratios; describe restitution's spread."""
     settings = config.measured_rocking
     rows = read_rocking_trials(trials_file)
     log_likelihoods = []

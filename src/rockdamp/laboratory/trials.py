@@ -1,4 +1,4 @@
-"""Measured trials of free rocking, and the ratios of velocity that a damper predicts for a block."""
+"""Measured trials of free rocking, and ratios of velocity that a damper predicts for a block."""
 
 from __future__ import annotations
 
@@ -71,7 +71,8 @@ def read_rocking_trials(path: str | os.PathLike[str]) -> pd.DataFrame:
     rows = pd.read_csv(path, comment="#")
     if [*rows.columns] != TRIAL_COLUMNS:
         raise InputError(
-            f"{path}: columns are {', '.join(rows.columns)}; they must be {', '.join(TRIAL_COLUMNS)}"
+            f"{path}: columns are {', '.join(rows.columns)};"
+            f" they must be {', '.join(TRIAL_COLUMNS)}"
         )
     required = rows.drop(columns="duplicate_of_trial")
     is_complete = required.apply(pd.to_numeric, errors="coerce").notna().all(axis=1)
@@ -110,8 +111,8 @@ def make_trials(rows: pd.DataFrame, impacts: int) -> Trials:
 # --- predictions ----------------------------------------------------------------------------------
 
 # ASSUME: the blocks' curve is nearly rigid, bi-linear below twice u1; the data do not state the
-# release. The loss of a rigid block under a viscous damper depends on the release, as the force falls
-# with the displacement.
+# release. The loss of a rigid block under a viscous damper depends on the release, as the force
+# falls with the displacement.
 BLOCK_CURVE = TrilinearCurve(0.01, 0.98)
 BLOCK_RELEASE = 0.5
 RESTING_LOSS = 3.0  # loss of an impact after which the block all but rests; no prediction is larger

@@ -1,13 +1,13 @@
 r"""Likelihood of the ratios of velocity in trials of free rocking, impact by impact.
 
-Trial t of geometry g shows r_k = exp(-delta_k) + a (-1)^k + s_t (V_1/V_k)^(q/2) z_k at its impact k.
-Here delta_k is the loss that a damper predicts from the trial's first loss delta_1, and V_k the energy
-before the impact. The other terms are errors. Noise grows as the block slows; its level s_t belongs to
-the trial, ln s_t normal over the trials; its tails are heavy, z_k Student's t. Odd and even impacts
-differ by an alternation a, normal over the trials, because a block leans to one side.
+Impact k of trial t of geometry g has r_k = exp(-delta_k) + a (-1)^k + s_t (V_1/V_k)^(q/2) z_k. Here
+delta_k is the loss that a damper predicts from the trial's first loss delta_1, and V_k the energy
+before the impact. The other terms are errors. Noise grows as the block slows; its level s_t belongs
+to the trial, ln s_t normal over the trials; its tails are heavy, z_k Student's t. Odd and even
+impacts differ by an alternation a, normal over the trials, because a block leans to one side.
 
-delta_1 is normal over the trials of a geometry and cut off at 0, its centre delta_Housner + m_g, with
-m_g normal over the geometries: the spread of ln e does not depend on the block.
+delta_1 is normal over the trials of a geometry and cut off at 0, its centre delta_Housner + m_g,
+with m_g normal over the geometries: the spread of ln e does not depend on the block.
 
 Loss, alternation and level of noise of each trial are integrated out on nodes where its ratios put
 them, as in adaptive Gauss-Hermite quadrature (Pinheiro and Bates,
@@ -103,7 +103,7 @@ def parameter_values(point: Array) -> dict[str, float]:
 
 
 class Nodes(NamedTuple):
-    """Quadratures over each trial's loss, alternation and logarithm of noise, shape (trials, nodes).
+    """Quadratures over each trial's loss, alternation and logarithm of noise, (trials, nodes).
 
     Their weights are for integrals over these values, without a density.
     """
@@ -137,7 +137,7 @@ class Likelihood:
     # --- nodes ------------------------------------------------------------------------------------
 
     def spread_nodes(self, values: Mapping[str, float]) -> Nodes:
-        """Return nodes for all possible losses and around the prior of the others, to begin with."""
+        """Return first nodes: for all possible losses, and around the prior of the others."""
         ones = np.ones(len(self.trials.ratio))
         shape = (ones.size, FIRST_LOSSES.size)
         loss = Quadrature(
@@ -211,7 +211,7 @@ class Likelihood:
         return np.asarray(density + alternation[:, None, :, None] + level[:, None, None, :])
 
     def losses_at_centres(self, values: Mapping[str, float], nodes: Nodes) -> Array:
-        """Return the log-density of each trial's losses at each centre, (trials, losses, centres)."""
+        """Return the log-density of losses at each centre, shape (trials, losses, centres)."""
         centre = self.trials.housner[:, None] + values["centre"] + values["between"] * CENTRES.nodes
         within = values["within"]
         above_zero = log_ndtr(centre / within)[self.trials.geometry][:, None, :]
@@ -304,7 +304,7 @@ class Likelihood:
 
 
 def _moments(nodes: Array, share: Array) -> tuple[Array, Array]:
-    """Return the mean and the standard deviation of each trial's nodes, weighted by their shares."""
+    """Return the mean and the standard deviation of each trial's nodes, by their shares."""
     mean = (share * nodes).sum(axis=1)
     variance = (share * (nodes - mean[:, None]) ** 2).sum(axis=1)
     return mean, np.sqrt(np.maximum(variance, 1e-10))

@@ -1,4 +1,4 @@
-"""Covariance of least squares, by the displacement sensor, the measured motion and the wall's sizes."""
+"""Covariance of least squares, by the sensor, the measured motion and the wall's sizes."""
 
 from __future__ import annotations
 

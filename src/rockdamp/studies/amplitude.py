@@ -1,6 +1,6 @@
 """Equivalent damping ratio against the amplitude, on the reference curve, by three measures.
 
-Peaks: over the half cycle after the release the damper loses exactly the energy that an impact takes,
+Peaks: over the half cycle after the release the damper loses exactly as much energy as an impact,
 V(x1) = e^2 V(x0). Err: Eq. (17). Closed form: first order in the loss (docs/theory.md derives it).
 """
 
@@ -26,7 +26,7 @@ AMPLITUDE_MODELS = (*PAPER_MODELS, "ECD")
 
 
 def amplitude(config: Config) -> xr.Dataset:
-    """Return the damping ratio of each damper by the closed form, the first peak and the least Err."""
+    """Return damping ratios by the closed form, the first peak and the least Err."""
     settings = config.amplitude
     release = np.array(settings.release_share) * config.curve.ultimate_displacement_ratio
     grid = np.meshgrid(release, settings.restitution, indexing="ij")
@@ -111,7 +111,7 @@ def damping_ratio_peaks(
 
 
 def decrement(curve: TrilinearCurve, damping: Damping, release_amplitude: Array) -> Array:
-    """Return ln sqrt(V(x0)/V(x1)) over the half cycle after a release at rest, shape (lanes,). [-]"""
+    """Return ln sqrt(V(x0)/V(x1)) over the half cycle after a release, shape (lanes,). [-]"""
     # With these steps the damping ratio of ECD, whose exact value is known, is within 0.04 %.
     steps = 5000
     longest = 1.7  # half cycle over the undamped one

@@ -1,4 +1,4 @@
-"""Order of convergence of both schemes for each damper, on an ensemble of walls, free and forced."""
+"""Order of convergence of both schemes for each damper, on walls, free and forced."""
 
 from __future__ import annotations
 
@@ -73,8 +73,8 @@ def convergence(config: Config) -> xr.Dataset:
     """Measure the error of the displacement against the step, and its order.
 
     The error of a history is the root mean square over the times of the coarsest step, against the
-    default scheme at a sixteenth of the finest step. The error of the ensemble is the median, on which
-    a wall near collapse has no influence.
+    default scheme at a sixteenth of the finest step. The error of the ensemble is the median, on
+    which a wall near collapse has no influence.
     """
     settings = config.convergence
     coarsest = settings.coarsest

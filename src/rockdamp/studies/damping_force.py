@@ -19,7 +19,7 @@ FREQUENCY_EXPONENTS = {"CDC": 0.0, "CDR": 1.0, "SDR": 2.0}
 
 
 def damping_force(config: Config) -> xr.Dataset:
-    """Return decays of CR and of the viscous models matched to it, and rocking decays of Fig. 4a."""
+    """Return decays of CR and of the viscous models matched to it, and those of Fig. 4a."""
     parts = [_match_reference(config), _frequency_laws(), _rocking_decays(config)]
     return xr.merge(parts, compat="no_conflicts").assign_coords(
         restitution=config.damping_force.restitution,
@@ -84,8 +84,8 @@ def _rocking_decays(config: Config) -> xr.Dataset:
     step = config.solver.step
     steps = step_count(config.damping_force.response_length, step)
     tau = step * np.arange(steps + 1)
-    # The first branch of a nearly rigid curve is three times as fast as that of the paper's curve: at
-    # the step of the other histories its error would be six times theirs.
+    # The first branch of a nearly rigid curve is three times as fast as that of the paper's curve:
+    # at the step of the other histories its error would be six times theirs.
     refinement = 8
     trilinear = simulate(
         rigid.curve,

@@ -29,8 +29,8 @@ def step_count(length: float, step: float) -> int:
 def matched_lengths(study: Study, wall: Wall, response_length: float) -> Array:
     """Return the lengths of the response in tau at which a study's decays are matched.
 
-    The first is that of the config. If the study varies the wall, and with it the time scale 1/p, the
-    lengths of its walls follow, for a response as long in seconds as that of `wall`.
+    The first is that of the config. If the study varies the wall, and with it the time scale 1/p,
+    the lengths of its walls follow, for a response as long in seconds as that of `wall`.
     """
     if not study.varies_wall:
         return np.array([response_length])

@@ -1,8 +1,8 @@
 """Check peaks of the study of earthquakes by the event-driven solver, on a stratified sample.
 
 Few histories come near to collapse, where a small difference decides the outcome: a random sample
-would hardly hold any. Hence equal numbers are drawn of histories far from collapse, near to it and at
-its edge, of those that just collapse, and of those whose outcome depends on the step.
+would hardly hold any. Hence equal numbers are drawn of histories far from collapse, near to it and
+at its edge, of those that just collapse, and of those whose outcome depends on the step.
 """
 
 from __future__ import annotations
@@ -123,7 +123,8 @@ def draw(
     Returns
     -------
     tuple of ndarray of int
-        Indices of the histories, shape (histories, dimensions), and their strata, shape (histories,).
+        Indices of the histories, shape (histories, dimensions), and their strata, shape
+        (histories,).
     """
     rng = np.random.default_rng(seed)
     shares = np.diff(np.linspace(0, count, len(strata) + 1).astype(int))

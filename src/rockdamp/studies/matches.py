@@ -36,8 +36,9 @@ MATCH_VARIABLES = {
 def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
     """Match every viscous model to the stored decays of one study.
 
-    `equivalence.matching` has the protocol. If the study varies the wall, the response length is also
-    held in seconds, at that of the config's wall; these other lengths are matched at the solver's step.
+    `equivalence.matching` has the protocol. If the study varies the wall, the response length is
+    also held in seconds, at that of the config's wall; these other lengths are matched at the
+    solver's step.
     """
     study = make_study(name, config)
     restitution = decays["restitution"].values

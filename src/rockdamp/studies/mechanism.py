@@ -21,7 +21,7 @@ CURVE_VARIABLES = {
 
 
 def mechanism(config: Config) -> xr.Dataset:
-    """Tabulate f/F0 against u/u_ins for the curves of Fig. 2 and the presets, and the wall of Fig. 1.
+    """Tabulate f/F0 against u/u_ins for the curves of Fig. 2, and the wall of Fig. 1.
 
     The dataset also has e against slenderness and height of the hinge (section 4.1), by Eq. (7) and
     with the impulses of all supports.
@@ -95,7 +95,8 @@ def make_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:
     """Return both variants of the softening branch, with the a3 of Fig. 2."""
     a1 = float(curve.yield_displacement_ratio)
     b1 = float(curve.strength_ratio)
-    # ASSUME: the paper draws a3 < 1 without its value; this one leaves room for translated softening.
+    # ASSUME: the paper draws a3 < 1 without its value; this one leaves room for translated
+    # softening.
     a3 = 0.93
     # Translated softening needs a3 > a1 + b1: the plateau is lower if the curve's leaves no room.
     lower_b1 = min(b1, a3 - 1.5 * a1)

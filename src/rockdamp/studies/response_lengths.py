@@ -1,4 +1,4 @@
-"""Conclusions from Eq. (17) by the unstated length of the response, and the length the paper implies."""
+"""Conclusions from Eq. (17) by the length of the response, and the length the paper implies."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ PAPER_RANGE = (0.80, 0.91)
 def response_lengths(config: Config, decays: xr.Dataset) -> xr.Dataset:
     """Compute Err and damping ratio of the reference wall for every length of the response.
 
-    Damping ratios are the minima of Err at the solver's step. Their uncertainty is twice the largest
-    change at the coarser ones, and at least the resolution of the search. ``near_misclassified``
-    shows how sharp the inferred length is, at lengths between its neighbours, and
-    ``inferred_response_length_of_release`` is the length that another release would imply.
+    Damping ratios are the minima of Err at the solver's step. Their uncertainty is twice the
+    largest change at the coarser ones, and at least the resolution of the search.
+    ``near_misclassified`` shows how sharp the inferred length is, at lengths between its
+    neighbours, and ``inferred_response_length_of_release`` is the length that another release would
+    imply.
     """
     study = make_study(LENGTH_STUDY, config)
     lengths = config.response_lengths.values()
@@ -120,8 +121,8 @@ def misclassified(errors: xr.Dataset) -> xr.DataArray:
     """Count, for each response length, the values of e at which CDR is wrongly lowest, or not.
 
     `PAPER_RANGE` is right. The count is the objective of the inference. It was fixed before the
-    response lengths were computed: the lowest Err among the paper's three models, every e of the grid
-    with equal weight.
+    response lengths were computed: the lowest Err among the paper's three models, every e of the
+    grid with equal weight.
     """
     lowest = errors["error"].sel(damping_model=list(PAPER_MODELS)).argmin("damping_model")
     e = errors["restitution"]

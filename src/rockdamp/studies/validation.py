@@ -29,8 +29,8 @@ def validate(
     ------
     InputError
         If the record has no measured displacement, no rest before the motion or fewer than two half
-        cycles after its largest peak, or the polynomials do not reach the calibrated e and a1 or the
-        config's a1.
+        cycles after its largest peak, or the polynomials do not reach the calibrated e and a1 or
+        the config's a1.
     """
     section = config.validation
     wall = section.wall.make()
@@ -177,7 +177,7 @@ def compare(
 
 
 def _log_decrement(peaks: Array) -> float:
-    """Return the mean logarithm of the ratio of one peak to the next; NaN for fewer than two. [-]"""
+    """Return the mean logarithm of the ratio of one peak to the next; NaN for one peak. [-]"""
     if peaks.size < 2:
         return np.nan
     return float(np.log(peaks[0] / peaks[-1]) / (peaks.size - 1))
