@@ -60,7 +60,8 @@ def compile_cached(function: Callable[..., Any], **options: Any) -> Callable[...
         except errors.NumbaError:
             raise
         except Exception as error:
-            if dispatcher.signatures:  # it was compiled or read, and failed when it ran
+            # It was compiled or read, and failed when it ran; or there are no files.
+            if dispatcher.signatures or folder is None:
                 raise
             files = Path(folder) / f"{_module_name(function)}.{function.__qualname__}-*.nb*"
             raise OSError(
