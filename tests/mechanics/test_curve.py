@@ -109,6 +109,16 @@ def test_curves_in_an_array_are_those_alone(method):
     np.testing.assert_array_equal(getattr(curves, method)(x), alone)
 
 
+def test_map_keeps_order_and_softening():
+    curve = TrilinearCurve(np.array([0.04, 0.06]), 0.72, [0.95, 0.9], "translated")
+    last = curve.map(lambda ratio: ratio[1])
+    assert repr(last) == repr(TrilinearCurve(0.06, 0.72, 0.9, "translated"))
+
+
+def test_smallest_yield_displacement_is_allowed():
+    assert TrilinearCurve(1e-5, 0.85).yield_displacement_ratio == 1e-5
+
+
 A1 = "yield_displacement_ratio"
 B1 = "strength_ratio"
 A3 = "ultimate_displacement_ratio"
