@@ -135,6 +135,15 @@ def test_normalisation_of_order_zero_is_one_to_the_bit():
     assert normalisation(0) == 1.0
 
 
+@pytest.mark.parametrize("order", [0, 0.5, 1, 16])
+def test_half_cycles_end_below_the_critical_ratio(order):
+    """There kappa cos^(2m+1) phi sin phi reaches 1."""
+    phi = np.linspace(0, np.pi / 2, 200_001)
+    largest = np.max(np.cos(phi) ** (2 * order + 1) * np.sin(phi))
+    kappa = 2 * critical_damping_ratio(order) * normalisation(order)
+    assert kappa * largest == pytest.approx(1, rel=1e-8)
+
+
 E = np.array([0.1, 0.5, 0.85, 0.999, 1.0])
 DELTA = -np.log(E)
 
