@@ -17,7 +17,9 @@ T = TypeVar("T")
 
 
 class InputError(ValueError):
-    """Report input outside what the model allows: its name, value and what is allowed.
+    """Bad input: the name, the value and the allowed range.
+
+    A message reads ``NAME is VALUE; it must be ALLOWED``.
 
     Examples
     --------

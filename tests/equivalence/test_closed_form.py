@@ -74,8 +74,8 @@ def test_factor_against_adaptive_quadrature(curve, model):
 @continuous
 def test_factor_of_an_array_to_the_last_bit(curve, model):
     x0 = np.array([0.03, 0.3, 0.85])
-    alone = [factor(curve, model, value).item() for value in x0]
-    assert factor(curve, model, x0).tolist() == alone
+    single = [factor(curve, model, value).item() for value in x0]
+    assert factor(curve, model, x0).tolist() == single
 
 
 @every_curve

@@ -151,8 +151,8 @@ def test_model_without_fits_is_nan():
 def test_shipped_coefficients_are_those_of_the_pipeline():
     config = changed(configured(), {"response_lengths.stop": DEFAULT_RESPONSE_LENGTH})
     assert config.curve.strength_ratio == SHIPPED_STRENGTH_RATIO
-    matched = match("cracked_stiffness", config, decay("cracked_stiffness", config))
-    built = Polynomials.from_dataset(polynomial_fits.fit(config, matched))
+    ratios = match("cracked_stiffness", config, decay("cracked_stiffness", config))
+    built = Polynomials.from_dataset(polynomial_fits.fit(config, ratios))
     shipped = shipped_polynomials()
     assert list(built.coefficient) == list(shipped.coefficient) == list(VISCOUS_MODELS)
     np.testing.assert_array_equal(built.yield_displacement_ratio, shipped.yield_displacement_ratio)

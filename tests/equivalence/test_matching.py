@@ -101,20 +101,20 @@ def test_global_minimum_among_many():
 def test_response_lengths_together_as_alone():
     cases = release([0.75, 0.9], length=60.0)
     lengths = np.arange(1600, 12001, 800)
-    together = global_minima(cases, "CDR", lengths)
+    batch = global_minima(cases, "CDR", lengths)
     for index in (0, 5, 12):
-        alone = global_minima(cases, "CDR", lengths[[index]])
+        single = global_minima(cases, "CDR", lengths[[index]])
         for name in ("damping_ratio", "error", "local_minima"):
-            np.testing.assert_array_equal(getattr(together, name)[index], getattr(alone, name)[0])
+            np.testing.assert_array_equal(getattr(batch, name)[index], getattr(single, name)[0])
 
 
 def test_case_without_loss_has_no_damping():
     cases = release([0.75, 0.9, 1.0])
-    together = global_minima(cases, "CDR", [1600])
-    alone = global_minima(cases.take(slice(0, 2)), "CDR", [1600])
-    np.testing.assert_array_equal(together.damping_ratio[:, :2], alone.damping_ratio)
-    assert not together.damping_ratio[:, 2].any()
-    assert not together.error[:, 2].any()
+    batch = global_minima(cases, "CDR", [1600])
+    single = global_minima(cases.take(slice(0, 2)), "CDR", [1600])
+    np.testing.assert_array_equal(batch.damping_ratio[:, :2], single.damping_ratio)
+    assert not batch.damping_ratio[:, 2].any()
+    assert not batch.error[:, 2].any()
 
 
 def test_response_before_the_first_impact_is_refused():
@@ -136,11 +136,11 @@ def test_minimum_at_the_edge_of_the_scan_is_refused(monkeypatch, smallest, large
 def test_lower_basin_or_the_smaller_ratio_is_taken(depth, basin):
     """One basin is at a point of the scan. The other is between two, and seems to be higher."""
     guess = damping_ratio_energy(CURVE, "CDR", 0.85, 0.5).item()
-    between = 0.5 * np.log(matching.SCAN[140] * matching.SCAN[141])
-    bottoms = np.log(matching.SCAN[60]), between
+    midpoint = 0.5 * np.log(matching.SCAN[140] * matching.SCAN[141])
+    bottoms = np.log(matching.SCAN[60]), midpoint
 
     class TwoBasins(Cases):
-        def errors(self, damping_model, damping_ratio, case, marks, every=1):
+        def errors(self, damping_model, damping_ratio, case, marks, stride=1):
             place = np.log(damping_ratio / guess)
             first = np.maximum(np.abs(place - bottoms[0]), 0.001)
             second = np.maximum(np.abs(place - bottoms[1]), 0.001) - depth
@@ -151,8 +151,8 @@ def test_lower_basin_or_the_smaller_ratio_is_taken(depth, basin):
         cases.curve, cases.release_amplitude, cases.restitution, cases.displacement, cases.step
     )
     best = global_minima(basins, "CDR", [1600])
-    found = np.log(best.damping_ratio[0, 0] / guess)
-    assert found == pytest.approx(bottoms[basin], abs=0.002)
+    place = np.log(best.damping_ratio[0, 0] / guess)
+    assert place == pytest.approx(bottoms[basin], abs=0.002)
     assert best.local_minima[0, 0] == 2
 
 
@@ -187,8 +187,8 @@ def exact_minimum(model, restitution, amplitude, guess):
 @pytest.mark.parametrize("restitution", [0.72, 0.79, 0.85])
 def test_exact_minimum_is_within_the_uncertainty(restitution):
     """CDC from a large amplitude has the largest Err and ripple: the crossings differ most."""
-    matched = match_dampers(release(restitution, amplitude=0.9), ["CDC"], 1600)["CDC"]
-    ratio, bound = matched.damping_ratio[0], matched.uncertainty[0]
+    published = match_dampers(release(restitution, amplitude=0.9), ["CDC"], 1600)["CDC"]
+    ratio, bound = published.damping_ratio[0], published.uncertainty[0]
     assert abs(ratio - exact_minimum("CDC", restitution, 0.9, ratio)) <= bound < 2e-3 * ratio
 
 
@@ -212,8 +212,8 @@ class KnownIntegral:
 
 @pytest.mark.parametrize("start", [0.045, 0.05, 0.06, 0.2])
 def test_smooth_minimum_is_found_from_afar(start):
-    known = KnownIntegral(lambda xi: 1 + np.log(xi / 0.05) ** 2)
-    np.testing.assert_allclose(known.minima(start), 0.05, rtol=1e-4)
+    integral = KnownIntegral(lambda xi: 1 + np.log(xi / 0.05) ** 2)
+    np.testing.assert_allclose(integral.minima(start), 0.05, rtol=1e-4)
 
 
 @pytest.mark.parametrize("phase", np.linspace(0, 2 * np.pi, 17))
@@ -240,9 +240,9 @@ def test_integral_without_a_minimum_is_refused():
 @pytest.mark.parametrize("model", ["SDR", "CDC"])
 def test_minimum_is_followed_to_the_finest_step(model):
     cases, steps = release([0.75, 0.9, 0.75], step=0.01), 800
-    matched = match_dampers(cases, ["SDR", "CDC"], steps, refinement=4)
-    assert list(matched) == ["SDR", "CDC"]
-    published = matched[model]
+    published = match_dampers(cases, ["SDR", "CDC"], steps, refinement=4)
+    assert list(published) == ["SDR", "CDC"]
+    published = published[model]
     best = global_minima(cases, model, [steps])
     ratio = integral_minima(cases, model, steps, best.damping_ratio[0])[0]
     minima = []
@@ -308,8 +308,8 @@ def test_scan_does_not_change_the_ratio(monkeypatch):
 @pytest.mark.parametrize("start", [0.8, 1.0, 1.3])
 def test_least_sum_of_absolute_differences(start):
     cases = release([0.75, 0.9], step=0.01)
-    least = least_absolute(cases, "CDC", start * np.array([0.045, 0.018]), 800)
-    for reference, ratio in zip(np.abs(cases.displacement), least, strict=True):
+    ratios_of_least_sum = least_absolute(cases, "CDC", start * np.array([0.045, 0.018]), 800)
+    for reference, ratio in zip(np.abs(cases.displacement), ratios_of_least_sum, strict=True):
         ratios = ratio * np.linspace(0.9, 1.1, 201)
         sums = np.abs(damped_decay(Damping("CDC", ratios), cases) - reference).sum(axis=-1)
         assert ratio == pytest.approx(ratios[sums.argmin()], rel=2e-3)

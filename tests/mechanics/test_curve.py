@@ -31,8 +31,8 @@ def draw(case):
 def test_force_follows_the_drawn_curve(case):
     x = np.linspace(-1.3, 1.3, 2602)
     corners, forces = draw(case)
-    drawn = np.sign(x) * np.interp(np.abs(x), corners, forces)
-    np.testing.assert_allclose(TrilinearCurve(*case).force(x), drawn, atol=4e-15)
+    expected = np.sign(x) * np.interp(np.abs(x), corners, forces)
+    np.testing.assert_allclose(TrilinearCurve(*case).force(x), expected, atol=4e-15)
 
 
 @every_case
@@ -70,8 +70,10 @@ def test_period_is_the_quadrature_of_its_integral(case, quarter_period):
         # At a corner x0 - a1 is rounding, and the period moves as its root.
         tolerance = 1e-7 if x0 in corners else 1e-12
         with mpmath.workdps(30):
-            drawn = [[mpmath.mpf(float(value)) for value in values] for values in (corners, forces)]
-            expected = 4 * quarter_period(*drawn, mpmath.mpf(float(x0)))
+            expected = [
+                [mpmath.mpf(float(value)) for value in values] for values in (corners, forces)
+            ]
+            expected = 4 * quarter_period(*expected, mpmath.mpf(float(x0)))
         assert curve.period(x0) == pytest.approx(float(expected), rel=tolerance)
 
 
@@ -104,9 +106,9 @@ def test_curves_in_an_array_are_those_alone(method):
     a1 = np.array([[0.02], [0.05], [0.10]])
     x = np.array([0.01, 0.07, 0.4, 0.9])
     curves = TrilinearCurve(a1, 0.8, 0.95)
-    alone = [getattr(TrilinearCurve(value, 0.8, 0.95), method)(x) for value in a1[:, 0]]
+    single = [getattr(TrilinearCurve(value, 0.8, 0.95), method)(x) for value in a1[:, 0]]
     assert curves.shape == (3, 1)
-    np.testing.assert_array_equal(getattr(curves, method)(x), alone)
+    np.testing.assert_array_equal(getattr(curves, method)(x), single)
 
 
 def test_map_keeps_order_and_softening():

@@ -98,8 +98,8 @@ def test_virtual_work_gives_eqs_5_and_6():
 
 
 def test_virtual_work_gives_eq_3_corrected():
-    own = 2 * W * (t - u) / h1
-    corrected = own + O * h * (t + 2 * ecc - 2 * u) / (h1 * h2) + O * (t - 2 * ecc) / h1
+    thick = 2 * W * (t - u) / h1
+    corrected = thick + O * h * (t + 2 * ecc - 2 * u) / (h1 * h2) + O * (t - 2 * ecc) / h1
     assert is_zero(wall_law() - corrected)
 
 
@@ -114,8 +114,8 @@ def test_top_corner_stays_under_its_support():
 
 def test_eq_3_as_printed_contradicts_eqs_5_and_6():
     """It is too strong, unless ecc = t/2, and not stiff enough."""
-    own = 2 * W * (t - u) / h1
-    printed = own + O * h * (t + 2 * ecc - u) / (h1 * h2) + 2 * O * (t - 2 * ecc) / h1
+    thick = 2 * W * (t - u) / h1
+    printed = thick + O * h * (t + 2 * ecc - u) / (h1 * h2) + 2 * O * (t - 2 * ecc) / h1
     assert is_zero(printed.subs(u, 0) - F0 - O * (t - 2 * ecc) / h1)
     assert is_zero(-sp.diff(printed, u) - K0 + O * (1 / h1 + 1 / h2))
 
@@ -176,10 +176,10 @@ def own_mass():
 
 def test_effective_mass_of_bodies_with_a_thickness():
     r = h1 / h
-    stated = 2 * m / 3 * (1 + (t / h) ** 2 * (3 - 2 * r) / (r**2 * (1 - r)))
-    assert is_zero(own_mass() - stated)
-    own = replace(WALL, own_inertia=True)
-    np.testing.assert_allclose(own.effective_mass, on_walls(own_mass()), rtol=1e-13)
+    expected = 2 * m / 3 * (1 + (t / h) ** 2 * (3 - 2 * r) / (r**2 * (1 - r)))
+    assert is_zero(own_mass() - expected)
+    thick = replace(WALL, own_inertia=True)
+    np.testing.assert_allclose(thick.effective_mass, on_walls(own_mass()), rtol=1e-13)
     # 16 % more than the slender limit at h/t = 10, r = 0.5.
     squat = own_mass().subs({t: 1, h1: 5, h2: 5, m: THREE_HALVES})
     assert squat == sp.Rational(116, 100)
@@ -203,9 +203,9 @@ def test_inertia_of_the_parapet():
     limit = sp.simplify(exact.subs(t, 0))
     assert is_zero(limit - 2 * m / 3)
     assert is_zero(m / limit - THREE_HALVES)
-    own = replace(PARAPET, own_inertia=True)
+    thick = replace(PARAPET, own_inertia=True)
     np.testing.assert_allclose(PARAPET.effective_mass, on_walls(limit, PARAPET), rtol=1e-15)
-    np.testing.assert_allclose(own.effective_mass, on_walls(exact, PARAPET), rtol=1e-13)
+    np.testing.assert_allclose(thick.effective_mass, on_walls(exact, PARAPET), rtol=1e-13)
     assert np.all(PARAPET.excitation_factor == EXCITATION_FACTOR)
 
 
@@ -296,8 +296,8 @@ def impulsive_restitution():
 def test_impulsive_restitution_counts_all_impulses():
     restitution, _ = impulsive_restitution()
     r, square = h1 / h, (t / h) ** 2
-    kept = 2 * r**2 * (1 - r) - (6 - 5 * r) * square
-    assert is_zero(restitution - kept / (2 * (r**2 * (1 - r) + (3 - 2 * r) * square)))
+    numerator = 2 * r**2 * (1 - r) - (6 - 5 * r) * square
+    assert is_zero(restitution - numerator / (2 * (r**2 * (1 - r) + (3 - 2 * r) * square)))
     np.testing.assert_allclose(WALL.restitution_impulsive, on_walls(restitution), rtol=1e-13)
 
 
@@ -311,8 +311,8 @@ def test_impulsive_restitution_projects_the_momentum():
 
 def test_impulsive_restitution_of_two_halves():
     restitution, _ = impulsive_restitution()
-    stated = (4 * h2**2 - 14 * t**2) / (4 * h2**2 + 16 * t**2)
-    assert is_zero(restitution.subs(h1, h2) - stated)
+    expected = (4 * h2**2 - 14 * t**2) / (4 * h2**2 + 16 * t**2)
+    assert is_zero(restitution.subs(h1, h2) - expected)
 
 
 def test_eq_7_misses_the_impulse_of_the_top_support():

@@ -33,10 +33,10 @@ def test_modes_against_finite_elements(storey):
     floor = ELEMENTS // 4 * storey - 1
     assert modes.contribution[1] == pytest.approx(contribution[floor], abs=1e-4)
     if storey == 1:
-        below = np.zeros(4)
+        lower_floor = np.zeros(4)
     else:
-        below = contribution[floor - ELEMENTS // 4]
-    assert modes.contribution[0] == pytest.approx(below, abs=1e-4)
+        lower_floor = contribution[floor - ELEMENTS // 4]
+    assert modes.contribution[0] == pytest.approx(lower_floor, abs=1e-4)
 
 
 def test_contributions_of_many_modes_sum_to_one():
@@ -60,6 +60,7 @@ BAD_BUILDINGS = [
     ("storey", 4),
     ("storey", 0),
     ("storeys", 3.5),
+    ("storeys", 101),
     ("damping_ratio", 0.0),
     ("damping_ratio", 1.0),
     ("period", 0.0),

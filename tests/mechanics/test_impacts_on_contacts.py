@@ -88,10 +88,10 @@ def test_rocking_has_own_inertia_and_half_the_strength(wall):
     """The coordinate u carries half of the mass and of the force."""
     bodies = TwoBodiesOnContacts(wall)
     mode = bodies.rocking(1)
-    own = replace(wall, own_inertia=True)
+    thick = replace(wall, own_inertia=True)
     assert -bodies.force @ mode == pytest.approx(float(wall.rigid_strength) / 2, rel=1e-12)
     inertia = 2 * mode @ bodies.mass @ mode
-    assert inertia == pytest.approx(float(own.effective_mass), rel=1e-12)
+    assert inertia == pytest.approx(float(thick.effective_mass), rel=1e-12)
 
 
 @pytest.mark.parametrize("wall", HEAVY, ids=name_wall)
@@ -100,14 +100,14 @@ def test_mass_on_top_makes_the_wall_slower(wall):
     light = replace(wall, overburden_mass=0.0)
     u = 0.5 * float(wall.instability_displacement)
     step = STEP / float(wall.frequency_parameter)
-    falls = []
+    durations = []
     for loaded in (wall, light):
         bodies = TwoBodiesOnContacts(loaded)
         bodies.peaks(u, step, 1)
-        falls.append(bodies.fall)
+        durations.append(bodies.fall)
     slower = float(light.frequency_parameter / wall.frequency_parameter)
     assert slower > 1.02
-    assert falls[0] / falls[1] == pytest.approx(slower, rel=1e-3)
+    assert durations[0] / durations[1] == pytest.approx(slower, rel=1e-3)
 
 
 # --- supports that move apart --------------------------------------------------------------------
@@ -123,9 +123,9 @@ def test_load_of_two_supports_by_virtual_work(r):
     centres = np.array([r * h / 2, (1 + r) * h / 2])
 
     def line(base, top):
-        turned = (top - base) / h
-        x1, x2 = base + turned * centres
-        return np.array([x1, 0, -turned, x2, 0, -turned])
+        tilt = (top - base) / h
+        x1, x2 = base + tilt * centres
+        return np.array([x1, 0, -tilt, x2, 0, -tilt])
 
     masses = np.diag(bodies.mass)[[0, 3]]
     # Where the top is ahead, the weights pull along the line.
@@ -151,21 +151,21 @@ def shaken_supports(wall):
     def base(t):
         return amplitude * np.sin(BASE_FREQUENCY * t)
 
-    def apart(t):
+    def relative(t):
         return size * np.array([1 - np.cos(w * t), w * np.sin(w * t), w * w * np.cos(w * t)])
 
-    return base, apart
+    return base, relative
 
 
 def reference_motion(wall, weights, start, ends):
     """Return u of one oscillator under the weighted motions of both supports, by DOP853."""
-    base, apart = shaken_supports(wall)
+    base, relative = shaken_supports(wall)
     mode = TwoBodiesOnContacts(wall).rocking(1)
     inertia = 2 * mode @ TwoBodiesOnContacts(wall).mass @ mode
     strength, stiffness = float(wall.rigid_strength), float(wall.rigid_stiffness)
 
     def rates(t, state):
-        drift, _, swing = apart(t)
+        drift, _, swing = relative(t)
         motions = np.array([base(t), base(t) + swing, -GRAVITY * drift])
         pull = strength - stiffness * state[0]
         return state[1], -(float(wall.mass) * (weights @ motions) + pull) / inertia
@@ -181,9 +181,9 @@ def test_bodies_between_moving_supports(r, psi):
     u_ins = float(wall.instability_displacement)
     start, step = 0.6 * u_ins, 2e-4
     ends = step * np.arange(1, round(END / float(wall.frequency_parameter) / step))
-    base, apart = shaken_supports(wall)
+    base, relative = shaken_supports(wall)
     middles = ends - step / 2
-    motion = np.stack([apart(middles), apart(ends)], axis=1)
+    motion = np.stack([relative(middles), relative(ends)], axis=1)
     bodies = TwoBodiesOnContacts(wall).shaken(start, step, base(middles), motion)
     expected = reference_motion(wall, support_factors(wall), start, ends)
     is_free = expected > 0.25 * u_ins  # beyond it no joint of this side has closed
@@ -221,13 +221,13 @@ def test_siconos_has_the_same_restitution(wall):
     shares = []
     for factor in (0.8, 1.0, 1.2):
         problem["step"] = factor * STEP / float(wall.frequency_parameter)
-        run = subprocess.run(
+        process = subprocess.run(
             [PYTHON, ROOT / "tests/support/siconos_wall.py"],
             input=json.dumps(problem),
             capture_output=True,
             text=True,
         )
-        assert run.returncode == 0, run.stderr
-        peak = float(run.stdout.splitlines()[-1])
+        assert process.returncode == 0, process.stderr
+        peak = float(process.stdout.splitlines()[-1])
         shares.append(remaining(wall, np.array([u, peak]))[0])
     assert np.median(shares) == pytest.approx(float(wall.restitution_impulsive), abs=1e-3)

@@ -129,9 +129,9 @@ def test_strength_of_bodies_at_rest(wall):
 
 @every_wall
 def test_inertia_of_bodies_at_rest_is_own_inertia(wall):
-    own = Wall(**(vars(wall) | {"own_inertia": True}))
+    thick = Wall(**(vars(wall) | {"own_inertia": True}))
     inertia = 2 * TwoBodies(wall).inertia(0.0)
-    assert inertia == pytest.approx(float(own.effective_mass), rel=1e-13)
+    assert inertia == pytest.approx(float(thick.effective_mass), rel=1e-13)
 
 
 # --- motion --------------------------------------------------------------------------------------
@@ -146,8 +146,8 @@ def fall_time(wall, peak):
 
     def rate(z):
         u = float(peak * (1 - z * z))
-        lost = bodies.potential(peak) - bodies.potential(u)
-        return 2 * peak * z * mpmath.sqrt(bodies.inertia(u) / (2 * lost))
+        energy = bodies.potential(peak) - bodies.potential(u)
+        return 2 * peak * z * mpmath.sqrt(bodies.inertia(u) / (2 * energy))
 
     # Near z = 0 the difference of energies cancels. Gauss-Legendre nodes stay far enough from it.
     seconds = mpmath.quad(rate, [0, 0.5, 1], method="gauss-legendre", maxdegree=4)
@@ -213,8 +213,8 @@ def test_large_rotations_delay_impacts(slenderness, later, lower):
 def slender_peaks(e, x0, count):
     """Return 2V at each peak, and the times of the peaks."""
     double_energy = e ** (2 * np.arange(count)) * (1 - (1 - x0) ** 2)
-    falls = np.arccosh(1 / np.sqrt(1 - double_energy))
-    return double_energy, np.concatenate([[0.0], np.cumsum(falls[:-1] + falls[1:])])
+    durations = np.arccosh(1 / np.sqrt(1 - double_energy))
+    return double_energy, np.concatenate([[0.0], np.cumsum(durations[:-1] + durations[1:])])
 
 
 def test_slender_peaks_follow_the_energy():

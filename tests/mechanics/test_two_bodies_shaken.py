@@ -65,10 +65,10 @@ def log_errors(peaks, reference):
 def test_bodies_under_records_have_own_inertia(wall):
     motions = load_records(RECORDS)
     reference = peaks_of_bodies(wall, motions)
-    own = log_errors(peaks_of_oscillator(replace(wall, own_inertia=True), motions), reference)
+    thick = log_errors(peaks_of_oscillator(replace(wall, own_inertia=True), motions), reference)
     slender = log_errors(peaks_of_oscillator(wall, motions), reference)
-    assert own.size >= 20
-    assert np.median(own) < 0.02 < np.median(slender) / 2
+    assert thick.size >= 20
+    assert np.median(thick) < 0.02 < np.median(slender) / 2
 
 
 @pytest.mark.parametrize("wall", WALLS, ids=["unloaded", "loaded"])

@@ -112,8 +112,8 @@ def test_impulsive_restitution_is_unknown_under_a_mass():
 
 def test_own_inertia_may_differ_among_walls():
     walls = Wall(0.3, 3.0, own_inertia=[False, True])
-    alone = [Wall(0.3, 3.0, own_inertia=choice).effective_mass for choice in (False, True)]
-    np.testing.assert_array_equal(walls.effective_mass, alone)
+    single = [Wall(0.3, 3.0, own_inertia=choice).effective_mass for choice in (False, True)]
+    np.testing.assert_array_equal(walls.effective_mass, single)
 
 
 # --- hinge, arrays and text ----------------------------------------------------------------------
@@ -128,8 +128,8 @@ def test_weakest_hinge_has_the_least_strength(overburden, share):
     def strength(r):
         return float(replace(wall, hinge_ratio=r).rigid_strength)
 
-    least = minimize_scalar(strength, bounds=HINGE_RANGE, options={"xatol": 1e-9})
-    assert float(weakest.hinge_ratio) == pytest.approx(least.x, abs=1e-5)
+    minimum = minimize_scalar(strength, bounds=HINGE_RANGE, options={"xatol": 1e-9})
+    assert float(weakest.hinge_ratio) == pytest.approx(minimum.x, abs=1e-5)
     assert float(wall.weakest_hinge_ratio) == float(weakest.hinge_ratio)
 
 
@@ -141,8 +141,8 @@ def test_each_wall_of_an_array_as_alone(name):
     values = np.broadcast_to(getattr(together, name), (2, 3))
     for row, height in enumerate(heights):
         for column, ratio in enumerate(ratios):
-            alone = Wall(0.3, height, overburden_ratio=ratio, hinge_ratio="weakest")
-            assert values[row, column] == getattr(alone, name)
+            single = Wall(0.3, height, overburden_ratio=ratio, hinge_ratio="weakest")
+            assert values[row, column] == getattr(single, name)
 
 
 def test_text_leaves_defaults_out():
@@ -150,9 +150,9 @@ def test_text_leaves_defaults_out():
 
 
 def test_text_of_arrays():
-    several = Wall(np.linspace(0.2, 0.3, 9), [3.0], own_inertia=True)
+    walls = Wall(np.linspace(0.2, 0.3, 9), [3.0], own_inertia=True)
     text = "Wall(thickness=<array of shape (9,)>, height=[3.0], own_inertia=True)"
-    assert repr(several) == text
+    assert repr(walls) == text
 
 
 # --- bad input -----------------------------------------------------------------------------------

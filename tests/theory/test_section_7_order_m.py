@@ -63,8 +63,8 @@ def test_event_driven_peaks_are_exact(curve, e, share, order):
     x0 = share * float(curve.ultimate_displacement_ratio)
     damping = Damping.from_restitution(e, "ECD", order=order)
     end = 1.5 * float(curve.period(x0))
-    run = exact_history(curve, damping, [end], release_amplitude=x0)
-    peaks = np.abs(run.turning_displacement)
+    history = exact_history(curve, damping, [end], release_amplitude=x0)
+    peaks = np.abs(history.turning_displacement)
     assert peaks.size >= 2
     np.testing.assert_allclose(peaks, cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
 
@@ -95,8 +95,8 @@ def test_half_cycles_end_below_the_critical_ratio(order):
     angle = np.linspace(0, np.pi / 2, 400001)
     largest = np.max(np.sin(angle) * np.cos(angle) ** (2 * order + 1))
     ratio = (2 * order + 1) / (2 * order + 2)
-    stated = ratio ** (order + 0.5) / np.sqrt(2 * order + 2)
-    assert largest == pytest.approx(stated)
+    expected = ratio ** (order + 0.5) / np.sqrt(2 * order + 2)
+    assert largest == pytest.approx(expected)
     critical = float(critical_damping_ratio(order))
     assert 2 * critical * float(normalisation(order)) * largest == pytest.approx(1, rel=1e-9)
 
@@ -202,8 +202,8 @@ def test_table_of_first_peaks(row):
     samples = [load(tau) for tau in np.linspace(0, duration, 257)]
     for model, width in (("BAND", 0.2), ("BAND", 0.1), ("CQD", 0.25)):
         damping = Damping.from_restitution(0.85, model, width=width)
-        run = exact_history(PAPER, damping, [3.0], load=samples, sampling=duration / 256)
-        peaks.append(run.turning_displacement[0])
+        history = exact_history(PAPER, damping, [3.0], load=samples, sampling=duration / 256)
+        peaks.append(history.turning_displacement[0])
     free = forced_peak(PAPER, Damper(0.0, 0), load, duration)
     np.testing.assert_allclose(np.divide(peaks, free), ratios, atol=6e-4)
 
@@ -219,12 +219,12 @@ def test_amplitudes_of_the_table_of_first_peaks():
 @pytest.mark.parametrize("order", [0, 4])
 @pytest.mark.parametrize("x0", [0.05, 0.3])
 def test_two_different_sides_lose_the_same_fraction(order, x0):
-    other = TrilinearCurve(0.15, 0.4, 0.8)
+    right_curve = TrilinearCurve(0.15, 0.4, 0.8)
     damper = of_restitution(0.85, order)
-    first = half_cycle(PAPER, damper, x0, beyond=(other, damper)).displacement
-    expected = float(other.amplitude(0.85**2 * PAPER.energy(x0)))
+    first = half_cycle(PAPER, damper, x0, beyond=(right_curve, damper)).displacement
+    expected = float(right_curve.amplitude(0.85**2 * PAPER.energy(x0)))
     assert first == pytest.approx(expected, rel=1e-9)
-    second = half_cycle(other, damper, first, beyond=(PAPER, damper)).displacement
+    second = half_cycle(right_curve, damper, first, beyond=(PAPER, damper)).displacement
     expected = float(PAPER.amplitude(0.85**4 * PAPER.energy(x0)))
     assert second == pytest.approx(expected, rel=1e-9)
 
@@ -291,8 +291,8 @@ def extrapolate(values):
 @pytest.mark.parametrize("e", [0.95, 0.85, 0.7])
 def test_layer_integral_to_second_order(e):
     delta = -np.log(e)
-    stated = -(5 / 4) * delta**2 / np.sqrt(2 * np.pi)
-    assert layer_integral(e) == pytest.approx(stated, rel=0.3 * delta**2)
+    expected = -(5 / 4) * delta**2 / np.sqrt(2 * np.pi)
+    assert layer_integral(e) == pytest.approx(expected, rel=0.3 * delta**2)
 
 
 @pytest.mark.parametrize(("e", "load"), [(0.95, 0.0), (0.85, 0.3), (0.7, 0.3), (0.7, -0.2)])
@@ -300,7 +300,7 @@ def test_limit_of_the_error_after_a_crossing(e, load):
     """A change of speed at the crossing, and no delay."""
     orders = (1024.0, 4096.0, 16384.0)
     runs = [after_crossing(e, order, load) for order in orders]
-    scaled = [run[0] * np.sqrt(order) for run, order in zip(runs, orders, strict=True)]
+    scaled = [history[0] * np.sqrt(order) for history, order in zip(runs, orders, strict=True)]
     _, elapsed, speed = runs[0]
     gain = layer_integral(e) * load / (speed * np.sqrt(e)) * speed * e
     expected = np.array([gain * np.sin(elapsed), gain * np.cos(elapsed)])
@@ -325,7 +325,7 @@ def test_limit_of_a_start_from_rest():
     for order in (256, 1024, 4096):
         rates = damped_rates(of_restitution(e, order).amplitude, order, load)
         accuracy = {"rtol": 1e-12, "atol": 1e-15, "max_step": 0.05 / np.sqrt(order)}
-        run = solve_ivp(rates, (0, end), [0, 0], "DOP853", **accuracy)
-        scaled.append((load - run.y[0, -1]) * np.sqrt(order))
+        history = solve_ivp(rates, (0, end), [0, 0], "DOP853", **accuracy)
+        scaled.append((load - history.y[0, -1]) * np.sqrt(order))
     expected = 2 * -np.log(e) * load / np.sqrt(np.pi)
     assert extrapolate(scaled) == pytest.approx(expected, rel=2e-3)

@@ -32,8 +32,8 @@ def loss_of_power(curve, e, g, reference):
 def turns(curve, damping, x0, count):
     """Return the peaks after the release, at most `count` of them."""
     end = (count + 1) * float(curve.period(x0)) / 2 + 1.0
-    run = exact_history(curve, damping, [end], release_amplitude=x0)
-    return np.abs(run.turning_displacement)[:count]
+    history = exact_history(curve, damping, [end], release_amplitude=x0)
+    return np.abs(history.turning_displacement)[:count]
 
 
 # --- the law -------------------------------------------------------------------------------------
@@ -140,8 +140,8 @@ def test_damper_on_two_different_sides():
         turning.direction = -direction
         start = [y, direction * 1e-12]
         accuracy = {"rtol": 1e-12, "atol": 1e-14, "max_step": 0.02}
-        run = solve_ivp(rates, (0, 20), start, "DOP853", events=turning, **accuracy)
-        y = run.y_events[0][0][0]
+        history = solve_ivp(rates, (0, 20), start, "DOP853", events=turning, **accuracy)
+        y = history.y_events[0][0][0]
         powers.append((y * y / 2) ** g)
     np.testing.assert_allclose(powers, (1.3**2 / 2) ** g - k * np.arange(1, 5), rtol=1e-8)
 
@@ -155,10 +155,10 @@ def test_wall_stops_after_its_last_impact(e, g, x0):
     energy = float(PAPER.energy(x0)) / float(PAPER.energy(0.3))
     impacts = math.ceil(energy**g / (1 - e ** (2 * g)))
     damping = Damping("CR", e, loss_exponent=g)
-    run = exact_history(PAPER, damping, [60.0], release_amplitude=x0)
-    assert run.impacts.size == impacts
-    assert run.displacement[0] == 0
-    assert run.velocity[0] == 0
+    history = exact_history(PAPER, damping, [60.0], release_amplitude=x0)
+    assert history.impacts.size == impacts
+    assert history.displacement[0] == 0
+    assert history.velocity[0] == 0
     batched = simulate(PAPER, damping, release_amplitude=x0, step=0.001, steps=60000)
     assert abs(int(batched.impacts) - impacts) <= 1  # the last half cycles are a few steps long
 
@@ -174,10 +174,12 @@ def test_load_moves_a_wall_at_rest():
     load = 1.5 * np.sin(np.pi * np.arange(71) * step / 0.7)
     delayed = np.concatenate([np.zeros(round(start / step)), load])
     times = np.array([19.0, 20.3, 21.0, 22.0])
-    run = exact_history(PAPER, damping, times, release_amplitude=0.3, load=delayed, sampling=step)
+    history = exact_history(
+        PAPER, damping, times, release_amplitude=0.3, load=delayed, sampling=step
+    )
     fresh = exact_history(PAPER, damping, times[1:] - start, load=load, sampling=step)
-    np.testing.assert_allclose(run.displacement, [0.0, *fresh.displacement], atol=1e-9)
-    assert abs(run.displacement[1]) > 0.01
+    np.testing.assert_allclose(history.displacement, [0.0, *fresh.displacement], atol=1e-9)
+    assert abs(history.displacement[1]) > 0.01
 
 
 # --- the factor of an impact ---------------------------------------------------------------------
@@ -340,7 +342,7 @@ def test_exponent_of_sdr_is_0_2_to_0_3():
 def test_exponent_of_sdr_slowly_tends_to_one_half():
     """Each power of ten in a1 brings it nearer, by at most 70 % of the rest."""
     exponents = np.array([local_exponent(a1, [0.05, 0.1]) for a1 in (0.05, 5e-3, 5e-4, 5e-5)])
-    rest = 0.5 - exponents
+    distance = 0.5 - exponents
     assert np.all(np.diff(exponents) > 0)
     assert exponents[-1] < 0.5
-    assert np.all(np.diff(rest) / rest[:-1] > -0.7)
+    assert np.all(np.diff(distance) / distance[:-1] > -0.7)

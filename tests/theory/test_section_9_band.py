@@ -26,8 +26,8 @@ EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-15}
 def free_peaks(curve, damping, x0, half_cycles):
     """Return the release and the next peaks, by the event-driven solver."""
     end = (half_cycles + 1) * float(curve.period(x0))
-    run = exact_history(curve, damping, [end], release_amplitude=x0)
-    return np.abs([x0, *run.turning_displacement[:half_cycles]])
+    history = exact_history(curve, damping, [end], release_amplitude=x0)
+    return np.abs([x0, *history.turning_displacement[:half_cycles]])
 
 
 def shares(curve, damping, delta, x0, half_cycles=1):
@@ -180,18 +180,18 @@ def test_band_of_fixed_time_beyond_the_first_branch(width, share):
 
 
 @pytest.mark.parametrize(
-    ("e", "stated"),
+    ("e", "expected"),
     [(e, forces) for e, *forces in stated_rows("docs/theory.md", "e | BAND 0.4")],
 )
-def test_table_of_forces_at_the_crossing(e, stated):
+def test_table_of_forces_at_the_crossing(e, expected):
     """C v at the speed sqrt(v- v+) after a release from 0.5 on the paper's curve, over F0."""
     dampers = [Damping.from_restitution(e, "BAND", width=width) for width in (0.4, 0.2, 0.1)]
     dampers += [Damping.from_restitution(e, "ECD", order=order) for order in (16, 64)]
     dampers.append(Damping.from_restitution(e, "CQD"))
     speed = np.sqrt(2 * e * float(PAPER.energy(0.5)))
     forces = [speed * float(damping_coefficient(PAPER, damper, 0.0, speed)) for damper in dampers]
-    np.testing.assert_allclose(forces[:-1], stated[:-1], atol=6e-3)
-    assert forces[-1] == pytest.approx(stated[-1], abs=0.06)
+    np.testing.assert_allclose(forces[:-1], expected[:-1], atol=6e-3)
+    assert forces[-1] == pytest.approx(expected[-1], abs=0.06)
 
 
 # --- a band of energy ----------------------------------------------------------------------------
@@ -265,9 +265,9 @@ def test_band_of_energy_is_band_on_the_first_branch():
 
 def test_band_of_fixed_time_fails_on_a_rigid_block():
     damper = TimeBand(DELTA, 0.1)
-    stated = [share_of_loss(RIGID, damper, x0) for x0 in (0.5, 0.1, 0.01)]
+    expected = [share_of_loss(RIGID, damper, x0) for x0 in (0.5, 0.1, 0.01)]
     words = r"is ([\d.]+) from 0.5, ([\d.]+) from 0.1 and ([\d.]+) from 0.01. The price"
-    assert_stated("docs/theory.md", words, *stated)
+    assert_stated("docs/theory.md", words, *expected)
 
 
 # --- under load ----------------------------------------------------------------------------------
@@ -336,8 +336,8 @@ def push_through_band(delta, start, speed):
 def test_start_from_rest_loses_velocity_once(e):
     """(3/4) delta p c (1 - 0.4 delta)."""
     delta = -np.log(e)
-    lost = 8 - push_through_band(delta, 0.0, 0.0)[1]
-    assert lost == pytest.approx(0.75 * delta * (1 - 0.4 * delta), rel=0.01)
+    velocity_loss = 8 - push_through_band(delta, 0.0, 0.0)[1]
+    assert velocity_loss == pytest.approx(0.75 * delta * (1 - 0.4 * delta), rel=0.01)
 
 
 @pytest.mark.parametrize(("e", "energy"), [(0.85, 1.18), (0.95, 1.45)])
@@ -382,12 +382,12 @@ class InitialStiffness(Damper):
         return W1 * q / (1 - q * np.sqrt(share * (1 - share)) * side)
 
 
-@pytest.mark.parametrize(("order", "within"), [(16, 0.01), (64, 1e-4)])
-def test_initial_stiffness_serves_at_high_orders(order, within):
+@pytest.mark.parametrize(("order", "tolerance"), [(16, 0.01), (64, 1e-4)])
+def test_initial_stiffness_serves_at_high_orders(order, tolerance):
     amplitude = 2 * DELTA / np.pi * float(normalisation(order))
     x1 = half_cycle(PAPER, InitialStiffness(amplitude, order), 0.5).displacement
     share = np.log(float(PAPER.energy(0.5) / PAPER.energy(x1))) / (2 * DELTA)
-    assert 1 < share < 1 + within
+    assert 1 < share < 1 + tolerance
 
 
 # --- the step ------------------------------------------------------------------------------------
@@ -446,12 +446,12 @@ def test_kernel_takes_the_mean_over_the_step():
     def force(x):
         return np.sign(x) * PAPER.force(abs(x))
 
-    run = simulate(
+    history = simulate(
         PAPER, FIXED_LENGTH, step=0.01, steps=400, release_amplitude=0.5, store_every=400
     )
     x, v = march("mean", DELTA, 0.01, 0.01, 400, 0.5, 0.0, force)
-    assert run.displacement[-1] == pytest.approx(float(x), abs=1e-12)
-    assert run.velocity[-1] == pytest.approx(float(v), abs=1e-11)
+    assert history.displacement[-1] == pytest.approx(float(x), abs=1e-12)
+    assert history.velocity[-1] == pytest.approx(float(v), abs=1e-11)
 
 
 GRID_X, GRID_V = np.linspace(-0.9, 0.9, 91)[:, None], np.linspace(-2, 2, 81)
@@ -483,5 +483,5 @@ def test_band_is_stable_at_two_steps_in_it(a1, width, e):
     damping = Damping.from_restitution(e, "BAND", width=width)
     step = width / float(curve.initial_frequency)
     amplitudes = np.linspace(0.2, 0.9, 20) * a1
-    run = simulate(curve, damping, step=step, steps=600, release_amplitude=amplitudes)
-    assert (run.peak <= amplitudes * (1 + 1e-9)).all()
+    history = simulate(curve, damping, step=step, steps=600, release_amplitude=amplitudes)
+    assert (history.peak <= amplitudes * (1 + 1e-9)).all()

@@ -59,9 +59,9 @@ def test_first_order_loss_is_the_undamped_work(model):
     end = 0.7 * float(PAPER.period(x0))
     differences = []
     for xi in (0.02, 0.01, 0.005):
-        run = exact_history(PAPER, Damping(model, xi), [end], release_amplitude=x0)
-        lost = float(PAPER.energy(x0) - PAPER.energy(run.turning_displacement[0]))
-        differences.append(lost / (xi * work) - 1)
+        history = exact_history(PAPER, Damping(model, xi), [end], release_amplitude=x0)
+        loss = float(PAPER.energy(x0) - PAPER.energy(history.turning_displacement[0]))
+        differences.append(loss / (xi * work) - 1)
     halves = np.divide(differences[:-1], differences[1:])
     np.testing.assert_allclose(halves, 2.0, rtol=0.15)
 
@@ -96,8 +96,8 @@ def test_own_inertia_of_walls_without_overburden():
     sideways, upwards, _ = energy_of_rates(wall)
     np.testing.assert_allclose(wall.inertia_ratio, 3 * (sideways + upwards), rtol=1e-13)
     r, q = 0.6, 1 / wall.slenderness**2
-    stated = 1 + (3 - 2 * r) / (r**2 * (1 - r)) * q
-    np.testing.assert_allclose(wall.inertia_ratio, stated, rtol=1e-13)
+    expected = 1 + (3 - 2 * r) / (r**2 * (1 - r)) * q
+    np.testing.assert_allclose(wall.inertia_ratio, expected, rtol=1e-13)
 
 
 # --- 2. the closed form --------------------------------------------------------------------------
@@ -252,8 +252,8 @@ def test_trajectories_of_the_linear_oscillator(curve):
     """(y, v) lies on the spiral of y'' + 2 xi y' + y = 0 from (y0, 0)."""
     xi, x0 = 0.08, 0.9 * end_of(curve)
     times = np.linspace(0, 3 * float(curve.period(x0)), 400)
-    run = exact_history(curve, Damping("ECD", xi), times, release_amplitude=x0)
-    x, v = run.displacement, run.velocity
+    history = exact_history(curve, Damping("ECD", xi), times, release_amplitude=x0)
+    x, v = history.displacement, history.velocity
     y = np.sign(x) * np.sqrt(2 * curve.energy(x))
     wd = np.sqrt(1 - xi**2)
     # From rest: y = y0 exp(-xi s) (cos wd s + xi/wd sin wd s), v = -y0 exp(-xi s)/wd sin wd s.
@@ -293,14 +293,14 @@ def power_law_frequency():
 
 def test_ecd_of_a_power_law_contact():
     frequency, x, k, n, _ = power_law_frequency()
-    stated = sp.sqrt((n + 1) / 2) * sp.sqrt(k) * x ** ((n - 1) / 2)
-    assert sp.simplify(frequency / stated) == 1
+    expected = sp.sqrt((n + 1) / 2) * sp.sqrt(k) * x ** ((n - 1) / 2)
+    assert sp.simplify(frequency / expected) == 1
 
 
 def test_ecd_of_hertz_contact():
     frequency, x, k, n, _ = power_law_frequency()
-    stated = sp.sqrt(5) / 2 * sp.sqrt(k) * x ** sp.Rational(1, 4)
-    assert sp.simplify(frequency.subs(n, sp.Rational(3, 2)) / stated) == 1
+    expected = sp.sqrt(5) / 2 * sp.sqrt(k) * x ** sp.Rational(1, 4)
+    assert sp.simplify(frequency.subs(n, sp.Rational(3, 2)) / expected) == 1
 
 
 def test_ecd_of_a_power_law_is_cdr_times_a_factor():
@@ -315,15 +315,15 @@ def lengthening(curve, e, x0):
     """Return by how much a half cycle of ECD lasts longer than under restitution. [%]"""
     damper = Damping.from_restitution(e, "ECD")
     period = float(curve.period(x0))
-    run = exact_history(curve, damper, [0.65 * period], release_amplitude=x0)
+    history = exact_history(curve, damper, [0.65 * period], release_amplitude=x0)
     next_peak = cr_peaks(curve, e, x0, 1)[0]
     duration = (period + float(curve.period(next_peak))) / 4
-    return 100 * (run.turning_tau[0] / duration - 1)
+    return 100 * (history.turning_tau[0] / duration - 1)
 
 
 def test_half_cycles_are_longer_than_under_restitution():
     """The least lengthening is that of the linear oscillator."""
-    stated = []
+    expected = []
     for e in (0.7, 0.9):
         longer = [
             lengthening(curve, e, share * end_of(curve))
@@ -332,9 +332,9 @@ def test_half_cycles_are_longer_than_under_restitution():
         ]
         xi = float(Damping.from_restitution(e, "ECD").value)
         assert min(longer) == pytest.approx(100 / np.sqrt(1 - xi**2) - 100, rel=1e-3)
-        stated += [min(longer), max(longer)]
+        expected += [min(longer), max(longer)]
     words = r"by ([\d.]+) to ([\d.]+) % at \$e\$ = 0.7 and by ([\d.]+) to ([\d.]+) % at 0.9"
-    assert_stated(THEORY, words, *stated)
+    assert_stated(THEORY, words, *expected)
 
 
 def test_ratio_of_least_err_differs_from_that_of_the_peaks():

@@ -73,15 +73,15 @@ def equivalent(
     polynomials = shipped_polynomials()
     energy = {model: damping_ratio_energy(curve, model, e, amplitudes) for model in VISCOUS_MODELS}
     rows = []
-    for model, matched in least_error(curves, e, amplitudes, response_length).items():
+    for model, result in least_error(curves, e, amplitudes, response_length).items():
         fits = polynomials(model, e, a1)
         for index in range(e.size):
             fit = float(fits[index])
             row = {
                 "restitution": float(e[index]),
                 "damping_model": model,
-                "damping_ratio": float(matched.damping_ratio[index]),
-                "rms_error": float(matched.rms_error[index]),
+                "damping_ratio": float(result.damping_ratio[index]),
+                "rms_error": float(result.rms_error[index]),
                 "damping_ratio_energy": float(energy[model][index]),
                 "damping_ratio_fit": None if np.isnan(fit) else fit,
             }

@@ -167,7 +167,7 @@ class Cases:
         return first, index
 
     def errors(
-        self, damping_model: str, damping_ratio: Array, case: Any, marks: ArrayLike, every: int = 1
+        self, damping_model: str, damping_ratio: Array, case: Any, marks: ArrayLike, stride: int = 1
     ) -> Array:
         """Return Err, Eq. (17), shape (marks, ...) with the shape of the damping ratios. [-]
 
@@ -180,17 +180,17 @@ class Cases:
         case : ndarray of int
             Case of each damping ratio; broadcasts with them.
         marks : sequence of int
-            Numbers of steps over which Err is summed, counted in steps of `every`, ascending.
-        every : int
+            Numbers of steps over which Err is summed, counted in steps of the model, ascending.
+        stride : int
             Steps of the decays in one step of the model.
         """
         ended = peaks(
             self.take_curve(case),
             Damping(damping_model, damping_ratio),
             release_amplitude=self.release_amplitude[case],
-            step=self.step * every,
+            step=self.step * stride,
             steps=int(np.max(marks)),
-            reference=Reference(self.displacement[:, ::every], case, marks),
+            reference=Reference(self.displacement[:, ::stride], case, marks),
             scheme=self.scheme,
         )
         return np.asarray(ended.error)
@@ -259,7 +259,7 @@ def match_dampers(
     Returns
     -------
     dict of Matched
-        By model.
+        Match of each model, by name.
 
     Raises
     ------
@@ -312,8 +312,8 @@ def map_in_threads(
     """
     with ThreadPoolExecutor(available_threads()) as pool:
         futures = [pool.submit(function, item) for item in items]
-        shown = track(futures, description) if description else futures
-        return {item: future.result() for item, future in zip(items, shown, strict=True)}
+        progress = track(futures, description) if description else futures
+        return {item: future.result() for item, future in zip(items, progress, strict=True)}
 
 
 # --- the global minimum of Err -------------------------------------------------------------------
@@ -409,10 +409,10 @@ def _scan(
     trial = np.minimum(guess[:, None] * SCAN, DAMPERS[damping_model].largest_value)
     # A longer step finds the basins. Of 20 steps in the stability limit, four cross BAND's band.
     longest = min(0.01, float(stable_step(cases.curve).min()) / 20)
-    every = max(1, int(longest / cases.step + 0.5))
+    stride = max(1, int(longest / cases.step + 0.5))
     rows = np.arange(len(trial))[:, None]
-    marks = np.maximum(lengths // every, 1)
-    return trial, cases.errors(damping_model, trial, rows, marks, every)
+    marks = np.maximum(lengths // stride, 1)
+    return trial, cases.errors(damping_model, trial, rows, marks, stride)
 
 
 def _require_interior(
@@ -514,12 +514,12 @@ def integral_minima(cases: Cases, damping_model: str, steps: int, damping_ratio:
         sums = cases.errors(damping_model, trial, moving[:, None], [steps - 1, steps])
         # The trapezoidal rule, over the step: the last sample counts half, and the first is 0.
         integral = sums.mean(axis=0)
-        whole = _least_of_cubic(CUBIC_NODES, integral)
+        minimum = _least_of_cubic(CUBIC_NODES, integral)
         inner = _least_of_cubic(CUBIC_NODES[INNER_NODES], integral[:, INNER_NODES])
-        minima[:, moving] = middle[moving] * (1 + width * np.stack([whole, inner]))
+        minima[:, moving] = middle[moving] * (1 + width * np.stack([minimum, inner]))
         middle[moving] = minima[0, moving]
         largest = CUBIC_NODES[INNER_NODES][-1]  # the inner range must hold the minimum
-        moving = moving[np.abs(whole) > largest]
+        moving = moving[np.abs(minimum) > largest]
     raise _not_bracketed(damping_model, damping_ratio[moving[0]])
 
 

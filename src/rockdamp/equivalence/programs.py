@@ -61,13 +61,13 @@ def describe_damping(
         the study of earthquakes.
     """
     w1 = float(wall.frequency_parameter * curve.initial_frequency)
-    matched = _match_or_close(curve, restitution)
-    (xi,) = (row["damping_ratio"] for row in matched if row["damping_model"] == "CDC")
+    ratios = _match_or_close(curve, restitution)
+    (xi,) = (row["damping_ratio"] for row in ratios if row["damping_model"] == "CDC")
     alpha = 2 * xi * w1
     coefficient = float(alpha * wall.effective_mass)
     missed = missed_collapses(restitution)[1]
     rows = []
-    for row in matched:
+    for row in ratios:
         model = row["damping_model"]
         row = {
             "damping_model": model,
@@ -123,8 +123,8 @@ def missed_collapses(restitution: float) -> tuple[float, dict[str, float]]:
     path = Path(__file__).with_name("missed_collapses.csv")
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    studied = {float(row["restitution"]) for row in rows}
-    nearest = min(studied, key=lambda e: abs(e - restitution))
+    restitutions = {float(row["restitution"]) for row in rows}
+    nearest = min(restitutions, key=lambda e: abs(e - restitution))
     missed = {
         row["damping_model"]: float(row["missed_collapse_rate"])
         for row in rows

@@ -58,5 +58,5 @@ def displacement_from_peak(curve: TrilinearCurve, amplitude: Array, tau: Array) 
     plateau = x2 - speed(x2) * s2 - 0.5 * b1 * s2**2
     phase = np.sqrt(k1) * (s - plateau_end)
     first = x1 * np.cos(phase) - speed(x1) / np.sqrt(k1) * np.sin(phase)
-    below = np.where(s < plateau_end, plateau, first)
-    return np.where(s < softening_end, softening, below)
+    lower = np.where(s < plateau_end, plateau, first)
+    return np.where(s < softening_end, softening, lower)

@@ -206,8 +206,10 @@ class TwoBodies:
         slope2 = (1 + y2**2) / d2
         mixed = m2 * (y1 * slope2 + y2 * slope1)
         bodies = 2 * (m1 / 3 + m2) * y1 * slope1 + mixed + 2 * m2 * y2 * slope2 / 3
-        turned = self._arm * self._thickness * slope2 / self._upper_diagonal_squared
-        return bodies - 2 * self._moving_mass * self._rise(s, d1, d2) * (slope1 + slope2 - turned)
+        arm_slope = self._arm * self._thickness * slope2 / self._upper_diagonal_squared
+        return bodies - 2 * self._moving_mass * self._rise(s, d1, d2) * (
+            slope1 + slope2 - arm_slope
+        )
 
     def potential(self, u: float) -> float:
         """Return U(u) of the weights and the overburden for u >= 0. [J]"""

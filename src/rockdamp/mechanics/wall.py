@@ -291,8 +291,8 @@ class Wall(_Mechanism):
         """
         r = self.hinge_ratio
         q = 1 / self.slenderness**2
-        kept = 2 * r**2 * (1 - r) - (6 - 5 * r) * q
-        e = np.maximum(kept / (2 * self._scaled_energy), 0.0)
+        numerator = 2 * r**2 * (1 - r) - (6 - 5 * r) * q
+        e = np.maximum(numerator / (2 * self._scaled_energy), 0.0)
         has_mass = self.overburden_mass * self.overburden_ratio > 0
         return np.where(has_mass, np.nan, e)
 
