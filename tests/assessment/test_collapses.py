@@ -29,7 +29,7 @@ from rockdamp.statistics.fragility import fit_fragility, wilson
         ([False, False, False, True], [False, False, False, True]),
     ],
 )
-def test_a_first_collapse_follows_a_weaker_motion_that_is_survived(collapsed, first):
+def test_first_collapse_follows_a_survived_motion(collapsed, first):
     """The factors stand in no order, and a negative one reverses the record."""
     factor = np.array([[3.0], [1.0], [2.0], [-4.0]])
     found = find_first_collapses(np.array(collapsed)[:, None], factor)
@@ -75,7 +75,7 @@ def test_the_second_damper_has_a_least_e():
         (np.arange(10), 0.84, 8),
     ],
 )
-def test_a_quantile_of_peaks_counts_collapses_as_the_largest(peaks, share, quantile):
+def test_quantile_counts_collapses_as_the_largest(peaks, share, quantile):
     runs = xr.Dataset({"peak": ("record", np.array(peaks, dtype=float))})
     assert find_peak_quantile(runs, share).item() == pytest.approx(quantile, nan_ok=True)
 
@@ -101,7 +101,7 @@ def test_a_fragility_of_stations_that_agree_has_no_width(alike):
     np.testing.assert_allclose(intervals["dispersion_interval"], fitted.dispersion)
 
 
-def test_the_interval_of_a_share_has_the_effective_number_of_records(alike):
+def test_interval_of_a_share_has_effective_records(alike):
     groups = [f"station {number // 2}" for number in range(10)]
     intervals = find_intervals(alike, groups, "PGV").isel(damping_model=0)
     expected = wilson(0.5, intervals["effective_records"][0])

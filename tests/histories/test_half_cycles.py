@@ -9,14 +9,14 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.newmark import simulate
 
 
-def test_a_step_passes_zero_where_it_ends_there_or_beyond_but_not_where_it_starts_there():
+def test_step_that_starts_at_zero_does_not_pass_it():
     u = np.array([0.0, 1.0, 0.5, 0.0, -0.5, -0.1, 0.2, np.nan, 0.3])
     assert np.flatnonzero(passes_zero(u)).tolist() == [2, 5]
     np.testing.assert_array_equal(passes_zero([u, -u]), [passes_zero(u)] * 2)
 
 
 @pytest.mark.parametrize("damping", [Damping("CR", 0.85), Damping("SDR", 0.05)])
-def test_the_steps_that_pass_zero_are_the_impacts_that_the_solver_counts(damping):
+def test_steps_that_pass_zero_are_the_solvers_impacts(damping):
     curve = TrilinearCurve(0.04, 0.85)
     response = simulate(curve, damping, release_amplitude=0.5, step=0.005, steps=6000)
     assert passes_zero(response.displacement).sum() == response.impacts > 10
@@ -52,7 +52,7 @@ def test_noise_near_zero_makes_no_half_cycles():
     )
 
 
-def test_turning_points_are_where_and_when_the_motion_turns_to_second_order_and_the_release_is_none():
+def test_turning_points_are_of_second_order():
     lanes = np.array(
         [[1.0], [2.5]]
     )  # a linear spring of two stiffnesses: turns at every half period, in amplitude 1
@@ -71,7 +71,7 @@ def test_turning_points_are_where_and_when_the_motion_turns_to_second_order_and_
     assert turning_points(np.ones((2, 4)), np.zeros((2, 4)), 0.1)[0].shape == (2, 0)
 
 
-def test_between_two_half_cycles_the_crossing_is_the_middle_of_the_first_and_last_change_of_sign():
+def test_noisy_crossing_is_the_middle_of_its_changes_of_sign():
     """By hand: signs change half way through the second, third and fifth second."""
     u = np.array([1.0, 0.1, -0.1, 0.1, 0.1, -0.1, -1.0, -0.4])
     found = half_cycles(np.arange(8.0), u, 0.5)

@@ -25,7 +25,7 @@ def peak(record):
     return float(rd.respond(WALL, CURVE, DAMPING, record, step=STEP).peak)
 
 
-def test_steps_are_the_fewest_that_are_no_longer_than_the_longest():
+def test_steps_are_the_fewest_in_a_length():
     assert count_steps([1.0, 1.0, 2.1, 1e-9], [0.25, 0.24, 0.3, 1.0]).tolist() == [
         4,
         5,
@@ -36,7 +36,7 @@ def test_steps_are_the_fewest_that_are_no_longer_than_the_longest():
         count_steps(1.0, 1e-300)
 
 
-def test_the_motion_of_a_test_is_smooth_between_its_samples_and_an_accelerogram_alone_is_linear():
+def test_motion_of_a_test_is_smooth_between_samples():
     """Sampled at 64 Hz the spline leads where 4096 Hz lead; straight lines cut the pulse's peak off."""
     true = peak(pulse(4096, measured=False))
     assert peak(pulse(64)) == pytest.approx(true, rel=2e-3)
@@ -50,7 +50,7 @@ def test_the_motion_of_a_test_is_smooth_between_its_samples_and_an_accelerogram_
     np.testing.assert_array_equal(linear.ground[0], pulse(64).ground_acceleration)
 
 
-def test_a_one_sided_wall_is_shaken_both_ways_and_a_factor_below_0_turns_them():
+def test_negative_factor_turns_both_ways_of_a_one_sided_wall():
     wall, motion = (
         rd.OneSidedWall(WALL),
         GroundMotion("pulse", "pulse", "own", pulse(64, measured=False)),

@@ -18,7 +18,7 @@ def record(noise, seed=1, centre=1.5):
     )
 
 
-def test_of_a_quiet_accelerometer_the_rest_ends_at_a_share_of_the_peak():
+def test_rest_ends_at_a_share_of_the_peak():
     assert quiet_level(record(1e-4)) == pytest.approx(QUIET_SHARE, rel=1e-3)
     assert ELAPSED[rest_samples(record(1e-4))] == pytest.approx(
         ELAPSED[rest_samples(record(0))], abs=0.01
@@ -34,6 +34,6 @@ def test_noise_beyond_that_share_does_not_end_the_rest():
     assert max(rests) < 1.5 - 1 / (np.sqrt(2) * np.pi * 2.0)  # before the main lobe
 
 
-def test_a_motion_that_is_there_from_the_first_sample_is_no_rest():
+def test_motion_from_the_first_sample_has_no_rest():
     with pytest.raises(InputError, match="samples at rest"):
         rest_samples(Record(ELAPSED, np.sin(2 * np.pi * ELAPSED)))

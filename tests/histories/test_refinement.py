@@ -46,9 +46,7 @@ def refine(record, specimen, factor=FACTOR, halvings=0, doubtful=False):
 
 
 @pytest.mark.parametrize("halvings", [0, 2])
-def test_survivors_with_large_peaks_are_run_at_a_quarter_of_the_step(
-    halvings, record, specimen, runs
-):
+def test_large_survivors_are_run_at_a_quarter_step(halvings, record, specimen, runs):
     peak, collapsed = runs
     near = ~collapsed[halvings] & (peak[halvings] >= NEAR_COLLAPSE)
     assert near.any() and not near.all()
@@ -61,7 +59,7 @@ def test_survivors_with_large_peaks_are_run_at_a_quarter_of_the_step(
     np.testing.assert_array_equal(refined.coarser_collapsed, coarser)
 
 
-def test_doubtful_outcomes_are_run_at_a_quarter_of_the_step(record, specimen, runs):
+def test_doubtful_outcomes_are_run_at_a_quarter_step(record, specimen, runs):
     peak, collapsed = runs
     refined = refine(record, specimen, doubtful=True)
     assert (refined.halvings == 2).all()
@@ -69,7 +67,7 @@ def test_doubtful_outcomes_are_run_at_a_quarter_of_the_step(record, specimen, ru
     np.testing.assert_array_equal(refined.collapsed, collapsed[2])
 
 
-def test_outcomes_of_every_step_are_known_to_the_search_for_doubts(record, specimen, runs):
+def test_doubts_are_sought_among_all_steps(record, specimen, runs):
     seen = []
 
     def find_doubtful(collapsed):
@@ -107,7 +105,7 @@ def test_other_walls_of_a_batch_change_nothing(record, specimen):
         ([1.0] * 3, [1, 1, 1], 0.0, True),
     ],
 )
-def test_a_summary_holds_the_last_run_and_the_largest_change(peaks, collapsed, change, converged):
+def test_summary_holds_last_run_and_largest_change(peaks, collapsed, change, converged):
     summary = summarise_runs(np.array(peaks), np.array(collapsed, dtype=bool))
     assert summary.peak == peaks[-1]
     assert summary.collapsed == collapsed[-1]

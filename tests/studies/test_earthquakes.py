@@ -60,7 +60,7 @@ def study(config, walls):
     )
 
 
-def test_each_source_of_the_damping_ratio_is_what_its_name_says(config, walls):
+def test_source_of_the_ratio_is_what_it_says(config, walls):
     for named in config.earthquakes.walls:
         stored = walls["damping_ratio"].sel(wall=named.name, restitution=0.85)
         for row in equivalent(0.85, named.curve):
@@ -89,7 +89,7 @@ def test_every_wall_is_shaken_to_the_same_scales(config, study):
             np.testing.assert_allclose(velocity / unit, study["velocity_ratio"], rtol=1e-12)
 
 
-def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
+def test_damper_without_a_ratio_is_not_run(study):
     cr = study.sel(damping_model="CR")
     for name in ("peak", "collapsed", "converged"):
         assert (cr[name] == cr[name].isel(damping_ratio_source=0)).all()
@@ -100,7 +100,7 @@ def test_restitution_has_one_answer_and_a_damper_without_a_ratio_none(study):
     ).all()
 
 
-def test_walls_survive_the_lowest_scale_and_collapse_at_the_highest(study):
+def test_scales_span_survival_to_collapse(study):
     run = study["collapsed"].where(study["collapsed"] >= 0)
     assert run.isel(velocity_ratio=0).mean() < 0.05 and run.isel(velocity_ratio=-1).mean() > 0.9
     survived, peak = study["collapsed"] == 0, study["peak"]
@@ -129,9 +129,7 @@ def test_the_number_of_jobs_changes_nothing(config, walls):
     xr.testing.assert_identical(gather(1, "01"), gather(2, "0"))
 
 
-def test_histories_towards_collapse_agree_with_the_event_driven_solver_within_their_bound(
-    config, study
-):
+def test_errors_lie_within_their_bound(config, study):
     few = changed(config, {"earthquakes.check.histories": 60, "earthquakes.check.seed": 1})
     found = event_driven_check.check_earthquakes(few, study)
     dataset.check(found, "earthquake_check")
@@ -165,7 +163,7 @@ def stack_lanes(names, dampings):
     )
 
 
-def test_a_history_that_a_finer_step_takes_to_collapse_is_not_converged():
+def test_collapse_at_a_finer_step_is_not_converged():
     """It survives at three steps with its peak at 0.892, and collapses at finer ones and event by event."""
     *lane, factor = stack_lanes(["veneer"], [damping := Damping("CDC", 0.0207459)])
     factor = factor[[7]]
@@ -193,7 +191,7 @@ def test_a_history_that_a_finer_step_takes_to_collapse_is_not_converged():
         ([0.9] * 5, [1, 0, 0, 0, 0], np.nan),
     ],
 )
-def test_the_largest_change_and_the_square_of_the_step_bound_the_error(peaks, collapsed, bound):
+def test_largest_change_and_step_bound_the_error(peaks, collapsed, bound):
     """The record has steps of w1h = 0.1, which are halved twice for each history."""
     wall, curve = study_walls(configured())["veneer"]
     step = 0.1 / float(wall.frequency_parameter * curve.initial_frequency)
@@ -237,7 +235,7 @@ def church():
     )
 
 
-def test_a_blow_gives_its_velocity_and_the_peak_comes_in_the_rest_after_it(church):
+def test_blow_gives_its_velocity_to_the_wall(church):
     """lambda PGV/(p u_ins) = s; until the first impact no damper of impacts takes energy: V(peak) = s^2/2."""
     config, walls, named = church
     found = earthquakes.shake(config, walls, [strike(2)]).squeeze(["record", "wall", "restitution"])
@@ -246,7 +244,7 @@ def test_a_blow_gives_its_velocity_and_the_peak_comes_in_the_rest_after_it(churc
     assert (found["peak"].sel(damping_model=list(VISCOUS_MODELS)) < cr).all()
 
 
-def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(church):
+def test_lower_e_leaves_less_after_an_impact(church):
     """A second blow, in the direction of the motion after the first impact, makes the largest peak."""
     config, walls, named = church
     p, curve = float(named.wall.frequency_parameter), named.curve
@@ -268,7 +266,7 @@ def test_a_lower_e_leaves_less_after_an_impact_and_a_higher_one_more(church):
 
 
 @pytest.mark.parametrize("model", ["CR", "CDR"])
-def test_the_check_s_peak_is_the_last_turn_where_the_history_ends_after_it(church, model):
+def test_last_turn_of_a_checked_history_is_its_peak(church, model):
     """The first peak is the only turn: the rest ends before the wall is back at zero."""
     _, _, named = church
     factor = 0.6 * float(named.wall.velocity_scale) / (BLOW * SAMPLING)

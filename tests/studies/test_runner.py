@@ -61,7 +61,7 @@ def histories(motions):
     return run(CASES, motions, WALLS, RATIO, tail=1.0)
 
 
-def test_a_case_is_each_wall_run_alone_with_its_own_damper_step_and_scheme(motions, histories):
+def test_case_is_each_wall_run_alone(motions, histories):
     assert histories["station"].values.tolist() == ["far-field/1"] * 2 + ["far-field/2"] * 2
     record, pgv = motions[2].record, rd.intensity_measures(motions[2].record).pgv
     for case in CASES:
@@ -81,7 +81,7 @@ def test_a_case_is_each_wall_run_alone_with_its_own_damper_step_and_scheme(motio
             np.testing.assert_array_equal(one["collapsed"], alone.collapsed[:, 0])
 
 
-def test_a_comparison_is_of_the_histories_of_a_case_and_of_its_reference(histories):
+def test_comparison_is_of_a_case_and_its_reference(histories):
     compared = compare(histories, COMPARISON)
     assert compared["wall"].values.tolist() == ["all", *WALLS]
     assert compared["case"].values.tolist() == ["law", "softer", "band"]
@@ -107,7 +107,7 @@ def test_a_comparison_is_of_the_histories_of_a_case_and_of_its_reference(histori
     assert compared["median_ratio"].sel(case="softer", wall="parapet").isnull().all()
 
 
-def test_a_case_that_collapses_one_intensity_earlier_has_the_ratio_of_that_step():
+def test_earlier_collapse_has_the_ratio_of_intensities():
     """All stations say the same, so that every replicate does."""
     scale = np.geomspace(0.2, 5.0, 5)
     fell = np.arange(5)[:, None, None] >= np.array([[2, 1], [4, 3]])  # (scale, wall, case)
@@ -131,7 +131,7 @@ def test_a_case_that_collapses_one_intensity_earlier_has_the_ratio_of_that_step(
     )
 
 
-def test_cases_of_two_parameters_become_a_grid_whose_last_parameter_varies_fastest():
+def test_cases_become_a_grid_by_their_coordinates():
     places = [(first, second) for first in "ba" for second in (0.1, 0.3, 0.5)]
     cases = [
         Case(f"case {number}", use(LAW), 0.05, coordinates={"first": first, "second": second})

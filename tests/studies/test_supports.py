@@ -44,7 +44,7 @@ def histories(config):
     return supports.run_histories(config)
 
 
-def test_a_floor_whose_period_is_that_of_a_rigid_one_is_a_rigid_one(histories):
+def test_floor_of_a_rigid_period_is_rigid(histories):
     stiff, assumed = (
         histories["collapsed"].sel(case=name) for name in ("floor of 0.02 s", ASSUMED)
     )
@@ -58,7 +58,7 @@ def test_a_case_is_run_where_it_means_something(histories):
     assert run.sel(case=[VERTICAL, OWN, "floor of 0.4 s"]).all()
 
 
-def test_asymmetric_cases_that_change_nothing_are_the_wall_as_assumed(config, histories):
+def test_asymmetric_cases_without_change_are_as_assumed(config, histories):
     """Without vertical motion, and with the overburden in the middle; a parapet has none."""
     still = config.supports.model_copy(update={"vertical": 0.0, "eccentricity": 0.0})
     walls, motions = study_walls(config), catalogue.load_records(config.records)
@@ -81,7 +81,7 @@ def test_another_component_with_another_step_is_refused():
     assert supports.find_other_component(one, [one]) is None
 
 
-def test_an_overburden_that_keeps_its_side_changes_strength_and_capacity_alike(config):
+def test_fixed_side_changes_strength_and_capacity_alike(config):
     """By the part 2 O ecc/(h2 F0), either way."""
     wall = config.earthquakes.walls[0].wall
     share = (
@@ -98,7 +98,7 @@ def test_an_overburden_that_keeps_its_side_changes_strength_and_capacity_alike(c
         assert ratio == pytest.approx(1 + to * share, rel=1e-12)
 
 
-def test_the_comparison_finds_the_factor_that_made_the_collapses(config):
+def test_comparison_finds_the_factor_of_capacities(config):
     """Capacities of records are lognormal by construction; in a case they are all larger by one factor."""
     ratio, levels, rng = 1.25, np.geomspace(0.25, 8.0, 25), np.random.default_rng(4)
     references = {
@@ -216,7 +216,7 @@ def marched(motions, levels, cases, substeps=2):
     return fell
 
 
-def test_collapses_are_those_of_an_integration_that_calls_nothing_of_the_package(config):
+def test_collapses_are_those_of_an_independent_integration(config):
     """Each case is nearest to its own equations: of a floor, a mass, another e, vertical shaking and a kept side."""
     finer = {"velocity_ratio": GeometricGrid(start=0.5, stop=3.0, count=24)}
     finer |= {"step": 0.025, "diaphragm_period": [0.4, 1.0]}

@@ -101,12 +101,12 @@ def assess(
     Returns
     -------
     xarray.Dataset
-        By ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity,
+        Over ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity,
         ``collapse_probability`` with its interval, ``median_pgv`` or ``median_pga`` and
         ``dispersion`` of the fragility with bootstrap intervals over the stations,
         ``stripe_collapses``, ``peak`` of each record (NaN where the wall collapses), and its
         ``peak_median`` and ``peak_upper`` (84 %).
-        By ``restitution_case``: ``case_collapse_probability`` at ``case_restitution``, for e less
+        Over ``restitution_case``: ``case_collapse_probability`` at ``case_restitution``, for e less
         and more the scatter of tests, and of a wall for e by the rule ``impulsive``.
         ``rocking_onset`` is the ground acceleration whose static load reaches the plateau of the
         curve. ``unconverged`` outcomes at the stripes, ``median_uncertainty`` and
@@ -412,14 +412,14 @@ def check_intensities(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str
     InputError
         If there are both or neither, or a level is less than 1e-6.
     """
-    given = {"PGV": pgv, "PGA": pga}
-    levels = {measure: level for measure, level in given.items() if level is not None}
+    arguments = {"PGV": pgv, "PGA": pga}
+    levels = {measure: level for measure, level in arguments.items() if level is not None}
     if len(levels) != 1:
         raise InputError("there must be either pgv or pga, the intensities asked for")
     ((measure, level),) = levels.items()
-    least = 1e-6  # below it the factors on records vanish
-    allowed = f"at least {least:g} [{INTENSITY_UNITS[measure]}]"
-    intensity = check(measure.lower(), level, lambda s: s >= least, allowed)
+    lowest = 1e-6  # below it the factors on records vanish
+    allowed = f"at least {lowest:g} [{INTENSITY_UNITS[measure]}]"
+    intensity = check(measure.lower(), level, lambda s: s >= lowest, allowed)
     return measure, np.unique(intensity)
 
 

@@ -105,7 +105,7 @@ def run_intensities(
     Returns
     -------
     xarray.Dataset
-        By ``wall``, ``damping_model``, ``record`` and ``intensity``: ``peak``, the largest
+        Over ``wall``, ``damping_model``, ``record`` and ``intensity``: ``peak``, the largest
         \\|u\\|/u_ins, NaN where the wall collapses, and ``collapsed``. By stripe
         ``stripe_collapsed``, and ``stripe_coarser``, the same at twice the finest step of each
         history, at each wall's ``stripe_intensity``. ``scale_factor`` holds the factors on the
@@ -206,9 +206,9 @@ def run_outcomes(
         for specimen in specimens
     ]
     return (
-        np.stack([run.peak.T for run in runs], axis=-1),
-        np.stack([run.collapsed.T for run in runs], axis=-1),
-        np.stack([run.coarser_collapsed.T for run in runs], axis=-1),
+        np.stack([peaks.peak.T for peaks in runs], axis=-1),
+        np.stack([peaks.collapsed.T for peaks in runs], axis=-1),
+        np.stack([peaks.coarser_collapsed.T for peaks in runs], axis=-1),
     )
 
 
@@ -240,9 +240,9 @@ def find_first_collapses(collapsed: NDArray[np.bool_], factor: Array) -> NDArray
     ordered = np.take_along_axis(collapsed, order, axis=0)
     first = ordered.copy()
     first[1:] &= ~ordered[:-1]
-    found = np.empty_like(collapsed)
-    np.put_along_axis(found, order, first, axis=0)
-    return found
+    first_collapses = np.empty_like(collapsed)
+    np.put_along_axis(first_collapses, order, first, axis=0)
+    return first_collapses
 
 
 # --- from runs to an answer -----------------------------------------------------------------------
@@ -331,7 +331,7 @@ def find_intervals(runs: xr.Dataset, groups: Sequence[str], measure: str) -> xr.
     """
     replicates = 1000
     seed = 695  # any number; a fixed one gives the same interval every time
-    known = 1.0 if len(set(groups)) >= FEWEST_STATIONS else np.nan
+    mask = 1.0 if len(set(groups)) >= FEWEST_STATIONS else np.nan
     collapsed = runs["collapsed"].transpose("record", "damping_model", ...).values
     stripes = runs["stripe_collapsed"].transpose("record", "damping_model", ...).values
     weights = resample(groups, replicates, seed)
@@ -343,12 +343,12 @@ def find_intervals(runs: xr.Dataset, groups: Sequence[str], measure: str) -> xr.
     dims_by_level = ("damping_model", "intensity")
     return xr.Dataset(
         {
-            "collapse_probability_interval": ((*dims_by_level, "bound"), known * probability),
+            "collapse_probability_interval": ((*dims_by_level, "bound"), mask * probability),
             "effective_records": (dims_by_level, effective),
             f"median_{measure.lower()}_interval": (
                 dims,
-                known * unit * interval(replicate.median),
+                mask * unit * interval(replicate.median),
             ),
-            "dispersion_interval": (dims, known * interval(replicate.dispersion)),
+            "dispersion_interval": (dims, mask * interval(replicate.dispersion)),
         }
     )

@@ -56,13 +56,13 @@ def sensitivity(
     table = []
     for row in rows:
         label, value = inputs[row.id]
-        changed = cr.sel(wall=row.id)
+        values = cr.sel(wall=row.id)
         table.append(
             {
                 "input": label,
                 "value": value,
-                "collapse_probability": changed["collapse_probability"].item(),
-                "median": changed[f"median_{measure.lower()}"].item(),
+                "collapse_probability": values["collapse_probability"].item(),
+                "median": values[f"median_{measure.lower()}"].item(),
             }
         )
     return table

@@ -62,9 +62,9 @@ def passes_zero(values: ArrayLike) -> NDArray[np.bool_]:
     ndarray of bool, shape (..., samples - 1)
     """
     sign = np.sign(np.asarray(values, dtype=float))
-    before = sign[..., :-1]
-    after = sign[..., 1:]
-    return (before != 0) & (before * after <= 0)
+    start = sign[..., :-1]
+    end = sign[..., 1:]
+    return (start != 0) & (start * end <= 0)
 
 
 def turning_points(
@@ -115,15 +115,15 @@ def half_cycles(elapsed: Array, displacement: Array, threshold: float) -> HalfCy
     threshold : float
         Least peak of a half cycle. [m]
     """
-    beyond = np.flatnonzero(np.abs(displacement) > threshold)
-    if not beyond.size:
+    large = np.flatnonzero(np.abs(displacement) > threshold)
+    if not large.size:
         return HalfCycles(*np.empty((4, 0)))
-    changes_side = np.diff(np.sign(displacement[beyond])) != 0
-    excursions = np.split(beyond, np.flatnonzero(changes_side) + 1)
+    changes_side = np.diff(np.sign(displacement[large])) != 0
+    excursions = np.split(large, np.flatnonzero(changes_side) + 1)
     peaks = [_find_peak(displacement, excursion[0], excursion[-1]) for excursion in excursions]
     crossings = [
-        _find_crossing(elapsed, displacement, before[-1], after[0])
-        for before, after in pairwise(excursions)
+        _find_crossing(elapsed, displacement, excursion[-1], successor[0])
+        for excursion, successor in pairwise(excursions)
     ]
     return HalfCycles(
         peak=displacement[peaks],
@@ -142,7 +142,7 @@ def _find_crossing(elapsed: Array, displacement: Array, first: int, last: int) -
     """Return the middle of the first and the last change of sign from `first` to `last`. [s]"""
     changes = first + np.flatnonzero(passes_zero(displacement[first : last + 1]))
     ends = changes[[0, -1]]
-    before = displacement[ends]
-    share = before / (before - displacement[ends + 1])
+    x = displacement[ends]
+    share = x / (x - displacement[ends + 1])
     interval = elapsed[ends + 1] - elapsed[ends]
     return float(np.mean(elapsed[ends] + share * interval))

@@ -32,14 +32,14 @@ def add_reversed(motions: Iterable[GroundMotion]) -> list[GroundMotion]:
     motions : iterable of GroundMotion
         Ground motions; a reversed one has the name of its own with ``turned`` after it.
     """
-    both = []
+    directions = []
     for motion in motions:
         reversed_record = replace(
             motion.record, ground_acceleration=-motion.record.ground_acceleration, displacement=None
         )
-        both.append(motion)
-        both.append(replace(motion, name=f"{motion.name} turned", record=reversed_record))
-    return both
+        directions.append(motion)
+        directions.append(replace(motion, name=f"{motion.name} turned", record=reversed_record))
+    return directions
 
 
 def run_one_sided(

@@ -44,9 +44,9 @@ def motion_noise(record: Record) -> float:
     """
     acceleration = record.ground_acceleration
     moving = np.flatnonzero(np.abs(acceleration) >= quiet_level(record))
-    before = np.diff(acceleration[: moving[0]])
-    after = np.diff(acceleration[moving[-1] + 1 :])
-    differences = np.concatenate([before, after])
+    first_rest = np.diff(acceleration[: moving[0]])
+    last_rest = np.diff(acceleration[moving[-1] + 1 :])
+    differences = np.concatenate([first_rest, last_rest])
     return float(np.sqrt(np.mean(differences**2) / 2))
 
 

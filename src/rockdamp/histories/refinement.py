@@ -87,15 +87,16 @@ def run_refined(
         Halvings of the step for every history.
     """
 
-    def run(specimen: Specimen, factor: Array, halvings: range) -> tuple[Array, Outcomes]:
+    def halve(specimen: Specimen, factor: Array, halvings: range) -> tuple[Array, Outcomes]:
         runs = [
             run_record(record, specimen, factor, step=step, tail=tail, halvings=number)
             for number in halvings
         ]
-        return np.stack([run.peak for run in runs]), np.stack([run.collapsed for run in runs])
+        peak = np.stack([peaks.peak for peaks in runs])
+        return peak, np.stack([peaks.collapsed for peaks in runs])
 
     finest = halvings + NEAR_HALVINGS
-    peak, collapsed = run(specimen, factor, range(halvings + 1))
+    peak, collapsed = halve(specimen, factor, range(halvings + 1))
     refined = summarise_runs(peak, collapsed)
     has_large_peak = ~collapsed[-1] & (peak[-1] >= NEAR_COLLAPSE)
     level, wall = np.nonzero(find_doubtful(collapsed) | has_large_peak)
@@ -105,15 +106,15 @@ def run_refined(
     # as long with one lane as with all, and ends when all its lanes have collapsed.
     order = np.argsort(collapsed[-1, level, wall], kind="stable")
     level, wall = level[order], wall[order]
-    finer_peak, finer_collapsed = run(
+    finer_peak, finer_collapsed = halve(
         specimen.take(wall), factor[level, wall][None], range(halvings + 1, finest + 1)
     )
-    near = summarise_runs(
+    refined_lanes = summarise_runs(
         np.concatenate([peak[:, level, wall], finer_peak[:, 0]]),
         np.concatenate([collapsed[:, level, wall], finer_collapsed[:, 0]]),
     )
     for field in fields(refined):
-        getattr(refined, field.name)[level, wall] = getattr(near, field.name)
+        getattr(refined, field.name)[level, wall] = getattr(refined_lanes, field.name)
     return refined
 
 

@@ -238,7 +238,10 @@ def _name_results(
         coords["restitution"] = ("damping_model", np.where(is_cr, values, np.nan))
         coords["damping_ratio"] = ("damping_model", np.where(is_cr, np.nan, values))
         dims = ("damping_model", *scale_dims)
-        results = {name: np.stack([getattr(run, name) for run in runs]) for name in vars(runs[0])}
+        results = {
+            name: np.stack([getattr(histories, name) for histories in runs])
+            for name in vars(runs[0])
+        }
     results["collapsed"] = results["collapsed"].astype(np.int8)
     variables = {
         name: ((*dims, "tau") if name in OVER_TAU else dims, values)

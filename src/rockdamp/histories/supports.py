@@ -186,9 +186,9 @@ def modal_response(
     samples_a_step = step * 10 / modes.period.min()
     finer = 2 ** max(int(np.ceil(np.log2(samples_a_step))), 0)
     # ASSUME: the free vibration after the record is followed down to a twentieth of itself.
-    rest = np.log(1 / 0.05) / (2 * np.pi * damping_ratio) * modes.period.max()
+    free_vibration = np.log(1 / 0.05) / (2 * np.pi * damping_ratio) * modes.period.max()
     # ASSUME: the ground is at rest one step before the record and one step after it.
-    padding = np.zeros(1 + int(np.ceil(rest / step)))
+    padding = np.zeros(1 + int(np.ceil(free_vibration / step)))
     padded = np.concatenate([[0.0], acceleration, padding])
     oscillation = oscillate(padded, step, modes.period, damping_ratio, finer)
     floors = oscillation.ground - modes.contribution @ oscillation.lag
@@ -228,9 +228,9 @@ def _hold_by_floor(
     modes = Modes(np.array([diaphragm.period]), np.array([[share]]))
     driving = rigid.acceleration[support]
     floor = modal_response(driving, rigid.step, modes, diaphragm.damping_ratio)
-    below = rigid.displacement[support]
+    carrier = rigid.displacement[support]
     samples = np.arange(floor.acceleration.shape[-1]) * floor.step / rigid.step
-    carried = np.interp(samples, np.arange(below.size), below, right=0.0)
+    carried = np.interp(samples, np.arange(carrier.size), carrier, right=0.0)
     return SupportMotion(floor.step, floor.acceleration, carried + floor.displacement)
 
 

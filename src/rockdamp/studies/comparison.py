@@ -45,7 +45,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         Statistics of `paired.compare_pairs`, by band of CR's peak; the first band is all of them.
-        Those of CR with small changes begin with ``varied_``. ``excess`` is the error of a damper
+        Statistics of CR with small changes begin with ``varied_``. ``excess`` is the error of a damper
         less that of the damper of least error at that e, over the histories that survive with both.
     """
     bootstrap = config.comparison.bootstrap
@@ -59,7 +59,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     is_pooled = has_ratio.isel(wall=columns)
     histories = histories.assign(collapsed=histories["collapsed"].where(is_pooled | is_cr, NOT_RUN))
     dampers = _pair_with_cr(histories, "peak", "collapsed")
-    varied = compare_pairs(
+    variations = compare_pairs(
         _pair_with_cr(histories, "varied_peak", "varied_collapsed"),
         weights,
         bands,
@@ -68,7 +68,7 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     statistics = xr.merge(
         [
             compare_pairs(dampers, weights, bands, "Dampers"),
-            varied[list(VARIED_STATISTICS)].rename(
+            variations[list(VARIED_STATISTICS)].rename(
                 {name: f"varied_{name}" for name in VARIED_STATISTICS}
             ),
             _find_excess(histories, edges, weights, has_ratio.sum("wall")),
@@ -166,10 +166,10 @@ def _find_excess(
             for values in (square, square[best], survived_both)
         ]
         sample = np.ones((1, len(survived_both)))
-        whole = _subtract_errors(sums, sample)[0]
+        difference = _subtract_errors(sums, sample)[0]
         replicates = _subtract_errors(sums, weights)
         is_known = np.isfinite(error)
-        excess.append(np.where(is_known, whole, np.nan))
+        excess.append(np.where(is_known, difference, np.nan))
         intervals.append(np.where(is_known[..., None], interval(replicates), np.nan))
     return xr.Dataset(
         {

@@ -169,9 +169,9 @@ def shake(config: Config, walls: xr.Dataset, motions: Sequence[GroundMotion]) ->
     scale = [float(wall.velocity_scale) for wall, _ in named_walls.values()]
     factor = velocity_ratio[:, None] * scale / pgv[:, None, None]
     cases = vary_restitution(earthquakes, e)
-    varied = run(cases, motions, named_walls, velocity_ratio, tail=earthquakes.tail)
-    varied = unstack(varied.drop_vars("reference"), cases, "restitution", "variation")
-    histories = varied.rename(peak="varied_peak", collapsed="varied_collapsed")
+    histories = run(cases, motions, named_walls, velocity_ratio, tail=earthquakes.tail)
+    histories = unstack(histories.drop_vars("reference"), cases, "restitution", "variation")
+    histories = histories.rename(peak="varied_peak", collapsed="varied_collapsed")
     results = run_dampers(config, walls, motions, factor)
     histories = histories.assign({name: (HISTORY_DIMS, values) for name, values in results.items()})
     return histories.assign(

@@ -171,8 +171,8 @@ def chunk(number: str, config: Config) -> xr.Dataset:
     tracked = track(motions, f"Dampers, part {number}")
     histories = run(list_cases(section), tracked, walls, velocity_ratio, tail=tail)
     ladder_cases = list_ladder_cases(section)
-    few = track(motions[:: section.ladder_every], f"Steps, part {number}")
-    ladder = run(ladder_cases, few, walls, velocity_ratio, tail=tail)
+    ladder_motions = track(motions[:: section.ladder_every], f"Steps, part {number}")
+    ladder = run(ladder_cases, ladder_motions, walls, velocity_ratio, tail=tail)
     ladder = ladder.drop_vars(["station", "reference"]).rename(record="ladder_record")
     return histories.assign(departure=find_departure(ladder, ladder_cases))
 
@@ -295,11 +295,11 @@ def crossing_decays(config: Config) -> xr.Dataset:
     e = float(config.damping_force.restitution)
     step = config.solver.step
     dampers = make_dampers(config.order, e)
-    shown = {name: dampers[name] for name in ("ECD16", "BAND0.4", "BAND0.2")}
+    shown_dampers = {name: dampers[name] for name in ("ECD16", "BAND0.4", "BAND0.2")}
     steps = step_count(config.matching.response_length, step)
     decays = damped_decays(
         config.curve.make(),
-        {REFERENCE: Damping(REFERENCE, e), **shown},
+        {REFERENCE: Damping(REFERENCE, e), **shown_dampers},
         RELEASE,
         step=step,
         steps=steps,

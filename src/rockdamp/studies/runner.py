@@ -108,7 +108,7 @@ class Batch(NamedTuple):
 
 def study_walls(config: Config) -> dict[str, WallAndCurve]:
     """Return the walls of the study of earthquakes and their curves, by name."""
-    return {named.name: (named.wall, named.curve) for named in config.earthquakes.walls}
+    return {wall.name: (wall.wall, wall.curve) for wall in config.earthquakes.walls}
 
 
 def chunk_names(number: str, config: Config) -> list[str]:

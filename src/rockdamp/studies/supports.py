@@ -116,9 +116,9 @@ def change_wall(
     **sizes : float
         Parameters of the wall that take other values.
     """
-    changed = replace(wall, **sizes)
-    restitution = float(getattr(changed, f"restitution_{rule}"))
-    return Specimen(changed, curve, Damping(REFERENCE, restitution))
+    body = replace(wall, **sizes)
+    restitution = float(getattr(body, f"restitution_{rule}"))
+    return Specimen(body, curve, Damping(REFERENCE, restitution))
 
 
 def is_loaded(wall: Wall | Parapet) -> bool:
@@ -195,9 +195,9 @@ def run_asymmetric(
             "substeps": substeps,
             "load": load_factor * factor,
         }
-        other = find_other_component(motion, motions)
-        if other is not None:
-            lifting = _fit_length(other.ground_acceleration, ground)
+        component = find_other_component(motion, motions)
+        if component is not None:
+            lifting = _fit_length(component.ground_acceleration, ground)
             vertical[row] = uneven_collapses(
                 column, e, lift=lift * factor, vertical=lifting, **march
             ).T
@@ -239,18 +239,22 @@ def find_other_component(motion: GroundMotion, motions: Sequence[GroundMotion]) 
     InputError
         If the other component has another step.
     """
-    others = [other for other in motions if other.group == motion.group and other is not motion]
-    if not others:
+    components = [
+        component
+        for component in motions
+        if component.group == motion.group and component is not motion
+    ]
+    if not components:
         return None
-    other = others[0]
+    component = components[0]
     step = motion.record.step
     check(
-        f"step of {other.name!r}",
-        other.record.step,
-        lambda other_step: np.isclose(other_step, step, rtol=1e-6, atol=0),
+        f"step of {component.name!r}",
+        component.record.step,
+        lambda component_step: np.isclose(component_step, step, rtol=1e-6, atol=0),
         f"{step:g} s, as of {motion.name!r}",
     )
-    return other.record
+    return component.record
 
 
 def change_strength(wall: Wall | Parapet, eccentricity: float) -> float:
@@ -263,8 +267,8 @@ def change_strength(wall: Wall | Parapet, eccentricity: float) -> float:
     eccentricity : float
         Distance of the overburden from mid-thickness, over the thickness. [-]
     """
-    moved = replace(wall, eccentricity=eccentricity * float(wall.thickness))
-    return float(moved.rigid_strength / wall.rigid_strength)
+    eccentric = replace(wall, eccentricity=eccentricity * float(wall.thickness))
+    return float(eccentric.rigid_strength / wall.rigid_strength)
 
 
 # --- comparison -----------------------------------------------------------------------------------
