@@ -266,7 +266,7 @@ def exact_outcomes(cases, motions, walls, levels, tail):
         pgv = intensity_measures(motion.record).pgv
         for column, (wall, curve) in enumerate(walls.values()):
             for index, case in enumerate(cases):
-                specimen = case.setup(wall, curve)
+                specimen = case.make_specimen(wall, curve)
                 for level, ratio in enumerate(levels):
                     factor = ratio * float(wall.velocity_scale) / pgv
                     load = make_load(specimen.wall, motion.record, factor, tail=tail)
