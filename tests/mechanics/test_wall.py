@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from rockdamp.errors import InputError
-from rockdamp.mechanics.wall import HINGE_RANGE, Parapet, Wall
+from rockdamp.mechanics.wall import HINGE_RANGE, OneSidedWall, Parapet, Wall
 
 GRAVITY = 9.80665
 
@@ -61,6 +61,24 @@ def test_restitution_rises_with_slenderness(restitution):
 
 def test_impulsive_restitution_is_below_eq_7():
     assert np.all(WALLS.restitution_impulsive < WALLS.restitution_rigid)
+
+
+@pytest.mark.parametrize(("slenderness", "e"), [(5, 0.41), (1e6, 0.525)])
+def test_restitution_against_a_return_wall(slenderness, e):
+    front = OneSidedWall(Parapet(1e-3, 1e-3 * slenderness))
+    assert front.restitution_measured == pytest.approx(e, abs=5e-3)
+
+
+def test_sizes_of_a_wall_against_a_stop():
+    wall = Wall(0.3, 4.5, overburden_ratio=1.0)
+    for name in (
+        "instability_displacement",
+        "frequency_parameter",
+        "load_factor",
+        "velocity_scale",
+    ):
+        assert getattr(OneSidedWall(wall), name) == getattr(wall, name)
+    assert OneSidedWall(wall).rocking_onset(0.8) == wall.rocking_onset(0.8)
 
 
 # --- inertia -------------------------------------------------------------------------------------
