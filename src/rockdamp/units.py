@@ -53,12 +53,18 @@ _HEAD = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(](.*)[\])])?\s*")
 
 def size(text: str, unit: str) -> float | None:
     """Return the size of a unit in an SI unit, such as 0.01 for "CM/SEC**2" in "m s-2"; None if it is no such unit."""
+    name = spelling(text, unit)
+    return None if name is None else UNITS[unit][name]
+
+
+def spelling(text: str, unit: str) -> str | None:
+    """Return the spelling in `UNITS` of a unit, such as "cm/s2" for "CM/SEC**2"; None if it is no such unit."""
     folded = re.sub(r"\*\*|\^|[()]", "", text.strip().lower())
     folded = folded.replace("sec", "s").replace("²", "2").replace("³", "3")
     folded = re.sub(r"[\s·]+([a-z]+)-(\d)", r"/\1\2", folded)  # "m s-2" is "m/s2"
     folded = folded.replace(" ", "").removesuffix("1")
-    spellings = {spelling.lower(): value for spelling, value in UNITS[unit].items()}
-    return spellings.get(folded)
+    names = {name.lower(): name for name in UNITS[unit]}
+    return names.get(folded)
 
 
 def quantity(text: str, unit: str = "") -> float:
@@ -119,6 +125,13 @@ def quantities(text: str, unit: str = "") -> list[float]:
             f"{text!r} must have a unit at each number, or at none; the decimal sign must be a point"
         )
     return [quantity(part, unit) for part in parts]
+
+
+def stated_unit(text: str, unit: str) -> str:
+    """Return the spelling of the unit that a list of numbers is in; the SI unit if it states none."""
+    match = _NUMBER_AND_UNIT.fullmatch(text.partition(",")[0])
+    name = spelling(match[2], unit) if match and match[2] else None
+    return next(iter(UNITS[unit])) if name is None else name
 
 
 def name_and_unit(head: str) -> tuple[str, str]:

@@ -111,6 +111,14 @@ def test_fragility_shows_the_interval_of_the_first_model(answer):
     np.testing.assert_allclose([bar[:, 1] for bar in bars], INTERVALS[0])
 
 
+@pytest.mark.parametrize("answer", ["pga"], indirect=True)
+def test_fragility_is_in_the_unit_asked_for(answer):
+    (in_g,) = fragility_figure(answer, "g").axes
+    (in_si,) = fragility_figure(answer, "m/s2").axes
+    assert (in_g.get_xlabel(), in_si.get_xlabel()) == ("PGA [g]", "PGA [m/s2]")
+    assert in_si.get_xlim()[1] / in_g.get_xlim()[1] == pytest.approx(9.80665)
+
+
 def test_fragility_names_measure_and_records(answer):
     (axes,) = fragility_figure(answer).axes
     assert answer.attrs["intensity_measure"] in axes.get_xlabel()

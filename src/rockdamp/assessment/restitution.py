@@ -13,9 +13,8 @@ from rockdamp.mechanics.wall import SORRENTINO_RATIO, OneSidedWall, Parapet, Wal
 # rigid mechanics, which is `impulsive`.
 DEFAULT_RULE = "measured"
 RESTITUTION_RULES = {
-    "measured": f"{SORRENTINO_RATIO:.2f} of Eq. (7), near the upper end of the tests of walls that"
-    " the paper quotes",
-    "rigid": "Eq. (7): angular momentum about the new base pivot",
+    "measured": f"{SORRENTINO_RATIO:.2f} of Eq. 7",
+    "rigid": "Eq. 7: angular momentum about the new base pivot",
     "impulsive": "with the impulse of every support",
 }
 

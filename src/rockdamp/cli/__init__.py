@@ -1,4 +1,4 @@
-"""Command line. Its modules import click alone, and a command imports the rest when it runs: `--help` is quick."""
+"""Command line. Its modules import click alone; a command imports the rest when it runs, so that `--help` is quick."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import click
 from rockdamp import __version__
 from rockdamp.cli.assess import assess, batch
 from rockdamp.cli.calibrate import calibrate
-from rockdamp.cli.common import Main
+from rockdamp.cli.command import Main
 from rockdamp.cli.histories import decay, respond
 from rockdamp.cli.wall import equivalent, wall
 
@@ -18,7 +18,7 @@ __all__ = ["main"]
     cls=Main,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     invoke_without_command=True,
-    epilog="Numbers are SI, or have a unit: --thickness 102mm, --pga 0.3g. Begin with: rockdamp wall --help",
+    epilog="Numbers are in SI or have a unit: --thickness 102mm, --pga 0.3g. Begin with: rockdamp wall --help",
 )
 @click.version_option(__version__, prog_name="rockdamp")
 @click.pass_context
@@ -28,5 +28,5 @@ def main(ctx: click.Context) -> None:
         click.echo(ctx.get_help())
 
 
-for command in (wall, equivalent, decay, respond, assess, batch, calibrate):
-    main.add_command(command)
+for subcommand in (wall, equivalent, decay, respond, assess, batch, calibrate):
+    main.add_command(subcommand)

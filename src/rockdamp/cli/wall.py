@@ -1,4 +1,4 @@
-"""`wall` and `equivalent`: what needs no history."""
+"""`wall` and `equivalent`: properties of a wall, and equivalent damping ratios, without time histories."""
 
 from __future__ import annotations
 
@@ -8,25 +8,37 @@ from typing import Any
 import click
 
 import rockdamp as rd
-from rockdamp.cli import common, options
-from rockdamp.cli.options import NUMBER, Quantity, option
+from rockdamp.cli import inputs as build
+from rockdamp.cli import options, printing
+from rockdamp.cli.command import command, examples
+from rockdamp.cli.options import NUMBER, RULE_WORDS, Quantity, option
 from rockdamp.constants import RELEASES
 
-UNITS = {
-    "weight": "N",
-    "effective_mass": "kg",
-    "excitation_factor": "-",
-    "rigid_strength": "N",
-    "rigid_stiffness": "N/m",
-    "instability_displacement": "m",
-    "frequency_parameter": "rad/s",
-    "rocking_onset": "m/s2",
+# The constants of a wall: label, printed unit, and its size in SI.
+WALL_LINES = {
+    "weight": ("weight W", "kN", 1000.0),
+    "effective_mass": ("effective mass m_eff", "kg", 1.0),
+    "excitation_factor": ("excitation factor lambda", "-", 1.0),
+    "rigid_strength": ("strength of the rigid wall F0", "kN", 1000.0),
+    "rigid_stiffness": ("stiffness of the rigid wall K0", "kN/m", 1000.0),
+    "instability_displacement": ("instability displacement u_ins", "mm", 0.001),
+    "frequency_parameter": ("frequency parameter p", "rad/s", 1.0),
+    "rocking_onset": ("acceleration that starts rocking", "m/s2", 1.0),
 }
-AMPLITUDES = (0.1, 0.3, 0.5, 0.7, 0.9)
+PERIOD_AMPLITUDES = (0.1, 0.3, 0.5, 0.7, 0.9)
+RATIO_HEADS = {
+    "id": "wall",
+    "restitution": "e",
+    "damping_model": "damper",
+    "damping_ratio": "xi",
+    "rms_error": "error [u/u_ins]",
+    "damping_ratio_energy": "xi by energy",
+    "damping_ratio_fit": "xi by the paper's fit",
+}
 
 
-@click.command(
-    epilog=common.examples(
+@command(
+    epilog=examples(
         "rockdamp wall --thickness 0.3 --height 4.5 --overburden-ratio 2",
         "rockdamp wall --thickness 102mm --height 2.75m --preset moderate",
         "rockdamp wall --thickness 12in --height 13ft --hinge-ratio weakest --overburden 12kN/m",
@@ -37,66 +49,59 @@ AMPLITUDES = (0.1, 0.3, 0.5, 0.7, 0.9)
 @options.restitution_option()
 @options.json_option
 def wall(**inputs: Any) -> None:
-    """Constants of a wall, its restitution and periods.
+    """Properties of a wall: constants, restitution and periods.
 
-    With a curve (--preset, or --a1 and --b1) also the damping to type into a program for one e, by default the measured
-    one: C and OpenSees' rayleigh alphaM of CDC, and which share of the collapses each damper misses.
+    With a curve (--preset, or --a1 and --b1) also the viscous dampers that replace one e, by default the rule
+    "measured": the ratio of each, the share of the collapses that it misses, and the constants of CDC for a program: C,
+    and alphaM of OpenSees.
     """
-    built, e = common.build_wall(inputs), inputs["restitution"]
+    restitution = inputs["restitution"]
     has_curve = any(inputs[name] is not None for name in ("preset", "a1", "b1"))
-    if e is not None and not has_curve:
-        raise click.UsageError("--restitution belongs to a curve: --preset, or --a1 and --b1")
-    curve = common.build_curve(inputs) if has_curve else None
-    others = [name for name in ("hinge_ratio", "weakest_hinge_ratio") if hasattr(built, name)]
-    names = [*UNITS, *(f"restitution_{rule}" for rule in options.RULES), *others]
-    onset = built.rocking_onset(1.0 if curve is None else curve.strength_ratio)
-    values = {
-        name: float(onset if name == "rocking_onset" else getattr(built, name)) for name in names
-    }
-    periods, damping = _periods(built, curve), {}
+    if restitution is not None and not has_curve:
+        raise click.UsageError("--restitution belongs to a curve: give --preset, or --a1 and --b1")
+    built = build.build_wall(inputs)
+    curve = build.build_curve(inputs) if has_curve else None
+    values = _wall_values(built, curve)
+    periods = _period_rows(built, curve)
+    damping: dict[str, Any] = {}
     if curve is not None:
         from rockdamp.equivalence.programs import describe_damping
 
-        e, _ = common.choose_restitution(built, "measured" if e is None else e)
+        rule = "measured" if restitution is None else restitution
+        e, _ = build.choose_restitution(built, rule)
         damping = describe_damping(built, curve, e)
     if inputs["as_json"]:
-        common.print_json(values | {"periods": periods} | damping)
+        printing.print_json(values | {"periods": periods} | damping)
         return
-    click.echo(f"{common.describe_wall(built, curve)}\n")
-    for name, unit in UNITS.items():
-        click.echo(f"{name:25s}{values[name]:>10.5g} {unit}")
-    for rule in options.RULES:
-        value = values[f"restitution_{rule}"]
-        reason = common.choose_restitution(built, rule)[1] if value == value else "not known"
-        click.echo(f"{f'restitution_{rule}':25s}{common.cell(value):>10s} {reason}")
-    click.echo()
-    common.print_table(
-        [
-            {f"{name} [s]" if "period" in name else name: row[name] for name in row}
-            for row in periods
-        ]
-    )
+    click.echo(printing.describe_wall(built, curve))
+    _print_constants(values)
+    _print_restitutions(built, values)
+    _print_periods(periods)
     if damping:
-        click.echo()
-        common.print_dampers(damping, damping["damping"])
-        (missed,) = (
-            row["missed_collapse_rate"]
-            for row in damping["damping"]
-            if row["damping_model"] == "CDC"
-        )
-        click.echo(
-            f"CDC: C = {damping['damping_coefficient']:.5g} N s/m. OpenSees: rayleigh {damping['rayleigh_alpha_m']:.5g}"
-            f" 0 0 0 (alphaM = 2 xi w1). In the study's walls it misses {common.percent(missed)} of the collapses"
-            " under restitution"
-        )
+        _print_damping(damping)
 
 
-def _periods(wall: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, Any]]:
-    """Return the periods of decays from some amplitudes, up to the end of the curve."""
+def _wall_values(built: Any, curve: rd.TrilinearCurve | None) -> dict[str, float]:
+    """Return the constants of a wall by name; e of a rule is NaN where it is not known."""
+    strength_ratio = 1.0 if curve is None else curve.strength_ratio
+    hinges = [name for name in ("hinge_ratio", "weakest_hinge_ratio") if hasattr(built, name)]
+    rules = [f"restitution_{rule}" for rule in RULE_WORDS]
+    values = {}
+    for name in (*WALL_LINES, *rules, *hinges):
+        if name == "rocking_onset":
+            values[name] = float(built.rocking_onset(strength_ratio))
+        else:
+            values[name] = float(getattr(built, name))
+    return values
+
+
+def _period_rows(built: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, Any]]:
+    """Return the periods of free vibration from several amplitudes, up to the end of the curve."""
     from rockdamp.mechanics.free_motion import rigid_period
 
-    p, rows = wall.frequency_parameter, []
-    for amplitude in AMPLITUDES:
+    p = built.frequency_parameter
+    rows = []
+    for amplitude in PERIOD_AMPLITUDES:
         row = {"amplitude": amplitude, "rigid_period": rigid_period(amplitude) / p}
         if curve is None:
             rows.append(row)
@@ -105,8 +110,46 @@ def _periods(wall: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, Any]]
     return rows
 
 
-@click.command(
-    epilog=common.examples(
+def _print_constants(values: dict[str, float]) -> None:
+    click.echo("\nConstants of the wall:")
+    for name, (label, unit, size) in WALL_LINES.items():
+        click.echo(f"  {label:34s}{printing.cell(values[name] / size):>8s} {unit}")
+
+
+def _print_restitutions(built: Any, values: dict[str, float]) -> None:
+    click.echo("\nCoefficient of restitution e, by rule:")
+    for rule in RULE_WORDS:
+        e = values[f"restitution_{rule}"]
+        reason = "not known with a mass on the wall"
+        if e == e:
+            reason = build.choose_restitution(built, rule)[1].partition(": ")[2]
+        click.echo(f"  {rule:34s}{printing.cell(e):>8s} {reason}")
+
+
+def _print_periods(periods: list[dict[str, Any]]) -> None:
+    heads = {
+        "amplitude": "u0/u_ins",
+        "rigid_period": "rigid wall [s]",
+        "period": "with the curve [s]",
+    }
+    rows = [{heads[name]: value for name, value in row.items()} for row in periods]
+    click.echo()
+    printing.print_table(rows, "Period of free vibration from the amplitude u0:")
+
+
+def _print_damping(damping: dict[str, Any]) -> None:
+    click.echo()
+    printing.print_dampers(damping, damping["damping"])
+    missed = {row["damping_model"]: row["missed_collapse_rate"] for row in damping["damping"]}
+    click.echo(
+        f"CDC: C = {damping['damping_coefficient']:.4g} N s/m; in OpenSees"
+        f" rayleigh {damping['rayleigh_alpha_m']:.4g} 0 0 0 (alphaM = 2 xi w1);"
+        f" it misses {printing.percent(missed['CDC'])} of the collapses"
+    )
+
+
+@command(
+    epilog=examples(
         "rockdamp equivalent --restitution 0.85 --a1 0.04 --b1 0.85",
         "rockdamp equivalent --damping-ratio 5% --preset moderate",
         "rockdamp equivalent --walls examples/my-walls.csv --output ratios.csv",
@@ -115,45 +158,71 @@ def _periods(wall: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, Any]]
 @option(
     "--restitution",
     type=Quantity(several=True),
-    help=f"Restitution e, of releases from {RELEASES}; or several.",
+    help=f"Coefficient of restitution e, for releases of {RELEASES}; or several.",
+    section="Damping",
 )
-@option("--damping-ratio", type=NUMBER, help="In place of it, a damping ratio xi: the answer is e.")
+@option(
+    "--damping-ratio",
+    type=NUMBER,
+    help="Damping ratio xi whose e is wanted; alternative to --restitution.",
+    section="Damping",
+)
 @options.curve_options
-@option("--release", type=NUMBER, default=0.5, help="Release amplitude u0/u_ins.")
+@option(
+    "--release",
+    type=NUMBER,
+    default=0.5,
+    help="Release amplitude u0/u_ins.",
+    section="Free decay",
+)
 @option(
     "--walls",
-    type=options.FILE,
+    type=options.INPUT_FILE,
     metavar="FILE",
-    help="Table of walls, as of batch, in place of one e and curve.",
+    help="Table of walls, as for batch; alternative to one e and curve.",
+    section="Wall",
 )
-@options.output_option(".csv", help="Write the rows.")
+@options.output_option(".csv", help="Save the rows as CSV.")
 @options.json_option
 def equivalent(**inputs: Any) -> None:
-    """Damping ratios equivalent to a restitution, or back.
+    """Damping ratios equivalent to a restitution, or the reverse.
 
-    One row for each e and viscous model. damping_ratio has the least error (Eq. 17): use it. damping_ratio_energy is
-    the closed form, damping_ratio_fit the paper's polynomials at b1 = 0.85, empty outside their range of a1 and e.
+    A row for each e and viscous damper. xi has the least error in free decay (Eq. 17): use this one. Beside it are the
+    ratio by the closed form of the energy, and that by the paper's polynomials, which are for b1 = 0.85 and have no
+    value outside their range of a1 and e.
     """
+    e = inputs["restitution"]
+    xi = inputs["damping_ratio"]
+    walls = inputs["walls"]
+    release = inputs["release"]
+    if [e, xi, walls].count(None) != 2:
+        raise click.UsageError("give one of --restitution, --damping-ratio and --walls")
+    if walls is not None:
+        rows = _equivalent_walls(walls, release)
+    elif xi is not None:
+        rows = _equivalent_restitutions(xi, build.build_curve(inputs), release)
+    else:
+        rows = rd.equivalent(e, build.build_curve(inputs), release_amplitude=release)
+    if inputs["output"] is not None:
+        printing.write_csv(rows, inputs["output"])
+    if inputs["as_json"]:
+        printing.print_json(rows)
+        return
+    _print_ratios(rows, release)
+
+
+def _equivalent_restitutions(
+    xi: float, curve: rd.TrilinearCurve, release: float
+) -> list[dict[str, Any]]:
+    """Return the e that a damping ratio stands for, by damper; there must be one."""
     from rockdamp.equivalence.equivalent import equivalent_restitution
 
-    e, xi, walls = (inputs[name] for name in ("restitution", "damping_ratio", "walls"))
-    if [e, xi, walls].count(None) != 2:
-        raise click.UsageError("there must be one of --restitution, --damping-ratio and --walls")
-    if walls is not None:
-        rows = _equivalent_walls(walls, inputs["release"])
-    elif xi is not None:
-        rows = equivalent_restitution(
-            xi, common.build_curve(inputs), release_amplitude=inputs["release"]
+    rows = equivalent_restitution(xi, curve, release_amplitude=release)
+    if not any(row["restitution"] for row in rows):
+        raise click.UsageError(
+            f"--damping-ratio is {xi:g}; it must be that of an e from 0.60 to 0.99"
         )
-        if not any(row["restitution"] for row in rows):
-            raise click.UsageError(
-                f"--damping-ratio is {xi:g}; it must be that of an e from 0.60 to 0.99"
-            )
-    else:
-        rows = rd.equivalent(e, common.build_curve(inputs), release_amplitude=inputs["release"])
-    if inputs["output"] is not None:
-        common.write_csv(rows, inputs["output"])
-    common.print_json(rows) if inputs["as_json"] else common.print_table(rows)
+    return rows
 
 
 def _equivalent_walls(path: Path, release: float) -> list[dict[str, Any]]:
@@ -161,9 +230,22 @@ def _equivalent_walls(path: Path, release: float) -> list[dict[str, Any]]:
     from rockdamp.assessment.table import BadRow, read_walls
 
     rows = []
-    for wall in read_walls(path):
-        if isinstance(wall, BadRow):
-            raise rd.InputError(f"{path}: {wall.id}: {wall.error}")
-        answers = rd.equivalent(wall.restitution, wall.curve, release_amplitude=release)
-        rows += [{"id": wall.id, **answer} for answer in answers]
+    for row in read_walls(path):
+        if isinstance(row, BadRow):
+            raise rd.InputError(f"{path}: {row.id}: {row.error}")
+        answers = rd.equivalent(row.restitution, row.curve, release_amplitude=release)
+        rows += [{"id": row.id, **answer} for answer in answers]
     return rows
+
+
+def _print_ratios(rows: list[dict[str, Any]], release: float) -> None:
+    """Print the rows, and which damper has the smallest error."""
+    table = [{RATIO_HEADS.get(name, name): row[name] for name in row} for row in rows]
+    printing.print_table(
+        table, f"Damping ratio xi equivalent to e, in free decay from {release:g} u_ins:"
+    )
+    errors = {row["damping_model"]: row.get("rms_error") for row in rows}
+    known = {model: error for model, error in errors.items() if error is not None}
+    if known:
+        best = min(known, key=lambda model: known[model])
+        click.echo(f"{best} has the smallest error; use xi, or rockdamp wall for a program.")

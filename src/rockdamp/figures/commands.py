@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import ndtr
 
-from rockdamp.constants import PAPER_MODELS, STANDARD_GRAVITY
+from rockdamp.constants import PAPER_MODELS
 from rockdamp.figures.decays import model_label
 from rockdamp.figures.measured import (
     ACCELERATION,
@@ -37,6 +37,7 @@ from rockdamp.figures.style import (
 )
 from rockdamp.mechanics.free_motion import rigid_period
 from rockdamp.text import number
+from rockdamp.units import quantity
 
 PARAMETER_SYMBOLS = {
     "yield_displacement_ratio": "$a_1$",
@@ -98,14 +99,17 @@ def draw_response(axes: Axes, history: xr.Dataset, label: str) -> None:
 # --- fragility ---------------------------------------------------------------------------------
 
 
-def fragility_figure(answer: xr.Dataset) -> Figure:
-    """Draw the fragility under each model, with its stripes and the intensities asked for."""
+def fragility_figure(answer: xr.Dataset, unit: str | None = None) -> Figure:
+    """Draw the fragility under each model, with its stripes and the intensities asked for.
+
+    Intensities are in `unit`; by default a PGA is in g and a PGV in m/s.
+    """
     measure = str(answer.attrs["intensity_measure"]).lower()  # pgv or pga
-    unit = "m/s"
-    if measure == "pga":
-        unit = "g"
-        names = (measure, f"stripe_{measure}", f"median_{measure}")
-        answer = answer.assign({name: answer[name] / STANDARD_GRAVITY for name in names})
+    if unit is None:
+        unit = "g" if measure == "pga" else "m/s"
+    size = quantity(f"1 {unit}", "m s-2" if measure == "pga" else "m s-1")
+    names = (measure, f"stripe_{measure}", f"median_{measure}")
+    answer = answer.assign({name: answer[name] / size for name in names})
     figure, ((axes,),) = panels(1, 1, 72.0)
     stripes = answer[f"stripe_{measure}"].values
     models = answer["damping_model"].values.tolist()

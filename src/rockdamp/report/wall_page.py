@@ -14,7 +14,7 @@ import xarray as xr
 from jinja2 import Environment, StrictUndefined
 from matplotlib.figure import Figure
 
-from rockdamp import __version__
+from rockdamp import __version__, units
 from rockdamp.assessment.answers import measure_name, reasons
 from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
 from rockdamp.assessment.sensitivity import sensitivity
@@ -34,6 +34,7 @@ def write_wall_page(
     motions: Sequence[GroundMotion],
     answer: xr.Dataset,
     path: Path,
+    unit: str | None = None,
 ) -> None:
     """Write inputs, probability of collapse, damper and sensitivity of a wall, self-contained.
 
@@ -45,31 +46,38 @@ def write_wall_page(
         The result of `assess` for the wall.
     path : Path
         File to write, complete or not at all.
+    unit : str, optional
+        Unit of the intensities on the page; by default g for a PGA, m/s for a PGV.
     """
     measure = measure_name(answer)
+    si_unit = "m s-2" if measure == "pga" else "m s-1"
+    if unit is None:
+        unit = "g" if measure == "pga" else "m/s"
+    size = units.quantity(f"1 {unit}", si_unit)
     restitution = max(float(answer["restitution"]), LEAST_DAMPER_RESTITUTION)
     damping = describe_damping(wall, curve, restitution)
     dampers = {row["damping_model"]: row for row in damping["damping"]}
     changes = sensitivity(wall, curve, answer, motions)
     models = answer["damping_model"].values.tolist()
+    curves = [answer.sel(damping_model=model) for model in models]
     all_reasons = [reason for model in models for reason in reasons(answer, model)]
     html = load_template().render(
         kind="parapet" if isinstance(wall, Parapet) else "wall",
         inputs=list_inputs(wall, curve, float(answer["rocking_onset"])),
         answer=answer,
         cr=answer.sel(damping_model="CR"),
-        levels=[write_level(measure, level) for level in answer[measure].values],
-        fragility=[list_fragility(answer.sel(damping_model=model), measure) for model in models],
+        levels=[write_level(level / size, unit) for level in answer[measure].values],
+        fragility=[list_fragility(curve, measure, unit, size) for curve in curves],
         missing=list(dict.fromkeys(all_reasons)),
         dampers=[(dampers[model], need) for model, need in REQUIREMENT.items()],
         w1=damping["initial_frequency"],
-        changes=[row | {"median": write_level(measure, row["median"])} for row in changes],
+        changes=[row | {"median": write_level(row["median"] / size, unit)} for row in changes],
         u_ins=1000 * float(wall.instability_displacement),
         measure=measure.upper(),
-        unit="g" if measure == "pga" else "m/s",
-        size=STANDARD_GRAVITY if measure == "pga" else 1.0,
+        unit=unit,
+        size=size,
         records=list_records(motions),
-        figure=encode_image(fragility_figure(answer)),
+        figure=encode_image(fragility_figure(answer, unit)),
         releases=RELEASES,
         overstates=SMALL_RELEASE_OVERSTATES,
         version=__version__,
@@ -119,24 +127,20 @@ def list_inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> li
     return rows + [(name, f"{number(value)} {unit}") for name, value, unit in derived]
 
 
-def list_fragility(curve: xr.Dataset, measure: str) -> dict[str, Any]:
+def list_fragility(curve: xr.Dataset, measure: str, unit: str, size: float) -> dict[str, Any]:
     """Return model, median and its interval, and the parameters of one fragility curve."""
     return {
         "model": curve["damping_model"].item(),
-        "median": write_level(measure, curve[f"median_{measure}"]),
+        "median": write_level(curve[f"median_{measure}"] / size, unit),
         "interval": curve[f"median_{measure}_interval"],
         "curve": curve,
     }
 
 
-def write_level(measure: str, value: Any) -> str:
-    """Write an intensity with its unit, a PGA in g; a dash if there is none."""
+def write_level(value: Any, unit: str) -> str:
+    """Write an intensity with its unit; a dash if there is none."""
     intensity = float(value)
-    if not np.isfinite(intensity):
-        return DASH
-    if measure == "pga":
-        return f"{number(intensity / STANDARD_GRAVITY)} g"
-    return f"{number(intensity)} m/s"
+    return f"{number(intensity)} {unit}" if np.isfinite(intensity) else DASH
 
 
 def write_span(bounds: xr.DataArray, factor: float = 1.0) -> str:

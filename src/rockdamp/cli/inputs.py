@@ -1,0 +1,119 @@
+"""From options to a wall, its curve, dampers and ground motions, with warnings of unusual values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+from typing import Any, SupportsFloat
+
+import click
+
+import rockdamp as rd
+from rockdamp.constants import STANDARD_GRAVITY, VISCOUS_MODELS
+
+Inputs = Mapping[str, Any]  # values of the options of a command, by their names
+
+
+def warn(name: str, value: SupportsFloat, least: float, most: float, remark: str) -> None:
+    """Print a line if a value is possible but unusual; `remark` says why."""
+    number = float(value)
+    if least <= number <= most:
+        return
+    limit = f"less than {least:g}" if number < least else f"more than {most:g}"
+    click.echo(f"warning: {name} is {number:.3g}, {limit}: {remark}", err=True)
+
+
+def warn_of_rest(peak: SupportsFloat, curve: rd.TrilinearCurve) -> None:
+    """Warn of a wall that does not rock."""
+    ratio = float(peak) / float(curve.yield_displacement_ratio)
+    warn("peak over a1", ratio, 1.0, inf, "the wall does not rock")
+
+
+def build_wall(inputs: Inputs) -> Any:
+    """Return the wall: a Wall, a Parapet, or one of them against a stop."""
+    from rockdamp.assessment.description import make_wall
+
+    wall: Any = make_wall(inputs)
+    slenderness = getattr(wall, "mechanism", wall).slenderness
+    warn("height over thickness", slenderness, 0.0, 40.0, "tests of walls went to 28")
+    return wall
+
+
+def build_curve(inputs: Inputs) -> rd.TrilinearCurve:
+    """Return the force-displacement curve."""
+    from rockdamp.assessment.description import make_curve
+
+    return make_curve(inputs)
+
+
+def choose_restitution(wall: Any, restitution: float | str) -> tuple[float, str]:
+    """Return e, and the rule that gives it in words; warn of a number above that of rigid mechanics."""
+    from rockdamp.assessment.restitution import find_restitution
+
+    e, reason = find_restitution(wall, restitution)
+    if isinstance(restitution, str):
+        return e, f'rule "{restitution}": {reason}'
+    if hasattr(wall, "restitution_rigid"):  # a wall against a stop has none
+        ratio = e / wall.restitution_rigid
+        remark = "tests of walls and blocks gave 0.85 to 1.03"
+        warn("restitution over that of rigid mechanics", ratio, 0.0, 1.1, remark)
+    return e, reason
+
+
+def build_dampings(
+    inputs: Inputs, curve: rd.TrilinearCurve, e: float | None, **release: float
+) -> list[rd.Damping]:
+    """Return the damper that the options describe; with --compare one of every model."""
+    model, parameters = inputs["damping_model"] or ("CR", {})
+    xi = inputs["damping_ratio"]
+    if inputs["compare"]:
+        if e is None or xi is not None or inputs["damping_model"]:
+            raise click.UsageError("--compare must be given with --restitution alone")
+        rows = rd.equivalent(e, curve, **release)
+        dampers = [rd.Damping(row["damping_model"], row["damping_ratio"]) for row in rows]
+        return [rd.Damping("CR", e), *dampers]
+    if (e is None) is (xi is None) or (model == "CR" and xi is not None):
+        viscous = f"--damping-ratio with --damping-model {'|'.join(VISCOUS_MODELS)}"
+        raise click.UsageError(f"give either --restitution, or {viscous}")
+    if e is not None:
+        return [rd.Damping.from_restitution(e, model, **parameters)]
+    warn("damping_ratio", xi, 0.0, 0.5, "the damper is near critical")
+    return [rd.Damping(model, xi, **parameters)]
+
+
+def read_motions(inputs: Inputs) -> list[rd.GroundMotion]:
+    """Return the ground motions of --records."""
+    statements = {name: inputs[name] for name in ("step", "unit", "column")}
+    motions = rd.load_records(inputs["records"], **statements)
+    for motion in motions:
+        measures = rd.intensity_measures(motion.record)
+        pga = measures.pga / STANDARD_GRAVITY
+        warn(f"{motion.name}: PGA in g", pga, 0.001, 5.0, "records of earthquakes lie within")
+        velocity_ratio = abs(measures.end_velocity) / measures.pgv
+        remark = "the ground still moves when the record ends"
+        warn(f"{motion.name}: velocity at the end over PGV", velocity_ratio, 0.0, 0.1, remark)
+    return motions
+
+
+def build_supports(inputs: Inputs) -> dict[str, Any]:
+    """Return the building and the flexible floor that the options describe, for `floor_motions`."""
+    building = [inputs[name] for name in ("building_period", "storeys", "storey")]
+    supports: dict[str, Any] = {}
+    if None not in building:
+        supports["building"] = rd.Building(*building)
+    elif any(value is not None for value in building):
+        raise click.UsageError("--building-period, --storeys and --storey must be given together")
+    if inputs["diaphragm_period"] is not None:
+        supports["diaphragm"] = rd.Diaphragm(inputs["diaphragm_period"])
+    return supports
+
+
+def read_support_motions(inputs: Inputs) -> Sequence[rd.GroundMotion]:
+    """Return the motions of the supports: those of --records, or those of a building and a floor under them."""
+    supports = build_supports(inputs)
+    if supports and inputs["one_sided"]:
+        raise click.UsageError("--one-sided must be without a building or a flexible floor")
+    motions = read_motions(inputs)
+    if not supports:
+        return motions
+    return rd.floor_motions(motions, parapet=inputs["parapet"], **supports)

@@ -1,0 +1,197 @@
+"""Answers of commands: sentences, tables, JSON and files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from math import isnan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import rockdamp as rd
+from rockdamp.cli.inputs import Inputs
+from rockdamp.constants import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Inputs that name files or describe the text of files; a dataset has the digests of the files in their place.
+NOT_STORED = (
+    "output",
+    "plot",
+    "report",
+    "walls",
+    "files",
+    "as_json",
+    "step",
+    "unit",
+    "column",
+)
+
+
+# --- sentences ---------------------------------------------------------------------------------
+
+
+def describe_wall(
+    wall: Any, curve: rd.TrilinearCurve | None, e: float | None = None, reason: str = ""
+) -> str:
+    """Return the sizes of the wall, its curve, where rocking starts, and e with its reason."""
+    body = getattr(wall, "mechanism", wall)  # of a wall against a stop
+    kind = type(body).__name__
+    parts = [
+        f"{kind} {float(body.thickness):g} x {float(body.height):g} m",
+        f"{float(body.density):g} kg/m3",
+    ]
+    if body is not wall:
+        parts.append("rocks to one side")
+    if hasattr(body, "hinge_ratio"):
+        parts.append(f"hinge at {float(body.hinge_ratio):.3g} h")
+    if body.overburden_ratio > 0:
+        load = float(body.overburden / body.width) / 1000
+        parts.append(f"O/W = {float(body.overburden_ratio):.3g} ({load:.3g} kN/m)")
+    strength = 1.0
+    if curve is not None:
+        strength = float(curve.strength_ratio)
+        parts.append(f"a1 = {float(curve.yield_displacement_ratio):g}, b1 = {strength:g}")
+    onset = float(wall.rocking_onset(strength)) / STANDARD_GRAVITY
+    text = f"{', '.join(parts)}; rocking starts at {onset:.3g} g"
+    return text if e is None else f"{text}; e = {e:.3g} ({reason})"
+
+
+def describe_records(motions: Iterable[rd.GroundMotion]) -> str:
+    """Return the number, length, step and PGA of records: ``1 record (5366 samples, 0.005 s, PGA 0.28 g)``."""
+    from rockdamp.text import count_noun
+
+    records = [motion.intensity_record for motion in motions]
+    pgas = [rd.intensity_measures(record).pga / STANDARD_GRAVITY for record in records]
+    samples = _range([record.elapsed.size for record in records], 9)
+    step = _range([record.step for record in records], 9)
+    pga = _range(pgas, 2)
+    return f"{count_noun(len(records), 'record')} ({samples} samples, {step} s, PGA {pga} g)"
+
+
+def _range(values: Sequence[float], digits: int) -> str:
+    ends = [f"{end:.{digits}g}" for end in (min(values), max(values))]
+    return " to ".join(dict.fromkeys(ends))
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent."""
+    return f"{100 * share:.2g} %" if share < 0.995 else "100 %"
+
+
+def span(bounds: Iterable[float], digits: int = 3, unit: str = "") -> str:
+    """Return an interval; a dash if neither end is known."""
+    ends = ["not known" if isnan(bound) else f"{float(bound):.{digits}g}" for bound in bounds]
+    return "-" if set(ends) == {"not known"} else " to ".join(ends) + unit
+
+
+# --- tables ------------------------------------------------------------------------------------
+
+
+def cell(value: Any, digits: int = 3) -> str:
+    """Return the text of a value in a table; a dash if it is not known."""
+    if value is None or value != value:
+        return "-"
+    if isinstance(value, str | int):
+        return str(value)
+    return f"{value + 0:.{digits}g}"  # + 0 makes 0 of -0
+
+
+def print_table(rows: Sequence[Inputs], caption: str = "") -> None:
+    """Print rows under the names of their columns, without empty columns, below a caption."""
+    if caption:
+        click.echo(caption)
+    texts = [{name: cell(row[name]) for name in rows[0]} for row in rows]
+    names = [name for name in rows[0] if any(text[name] not in ("", "-") for text in texts)]
+    widths = [max(len(line) for line in (name, *(text[name] for text in texts))) for name in names]
+    heads = {name: name for name in names}
+    for text in (heads, *texts):
+        columns = (text[name].rjust(width) for name, width in zip(names, widths, strict=True))
+        click.echo("  ".join(columns).rstrip())
+
+
+def print_dampers(damping: Inputs, rows: Iterable[Inputs]) -> None:
+    """Print dampers in the order of preference, each with the feature that a program needs for it."""
+    from rockdamp.equivalence.programs import REQUIREMENT
+
+    e = damping["damping_restitution"]
+    w1 = damping["initial_frequency"]
+    period = damping["initial_period"]
+    table = {
+        row["damping_model"]: {
+            "damper": row["damping_model"],
+            "xi": row["damping_ratio"],
+            "xi refers to": row["refers_to"],
+            "the program needs": REQUIREMENT.get(row["damping_model"], "-"),
+            "missed collapses": percent(row["missed_collapse_rate"]),
+        }
+        for row in rows
+    }
+    print_table(
+        [table[model] for model in dict.fromkeys([*REQUIREMENT, *table])],
+        "Use the first damper that your program supports "
+        f"(e = {e:.3g}, w1 = {w1:.3g} rad/s, T1 = {period:.3g} s):",
+    )
+
+
+# --- JSON and files ----------------------------------------------------------------------------
+
+
+def print_json(value: Any) -> None:
+    """Print a value as JSON."""
+    click.echo(json.dumps(_for_json(value), indent=2, allow_nan=False))
+
+
+def _for_json(value: Any) -> Any:
+    """Replace arrays by lists, and NaN by None."""
+    if isinstance(value, Mapping):
+        return {name: _for_json(member) for name, member in value.items()}
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, list):
+        return [_for_json(member) for member in value]
+    return None if value != value else value
+
+
+def write_csv(rows: Iterable[Inputs], path: Path) -> None:
+    """Write rows as CSV."""
+    import pandas as pd
+
+    from rockdamp.storage.files import replace_file
+
+    with replace_file(path) as temporary:
+        pd.DataFrame(list(rows)).to_csv(temporary, index=False)
+    announce(path)
+
+
+def write_dataset(dataset: xr.Dataset, kind: str, inputs: Inputs, **contents: Any) -> None:
+    """Write the dataset of --output, if it is one; its config has the inputs, and contents in place of file names."""
+    from rockdamp.storage.dataset import write
+
+    output = inputs["output"]
+    if output is None or output.suffix != ".nc":
+        return
+    stored = {name: value for name, value in inputs.items() if name not in NOT_STORED}
+    write(dataset, output, kind, config=stored | contents, code_version=rd.__version__)
+    announce(output)
+
+
+def save_plot(figure: Any, path: Path) -> None:
+    """Save the figure of --plot."""
+    from rockdamp.figures.style import save
+
+    save(figure, [path], 200)
+    announce(path)
+
+
+def announce(path: Path) -> None:
+    """Say on standard error that a file is written."""
+    click.echo(f"{path} written", err=True)
+
+
+def digests(motions: Iterable[rd.GroundMotion]) -> str:
+    """Return the names of records with the digests of their files."""
+    return " ".join(f"{motion.name} {motion.record.digest}".strip() for motion in motions)
