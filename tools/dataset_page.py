@@ -10,7 +10,7 @@ from pathlib import Path
 import xarray as xr
 
 from rockdamp.constants import STUDIES
-from rockdamp.storage.dataset import glossary
+from rockdamp.storage.dataset import glossary, variables
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs/datasets.md"
@@ -47,37 +47,34 @@ def name_file(path, results):
     return re.sub(r"-\d+\.nc$", "-{number}.nc", name)
 
 
-def describe_variables(path):
-    """Return the rows of a dataset's variables by name, the coordinates first."""
-    parameter = STUDIES.get(path.stem)
-    rows = {}
-    with xr.open_dataset(path) as data:
-        for name in [*data.coords, *data.data_vars]:
-            variable = data[name]
-            dimensions = ["parameter" if dim == parameter else dim for dim in variable.dims]
-            symbol = variable.attrs.get("symbol", "")
-            cells = [
-                f"`{name}`",
-                ", ".join(dimensions),
-                variable.attrs["units"],
-                variable.attrs["long_name"],
-                f"`{symbol}`" if symbol else "",
-            ]
-            rows[name] = "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |\n"
-    return rows
+def find_dimensions(paths):
+    """Return the dimensions of the variables of a kind; `parameter` is that of a study."""
+    dimensions = {}
+    for path in paths:
+        parameter = STUDIES.get(path.stem)
+        with xr.open_dataset(path) as data:
+            for name, variable in data.variables.items():
+                names = ["parameter" if dim == parameter else dim for dim in variable.dims]
+                dimensions.setdefault(name, ", ".join(names))
+    return dimensions
 
 
 def describe_kind(kind, paths, results):
     """Return the section of a kind of dataset."""
     names = dict.fromkeys(f"`results/{name_file(path, results)}`" for path in paths)
-    rows = {}
-    for path in paths:
-        rows = describe_variables(path) | rows
     section = f"\n## {', '.join(names)}\n\n{glossary()['datasets'][kind]['title']}.\n"
     if "{study}" in section:
         studies = [f"`{study}` (`{parameter}`)" for study, parameter in STUDIES.items()]
         section += f"\nThe studies, with the parameter that each varies: {', '.join(studies)}.\n"
-    return section + TABLE + "".join(rows.values())
+    section += TABLE
+    dimensions = find_dimensions(paths)
+    for name, entry in variables(kind).items():
+        if name in dimensions:
+            symbol = f"`{entry['symbol']}`" if "symbol" in entry else ""
+            cells = [f"`{name}`", dimensions[name], entry["units"], entry["long_name"], symbol]
+            row = " | ".join(cell.replace("|", "\\|") for cell in cells)
+            section += f"| {row} |\n"
+    return section
 
 
 def make_page(results):
