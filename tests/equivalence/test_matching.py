@@ -229,6 +229,14 @@ def test_ripple_hardly_moves_the_minimum(phase):
     assert np.abs(minimum / 0.05 - 1) / width < 0.02
 
 
+def test_monotone_cubic_is_least_at_the_end_downhill():
+    x = np.linspace(-1, 1, 13)
+    rising = x**3 + x - 0.5 * x**2
+    falling = -(x**3) - x - 0.5 * x**2
+    least = matching._least_of_cubic(x, np.stack([rising, falling]))
+    assert least.tolist() == [-1.0, 1.0]
+
+
 def test_integral_without_a_minimum_is_refused():
     with pytest.raises(InputError, match="CDC"):
         KnownIntegral(lambda xi: 1 / xi).minima(0.05)
