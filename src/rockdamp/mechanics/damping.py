@@ -151,7 +151,7 @@ class Damping:
 
     @property
     def family_parameter(self) -> float:
-        """Order of ECD, or width of BAND and CQD; NaN for other models and for arrays."""
+        """Order of ECD, or width of BAND and CQD; NaN for other models and for arrays. [-]"""
         parameter = self.damper.label_parameter
         if parameter is None or getattr(self, parameter).ndim:
             return math.nan
