@@ -43,16 +43,18 @@ SLOWEST_IMPACT = 0.01  # a slower block stops: it has 1e-4 of the energy that ov
 # to edge: five blocks stand for a boulder, 2 SPACING apart, whose standard deviation is 0.15.
 SPACING = 0.15 / math.sqrt(8)
 NEIGHBOURS = (-4, -2, 0, 2, 4)
-ANGLES = 0.05 * np.exp(SPACING * np.arange(35))  # alpha [rad]
+ANGLES = 0.035 * np.exp(SPACING * np.arange(42))  # alpha [rad]
 CENTRES = ANGLES[4:-4]
 FREQUENCY_PARAMETERS = 2.0 * np.exp(0.08 * np.arange(18))  # p [rad/s]
-RESTITUTIONS = (0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 0.97, 0.98, 0.99, 1.0)
-COEFFICIENTS = (0.0, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8)  # c [p]
+RESTITUTIONS = (0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 0.98, 1.0)
+COEFFICIENTS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)  # c [p]
 YIELD_DISPLACEMENT_RATIOS = (0.02, 0.01)  # a1 of the nearly rigid curves
 LAPSE = 0.02  # ASSUME: one outcome in fifty has a cause that no block has
 
 HOUSNER = "block, Housner's e"
 FREE_RESTITUTION = "block, e fitted"
+FREE_COEFFICIENT = "block, constant coefficient fitted"
+REFERENCES = {"Housner's e": HOUSNER, "e fitted": FREE_RESTITUTION}
 
 
 # --- the files of the repository ------------------------------------------------------------------
@@ -333,7 +335,7 @@ def simulate_blocks(motions):
     shares = {
         HOUSNER: share_overturned(rigid_blocks, motions),
         FREE_RESTITUTION: np.stack(fixed_restitutions, axis=-1),
-        "block, constant coefficient fitted": np.stack(constant_coefficients, axis=-1),
+        FREE_COEFFICIENT: np.stack(constant_coefficients, axis=-1),
     }
     for a1 in YIELD_DISPLACEMENT_RATIOS:
         blocks = partial(band_blocks, yield_displacement_ratio=a1)
@@ -376,8 +378,17 @@ def mcnemar(wrong, other_wrong):
     return binomtest(first_only, first_only + second_only).pvalue
 
 
+def compare_by_record(wrong, other_wrong, records):
+    """Return the same by a random change of sign of each record, whose scalings are no independent tests."""
+    difference = wrong.astype(int) - other_wrong
+    by_record = pd.Series(difference).groupby(records).sum().to_numpy()
+    signs = np.random.default_rng(0).choice([-1, 1], size=(20_000, by_record.size))
+    as_large = np.abs(signs @ by_record) >= np.abs(by_record.sum())
+    return (as_large.sum() + 1) / (as_large.size + 1)
+
+
 def compare_models(tests, shares, boulder):
-    """Return a row a model: wrong outcomes, log-likelihood, and McNemar's p against Housner's e.
+    """Return a row a model: wrong outcomes, log-likelihood, and p values against two references.
 
     Each test is predicted by a fit to all other records.
     """
@@ -387,15 +398,15 @@ def compare_models(tests, shares, boulder):
         model: cross_validate(fit, records)
         for model, fit in make_fits(tests, shares, boulder).items()
     }
-    housner_wrong = (probabilities[HOUSNER] > 0.5) != outcome
+    wrong = {model: (value > 0.5) != outcome for model, value in probabilities.items()}
     rows = {}
     for model, probability in probabilities.items():
-        wrong = (probability > 0.5) != outcome
-        rows[model] = {
-            "wrong": wrong.sum(),
-            "ln L": log_probability(probability, outcome).sum(),
-            "p": mcnemar(wrong, housner_wrong),
-        }
+        log_likelihood = log_probability(probability, outcome).sum()
+        row = {"wrong": wrong[model].sum(), "ln L": log_likelihood}
+        for name, reference in REFERENCES.items():
+            row[f"p, {name}"] = mcnemar(wrong[model], wrong[reference])
+            row[f"by record, {name}"] = compare_by_record(wrong[model], wrong[reference], records)
+        rows[model] = row
     return pd.DataFrame.from_dict(rows, orient="index")
 
 
@@ -407,13 +418,21 @@ def likeliest_block(shares, outcome):
     return CENTRES[row], FREQUENCY_PARAMETERS[column], likelihood.max()
 
 
-def profile_restitution(shares, outcome):
-    """Return a row an e: the likeliest block with it."""
+def profile(values, shares, outcome):
+    """Return a row a value of e or c, the last axis of the shares: the likeliest block with it."""
     rows = {
-        restitution: likeliest_block(shares[..., index], outcome)
-        for index, restitution in enumerate(RESTITUTIONS)
+        value: likeliest_block(shares[..., index], outcome) for index, value in enumerate(values)
     }
     return pd.DataFrame.from_dict(rows, orient="index", columns=["alpha", "p", "ln L"])
+
+
+def hold_frequency_parameter(shares, outcome):
+    """Return the likeliest e by p [rad/s], as if p were known."""
+    rows = {}
+    for index, frequency_parameter in enumerate(FREQUENCY_PARAMETERS):
+        held = profile(RESTITUTIONS, shares[:, :, [index]], outcome)
+        rows[round(frequency_parameter, 2)] = held["ln L"].idxmax()
+    return pd.Series(rows)
 
 
 def main(clone):
@@ -428,8 +447,11 @@ def main(clone):
         print(f"boulder {boulder}, overturned by {outcome.sum()}; predicted from all other records")
         print(compare_models(tests, shares, boulder).to_string(float_format="%.3g"))
         print(f"{HOUSNER}: alpha = {angle:.3f} rad, p = {frequency_parameter:.2f} rad/s\n")
-        print(f"boulder {boulder}, the likeliest block of each e, from all records")
-        print(profile_restitution(shares[FREE_RESTITUTION], outcome).round(3).to_string(), "\n")
+        print(f"boulder {boulder}, the likeliest block of each e and c, from all records")
+        print(profile(RESTITUTIONS, shares[FREE_RESTITUTION], outcome).round(3).to_string())
+        print(profile(COEFFICIENTS, shares[FREE_COEFFICIENT], outcome).round(3).to_string())
+        print("the likeliest e of each p")
+        print(hold_frequency_parameter(shares[FREE_RESTITUTION], outcome).to_string(), "\n")
 
 
 if __name__ == "__main__":

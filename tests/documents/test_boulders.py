@@ -180,3 +180,11 @@ def test_mcnemar_counts_the_pairs_that_differ():
     other_wrong = np.array([True] + [False] * 9)
     assert boulders.mcnemar(wrong, other_wrong) == pytest.approx(2 / 2**5)
     assert boulders.mcnemar(wrong, wrong) == 1
+
+
+def test_scalings_of_one_record_count_as_one_difference():
+    wrong = np.repeat([True, False], 10)
+    records = np.repeat(["a", "b"], 10)
+    never_wrong = np.zeros(20, dtype=bool)
+    assert boulders.mcnemar(wrong, never_wrong) < 0.01
+    assert boulders.compare_by_record(wrong, never_wrong, records) == 1
