@@ -36,7 +36,15 @@ from rockdamp.solvers.exact import exact_history
 
 ROOT = Path(__file__).resolve().parents[1]
 MODELS, TESTS = ("CR", "CDC", "BAND"), 400
-HEAD = ("damper", "tests", "sd of z: a1", "b1", "e", "mean of z of e", "e within its 90 % interval")
+HEAD = (
+    "damper",
+    "tests",
+    "sd of z, a1",
+    "sd of z, b1",
+    "sd of z, e",
+    "mean of z, e",
+    "e within its 90 % interval",
+)
 
 # --- shaking-table tests ----------------------------------------------------------------------------------------------
 

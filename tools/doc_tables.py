@@ -28,7 +28,12 @@ BLOCK = re.compile(
 E = 0.85  # the restitution of tables with one
 STEP = 0.0025  # of the solver, in tau
 ERRORS = ("log_error_median", "log_error_90", "missed_collapse_rate", "added_collapse_rate")
-ERROR_HEAD = ("abs(ln r), median", "abs(ln r), 90 %", "collapses missed", "collapses added")
+ERROR_HEAD = (
+    "error of peaks, median",
+    "error of peaks, 90 % quantile",
+    "missed collapses",
+    "added collapses",
+)
 
 
 @cache
@@ -94,7 +99,7 @@ def earthquakes() -> str:
         for row in [study.sel(damping_model=model)]
     ]
     return table(
-        ["damper", "median ratio of peaks", *ERROR_HEAD, "ratio of median intensities"], rows
+        ["damper", "median ratio of peaks", *ERROR_HEAD, "ratio of collapse intensities"], rows
     )
 
 
@@ -113,7 +118,8 @@ def sources() -> str:
         ]
         for model in VISCOUS_MODELS
     ]
-    head = [f"{name}: {source}" for name in ("median", "missed") for source in sources]
+    quantities = ("error of peaks", "missed collapses")
+    head = [f"{quantity}, ξ: {source}" for quantity in quantities for source in sources]
     return table(["damper", *head], rows)
 
 
@@ -135,8 +141,8 @@ def loss_law() -> str:
         for at in study["reference_amplitude"].values
         for row in [study.sel(loss_exponent=g, reference_amplitude=at)]
     ]
-    head = ["g", "e is that of", "median intensity of collapse"]
-    return table([*head, *(f"peaks of {band}" for band in bands)], rows)
+    head = ["g", "e measured at", "ratio of collapse intensities"]
+    return table([*head, *(f"ratio of peaks, {band} u_ins" for band in bands)], rows)
 
 
 # --- other pages -----------------------------------------------------------------------------------------------------
@@ -171,8 +177,8 @@ def closed_form() -> str:
             largest = difference.isel(abs(difference).argmax(["release_amplitude"]))
             cells.append(" / ".join(signed(value) for value in largest))
         rows.append([model, *cells])
-    head = ["model", *(f"spread, {name}" for name in measures)]
-    return table([*head, "closed form less peaks", "closed form less Err"], rows)
+    head = ["damper", *(f"spread, {name}" for name in measures)]
+    return table([*head, "closed form against peaks", "closed form against Err"], rows)
 
 
 def rocking() -> str:
@@ -193,7 +199,7 @@ def rocking() -> str:
     )
     rows.append(
         [
-            "one e: 2 ln L below the power law (p)",
+            "one e (CR) against the power law: 2 Δln L (p)",
             *(f"{x:.1f} ({chi2.sf(x, 1):.2g})" for x in twice),
         ]
     )
@@ -201,8 +207,8 @@ def rocking() -> str:
         study["amplitude_exponent"].values, study["amplitude_exponent_interval"].values, strict=True
     )
     cells = (f"{value:.2f} ({low:.2f} to {high:.2f})" for value, (low, high) in exponents)
-    rows.append(["exponent of the energy left", *cells])
-    return table(["", *(f"{count} impacts" for count in counts)], rows)
+    rows.append(["exponent of the energy (90 % interval)", *cells])
+    return table(["model", *(f"{count} impacts" for count in counts)], rows)
 
 
 def rocking_blocks() -> str:
@@ -223,7 +229,9 @@ def rocking_blocks() -> str:
                 f"{spread:.3f}",
             ]
         )
-    return table(["H/B", "trials", "e over Housner's (90 %)", "standard deviation of ln e"], rows)
+    return table(
+        ["H/B", "trials", "e over Housner's e (90 % interval)", "standard deviation of ln e"], rows
+    )
 
 
 def assumed() -> str:
@@ -248,7 +256,7 @@ def assumed() -> str:
     cases += [
         (
             "one e at all amplitudes",
-            f"the measured law, e is that of {at:g} u_ins",
+            f"the measured law, e measured at {at:g} u_ins",
             loss.sel(reference_amplitude=at),
         )
         for at in loss["reference_amplitude"].values
@@ -262,9 +270,9 @@ def assumed() -> str:
         rows.append([ours, other, interval(whole, "median_intensity_ratio"), ends, side])
     head = [
         "we assume",
-        "in its place",
-        "median intensity of collapse",
-        "single walls",
+        "instead",
+        "ratio of collapse intensities",
+        "range over the walls",
         "our assumption is",
     ]
     return table(head, rows)
@@ -280,22 +288,22 @@ def choices() -> str:
     released, half = amplitudes["damping_ratio"], amplitudes.sel(release_amplitude=0.5)
     slender = walls.sel(slenderness=30)
     changed = {
-        f"a response of {tau} in τ": lengths.sel(response_length=tau) / half["damping_ratio"]
+        f"response length τ = {tau}": lengths.sel(response_length=tau) / half["damping_ratio"]
         for tau in (6, 12)
     }
-    changed["equally long in seconds, h/t = 30"] = (
+    changed["equal length in seconds, h/t = 30"] = (
         slender["damping_ratio_fixed_seconds"] / slender["damping_ratio"]
     )
     for x0 in (0.3, 0.7):
-        changed[f"a release from {x0} u_ins"] = (
+        changed[f"release from {x0} u_ins"] = (
             released.sel(release_amplitude=x0) / half["damping_ratio"]
         )
-    changed["the closed form"] = half["damping_ratio_energy"] / half["damping_ratio"]
+    changed["closed form"] = half["damping_ratio_energy"] / half["damping_ratio"]
     rows = [
         [what, *(signed(ratio.sel(damping_model=model) - 1) for model in VISCOUS_MODELS)]
         for what, ratio in changed.items()
     ]
-    return table(["in place of ours", *VISCOUS_MODELS], rows)
+    return table(["changed choice", *VISCOUS_MODELS], rows)
 
 
 def solver() -> str:
@@ -323,11 +331,11 @@ def solver() -> str:
     return table(
         [
             "model",
-            "order, free",
-            "order, forced",
+            "order, free decay",
+            "order, under load",
             "median error",
-            "printed, free",
-            "printed, forced",
+            "printed scheme, free decay",
+            "printed scheme, under load",
         ],
         rows,
     )
