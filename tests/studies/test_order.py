@@ -39,91 +39,130 @@ def compared(config, chunks):
     return order.compare(config, chunks)
 
 
-def test_narrower_bands_are_nearer_to_restitution(compared):
-    median = compared["log_error_median"].sel(restitution=0.85)
-    assert float(median.sel(damper="BAND0.1")) < float(median.sel(damper="BAND0.2"))
-    assert float(median.sel(damper="BAND0.2")) < 0.5 * float(median.sel(damper="ECD16")) < 0.05
-    assert float(median.sel(damper="ECD16")) < float(median.sel(damper="ECD"))
+# --- cases ------------------------------------------------------------------------------------
 
 
-def test_changed_e_is_restitution_at_that_e(chunks):
-    for name in ("peak", "collapsed"):
-        lower = chunks[0][name].sel(case="e - 0.01, e = 0.85")
-        np.testing.assert_array_equal(lower, chunks[0][name].sel(case="CR, e = 0.84"))
+@pytest.fixture(scope="module")
+def cases(config):
+    return {case.name: case for case in order.list_cases(config.order)}
 
 
-def test_variations_are_what_their_names_say(config):
-    named = {case.name: case for case in order.list_cases(config.order)}
-    for name, e, step, scheme in (
+@pytest.mark.parametrize(
+    ("variation", "e", "step", "scheme"),
+    [
         ("loss - 7 %", 0.85**0.93, 0.05, "newmark"),
         ("loss + 7 %", 0.85**1.07, 0.05, "newmark"),
         ("half step", 0.85, 0.025, "newmark"),
         ("end of step", 0.85, 0.05, "paper"),
-    ):
-        case = named[f"{name}, e = 0.85"]
-        damping = case.make_specimen(None, None).damping
-        assert (damping.model, case.step, case.scheme) == ("CR", step, scheme)
-        assert float(damping.value) == pytest.approx(e, rel=1e-12)
+    ],
+)
+def test_variation_changes_restitution_or_its_solution(cases, variation, e, step, scheme):
+    case = cases[f"{variation}, e = 0.85"]
+    damping = case.make_specimen(None, None).damping
+    assert (damping.model, case.step, case.scheme) == ("CR", step, scheme)
+    assert float(damping.value) == pytest.approx(e, rel=1e-12)
+
+
+@pytest.mark.parametrize(("width", "step"), [(0.4, 0.05), (0.2, 0.05), (0.1, 0.025)])
+def test_band_has_eight_steps_in_it(cases, width, step):
+    assert cases[f"BAND{width}, e = 0.85"].step == step
+
+
+@pytest.mark.parametrize("name", ["peak", "collapsed"])
+def test_changed_e_is_restitution_at_that_e(chunks, name):
+    lower = chunks[0][name].sel(case="e - 0.01, e = 0.85")
+    np.testing.assert_array_equal(lower, chunks[0][name].sel(case="CR, e = 0.84"))
+
+
+# --- measures of the error --------------------------------------------------------------------
+
+
+def test_narrower_bands_are_nearer_to_restitution(compared):
+    errors = compared["log_error_median"].sel(restitution=0.85).to_series()
+    assert errors["BAND0.1"] < errors["BAND0.2"]
+    assert errors["BAND0.2"] < 0.5 * errors["ECD16"] < 0.05
+    assert errors["ECD16"] < errors["ECD"]
+
+
+def read_case(chunks, name):
+    """Return the peaks and the collapses of a case under all records."""
+    parts = [part[["peak", "collapsed"]].sel(case=name) for part in chunks]
+    peak = np.concatenate([part["peak"].values for part in parts])
+    collapsed = np.concatenate([part["collapsed"].values for part in parts])
+    return peak, collapsed == 1
 
 
 def test_measures_are_those_of_the_histories(config, chunks, compared):
     low, *_, high = config.comparison.bands
-    reference, fell, peak, falls = (
-        np.concatenate([part[name].sel(case=f"{damper}, e = 0.85").values for part in chunks])
-        for damper in ("CR", "CQD0.25")
-        for name in ("peak", "collapsed")
-    )
-    stand = (fell == 0) & (falls == 0) & (reference >= low) & (reference < high)
-    size = np.abs(np.log(peak[stand] / reference[stand]))
-    cell = compared.sel(damper="CQD0.25", restitution=0.85)
-    assert np.sum(size <= float(cell["log_error_median"])) == pytest.approx(0.5 * size.size, abs=1)
-    assert np.sum(size <= float(cell["log_error_90"])) == pytest.approx(0.9 * size.size, abs=1)
-    assert float(cell["share_above"]) == pytest.approx((size > 0.05).mean())
-    assert float(cell["missed_collapse_rate"]) == pytest.approx((falls[fell == 1] == 0).mean())
-    assert float(cell["added_collapse_rate"]) == pytest.approx((falls[fell == 0] == 1).mean())
-    assert float(cell["log_error"]) == pytest.approx(math.sqrt((size**2).mean()))
-    for name in MEASURES:
-        bounds = compared[f"{name}_interval"]
-        assert (bounds.sel(bound="lower") <= compared[name] + 1e-12).all()
-        assert (compared[name] <= bounds.sel(bound="upper") + 1e-12).all()
+    reference, cr_collapses = read_case(chunks, "CR, e = 0.85")
+    peak, collapses = read_case(chunks, "CQD0.25, e = 0.85")
+    survives = ~cr_collapses & ~collapses & (reference >= low) & (reference < high)
+    errors = np.abs(np.log(peak[survives] / reference[survives]))
+    measures = compared.sel(damper="CQD0.25", restitution=0.85)
+    smaller = np.sum(errors <= float(measures["log_error_median"]))
+    assert smaller == pytest.approx(0.5 * errors.size, abs=1)
+    smaller = np.sum(errors <= float(measures["log_error_90"]))
+    assert smaller == pytest.approx(0.9 * errors.size, abs=1)
+    expected = {
+        "share_above": (errors > 0.05).mean(),
+        "missed_collapse_rate": (~collapses[cr_collapses]).mean(),
+        "added_collapse_rate": collapses[~cr_collapses].mean(),
+        "log_error": math.sqrt((errors**2).mean()),
+    }
+    for name, value in expected.items():
+        assert float(measures[name]) == pytest.approx(value), name
 
 
-def test_largest_step_is_of_the_ladder(config, chunks, compared):
-    departure = xr.concat([part["departure"] for part in chunks], "ladder_record").sel(
-        restitution=0.85
-    )
+@pytest.mark.parametrize("name", MEASURES)
+def test_measure_lies_in_its_interval(compared, name):
+    lower, upper = compared[f"{name}_interval"].transpose("bound", ...)
+    assert (lower <= compared[name] + 1e-12).all()
+    assert (compared[name] <= upper + 1e-12).all()
+
+
+# --- steps ------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def departure(chunks):
+    """Departures of peaks from those of the finest step, at each step of the ladder."""
+    departures = xr.concat([part["departure"] for part in chunks], "ladder_record")
+    return departures.sel(restitution=0.85)
+
+
+def test_narrow_band_takes_no_long_step(departure):
     narrow = departure.sel(damper="BAND0.1")
-    assert narrow.sel(step=0.2).isnull().all() and narrow.sel(step=0.1).notnull().any()
-    assert (
-        departure.sel(step=min(config.order.ladder)) > 0
-    ).any()  # from a finer step than all of the ladder
-    for damper in ("ECD16", "BAND0.2"):
-        sizes = departure.sel(damper=damper)
-        converged = [
-            step
-            for step in config.order.ladder
-            if np.nanquantile(sizes.sel(step=step), 0.9) <= 0.005
-        ]
-        found = float(compared["largest_step"].sel(damper=damper, restitution=0.85))
-        assert found == pytest.approx(max(converged, default=np.nan), nan_ok=True)
+    assert narrow.sel(step=0.2).isnull().all()
+    assert narrow.sel(step=0.1).notnull().any()
 
 
-def test_a_band_has_eight_steps_in_it(config):
-    steps = {case.name: case.step for case in order.list_cases(config.order)}
-    assert [steps[f"BAND{width}, e = 0.85"] for width in (0.4, 0.2, 0.1)] == [0.05, 0.05, 0.025]
+def test_departure_is_from_a_step_finer_than_the_ladder(config, departure):
+    assert (departure.sel(step=min(config.order.ladder)) > 0).any()
+
+
+@pytest.mark.parametrize("damper", ["ECD16", "BAND0.2"])
+def test_largest_step_is_of_the_ladder(config, departure, compared, damper):
+    expected = math.nan
+    for step in sorted(config.order.ladder):
+        if np.nanquantile(departure.sel(damper=damper, step=step), 0.9) <= 0.005:
+            expected = step
+    largest = float(compared["largest_step"].sel(damper=damper, restitution=0.85))
+    assert largest == pytest.approx(expected, nan_ok=True)
+
+
+# --- force ------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("e", [0.84, 0.85])
-def test_the_force_at_the_crossing_is_that_of_the_formulas(config, compared, e):
-    curve, delta = config.curve.make(), -math.log(e)
+def test_force_at_the_crossing_is_that_of_the_formulas(config, compared, e):
+    curve = config.curve.make()
+    delta = -math.log(e)
     w1 = curve.initial_frequency
     v = math.sqrt(2 * e * curve.energy(0.5))
     n_16 = math.sqrt(math.pi) / 2 * math.exp(math.lgamma(18) - math.lgamma(17.5))
+    ecd_force = 2 * delta / math.pi * n_16 * w1 * v
+    band_force = 0.75 * band_strength(delta, 0.2) * w1 / 0.2 * v
     force = compared["crossing_force"].sel(wall="paper", restitution=e)
-    assert float(force.sel(damper="ECD16")) == pytest.approx(
-        2 * delta / math.pi * n_16 * w1 * v, rel=1e-12
-    )
-    assert float(force.sel(damper="BAND0.2")) == pytest.approx(
-        0.75 * band_strength(delta, 0.2) * w1 / 0.2 * v
-    )
+    assert float(force.sel(damper="ECD16")) == pytest.approx(ecd_force, rel=1e-12)
+    assert float(force.sel(damper="BAND0.2")) == pytest.approx(band_force)
     assert force.sel(damper=["e - 0.01", "half step"]).isnull().all()
