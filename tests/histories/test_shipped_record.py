@@ -23,7 +23,7 @@ def record():
 
 
 def test_response_tends_to_the_exact_one(record):
-    """Second order, erratic in a single history: a quarter of the step halves the error at least."""
+    """Second order, erratic in a single history: a quarter of the step at least halves it."""
     load = sample_load(make_load(WALL, record, substeps=64))
     tau = float(WALL.frequency_parameter) * record.elapsed
     exact = exact_history(CURVE, DAMPING, tau, **load).displacement
