@@ -266,7 +266,7 @@ def test_band_of_energy_is_band_on_the_first_branch():
 def test_band_of_fixed_time_fails_on_a_rigid_block():
     damper = TimeBand(DELTA, 0.1)
     expected = [share_of_loss(RIGID, damper, x0) for x0 in (0.5, 0.1, 0.01)]
-    words = r"is ([\d.]+) from 0.5, ([\d.]+) from 0.1 and ([\d.]+) from 0.01. The price"
+    words = r"is ([\d.]+) from 0.5, ([\d.]+) from 0.1 and ([\d.]+) from 0.01. The disadvantage"
     assert_stated("docs/theory.md", words, *expected)
 
 
