@@ -156,7 +156,8 @@ def by_program() -> str:
         for model, accepted in REQUIREMENT.items()
         for row in [study.sel(damping_model=model)]
     ]
-    return table(["your program takes", "use", "ξ refers to", *ERROR_HEAD[:3]], rows)
+    errors = ["typical error of the peak", "one peak in ten errs by more than", "collapses missed"]
+    return table(["your program supports", "use", "ξ refers to", *errors], rows)
 
 
 def closed_form() -> str:
@@ -362,5 +363,5 @@ def pages() -> list[Path]:
 if __name__ == "__main__":
     for page in [Path(argument) for argument in sys.argv[1:]] or pages():
         page.write_text(write(page.read_text(encoding="utf-8")), encoding="utf-8")
-    for picture in (ROOT / "docs/figures").glob("*.png"):
+    for picture in (ROOT / "docs/figures").glob("fig_*.png"):
         shutil.copyfile(RESULTS / "figures" / picture.name, picture)

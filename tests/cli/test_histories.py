@@ -99,6 +99,12 @@ def test_records_scales_and_models_have_a_row_each(compared):
     assert ratios == {"CR": None, **matched}
 
 
+def test_comparison_of_the_models_asked_for(record):
+    damping = ("--restitution", 0.85, "--compare", "--damping-model", "CDC,BAND")
+    rows = printed("respond", "--record", record, *WALL, *CURVE, *damping)
+    assert [row["damping_model"] for row in rows] == ["CR", "CDC", "BAND"]
+
+
 def test_collapse_has_no_peak(compared):
     rows, stored = compared
     collapses = [row for row in rows if row["outcome"] == "collapsed"]

@@ -63,15 +63,16 @@ def choose_restitution(wall: Any, restitution: float | str) -> tuple[float, str]
 def build_dampings(
     inputs: Inputs, curve: rd.TrilinearCurve, e: float | None, **release: float
 ) -> list[rd.Damping]:
-    """Return the damper that the options describe; with --compare one of every model."""
-    model, parameters = inputs["damping_model"] or ("CR", {})
+    """Return the damper that the options describe; with --compare CR and several dampers."""
+    models = inputs["damping_model"] or [("CR", {})]
     xi = inputs["damping_ratio"]
     if inputs["compare"]:
-        if e is None or xi is not None or inputs["damping_model"]:
-            raise click.UsageError("--compare must be given with --restitution alone")
-        rows = rd.equivalent(e, curve, **release)
-        dampers = [rd.Damping(row["damping_model"], row["damping_ratio"]) for row in rows]
-        return [rd.Damping("CR", e), *dampers]
+        if e is None or xi is not None:
+            raise click.UsageError("--compare needs --restitution, and no --damping-ratio")
+        return _compared_dampings(inputs["damping_model"], curve, e, **release)
+    if len(models) > 1:
+        raise click.UsageError("several models in --damping-model need --compare")
+    model, parameters = models[0]
     if (e is None) is (xi is None) or (model == "CR" and xi is not None):
         viscous = f"--damping-ratio with --damping-model {'|'.join(VISCOUS_MODELS)}"
         raise click.UsageError(f"give either --restitution, or {viscous}")
@@ -79,6 +80,21 @@ def build_dampings(
         return [rd.Damping.from_restitution(e, model, **parameters)]
     warn("damping_ratio", xi, 0.0, 0.5, "the damper is near critical")
     return [rd.Damping(model, xi, **parameters)]
+
+
+def _compared_dampings(
+    models: Sequence[tuple[str, dict[str, float]]] | None,
+    curve: rd.TrilinearCurve,
+    e: float,
+    **release: float,
+) -> list[rd.Damping]:
+    """Return CR and the viscous models, or some of them, with equivalent damping ratios."""
+    names = [name for name, _ in models] if models else list(VISCOUS_MODELS)
+    if models and any(parameters for _, parameters in models):
+        raise click.UsageError("--compare takes models without a number, such as CDC,BAND")
+    rows = rd.equivalent(e, curve, **release)
+    dampers = [rd.Damping(row["damping_model"], row["damping_ratio"]) for row in rows]
+    return [rd.Damping("CR", e), *(damper for damper in dampers if damper.model in names)]
 
 
 def read_motions(inputs: Inputs) -> list[rd.GroundMotion]:

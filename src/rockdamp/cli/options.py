@@ -128,13 +128,18 @@ class MeasuredQuantity(Quantity):
         return measured
 
 
-class Model(click.ParamType):
-    """A damping model, and the order or width that its word ends with: ECD16, BAND0.4."""
+class Models(click.ParamType):
+    """Damping models, and the order or width that a word ends with: CDC,BAND or ECD16."""
 
     name = "model"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        match = re.fullmatch(r"([A-Z]+?)(\d+|\d*\.\d+)?", str(value).upper())
+        return [self._parse(word, param, ctx) for word in str(value).split(",")]
+
+    def _parse(
+        self, value: str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, dict[str, float]]:
+        match = re.fullmatch(r"([A-Z]+?)(\d+|\d*\.\d+)?", value.strip().upper())
         parameters = {"ECD": "order", "BAND": "width"}
         if match is None or match[1] not in MODELS or (match[2] and match[1] not in parameters):
             models = ", ".join(MODELS)
@@ -261,14 +266,15 @@ restitution_option = partial(
 damping_options = options(
     damping_option(
         "--damping-model",
-        type=Model(),
+        type=Models(),
         help=f"{', '.join(MODELS)}, or ECD16, BAND0.4.  [default: CR]",
     ),
     damping_option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
     damping_option(
         "--compare",
         is_flag=True,
-        help="Compute CR and every viscous model, with equivalent damping ratios.",
+        help="Compute CR and the models of --damping-model, or every viscous model, with"
+        " equivalent damping ratios.",
     ),
 )
 loss_options = options(

@@ -13,7 +13,6 @@ from scipy.special import ndtr
 from rockdamp.constants import PAPER_MODELS
 from rockdamp.figures.decays import model_label
 from rockdamp.figures.measured import (
-    ACCELERATION,
     DISPLACEMENT_MM,
     MEASURED,
     TIME,
@@ -35,6 +34,7 @@ from rockdamp.figures.style import (
     series,
     zero_line,
 )
+from rockdamp.mechanics.dampers import DAMPERS
 from rockdamp.mechanics.free_motion import rigid_period
 from rockdamp.text import number
 from rockdamp.units import quantity
@@ -74,26 +74,31 @@ def response_figure(response: xr.Dataset) -> Figure:
         draw_response(axes, response.sel(damping_model=model), model_label(response, model))
     for panel in (ground, axes):
         zero_line(panel)
-    ground.set_ylabel(ACCELERATION)
-    axes.set(xlabel=TIME, ylabel=DISPLACEMENT_MM)
+    ground.set_ylabel("ground [m s$^{-2}$]")
+    axes.set(xlabel=TIME, ylabel="displacement $u$ [mm]")
     over_u_ins(axes, response)
     figure.align_ylabels()
     figure.suptitle(record_title(response), fontsize=8)
-    legend(figure, handles(axes), columns=min(3, len(models)))
+    legend(figure, handles(axes), columns=1 if len(models) <= 3 else 2)
     return figure
 
 
 def draw_response(axes: Axes, history: xr.Dataset, label: str) -> None:
-    """Draw the displacement under one model, with a cross where the wall collapses."""
+    """Draw the displacement under one model, with a dot at its peak or a cross at its collapse."""
     family = history["damper_family"].item()
     displacement = 1000 * history["control_displacement"].values
     elapsed = history["elapsed"]
     if history["collapsed"]:
-        label += f", collapses at {float(history['end_elapsed']):.2f} s"
-        last = int(np.flatnonzero(np.isfinite(displacement))[-1])
-        cross = look(family, marker="x", markersize=6, clip_on=False)
-        axes.plot(elapsed[last], displacement[last], **cross)
-    axes.plot(elapsed, displacement, **look(family, marker="", label=label))
+        outcome = f"collapse at {float(history['end_elapsed']):.2f} s"
+        sample = int(np.flatnonzero(np.isfinite(displacement))[-1])
+        marker = look(family, marker="x", markersize=6, clip_on=False)
+    else:
+        outcome = f"peak {1000 * float(history['peak_displacement']):.3g} mm"
+        sample = int(np.argmax(np.abs(displacement)))
+        marker = look(family, marker="o", markersize=4)
+    axes.plot(elapsed[sample], displacement[sample], **marker)
+    text = f"{DAMPERS[family].title} ({label}): {outcome}"
+    axes.plot(elapsed, displacement, **look(family, marker="", label=text))
 
 
 # --- fragility ---------------------------------------------------------------------------------
