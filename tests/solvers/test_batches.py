@@ -354,3 +354,12 @@ def test_step_beyond_the_limit_of_any_wall_is_refused():
 def test_step_longer_than_half_a_band_is_refused():
     with pytest.raises(InputError, match="two steps in the band"):
         simulate(CURVE, Damping("BAND", 0.05, width=0.1), step=0.1, steps=10)
+
+
+@pytest.mark.parametrize(
+    ("lanes", "count", "width"),
+    [(1, 1, 1), (3, 1, 3), (4, 1, 8), (64, 1, 64), (65, 2, 40), (LANES, 3, 56)],
+)
+def test_blocks_are_few_and_narrow(lanes, count, width):
+    layout = blocks.Blocks((lanes,), 1)
+    assert (layout.count, layout.width) == (count, width)
