@@ -20,7 +20,7 @@ def pages():
     )
 
 
-def test_a_strict_type_checker_passes_the_python_of_the_pages_and_names_a_mistake(tmp_path):
+def test_strict_type_checker_passes_pages_and_names_a_mistake(tmp_path):
     """Away from the repository's settings, as a user would."""
     files = {re.sub(r"\W", "_", page) + ".py": code for page, code in pages()}
     files["mistake.py"] = "import rockdamp as rd\nrd.Wall(thickness=0.3, hight=4.5)\n"

@@ -72,14 +72,14 @@ class TwoBodiesOnContacts:
     def _place_contacts(self, t, h1, h2, has_slab):
         sides = (-t / 2, t / 2)
         foot = [self._point(0, side, -h1 / 2) for side in sides]
-        below = [self._point(0, side, h1 / 2) for side in sides]
-        above = [self._point(1, side, -h2 / 2) for side in sides]
+        lower_face = [self._point(0, side, h1 / 2) for side in sides]
+        upper_face = [self._point(1, side, -h2 / 2) for side in sides]
         self.head = self._point(1, 0.0, h2 / 2)
-        self.hinge = below[0][0]  # x of the hinge, u
+        self.hinge = lower_face[0][0]  # x of the hinge, u
         # No sliding at the foot and between the bodies; the head is held sideways and free to rise.
-        self.held = np.array([foot[0][0], above[0][0] - below[0][0], self.head[0]])
+        self.held = np.array([foot[0][0], upper_face[0][0] - lower_face[0][0], self.head[0]])
         gaps = [corner[1] for corner in foot]
-        gaps += [above[side][1] - below[side][1] for side in (0, 1)]
+        gaps += [upper_face[side][1] - lower_face[side][1] for side in (0, 1)]
         if has_slab:
             gaps.append(self._slab_rise() - self.head[1])
         self.gaps = np.array(gaps)
@@ -112,8 +112,8 @@ class TwoBodiesOnContacts:
             members = list(active)
             impulse = np.zeros(len(speed))
             impulse[members] = -self.solvers[active] @ speed[members]
-            after = speed + self.delassus @ impulse
-            if (impulse >= -small).all() and (after[list(closed)] >= -small).all():
+            end_speed = speed + self.delassus @ impulse
+            if (impulse >= -small).all() and (end_speed[list(closed)] >= -small).all():
                 self.last = active
                 return impulse
         raise AssertionError("no impulses meet the law of impact")
@@ -127,11 +127,11 @@ class TwoBodiesOnContacts:
 
     def after_impact(self, restitution=0.0):
         """Return the rates of q after a fall to u = 0 at a unit rate, with all contacts closed."""
-        before = -self.rocking(1)
-        speed = self.gaps @ before
+        rates = -self.rocking(1)
+        speed = self.gaps @ rates
         approach = (1 + restitution) * np.minimum(speed, 0) + np.maximum(speed, 0)
         impulse = self.impulses(approach, set(range(len(speed))))
-        return before + self.free @ self.inverse @ self.lift.T @ impulse
+        return rates + self.free @ self.inverse @ self.lift.T @ impulse
 
     def peaks(self, release, step, count, restitution=0.0):
         """Release the wall at u; return peaks of u and the largest opening of all contacts [m].
@@ -150,9 +150,9 @@ class TwoBodiesOnContacts:
             q_half = q + step / 2 * (self.free @ s)
             closed = set(np.flatnonzero(self.gaps @ q_half <= CLOSED).tolist())
             load = self.free.T @ (self.force + self.push @ q_half)
-            freely = s + step * (self.inverse @ load)
-            speed = self.lift @ freely + restitution * np.minimum(self.lift @ s, 0)
-            s = freely + self.inverse @ (self.lift.T @ self.impulses(speed, closed))
+            s_free = s + step * (self.inverse @ load)
+            speed = self.lift @ s_free + restitution * np.minimum(self.lift @ s, 0)
+            s = s_free + self.inverse @ (self.lift.T @ self.impulses(speed, closed))
             q = q_half + step / 2 * (self.free @ s)
             gaps = self.gaps @ q
             opening = max(opening, gaps[:2].min(), gaps[2:4].min())
@@ -182,9 +182,9 @@ class TwoBodiesOnContacts:
             closed = set(np.flatnonzero(self.gaps @ full <= CLOSED).tolist())
             inertia = self.sideways * ground + self.mass @ self.tilted * middle[2]
             load = self.free.T @ (self.force + self.sinking @ full - inertia)
-            freely = s + step * (self.inverse @ load)
-            impulse = self.impulses(self.lift @ freely + tilting * end[1], closed)
-            s = freely + self.inverse @ (self.lift.T @ impulse)
+            s_free = s + step * (self.inverse @ load)
+            impulse = self.impulses(self.lift @ s_free + tilting * end[1], closed)
+            s = s_free + self.inverse @ (self.lift.T @ impulse)
             q = q_half + step / 2 * s
             displacements.append(self.hinge @ (self.free @ q))
         return np.array(displacements)

@@ -29,18 +29,24 @@ def smooth_load(seed: int, samples: int, size: float = 0.08) -> np.ndarray:
 
 
 def cr_peaks(curve, restitution, release_amplitude, count):
-    """First `count` peaks |x_n| of a free CR decay after a release from rest: V(x_n) = e^(2n) V(x0)."""
-    return curve.amplitude(
-        restitution ** (2 * np.arange(1, count + 1)) * curve.energy(release_amplitude)
-    )
+    """Return the first `count` peaks of a CR decay after a release from rest.
+
+    V(x_n) = e^(2n) V(x0).
+    """
+    losses = restitution ** (2 * np.arange(1, count + 1))
+    return curve.amplitude(losses * curve.energy(release_amplitude))
 
 
-def random_curve(rng, case, least=1e-3):
-    """A curve of either softening, by turns."""
-    softening = ("steeper", "translated")[case % 2]
+def random_curve(rng, case, smallest=1e-3):
+    """Return a curve of either softening, by turns; a1/a2 is at least `smallest`."""
     b1 = rng.uniform(0.2, 0.95)
-    a3 = (
-        rng.uniform(1.02 * (1 - b1), 1.0) if softening == "steeper" else rng.uniform(b1 + 0.01, 1.0)
-    )
-    a2 = 1 - b1 if softening == "steeper" else a3 - b1
-    return TrilinearCurve(a2 * np.exp(rng.uniform(np.log(least), np.log(0.95))), b1, a3, softening)
+    if case % 2 == 0:
+        softening = "steeper"
+        a3 = rng.uniform(1.02 * (1 - b1), 1.0)
+        a2 = 1 - b1
+    else:
+        softening = "translated"
+        a3 = rng.uniform(b1 + 0.01, 1.0)
+        a2 = a3 - b1
+    a1 = a2 * np.exp(rng.uniform(np.log(smallest), np.log(0.95)))
+    return TrilinearCurve(a1, b1, a3, softening)

@@ -7,24 +7,23 @@ APART = {"td", "th", "tr", "li", "p", "h2", "h3", "caption"}  # what text a brow
 
 
 class Page(HTMLParser):
-    """Elements in order, with attributes and the text within each; complains where tags do not nest."""
+    """Elements in order, with the attributes and the text of each; tags must nest."""
 
     def __init__(self, html):
         super().__init__(convert_charrefs=True)
-        self.elements, self.open = [], []
+        self.elements = []
+        self.open = []
         self.feed(html)
         self.close()
-        assert not self.open, f"not closed: {[element['tag'] for element in self.open]}"
+        assert not self.open, f"not closed: {self.open_tags()}"
+
+    def open_tags(self):
+        return [element["tag"] for element in self.open]
 
     def handle_starttag(self, tag, attrs):
         if tag in APART:
             self.handle_data(" ")
-        element = {
-            "tag": tag,
-            "attrs": dict(attrs),
-            "text": "",
-            "within": [one["tag"] for one in self.open],
-        }
+        element = {"tag": tag, "attrs": dict(attrs), "text": "", "within": self.open_tags()}
         self.elements.append(element)
         if tag not in VOID:
             self.open.append(element)
@@ -35,9 +34,8 @@ class Page(HTMLParser):
             self.open.pop()
 
     def handle_endtag(self, tag):
-        assert self.open and self.open[-1]["tag"] == tag, (
-            f"</{tag}> where {[one['tag'] for one in self.open]} are open"
-        )
+        open_tags = self.open_tags()
+        assert open_tags[-1:] == [tag], f"</{tag}> where {open_tags} are open"
         self.open.pop()
 
     def handle_data(self, data):

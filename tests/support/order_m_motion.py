@@ -1,8 +1,9 @@
-"""The motion under ECD of order m, integrated in (x, v); only the curve and xi come from the package.
+"""The motion under ECD of order m, integrated in (x, v).
 
-The damper is written as an engineer would, C = w q/(1 - q s) with w = abs(f)/sqrt(2V), q = 2 xi N (T/(T+V))^m and
-s = sqrt(T V)/(T+V), in a form that goes on smoothly beyond the ends of a branch, so that each branch is integrated on
-its own, to a corner, a crossing or a turn.
+Only the curve and xi come from the package. The damper is written as an engineer would, C = w q/(1
+- q s) with w = abs(f)/sqrt(2V), q = 2 xi N (T/(T+V))^m and s = sqrt(T V)/(T+V), in a form that goes
+on smoothly beyond the ends of a branch. So each branch is integrated on its own, to a corner, a
+crossing or a turn.
 """
 
 import math
@@ -34,11 +35,11 @@ class Branch(NamedTuple):
 def branches(curve):
     """Return the three branches of one tri-linear curve."""
     k1, b1, ks, a1, a2, a3 = (float(value) for value in curve.parameters())
-    at_a1 = k1 * a1 * a1 / 2
+    energy = k1 * a1 * a1 / 2
     return [
         Branch(0.0, a1, k1, 0.0, 0.0),
-        Branch(a1, a2, 0.0, b1, at_a1),
-        Branch(a2, a3, -ks, ks * a3, at_a1 + b1 * (a2 - a1)),
+        Branch(a1, a2, 0.0, b1, energy),
+        Branch(a2, a3, -ks, ks * a3, energy + b1 * (a2 - a1)),
     ]
 
 
@@ -50,29 +51,27 @@ class Damper:
     order: float
 
     def coefficient(self, branch, z, v):
-        """At z = abs(x) and v away from x = 0."""
-        root = (
-            math.sqrt(max(branch.double_energy(z), 1e-300))
-            if branch.low
-            else math.sqrt(branch.stiffness) * z
-        )
+        """Return C at z = abs(x) and v away from x = 0."""
+        if branch.low:
+            root = math.sqrt(max(branch.double_energy(z), 1e-300))
+            frequency = branch.force(z) / root
+        else:
+            frequency = math.sqrt(branch.stiffness)
+            root = frequency * z
         total = v * v + root * root
         if total <= 0:
             return 0.0
-        frequency = branch.force(z) / root if branch.low else math.sqrt(branch.stiffness)
         q = self.amplitude * (v * v / total) ** self.order
-        return q * frequency / (1 - (q * v * root / total if self.order else 0.0))
+        if self.order == 0:
+            return q * frequency
+        return q * frequency / (1 - q * v * root / total)
 
 
 def of_restitution(e, order):
     """Return the damper that loses in a half cycle what an impact of e loses."""
     delta = -math.log(e)
-    return Damper(
-        2
-        * float(normalisation(order))
-        * (delta / math.pi if order else delta / math.hypot(math.pi, delta)),
-        order,
-    )
+    xi = delta / math.pi if order else delta / math.hypot(math.pi, delta)
+    return Damper(2 * float(normalisation(order)) * xi, order)
 
 
 class Turn(NamedTuple):
@@ -84,49 +83,62 @@ class Turn(NamedTuple):
 
 
 def half_cycle(curve, damper, x0, beyond=None, tolerance=1e-12):
-    """Follow the motion from rest at x0 > 0 to the next turn, over x = 0; `beyond` is the curve and damper at x < 0."""
+    """Follow the motion from rest at x0 > 0 over x = 0 to the next turn.
+
+    `beyond` is the curve and the damper at x < 0.
+    """
     other_curve, other_damper = beyond or (curve, damper)
     sides = {1: (branches(curve), damper), -1: (branches(other_curve), other_damper)}
-    at = max(i for i, branch in enumerate(sides[1][0]) if branch.low < x0)
-    state, elapsed, side, crossing = np.array([x0, 0.0]), 0.0, 1, 0.0
+    number = max(i for i, branch in enumerate(sides[1][0]) if branch.low < x0)
+    state = np.array([x0, 0.0])
+    elapsed = 0.0
+    side = 1
+    crossing_speed = 0.0
     while True:
-        branch = sides[side][0][at]
+        side_branches, side_damper = sides[side]
+        branch = side_branches[number]
         goal = branch.low if side == 1 else branch.high
-        state, duration, turned = _piece(branch, side, sides[side][1], state, goal, tolerance)
+        state, duration, turns = _follow(branch, side, side_damper, state, goal, tolerance)
         elapsed += duration
-        if turned:
-            return Turn(abs(float(state[0])), elapsed, crossing)
-        if side == 1 and at == 0:
-            side, crossing = -1, abs(float(state[1]))
+        if turns:
+            return Turn(abs(float(state[0])), elapsed, crossing_speed)
+        if side == 1 and number == 0:
+            side = -1
+            crossing_speed = abs(float(state[1]))
         else:
-            at -= side
+            number -= side
 
 
-def _piece(branch, side, damper, state, goal, tolerance):
+def _follow(branch, side, damper, state, goal, tolerance):
+    """Return the state and the time at the end of a branch, and whether the motion turns there."""
+
     def rates(_, y):
         x, v = y.tolist()
         z = side * x
         return v, -side * branch.force(z) - damper.coefficient(branch, z, side * v) * v
 
-    def reaches(_, y):
+    def reach(_, y):
         return side * y[0] - goal
 
-    def turns(t, y):
+    def turn(t, y):
         return y[1] if t > 0 else -1.0
 
-    reaches.terminal = turns.terminal = True
-    turns.direction = 1
-    # Events are found on the step's interpolant, whose error no tolerance controls: hence short steps.
+    reach.terminal = True
+    turn.terminal = True
+    turn.direction = 1
+    # Events are found on a step's interpolant, whose error no tolerance controls: steps are short.
     accuracy = {"rtol": tolerance, "atol": 1e-3 * tolerance * max(abs(state)), "max_step": 0.02}
-    run = solve_ivp(rates, (0, 1e3), state, "DOP853", events=(reaches, turns), **accuracy)
-    assert run.status == 1, run.message
-    turned = bool(run.t_events[1].size)
-    end = run.y_events[1 if turned else 0][0]
-    return np.array([end[0] if turned else side * goal, end[1]]), float(run.t[-1]), turned
+    solution = solve_ivp(rates, (0, 1e3), state, "DOP853", events=(reach, turn), **accuracy)
+    assert solution.status == 1, solution.message
+    duration = float(solution.t[-1])
+    if solution.t_events[1].size:
+        return solution.y_events[1][0], duration, True
+    speed = solution.y_events[0][0][1]
+    return np.array([side * goal, speed]), duration, False
 
 
 def forced_peak(curve, damper, load, end):
-    """First turn of the motion from rest at x = 0 under the load p(tau) >= 0, which stops at `end`."""
+    """Return the first turn from rest at x = 0 under p(tau) >= 0, which stops at `end`."""
     parts = branches(curve)
 
     def rates(tau, state):
@@ -134,11 +146,11 @@ def forced_peak(curve, damper, load, end):
         branch = next(part for part in parts if x <= part.high)
         return v, load(tau) - branch.force(x) - damper.coefficient(branch, x, v) * v
 
-    def turns(tau, state):
+    def turn(tau, state):
         return state[1] if tau > 0 else 1.0
 
-    turns.terminal, turns.direction = True, -1
-    run = solve_ivp(
-        rates, (0, 1e3), [0.0, 0.0], "RK45", events=turns, rtol=1e-8, atol=1e-10, max_step=end / 50
-    )
-    return float(run.y_events[0][0][0])
+    turn.terminal = True
+    turn.direction = -1
+    options = {"rtol": 1e-8, "atol": 1e-10, "max_step": end / 50}
+    solution = solve_ivp(rates, (0, 1e3), [0.0, 0.0], "RK45", events=turn, **options)
+    return float(solution.y_events[0][0][0])

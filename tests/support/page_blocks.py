@@ -1,10 +1,10 @@
-"""The pages of the documents and their blocks of code, which run as a reader would run them, in a copy of the tree.
+"""The pages of the documents: their blocks of code run in a copy of the tree, as a reader's do.
 
 - ``sh``: commands.
-- ``console``: commands after ``$``, and what they print; a line ``...`` stands for lines that are left out.
+- ``console``: commands after ``$``, and their output; a line ``...`` stands for lines left out.
 - ``python``: a program, or a session with ``>>>``, of which the values are compared.
-- A block whose first line names a file, ``# my-wall.yaml``, is that file. In ``# config/default.yaml, after: studies:``
-  the line says where an edit goes.
+- A block whose first line names a file, ``# my-wall.yaml``, is that file. In
+  ``# config/default.yaml, after: studies:`` the line says where an edit goes.
 
 Snakemake runs on the minimal config, beneath a page's own.
 """
@@ -57,14 +57,10 @@ def make_tree(place):
     tree = Tree(place)
     folder = tree.place / ".venv/bin"
     folder.mkdir(parents=True)
-    for name, options in {
-        "python": "",
-        "snakemake": "-m snakemake",
-        "rockdamp": "-m rockdamp",
-    }.items():
-        (folder / name).write_text(
-            f'#!/bin/sh\nexec "{sys.executable}" {options} "$@"\n', encoding="utf-8"
-        )
+    commands = {"python": "", "snakemake": "-m snakemake", "rockdamp": "-m rockdamp"}
+    for name, options in commands.items():
+        script = f'#!/bin/sh\nexec "{sys.executable}" {options} "$@"\n'
+        (folder / name).write_text(script, encoding="utf-8")
         (folder / name).chmod(0o755)
     path = f"{folder}:{tree.environment['PATH']}"  # as `source .venv/bin/activate` leaves it
     tree.environment |= {"PATH": path, "MPLBACKEND": "agg"}
@@ -89,24 +85,27 @@ def edit(tree, place, code):
     path = tree.place / place["file"]
     if place["where"]:
         lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-        same = [line for line in lines if line.rstrip() == place["line"]] or lines
-        (at,) = [
-            number
-            for number, line in enumerate(lines)
-            if line in same and line.strip() == place["line"]
-        ]
-        code = "".join(
-            [
-                *lines[: at + (place["where"] == "after")],
-                code,
-                *lines[at + (place["where"] == "after") :],
-            ]
-        )
+        number = find_line(lines, place["line"])
+        if place["where"] == "after":
+            number += 1
+        code = "".join([*lines[:number], code, *lines[number:]])
     path.write_text(code, encoding="utf-8")
 
 
+def find_line(lines, line):
+    """Return the number of a line; one that is not indented goes before those that are."""
+    numbers = [number for number, text in enumerate(lines) if text.rstrip() == line]
+    if not numbers:
+        numbers = [number for number, text in enumerate(lines) if text.strip() == line]
+    (number,) = numbers
+    return number
+
+
 def run_shell(tree, command, edited):
-    """Return what a command prints; a command of rockdamp runs in this process unless the copy was edited."""
+    """Return the output of a command.
+
+    A command of rockdamp runs in this process unless the copy was edited.
+    """
     if command.startswith("rockdamp ") and not edited and not re.search("[|>;]", command):
         with contextlib.chdir(tree.place):
             result = CliRunner().invoke(main, shlex.split(command)[1:])
@@ -115,30 +114,30 @@ def run_shell(tree, command, edited):
     command = command.replace("--configfile ", "--configfile config/minimal.yaml ")
     if command.startswith("snakemake ") and "--configfile" not in command:
         command += " --configfile config/minimal.yaml"
-    run = subprocess.run(
-        ["sh", "-ec", command], cwd=tree.place, env=tree.environment, capture_output=True, text=True
-    )
-    assert run.returncode == 0, command + run.stdout + run.stderr
-    return run.stdout
+    result = run_process(tree, ["sh", "-ec", command])
+    assert result.returncode == 0, command + result.stdout + result.stderr
+    return result.stdout
+
+
+def run_process(tree, command):
+    options = {"capture_output": True, "text": True}
+    return subprocess.run(command, cwd=tree.place, env=tree.environment, **options)
 
 
 def run_console(tree, block, edited):
     """Run the commands of a block and compare what they print."""
-    for shown in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
-        command, _, expected = shown.partition("\n")
-        printed = run_shell(tree, command.removeprefix(".venv/bin/"), edited)
-        for left_out, lines in groupby(expected.splitlines(), "...".__eq__):
+    for text in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+        command, _, expected = text.partition("\n")
+        output = run_shell(tree, command.removeprefix(".venv/bin/"), edited)
+        for is_gap, lines in groupby(expected.splitlines(), "...".__eq__):
             part = "\n".join(lines).strip("\n")
-            assert left_out or not part or holds(printed, part), f"{command}\n{printed}"
+            assert is_gap or not part or holds(output, part), f"{command}\n{output}"
 
 
 def run_program(tree, block):
     """Run a program in an interpreter of its own."""
-    command = [sys.executable, "-W", "error", "-c", block]
-    run = subprocess.run(
-        command, cwd=tree.place, env=tree.environment, capture_output=True, text=True
-    )
-    assert run.returncode == 0, block + run.stderr
+    result = run_process(tree, [sys.executable, "-W", "error", "-c", block])
+    assert result.returncode == 0, block + result.stderr
 
 
 def run_session(tree, block, names, checker):
@@ -151,10 +150,11 @@ def run_session(tree, block, names, checker):
 
 
 def run_page(tree, page):
-    """Run all blocks of a page in their order; numbers of the full results are compared where these are built."""
-    text, names, edited = read(page), {}, False
+    """Run all blocks of a page in order; numbers of full results are compared where they exist."""
+    names = {}
+    edited = False
     checker = Checker() if FULL or not reads_results(page) else Anything()
-    for language, block in BLOCK.findall(text):
+    for language, block in BLOCK.findall(read(page)):
         first, _, code = block.partition("\n")
         if place := PLACE.fullmatch(first):
             edit(tree, place, code)

@@ -1,4 +1,4 @@
-"""Numbers that a page of the documents states, and the datasets of the full build that they are of."""
+"""Numbers that a page of the documents states, and their datasets of the full build."""
 
 import re
 
@@ -18,12 +18,12 @@ def read_full(name: str) -> xr.Dataset:
 
 
 def assert_stated(page: str, pattern: str, *values: float) -> None:
-    """Assert that a page has a pattern once, with these values in its groups, each to the last digit that it shows."""
+    """Assert that a page has a pattern once, with these values to the last digit of its groups."""
     text = " ".join((ROOT / page).read_text(encoding="utf-8").split())
-    (found,) = re.finditer(pattern, text)
-    for shown, value in zip(found.groups(), values, strict=True):
-        digit = 10.0 ** -len(shown.partition(".")[2])
-        assert float(shown) == pytest.approx(value, abs=0.51 * digit), (shown, value)
+    (match,) = re.finditer(pattern, text)
+    for number, value in zip(match.groups(), values, strict=True):
+        digit = 10.0 ** -len(number.partition(".")[2])
+        assert float(number) == pytest.approx(value, abs=0.51 * digit), (number, value)
 
 
 def stated_rows(page: str, first_cell: str) -> list[list[float]]:

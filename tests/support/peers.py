@@ -1,4 +1,4 @@
-"""Other software that tests compare with: a test is skipped only where the software itself is missing."""
+"""Other software that tests compare with; they are skipped where it is missing."""
 
 import importlib
 import sys
@@ -8,19 +8,15 @@ from repository import ROOT
 
 
 def opensees():
-    """OpenSeesPy."""
+    """Return OpenSeesPy, or skip the module where it or a library of the system is missing."""
     try:
         return importlib.import_module("openseespy.opensees")
-    except (
-        ImportError,
-        RuntimeError,
-        OSError,
-    ) as problem:  # absent, or without its system libraries
+    except (ImportError, RuntimeError, OSError) as problem:
         pytest.skip(f"OpenSeesPy cannot be imported: {problem}", allow_module_level=True)
 
 
 def example(folder, name):
-    """A module of `examples`, which stands beside others that it imports."""
+    """Return a module of `examples`, which stands beside others that it imports."""
     sys.path.insert(0, str(ROOT / "examples" / folder))
     try:
         return importlib.import_module(name)

@@ -1,4 +1,7 @@
-"""The damping models that the documents show: the reference, and those with shipped polynomials, not one just added."""
+"""The damping models that the documents show: the reference and those with shipped polynomials.
+
+A model just added is not one of them.
+"""
 
 from rockdamp.constants import MODELS, REFERENCE
 from rockdamp.equivalence.polynomials import shipped_polynomials

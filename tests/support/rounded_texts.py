@@ -1,7 +1,7 @@
 """Texts with computed numbers, compared as values: another processor may turn their last digits.
 
-Compiled code rounds otherwise where vectors are wider. A number on the border between two last digits then falls to
-either side.
+Compiled code rounds otherwise where vectors are wider. A number on the border between two last
+digits then falls to either side.
 """
 
 import re
@@ -12,31 +12,38 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.(\d+))?(?:[eE]([-+]?\d+))?(?!\w)")
 FEW = 0.01  # of many numbers may lie on such a border: more would be another result
 
 
-def parted(text):
-    """Return the words, the numbers, and the unit of the last digit of each; with semicolons commas are decimal."""
-    text = text.replace(",", ".") if ";" in text else text
-    found = list(NUMBER.finditer(text))
-    values = np.array([float(number[0]) for number in found])
-    units = np.array([10.0 ** (int(number[2] or 0) - len(number[1] or "")) for number in found])
-    return NUMBER.sub("#", text).split(), values, units
+def split_numbers(text):
+    """Return the words, the numbers, and the unit of the last digit of each.
+
+    Commas are decimal in a text with semicolons.
+    """
+    if ";" in text:
+        text = text.replace(",", ".")
+    matches = list(NUMBER.finditer(text))
+    values = np.array([float(match[0]) for match in matches])
+    exponents = [int(match[2] or 0) - len(match[1] or "") for match in matches]
+    return NUMBER.sub("#", text).split(), values, 10.0 ** np.array(exponents)
 
 
-def alike(one, other):
-    """Whether two texts have the same words, and the same numbers to a unit of the coarser last digit."""
-    (words, values, units), (other_words, other_values, other_units) = parted(one), parted(other)
-    within = 1.01 * np.maximum(units, other_units) if words == other_words else 0.0
-    return words == other_words and bool((np.abs(values - other_values) <= within).all())
+def alike(text, other_text):
+    """Whether texts have the same words, and numbers to a unit of the coarser last digit."""
+    words, values, units = split_numbers(text)
+    other_words, other_values, other_units = split_numbers(other_text)
+    if words != other_words:
+        return False
+    tolerance = 1.01 * np.maximum(units, other_units)
+    return bool((np.abs(values - other_values) <= tolerance).all())
 
 
 def holds(text, part):
     """Whether some lines of a text are those of a part of it."""
-    lines, count = text.splitlines(), len(part.splitlines())
-    return any(
-        alike("\n".join(lines[at : at + count]), part) for at in range(len(lines) - count + 1)
-    )
+    lines = text.splitlines()
+    count = len(part.splitlines())
+    starts = range(len(lines) - count + 1)
+    return any(alike("\n".join(lines[start : start + count]), part) for start in starts)
 
 
-def assert_shipped(made, shipped):
-    """What a program makes is what is shipped: all numbers to their last digit, and nearly all of them wholly."""
-    assert alike(made, shipped)
-    assert np.mean(parted(made)[1] != parted(shipped)[1]) < FEW
+def assert_shipped(text, shipped):
+    """Assert that a program's text is as shipped, to its last digits, which nearly never differ."""
+    assert alike(text, shipped)
+    assert np.mean(split_numbers(text)[1] != split_numbers(shipped)[1]) < FEW

@@ -10,7 +10,7 @@ CLOSED = 1e-12  # largest gap of a closed contact [m]
 def shaken_peak(wall, ground, step, substeps, limit):
     """Return the largest |u| of a wall from rest [m]; infinity beyond `limit`, where it collapses.
 
-    `ground` is the acceleration of both supports [m s-2], linear between its samples `step` apart [s].
+    `ground` is the acceleration of both supports [m s-2], linear between samples `step` apart [s].
     """
     bodies = TwoBodiesOnContacts(wall)
     sets = [np.array(active, dtype=int) for active in bodies.solvers]
@@ -53,7 +53,7 @@ def march(
     substeps,
     limit,
 ):
-    """Advance the free coordinates of the bodies by Moreau's midpoint rule; forces are over the inertia."""
+    """Advance the free coordinates by Moreau's midpoint rule; forces are over the inertia."""
     q = np.zeros(len(force))
     s = np.zeros(len(force))
     peak = 0.0
@@ -63,11 +63,10 @@ def march(
             share = (part + 0.5) / substeps
             a = ground[sample] + share * (ground[sample + 1] - ground[sample])
             q_half = q + h / 2 * s
-            freely = s + h * (force + push @ q_half - sideways * a)
-            impulse, last = find_impulses(
-                lift @ freely, lift @ q_half <= CLOSED, delassus, members, solvers, last
-            )
-            s = freely + press @ impulse
+            s_free = s + h * (force + push @ q_half - sideways * a)
+            closed = lift @ q_half <= CLOSED
+            impulse, last = find_impulses(lift @ s_free, closed, delassus, members, solvers, last)
+            s = s_free + press @ impulse
             q = q_half + h / 2 * s
             u = abs(hinge @ q)
             if u > limit:
@@ -78,14 +77,14 @@ def march(
 
 @njit
 def find_impulses(speed, closed, delassus, members, solvers, last):
-    """Return the impulses that leave no closed contact closing, and the number of their active set."""
+    """Return the impulses that leave no closed contact closing, and their active set's number."""
     small = 1e-9 * np.abs(speed).max() + 1e-300
     for number in range(-1, len(members)):
         active = last if number < 0 else number
         if np.any(members[active] & ~closed):
             continue
         impulse = solvers[active] @ speed
-        after = speed + delassus @ impulse
-        if impulse.min() >= -small and np.all((after >= -small) | ~closed):
+        end_speed = speed + delassus @ impulse
+        if impulse.min() >= -small and np.all((end_speed >= -small) | ~closed):
             return impulse, active
     raise AssertionError("no impulses meet the law of impact")

@@ -10,6 +10,5 @@ def record(acceleration, step=0.01):
 
 
 def sine(amplitude=2.0, period=0.5, cycles=4, points=1000):
-    return record(
-        amplitude * np.sin(2 * np.pi * np.arange(cycles * points + 1) / points), period / points
-    )
+    phase = 2 * np.pi * np.arange(cycles * points + 1) / points
+    return record(amplitude * np.sin(phase), period / points)

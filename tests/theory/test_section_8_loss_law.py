@@ -66,7 +66,7 @@ def random_cases(count):
     """Yield curves with e, g, the reference amplitude and the release."""
     rng = np.random.default_rng(42)
     for case in range(count):
-        curve = random_curve(rng, case, least=3e-3)
+        curve = random_curve(rng, case, smallest=3e-3)
         a3 = float(curve.ultimate_displacement_ratio)
         e, g = rng.uniform(0.5, 0.98), rng.uniform(0.02, 0.45)
         reference = a3 * rng.uniform(0.05, 0.9)

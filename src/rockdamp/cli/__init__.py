@@ -18,7 +18,8 @@ __all__ = ["main"]
     cls=Main,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     invoke_without_command=True,
-    epilog="Numbers are in SI or have a unit: --thickness 102mm, --pga 0.3g. Begin with: rockdamp wall --help",
+    epilog="Numbers are in SI or have a unit: --thickness 102mm, --pga 0.3g. "
+    "Begin with: rockdamp wall --help",
 )
 @click.version_option(__version__, prog_name="rockdamp")
 @click.pass_context
