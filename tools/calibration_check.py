@@ -1,11 +1,13 @@
-"""Simulate measured tests whose curve and e are known, and check the standard errors of `calibrate` by them.
+"""Check the standard errors of `calibrate` on simulated tests of known curve and e.
 
-``.venv/bin/python tools/calibration_check.py coverage`` writes the table of docs/measured.md, in about half an hour.
-Tests like that of Fig. 8 are simulated under each damper by the event-driven solver, with the noise and the drift of
-its instruments, from the first rocking to near collapse. They are fitted with the same damper, from the
-truth on: the search of `calibrate` ends within 0.15 standard errors of this fit.
+``.venv/bin/python tools/calibration_check.py coverage`` writes the table of docs/measured.md, in
+about half an hour. It simulates tests like that of Fig. 8 under each damper by the event-driven
+solver, with the noise and the drift of its instruments, from the first rocking to near collapse.
+Each test is fitted with the damper that made it, from the truth on: the search of `calibrate` ends
+within 0.15 standard errors of this fit.
 
-``.venv/bin/python tools/calibration_check.py examples`` writes the free-rocking tests of the examples.
+``.venv/bin/python tools/calibration_check.py examples`` writes the free-rocking tests of the
+examples.
 """
 
 from __future__ import annotations
@@ -35,135 +37,146 @@ from rockdamp.progress import track
 from rockdamp.solvers.exact import exact_history
 
 ROOT = Path(__file__).resolve().parents[1]
-MODELS, TESTS = ("CR", "CDC", "BAND"), 400
-HEAD = (
-    "damper",
-    "tests",
-    "sd of z, a1",
-    "sd of z, b1",
-    "sd of z, e",
-    "mean of z, e",
-    "e within its 90 % interval",
-)
+MODELS = ("CR", "CDC", "BAND")
+TESTS = 400  # for each damper: a standard deviation is known to 1 / sqrt(2 TESTS), 4 %
 
-# --- shaking-table tests ----------------------------------------------------------------------------------------------
+# --- shaking-table tests --------------------------------------------------------------------------
 
 
-def coverage_row(model: str, first_seed: int) -> tuple[str, ...]:
+def coverage_row(model: str, first_seed: int) -> list[str]:
     """Return a row of the table; z is the error of an estimate over its standard error."""
     truth = np.array([YIELD_DISPLACEMENT_RATIO, STRENGTH_RATIO, RESTITUTION])
     start = np.array([YIELD_DISPLACEMENT_RATIO / (1 - STRENGTH_RATIO), STRENGTH_RATIO, RESTITUTION])
-    peaks = STANDARD_GRAVITY * np.random.RandomState(first_seed).uniform(1.25, 1.40, TESTS)
-    errors = []
-    for number, peak in enumerate(track(peaks, model)):
-        record = synthetic_record(first_seed + number, damping_model=model, pulse_peak=float(peak))
+    random = np.random.RandomState(first_seed)
+    pulse_peaks = STANDARD_GRAVITY * random.uniform(1.25, 1.40, TESTS)
+    z = np.empty((TESTS, truth.size))
+    for number, pulse_peak in enumerate(track(pulse_peaks, model)):
+        seed = first_seed + number
+        record = synthetic_record(seed, damping_model=model, pulse_peak=float(pulse_peak))
         fit = RecordFit(record, WALL, model)
-        found = fit.descend(start)
-        error = np.sqrt(np.diag(estimate_covariance(fit, found)))
-        errors.append((fit.parameters(found.x) - truth) / error)
-    z = np.array(errors)
-    spread = z.std(axis=0, ddof=1)
-    spreads = [f"{one:.2f} ± {one / np.sqrt(2 * (TESTS - 1)):.2f}" for one in spread]
-    mean = f"{z[:, 2].mean():.2f} ± {spread[2] / np.sqrt(TESTS):.2f}"
-    inside = f"{100 * np.mean(np.abs(z[:, 2]) < NORMAL_QUANTILE):.0f} %"
-    return model, f"{TESTS}", *spreads, mean, inside
+        solution = fit.descend(start)
+        standard_errors = np.sqrt(np.diag(estimate_covariance(solution)))
+        z[number] = (solution.parameters - truth) / standard_errors
+    deviations = z.std(axis=0, ddof=1)
+    deviation_error = 1 / np.sqrt(2 * (TESTS - 1))  # relative to the deviation
+    cells = [f"{value:.2f} ± {value * deviation_error:.2f}" for value in deviations]
+    z_restitution = z[:, 2]
+    mean_error = deviations[2] / np.sqrt(TESTS)
+    share_inside = np.mean(np.abs(z_restitution) < NORMAL_QUANTILE)
+    mean = f"{z_restitution.mean():.2f} ± {mean_error:.2f}"
+    return [model, f"{TESTS}", *cells, mean, f"{100 * share_inside:.0f} %"]
 
 
 def write_coverage() -> None:
-    """Write the table of docs/measured.md; the tests of each damper have noise of their own."""
-    text = table(
-        HEAD, [coverage_row(model, 1000 * number) for number, model in enumerate(MODELS, 1)]
-    )
+    """Write the table of docs/measured.md; the noise differs from damper to damper."""
+    head = ["damper", "tests", "sd of z, a1", "sd of z, b1", "sd of z, e"]
+    head += ["mean of z, e", "e within its 90 % interval"]
+    rows = [coverage_row(model, 1000 * number) for number, model in enumerate(MODELS, 1)]
     page = ROOT / "docs/measured.md"
-    block = re.compile(
-        r"(?<=<!-- tools/calibration_check.py coverage -->\n).*?(?=<!-- end -->)", re.DOTALL
-    )
-    page.write_text(block.sub(text + "\n", page.read_text(encoding="utf-8")), encoding="utf-8")
+    opening = "<!-- tools/calibration_check.py coverage -->\n"
+    block = re.compile(rf"(?<={opening}).*?(?=<!-- end -->)", re.DOTALL)
+    text = block.sub(table(head, rows) + "\n", page.read_text(encoding="utf-8"))
+    page.write_text(text, encoding="utf-8")
 
 
-# --- free-rocking tests -----------------------------------------------------------------------------------------------
+# --- free-rocking tests ---------------------------------------------------------------------------
 
 
-def free_rocking(
+def simulate_free_rocking(
     wall: Wall,
     curve: TrilinearCurve,
-    e: float,
+    restitution: float,
     scatter: float,
     release: float,
     elapsed: np.ndarray,
-    least: float,
-    random,
+    smallest_amplitude: float,
+    random: np.random.RandomState,
 ) -> np.ndarray:
-    """Return the displacement after a release, from impact to impact by the event-driven solver. [m]
+    """Return the displacement after a release, by the event-driven solver [m].
 
-    ln e has the standard deviation `scatter` from impact to impact. The motion ends at an impact: the last before the
-    end of `elapsed` [s], or the first after which the amplitude is below `least` [m]. `release` is over u_ins.
+    ln e has the standard deviation `scatter` from impact to impact. The motion ends at an impact:
+    the last before the end of `elapsed` [s], or the first after which the amplitude is at most
+    `smallest_amplitude` [m]. `release` is the displacement at the release over u_ins.
     """
-    u_ins, tau = float(wall.instability_displacement), float(wall.frequency_parameter) * elapsed
-    amplitude, velocity, end, energy = (
-        release,
-        0.0,
-        float(curve.period(release)) / 4,
-        float(curve.energy(release)),
-    )
-    parts, start = [], 0.0
+    u_ins = float(wall.instability_displacement)
+    tau = float(wall.frequency_parameter) * elapsed
+    displacement = release
+    velocity = 0.0
+    energy = float(curve.energy(release))
+    start = 0.0
+    end = float(curve.period(release)) / 4
+    parts = []
     while end <= tau[-1]:
-        inside = tau[(tau >= start) & (tau < end)] - start
-        free = exact_history(
-            curve,
-            Damping("CR", 1.0),
-            inside,
-            release_amplitude=amplitude,
-            release_velocity=velocity,
-        )
-        parts.append(free.displacement)
-        energy *= np.exp(2 * min(np.log(e) + scatter * random.standard_normal(), 0.0))
-        side = -np.sign(velocity or amplitude)
-        amplitude, velocity = 0.0, side * np.sqrt(2 * energy)
-        if u_ins * abs(velocity) / float(curve.initial_frequency) <= least:
+        times = tau[(tau >= start) & (tau < end)] - start
+        state = {"release_amplitude": displacement, "release_velocity": velocity}
+        motion = exact_history(curve, Damping("CR", 1.0), times, **state)
+        parts.append(motion.displacement)
+        log_restitution = np.log(restitution) + scatter * random.standard_normal()
+        energy *= np.exp(2 * min(log_restitution, 0.0))
+        direction = -np.sign(velocity or displacement)
+        displacement = 0.0
+        velocity = direction * np.sqrt(2 * energy)
+        if u_ins * abs(velocity) / float(curve.initial_frequency) <= smallest_amplitude:
             break
-        start, end = end, end + float(curve.period(curve.amplitude(energy))) / 2
+        start = end
+        end += float(curve.period(curve.amplitude(energy))) / 2
     return u_ins * np.concatenate(parts)
 
 
-def sensor(moved, step, held, noise, drift, random) -> np.ndarray:
-    """Return what a sensor shows of a release that is held before, for `held` seconds, and at rest after, for 1 s. [m]
+def measure(
+    displacement: np.ndarray,
+    step: float,
+    held_seconds: float,
+    noise: float,
+    drift: float,
+    random: np.random.RandomState,
+) -> np.ndarray:
+    """Return a sensor's measurement of a release and of the rests beside it [m].
 
-    Its zero, a linear drift [m/s], a random walk, white noise and the logger's steps of 0.01 mm are added.
+    The wall is held for `held_seconds` before the release and at rest for 1 s after the motion. The
+    sensor has a wrong zero, a linear drift [m/s], a random walk, white noise, and steps of 0.01 mm.
     """
-    shown = np.concatenate([np.full(int(held / step), moved[0]), moved, np.zeros(int(1.0 / step))])
-    walk = 0.1 * noise * np.cumsum(random.standard_normal(shown.size)) * np.sqrt(step)
+    before = np.full(int(held_seconds / step), displacement[0])
+    after = np.zeros(int(1.0 / step))
+    true = np.concatenate([before, displacement, after])
+    walk = 0.1 * noise * np.cumsum(random.standard_normal(true.size)) * np.sqrt(step)
     zero = 10 * noise * random.standard_normal()
-    shown = (
-        shown
-        + zero
-        + drift * step * np.arange(shown.size)
-        + walk
-        + noise * random.standard_normal(shown.size)
-    )
-    return np.round(shown, 5)
+    linear_drift = drift * step * np.arange(true.size)
+    white_noise = noise * random.standard_normal(true.size)
+    return np.round(true + zero + linear_drift + walk + white_noise, 5)
 
 
-def examples() -> dict[str, str]:
-    """Return the text of each example by the name of its file: a wall without overburden, released twice."""
-    texts, wall, step = {}, Wall(0.25, 3.0, hinge_ratio=0.6), 0.002
-    true = {"yield_displacement_ratio": 0.05, "strength_ratio": 0.82, "restitution": 0.875}
-    curve = TrilinearCurve(true["yield_displacement_ratio"], true["strength_ratio"])
-    for number, (release, held) in enumerate([(0.5, 0.8), (0.25, 0.5)], 1):
+def make_examples() -> dict[str, str]:
+    """Return the text of each example by the name of its file.
+
+    A wall without overburden is released twice.
+    """
+    wall = Wall(0.25, 3.0, hinge_ratio=0.6)
+    curve = TrilinearCurve(0.05, 0.82)
+    restitution = 0.875
+    step = 0.002
+    elapsed = step * np.arange(int(8.0 / step) + 1)
+    texts = {}
+    for number, (release, held_seconds) in enumerate([(0.5, 0.8), (0.25, 0.5)], 1):
         random = np.random.RandomState(2026 + number)
-        elapsed = step * np.arange(int(8.0 / step) + 1)
-        moved = free_rocking(
-            wall, curve, true["restitution"], 0.015, release, elapsed, 2e-4, random
+        displacement = simulate_free_rocking(
+            wall, curve, restitution, 0.015, release, elapsed, 2e-4, random
         )
-        shown = sensor(moved, step, held, 2e-4, 1.5e-4, random)
+        measured = measure(displacement, step, held_seconds, 2e-4, 1.5e-4, random)
+        specimen = "wall 0.25 m thick and 3 m high, hinge at 0.6 of its height"
+        origin = "computed by tools/calibration_check.py from impact to impact"
         lines = [
-            f"# specimen: wall 0.25 m thick and 3 m high, hinge at 0.6 of its height, release {number}, computed",
-            "# source: computed by tools/calibration_check.py from impact to impact, then noise and drift",
-            *("# licence: CC0-1.0", "# synthetic: yes", "# units: s, m"),
-            *(f"# generator_{name}: {value:g}" for name, value in true.items()),
+            f"# specimen: {specimen}, release {number}, computed",
+            f"# source: {origin}, then noise and drift",
+            "# licence: CC0-1.0",
+            "# synthetic: yes",
+            "# units: s, m",
+            f"# generator_yield_displacement_ratio: {curve.yield_displacement_ratio:g}",
+            f"# generator_strength_ratio: {curve.strength_ratio:g}",
+            f"# generator_restitution: {restitution:g}",
             "elapsed_s,displacement_m",
-            *(f"{step * index:.3f},{u:.5f}" for index, u in enumerate(shown)),
         ]
+        lines += [f"{step * index:.3f},{u:.5f}" for index, u in enumerate(measured)]
         texts[f"my-free-rocking-{number}.csv"] = "\n".join(lines) + "\n"
     return texts
 
@@ -172,7 +185,7 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["coverage"]:
         write_coverage()
     elif sys.argv[1:] == ["examples"]:
-        for name, text in examples().items():
+        for name, text in make_examples().items():
             (ROOT / "examples" / name).write_text(text, encoding="utf-8")
     else:
         sys.exit("usage: python tools/calibration_check.py coverage|examples")

@@ -1,7 +1,8 @@
 """The seeded experimental-style record that stands in for the shaking-table test of Fig. 8.
 
-The record of the test (SIN-03-00, test #2.4) is not public. This one is labelled synthetic in its header. Its response
-comes from the event-driven solver, not from the one under test, and its curve and e are not those of Fig. 8.
+The record of the test (SIN-03-00, test #2.4) is not public. This one is labelled synthetic in its
+header. Its response comes from the event-driven solver, not from the one under test, and its curve
+and e are not those of Fig. 8.
 
 ``.venv/bin/python tools/experimental_style.py PATH`` writes it.
 """
@@ -36,22 +37,26 @@ WALL = Wall(
     overburden_ratio=6.2,
 )
 
-# What makes the record: near a1 = 0.03, b1 = 0.80, e = 0.835 of Fig. 8, and not equal, as a test would not be.
-YIELD_DISPLACEMENT_RATIO, STRENGTH_RATIO, RESTITUTION = 0.031, 0.799, 0.84
+# Near a1 = 0.03, b1 = 0.80, e = 0.835 of Fig. 8, but not equal, as those of a test would not be.
+YIELD_DISPLACEMENT_RATIO = 0.031
+STRENGTH_RATIO = 0.799
+RESTITUTION = 0.84
 
-# The paper's pulse, the ideal Ricker wavelet; what a real table makes of it differs.
-# ASSUME: 1.35 g, more than the 0.26 to 1.00 g said of the sister specimen. This wall carries six times its weight:
-# its plateau stands for 1.17 g, below which it would not rock. It peaks at 0.145 u_ins, and collapses under 1.45 g.
+# The paper's pulse, an ideal Ricker wavelet; a real table follows it only nearly.
+# ASSUME: 1.35 g, more than the 0.26 to 1.00 g reported for the sister specimen. This wall carries
+# six times its weight: it starts to rock at 1.17 g, its plateau. It peaks at 0.145 u_ins, and
+# collapses under 1.45 g.
 PULSE_FREQUENCY = 2.0  # [Hz]
 PULSE_PEAK = 1.35 * STANDARD_GRAVITY
-PULSE_CENTRE, DURATION = 1.5, 5.0  # [s]
+PULSE_CENTRE = 1.5  # [s]
+DURATION = 5.0  # [s]
 
 # ASSUME: an instrumented test, as far as is known of this one.
 SAMPLING = 256  # [Hz]
-OVERSAMPLING = 4  # motion samples per record sample that the wall itself feels
+OVERSAMPLING = 4  # samples of the motion that the wall feels, per sample of the record
 ACCELEROMETER_NOISE = 0.02  # standard deviation [m s-2]
-SENSOR_NOISE = 1.5e-4  # of the displacement sensor, standard deviation [m]
-SENSOR_ZERO = 1.3e-3  # what the displacement sensor shows of a wall at rest [m]
+SENSOR_NOISE = 1.5e-4  # standard deviation of the displacement sensor [m]
+SENSOR_ZERO = 1.3e-3  # its reading while the wall is at rest [m]
 SENSOR_DRIFT = 6e-5  # steady part of its drift [m s-1]
 SENSOR_WANDER = 2e-5  # random part: standard deviation after one second of a random walk [m]
 # The logger's steps: 0.001 m s-2 and 0.01 mm.
@@ -61,7 +66,10 @@ SEED = 2017
 
 
 def ricker(time: ArrayLike, frequency: float, amplitude: float) -> Array:
-    """Return a Ricker wavelet A (1 - 2 s) exp(-s), s = (pi f t)^2, with its peak at t = 0. [s], [Hz], [m s-2]"""
+    """Return a Ricker wavelet A (1 - 2 s) exp(-s), s = (pi f t)^2, with its peak at t = 0 [m s-2].
+
+    `time` is in s, `frequency` in Hz and `amplitude` in m s-2.
+    """
     s = (np.pi * frequency * np.asarray(time, float)) ** 2
     return amplitude * (1 - 2 * s) * np.exp(-s)
 
@@ -76,42 +84,38 @@ def synthetic_record(
     pulse_peak: float = PULSE_PEAK,
     noise: float = 1.0,
 ) -> Record:
-    """Make the experimental-style record: the pulse, the wall's response to it, and what instruments make of both.
+    """Return the experimental-style record: the pulse and the wall's response, as instruments read them.
 
-    A viscous damper has the ratio that loses at 0.3 u_ins what e loses. `pulse_peak` is that of the table [m s-2].
-    `noise` is a factor on the noise and drift of both instruments; 0 leaves the sensor's zero and the rounding. A wall
-    that collapses is refused.
+    A viscous damper has the ratio that loses as much energy as e in a half cycle from 0.3 u_ins.
+    `pulse_peak` is the peak of the table's acceleration [m s-2]. `noise` is a factor on the noise and
+    drift of both instruments; 0 leaves the sensor's zero and the rounding. A pulse that collapses
+    the wall is refused.
     """
     check("noise", noise, lambda factor: factor >= 0, "at least 0")
     elapsed = np.arange(int(DURATION * SAMPLING) + 1) / SAMPLING
-    fine = np.arange(int(DURATION * SAMPLING) * OVERSAMPLING + 1) / (SAMPLING * OVERSAMPLING)
+    fine_steps = np.arange(int(DURATION * SAMPLING) * OVERSAMPLING + 1)
+    fine = fine_steps / (SAMPLING * OVERSAMPLING)
     motion = ricker(fine - PULSE_CENTRE, PULSE_FREQUENCY, pulse_peak)
-    p, u_ins = float(WALL.frequency_parameter), float(WALL.instability_displacement)
-    curve, damping = (
-        TrilinearCurve(yield_displacement_ratio, strength_ratio),
-        Damping("CR", restitution),
-    )
+    load = make_load(WALL, Record(fine, motion))
+    curve = TrilinearCurve(yield_displacement_ratio, strength_ratio)
+    value = restitution
     if damping_model != "CR":
-        damping = Damping(
-            damping_model, damping_ratio_energy(curve, damping_model, restitution, 0.3)
-        )
-    history = exact_history(
-        curve,
-        damping,
-        p * elapsed,
-        **sample_load(make_load(WALL, Record(fine, motion))),
-    )
+        value = damping_ratio_energy(curve, damping_model, restitution, 0.3)
+    damping = Damping(damping_model, value)
+    tau = float(WALL.frequency_parameter) * elapsed
+    history = exact_history(curve, damping, tau, **sample_load(load))
     if history.collapsed:
         raise InputError(
             f"pulse_peak is {pulse_peak:g}; it must be so small that the wall survives [m s-2]"
         )
 
-    # RandomState's streams are frozen for good, a Generator's may change with NumPy: the shipped files must not.
+    # The shipped files must not change: RandomState's streams are frozen, a Generator's are not.
     random = np.random.RandomState(seed)
     steps = random.standard_normal(elapsed.size) / np.sqrt(SAMPLING)
     drift = SENSOR_DRIFT * elapsed + SENSOR_WANDER * np.cumsum(steps)
     sensor = SENSOR_NOISE * random.standard_normal(elapsed.size)
     accelerometer = ACCELEROMETER_NOISE * random.standard_normal(elapsed.size)
+    u_ins = float(WALL.instability_displacement)
     columns = {
         "elapsed": elapsed,
         "ground_acceleration": motion[::OVERSAMPLING] + noise * accelerometer,

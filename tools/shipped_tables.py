@@ -1,6 +1,7 @@
-"""Write the tables that the package ships from the results of a full build: `.venv/bin/python tools/shipped_tables.py`.
+"""Write the tables that the package ships, from the results of a full build.
 
-They are the polynomials of `results/coefficients.csv`, and the shares of collapses that each damper misses.
+Run it as `.venv/bin/python tools/shipped_tables.py`. The tables are the polynomials of
+`results/coefficients.csv`, and the shares of collapses that each damper misses.
 """
 
 import shutil
@@ -12,13 +13,14 @@ from rockdamp.constants import RECOMMENDED_SOURCE, VISCOUS_MODELS
 from rockdamp.storage import dataset
 
 ROOT = Path(__file__).resolve().parents[1]
-RESULTS, SHIPPED = ROOT / "results", ROOT / "src/rockdamp/equivalence"
+RESULTS = ROOT / "results"
+SHIPPED = ROOT / "src/rockdamp/equivalence"
 
 
 def missed_collapses() -> pd.DataFrame:
     """Return the shares by e and damper, with damping ratios of least error."""
-    compared = dataset.read(RESULTS / "comparison.nc")
-    rates = compared["missed_collapse_rate"].sel(damping_ratio_source=RECOMMENDED_SOURCE)
+    comparison = dataset.read(RESULTS / "comparison.nc")
+    rates = comparison["missed_collapse_rate"].sel(damping_ratio_source=RECOMMENDED_SOURCE)
     rates = rates.sel(damping_model=list(VISCOUS_MODELS)).transpose("restitution", "damping_model")
     return rates.rename("missed_collapse_rate").to_series().round(6).reset_index()
 

@@ -120,7 +120,7 @@ def test_filtered_noise_leaves_e():
 
 
 def test_shipped_examples_are_those_of_their_program():
-    for name, text in calibration_check.examples().items():
+    for name, text in calibration_check.make_examples().items():
         assert_shipped(text, (ROOT / "examples" / name).read_text(encoding="utf-8"))
 
 
@@ -242,11 +242,11 @@ def simulated_intervals(number):
     scatter = random.uniform(0, 0.03)
     elapsed = STEP * np.arange(2000)
     curve = rd.TrilinearCurve(a1, b1)
-    displacement = calibration_check.free_rocking(
+    displacement = calibration_check.simulate_free_rocking(
         wall, curve, e, scatter, 0.5, elapsed, 5e-3 * u_ins, random
     )
     noise = 1e-3 * u_ins
-    measured = calibration_check.sensor(displacement, STEP, 0.4, noise, noise, random)
+    measured = calibration_check.measure(displacement, STEP, 0.4, noise, noise, random)
     fit = rd.fit_free_rocking(make_test(measured), wall)
     e_interval = fit["restitution_at_amplitude_interval"].sel(amplitude=0.3).values
     exponent_interval = fit["loss_exponent_interval"].values
