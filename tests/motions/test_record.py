@@ -29,6 +29,11 @@ def test_wrong_field_is_refused_by_name(changes, name):
         Record(**fields)
 
 
+def test_falling_times_are_refused_with_a_positive_step():
+    with pytest.raises(InputError, match="must rise by equal steps, here 0.01"):
+        Record(ELAPSED[::-1], [0, 1, 0])
+
+
 @pytest.mark.parametrize("step", [0.0001, 1 / 256, 0.1])
 def test_step_of_a_logger_is_taken(step):
     record = Record(step * SAMPLE_NUMBERS, np.ones(2000))
