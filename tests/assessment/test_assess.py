@@ -36,20 +36,21 @@ def solve_exactly(specimen, motion, factor):
 @pytest.mark.parametrize("law", [{}, LAW], ids=["constant e", "law"])
 def test_outcomes_are_those_of_the_event_driven_solver(law, wall, curve, motions):
     """The step is a tenth of the usual one, so that the error of the solver is small."""
-    few = [motions[0], motions[3]]
-    answer = rd.assess(wall, curve, few, pga=[3.0, 9.0], restitution=0.85, step=0.005, **law)
-    cr = answer.sel(damping_model="CR")
+    pair = [motions[0], motions[3]]
+    answer = rd.assess(wall, curve, pair, pga=[3.0, 9.0], restitution=0.85, step=0.005, **law)
     specimen = Specimen(wall, curve, rd.Damping("CR", 0.85, **law))
-    compared = 0
-    for motion in few:
-        for index, factor in enumerate(answer["scale_factor"].sel(record=motion.name).values):
+    survivals = 0
+    for motion in pair:
+        outcomes = answer.sel(damping_model="CR", record=motion.name)
+        for factor, peak in zip(
+            outcomes["scale_factor"].values, outcomes["peak"].values, strict=True
+        ):
             exact = solve_exactly(specimen, motion, factor)
-            peak = float(cr["peak"].sel(record=motion.name)[index])
             assert exact.collapsed == np.isnan(peak)
             if not exact.collapsed:
-                compared += 1
+                survivals += 1
                 assert peak == pytest.approx(np.abs(exact.turning_displacement).max(), rel=5e-3)
-    assert 0 < compared < 4
+    assert 0 < survivals < 4
 
 
 def test_records_are_scaled_to_the_intensities(answer, motions):
@@ -92,12 +93,13 @@ def test_second_damper_with_an_exponent_is_ecd16(wall, curve, motions):
 
 def test_a_quarter_of_the_step_changes_few_outcomes(wall, curve, motions):
     """No more change than the last halving did, and one more in each damper."""
-    few = motions[:4]
-    usual = rd.assess(wall, curve, few, pgv=0.8, restitution=0.85)
-    finer = rd.assess(wall, curve, few, pgv=0.8, restitution=0.85, step=0.0125)
-    changed = np.abs(usual["stripe_collapses"] - finer["stripe_collapses"]).sum("stripe")
-    assert (changed <= usual["unconverged"] + 1).all()
-    assert (usual["unconverged"] < 0.05 * usual["records"] * usual.sizes["stripe"]).all()
+    options = {"pgv": 0.8, "restitution": 0.85}
+    usual = rd.assess(wall, curve, motions[:4], **options)
+    finer = rd.assess(wall, curve, motions[:4], **options, step=0.0125)
+    changes = np.abs(usual["stripe_collapses"] - finer["stripe_collapses"]).sum("stripe")
+    assert (changes <= usual["unconverged"] + 1).all()
+    histories = usual["records"] * usual.sizes["stripe"]
+    assert (usual["unconverged"] < 0.05 * histories).all()
     np.testing.assert_allclose(usual["median_pgv"], finer["median_pgv"], rtol=0.03)
 
 
@@ -160,15 +162,15 @@ def test_pga_and_pgv_of_one_record_agree(wall, curve, motions):
     np.testing.assert_allclose(by_pga["stripe_pga"], ratio * by_pgv["stripe_pgv"], rtol=1e-12)
 
 
-@pytest.mark.parametrize(("stations", "known"), [(1, False), (3, False), (4, True)])
-def test_few_stations_have_no_interval_and_say_why(stations, known, wall, curve, motions):
-    few = motions[: 2 * stations]
-    answer = rd.assess(wall, curve, few, pgv=[0.6, 0.8], restitution=0.85)
-    assert np.isfinite(answer["collapse_probability_interval"]).all() == known
+@pytest.mark.parametrize(("stations", "has_interval"), [(1, False), (3, False), (4, True)])
+def test_few_stations_have_no_interval_and_say_why(stations, has_interval, wall, curve, motions):
+    records = motions[: 2 * stations]
+    answer = rd.assess(wall, curve, records, pgv=[0.6, 0.8], restitution=0.85)
+    assert np.isfinite(answer["collapse_probability_interval"]).all() == has_interval
     cr, _ = assessed_values(answer)["models"]
-    assert (cr["median_intensity_interval"] is None) != known
-    assert (cr["collapse_probability_interval"] is None) != known
-    assert any("intervals" in reason for reason in reasons(answer, "CR")) != known
+    assert (cr["median_intensity_interval"] is None) != has_interval
+    assert (cr["collapse_probability_interval"] is None) != has_interval
+    assert any("intervals" in reason for reason in reasons(answer, "CR")) != has_interval
 
 
 def test_fewest_stations_are_rarely_drawn_alone():
@@ -200,10 +202,11 @@ def test_cases_lie_within_0_and_1():
 
 
 def test_share_of_a_case_is_that_of_its_e(wall, curve, motions):
-    answer = rd.assess(wall, curve, motions[:3], pgv=[0.6, 0.8], restitution=0.85)
+    options = {"records": motions[:3], "pgv": [0.6, 0.8]}
+    answer = rd.assess(wall, curve, restitution=0.85, **options)
     for case, e in find_restitution_cases(wall, 0.85).items():
-        other = rd.assess(wall, curve, motions[:3], pgv=[0.6, 0.8], restitution=e)
-        expected = other["collapse_probability"].sel(damping_model="CR")
+        case_answer = rd.assess(wall, curve, restitution=e, **options)
+        expected = case_answer["collapse_probability"].sel(damping_model="CR")
         share = answer["case_collapse_probability"].sel(restitution_case=case)
         np.testing.assert_array_equal(share, expected)
 
@@ -211,22 +214,23 @@ def test_share_of_a_case_is_that_of_its_e(wall, curve, motions):
 def test_a_rule_gives_the_restitution(wall, curve, motions):
     answer = rd.assess(wall, curve, motions[0], pgv=0.8, restitution="rigid")
     assert float(answer["restitution"]) == float(wall.restitution_rigid)
-    assert "Eq. (7)" in answer.attrs["restitution_reason"]
+    assert "Eq. 7" in answer.attrs["restitution_reason"]
 
 
 # --- one-sided walls ------------------------------------------------------------------------------
 
 
 def test_a_one_sided_wall_takes_each_record_both_ways(motions):
-    few = motions[:8:2]
-    answer = rd.assess(FRONT, FRONT_CURVE, few, pgv=[0.4, 0.6])
+    records = motions[:8:2]
+    answer = rd.assess(FRONT, FRONT_CURVE, records, pgv=[0.4, 0.6])
     e = answer["restitution"].item()
     assert e == pytest.approx(float(FRONT.restitution_measured))
     assert answer["damping_model"].values.tolist() == ["CR"]
     assert int(answer["records"]) == 8
     specimen = Specimen(FRONT, FRONT_CURVE, rd.Damping("CR", e))
-    for index, motion in enumerate(few):
-        factor = 0.4 / rd.intensity_measures(motion.record).pgv * np.array([1.0, -1.0])
+    for index, motion in enumerate(records):
+        pgv = rd.intensity_measures(motion.record).pgv
+        factor = 0.4 / pgv * np.array([1.0, -1.0])
         histories = run_one_sided(motion.record, specimen, factor, tail=3.0)
         expected = [np.nan if history.collapsed else history.peak for history in histories]
         peaks = answer["peak"].isel(record=slice(2 * index, 2 * index + 2), intensity=0)
@@ -234,10 +238,10 @@ def test_a_one_sided_wall_takes_each_record_both_ways(motions):
 
 
 def test_a_reversed_record_keeps_its_station(motions):
-    motion, turned = add_reversed(motions[:1])
+    motion, opposite = add_reversed(motions[:1])
     acceleration = motion.record.ground_acceleration
-    np.testing.assert_array_equal(turned.record.ground_acceleration, -acceleration)
-    assert turned.group == motion.group
+    np.testing.assert_array_equal(opposite.record.ground_acceleration, -acceleration)
+    assert opposite.group == motion.group
 
 
 def test_a_loss_law_holds_for_a_one_sided_wall(motions):

@@ -32,38 +32,41 @@ from rockdamp.statistics.fragility import fit_fragility, wilson
 def test_first_collapse_follows_a_survived_motion(collapsed, first):
     """The factors stand in no order, and a negative one reverses the record."""
     factor = np.array([[3.0], [1.0], [2.0], [-4.0]])
-    found = find_first_collapses(np.array(collapsed)[:, None], factor)
-    assert found[:, 0].tolist() == first
+    first_collapses = find_first_collapses(np.array(collapsed)[:, None], factor)
+    assert first_collapses[:, 0].tolist() == first
 
 
-def test_first_collapses_and_large_peaks_are_refined(motions, curve):
+@pytest.mark.parametrize(
+    "damping",
+    [rd.Damping("CR", 0.85), rd.Damping.from_restitution(0.85, "ECD")],
+    ids=["CR", "ECD"],
+)
+def test_first_collapses_and_large_peaks_are_refined(motions, curve, damping):
     walls = rd.Wall(np.array([0.25, 0.3]), 3.0)
     record = motions[2].record
     factor = np.array([[0.5, 1.0, 2.0, 4.0]] * 2)
     options = {"step": 0.2, "tail": 3.0}
-    for damping in (rd.Damping("CR", 0.85), rd.Damping.from_restitution(0.85, "ECD")):
-        specimen = Specimen(walls, curve, damping)
-        runs = [
-            run_record(record, specimen, factor.T, **options, halvings=halvings)
-            for halvings in range(3)
-        ]
-        is_large = ~runs[0].collapsed & (runs[0].peak >= NEAR_COLLAPSE)
-        near = (is_large | find_first_collapses(runs[0].collapsed, factor.T)).T
-        assert near.any() and not near.all()
-        peak, collapsed, coarser = run_outcomes(record, [specimen], factor, **options)
-        np.testing.assert_array_equal(peak[..., 0], np.where(near, runs[2].peak.T, runs[0].peak.T))
-        np.testing.assert_array_equal(
-            collapsed[..., 0], np.where(near, runs[2].collapsed.T, runs[0].collapsed.T)
-        )
-        np.testing.assert_array_equal(
-            coarser[..., 0], np.where(near, runs[1].collapsed.T, runs[0].collapsed.T)
-        )
+    specimen = Specimen(walls, curve, damping)
+    runs = [
+        run_record(record, specimen, factor.T, **options, halvings=halvings)
+        for halvings in range(3)
+    ]
+    is_large = ~runs[0].collapsed & (runs[0].peak >= NEAR_COLLAPSE)
+    is_refined = is_large | find_first_collapses(runs[0].collapsed, factor.T)
+    assert is_refined.any()
+    assert not is_refined.all()
+    peak = np.where(is_refined, runs[2].peak, runs[0].peak)
+    collapsed = np.where(is_refined, runs[2].collapsed, runs[0].collapsed)
+    coarser_collapsed = np.where(is_refined, runs[1].collapsed, runs[0].collapsed)
+    outcomes = run_outcomes(record, [specimen], factor, **options)
+    for values, expected in zip(outcomes, (peak, collapsed, coarser_collapsed), strict=True):
+        np.testing.assert_array_equal(values[..., 0], expected.T)
 
 
 def test_the_second_damper_has_a_least_e():
     _, damper = choose_dampings(rd.Wall(0.4, 0.9), 0.0)
-    least = rd.Damping.from_restitution(LEAST_DAMPER_RESTITUTION, RECOMMENDED)
-    assert damper.value == least.value
+    expected = rd.Damping.from_restitution(LEAST_DAMPER_RESTITUTION, RECOMMENDED)
+    assert damper.value == expected.value
 
 
 @pytest.mark.parametrize(
@@ -81,29 +84,30 @@ def test_quantile_counts_collapses_as_the_largest(peaks, share, quantile):
 
 
 @pytest.fixture(scope="module")
-def alike():
-    """Five stations of two records, of which one collapses from the fifth stripe, one the eighth."""
-    stripes = np.arange(STRIPES.size) >= np.tile([5, 8], 5)[:, None]
-    return xr.Dataset(
-        {
-            "collapsed": (("record", "damping_model", "intensity"), stripes[:, None, 6:7]),
-            "stripe_collapsed": (("record", "damping_model", "stripe"), stripes[:, None]),
-            "stripe_intensity": ("stripe", 2 * STRIPES),
-        }
-    )
+def stripes():
+    """Collapses at each stripe: of the two records of a station one collapses from 5, one from 8."""
+    return np.arange(STRIPES.size) >= np.tile([5, 8], 5)[:, None]
 
 
-def test_a_fragility_of_stations_that_agree_has_no_width(alike):
+@pytest.fixture(scope="module")
+def intervals(stripes):
+    """Intervals of five stations that agree."""
+    values = {
+        "collapsed": (("record", "damping_model", "intensity"), stripes[:, None, 6:7]),
+        "stripe_collapsed": (("record", "damping_model", "stripe"), stripes[:, None]),
+        "stripe_intensity": ("stripe", 2 * STRIPES),
+    }
     groups = [f"station {number // 2}" for number in range(10)]
-    intervals = find_intervals(alike, groups, "PGV").isel(damping_model=0)
-    fitted = fit_fragility(STRIPES, alike["stripe_collapsed"].sum("record").values[0], 10)
-    np.testing.assert_allclose(intervals["median_pgv_interval"], 2 * fitted.median)
-    np.testing.assert_allclose(intervals["dispersion_interval"], fitted.dispersion)
+    return find_intervals(xr.Dataset(values), groups, "PGV").isel(damping_model=0)
 
 
-def test_interval_of_a_share_has_effective_records(alike):
-    groups = [f"station {number // 2}" for number in range(10)]
-    intervals = find_intervals(alike, groups, "PGV").isel(damping_model=0)
+def test_fragility_of_stations_that_agree_has_no_width(stripes, intervals):
+    fragility = fit_fragility(STRIPES, stripes.sum(axis=0), 10)
+    np.testing.assert_allclose(intervals["median_pgv_interval"], 2 * fragility.median)
+    np.testing.assert_allclose(intervals["dispersion_interval"], fragility.dispersion)
+
+
+def test_interval_of_a_share_has_effective_records(intervals):
     expected = wilson(0.5, intervals["effective_records"][0])
     np.testing.assert_allclose(intervals["collapse_probability_interval"][0], expected)
 

@@ -1,5 +1,6 @@
 """Files of records: the formats that are read, and the refusals of all others."""
 
+import re
 import time
 
 import numpy as np
@@ -44,18 +45,19 @@ def read(tmp_path):
 
 
 @pytest.fixture
-def refusal(read, tmp_path):
-    """The one line that refuses a file, without its path."""
+def refuses(read, tmp_path):
+    """Assert that a file is refused with its path and one line, which has a pattern."""
 
-    def read_and_catch(text, **options):
-        with pytest.raises(InputError) as caught:
+    def read_and_match(pattern, text, **options):
+        with pytest.raises(InputError) as error:
             read(text, **options)
-        path, _, line = str(caught.value).partition(": ")
+        path, _, line = str(error.value).partition(": ")
         assert path == str(tmp_path / "record.txt")
-        assert "\n" not in line and len(line) <= 160, line
-        return line
+        assert "\n" not in line
+        assert len(line) <= 160, line
+        assert re.search(pattern, line), line
 
-    return read_and_catch
+    return read_and_match
 
 
 def test_written_record_is_read_back_to_the_same_bits(tmp_path):
@@ -205,86 +207,86 @@ def test_200_000_samples_are_read_at_once(number_format, read):
 # --- refusals ----------------------------------------------------------------------------------
 
 
+MISSING = "1 sample is missing after"
+
+
 @pytest.mark.parametrize(
-    ("times", "number_format", "parts"),
+    ("times", "number_format", "pattern"),
     [
-        (
-            np.delete(0.01 * N, 1000),
-            "{:.2f}",
-            ["from 9.99 to 10.01", "1 sample is missing after 9.99"],
-        ),
+        (np.delete(0.01 * N, 1000), "{:.2f}", f"from 9.99 to 10.01.*{MISSING} 9.99"),
         (
             np.delete(N / 240, [900, 901, 902]),
             "{:.3f}",
-            ["to 3.763", "3 samples are missing after 3.746"],
+            "to 3.763.*3 samples are missing after 3.746",
         ),
-        (np.delete(N / 60, 1000), "{:.2f}", ["1 sample is missing after 16.65"]),
-        (np.delete(N, 700), "{:d}", ["from 699.0 to 701.0", "1 sample is missing after 699.0"]),
-        (np.insert(0.01 * N, 5, 0.04), "{:.2f}", ["from 0.04 to 0.04"]),
-        (np.r_[0, 1, 3, 2, 4:100] * 0.01, "{:.2f}", ["from 0.01 to 0.03"]),
-        (np.r_[0.01 * N[:100], 1.0035 + 0.01 * N[:100]], "{:.4f}", ["elapsed"]),
-        (0.01 * N[::-1], "{:.2f}", ["from 19.99 to 19.98"]),
-        (0.01 * N * (1 + N * 1e-6), "{:.6f}", ["elapsed"]),
-        (1e-5 * N * (1 + N * 1e-6), "{:.4e}", ["elapsed"]),
-        (0.01 * N + 0.002 * (N == 50), "{:.3f}", ["elapsed"]),
+        (np.delete(N / 60, 1000), "{:.2f}", f"{MISSING} 16.65"),
+        (np.delete(N, 700), "{:d}", f"from 699.0 to 701.0.*{MISSING} 699.0"),
+        (np.insert(0.01 * N, 5, 0.04), "{:.2f}", "from 0.04 to 0.04"),
+        (np.r_[0, 1, 3, 2, 4:100] * 0.01, "{:.2f}", "from 0.01 to 0.03"),
+        (np.r_[0.01 * N[:100], 1.0035 + 0.01 * N[:100]], "{:.4f}", "elapsed"),
+        (0.01 * N[::-1], "{:.2f}", "from 19.99 to 19.98"),
+        (0.01 * N * (1 + N * 1e-6), "{:.6f}", "elapsed"),
+        (1e-5 * N * (1 + N * 1e-6), "{:.4e}", "elapsed"),
+        (0.01 * N + 0.002 * (N == 50), "{:.3f}", "elapsed"),
     ],
 )
-def test_gap_double_or_swap_is_named_with_its_time(times, number_format, parts, refusal):
-    message = refusal(csv(times, number_format))
-    assert all(part in message for part in parts), message
+def test_gap_double_or_swap_is_named_with_its_time(times, number_format, pattern, refuses):
+    refuses(pattern, csv(times, number_format))
+
+
+CHANNELS = ",".join(f"channel_{number}" for number in range(20))
 
 
 @pytest.mark.parametrize(
-    ("text", "options", "parts"),
+    ("text", "pattern"),
     [
-        ("", {}, ["numbers"]),
-        ("elapsed_s,ground_acceleration_m_s2\n", {}, ["numbers"]),
-        ("elapsed_s,ground_acceleration_m_s2\n0,0\n", {}, ["1 samples"]),
-        ("elapsed_s,displacement_m\n0,1\n1,2\n", {}, ["elapsed_s, displacement_m"]),
-        (
-            "elapsed_s,ground_acceleration_m_s2,ground_acceleration_g\n0,1,1\n1,2,2\n",
-            {},
-            ["columns"],
-        ),
+        ("", "numbers"),
+        ("elapsed_s,ground_acceleration_m_s2\n", "numbers"),
+        ("elapsed_s,ground_acceleration_m_s2\n0,0\n", "1 samples"),
+        ("elapsed_s,displacement_m\n0,1\n1,2\n", "elapsed_s, displacement_m"),
+        ("elapsed_s,ground_acceleration_m_s2,ground_acceleration_g\n0,1,1\n1,2,2\n", "columns"),
         (
             "elapsed_s,ground_acceleration_g,elapsed_s\n0,1,0\n.01,2,9\n",
-            {},
-            ["the column 'elapsed_s' twice"],
+            "the column 'elapsed_s' twice",
         ),
-        (
-            f"elapsed_s,{','.join(f'channel_{k}' for k in range(20))}\n0{',1' * 20}\n",
-            {},
-            ["elapsed_s, channel_0"],
-        ),
-        (CSV + "0.04\n", {}, ["line 7 is '0.04'"]),
-        (CSV + "0.04,1,2\n", {}, ["line 7"]),
-        (CSV + "0.04,nan\n", {}, ["line 7"]),
-        (CSV + "Mean,0.1\n", {}, ["line 7"]),
-        (CSV, {"step": 0.01}, ["step is 0.01", "0.005"]),
-        (CSV, {"unit": "g"}, ["unit"]),
-        (CSV, {"unit": "cm"}, ["unit is 'cm'"]),
-        (CSV, {"column": 2}, ["column is 2"]),
-        (CSV.replace("0.005", "5").replace("0.01", "10"), {}, ["elapsed"]),
-        ("# synthetic: perhaps\n" + CSV, {}, ["synthetic is 'perhaps'"]),
-        (CSV.encode("utf-16"), {}, ["0xff", "line 1"]),
-        ("# Universit\xe9\n".encode("latin-1") + CSV.encode(), {}, ["0xe9", "line 1"]),
-        (at2("The units are those of the logger"), {}, ["unit"]),
-        (at2("VELOCITY TIME SERIES IN UNITS OF CM/S"), {"unit": "g"}, ["VELOCITY"]),
-        (at2("Displacement (CM)"), {"unit": "g"}, ["Displacement"]),
-        (at2("ACCELERATION IN CM/S/S (G)"), {}, ["2 units"]),
-        (at2(count="NPTS= 6, DT= .005"), {}, ["5", "6"]),
-        (at2(count="NPTS= 5, DT= 10 MSEC"), {}, ["step is 10 s"]),
-        (at2(count="NPTS= 5, DT= -.005 SEC"), {}, ["step is -0.005 s"]),
-        (at2(), {"unit": "cm/s2"}, ["unit"]),
-        (at2(), {"step": 0.01}, ["step is 0.01", "0.005"]),
-        (at2(), {"column": 1}, ["column is 1"]),
-        (at2().replace(".1D0 -2E-1", "0.1E-01-0.2E-01"), {}, ["line 5 is '.0 0.1E-01-0.2E-01"]),
-        (at2().replace(".3", "6.3"), {}, ["peak of 6.3 g", "at most 5 g"]),
+        (f"elapsed_s,{CHANNELS}\n0{',1' * 20}\n", "elapsed_s, channel_0"),
+        (CSV + "0.04\n", "line 7 is '0.04'"),
+        (CSV + "0.04,1,2\n", "line 7"),
+        (CSV + "0.04,nan\n", "line 7"),
+        (CSV + "Mean,0.1\n", "line 7"),
+        (CSV.replace("0.005", "5").replace("0.01", "10"), "elapsed"),
+        ("# synthetic: perhaps\n" + CSV, "synthetic is 'perhaps'"),
+        (CSV.encode("utf-16"), "(?=.*0xff).*line 1"),
+        ("# Universit\xe9\n".encode("latin-1") + CSV.encode(), "(?=.*0xe9).*line 1"),
+        (at2("The units are those of the logger"), "unit"),
+        (at2("ACCELERATION IN CM/S/S (G)"), "2 units"),
+        (at2(count="NPTS= 6, DT= .005"), "(?=.*5).*6"),
+        (at2(count="NPTS= 5, DT= 10 MSEC"), "step is 10 s"),
+        (at2(count="NPTS= 5, DT= -.005 SEC"), "step is -0.005 s"),
+        (at2().replace(".1D0 -2E-1", "0.1E-01-0.2E-01"), "line 5 is '.0 0.1E-01-0.2E-01"),
+        (at2().replace(".3", "6.3"), "(?=.*peak of 6.3 g).*at most 5 g"),
     ],
 )
-def test_file_that_contradicts_its_head_is_refused(text, options, parts, refusal):
-    message = refusal(text, **options)
-    assert all(part in message for part in parts), message
+def test_file_that_contradicts_its_head_is_refused(text, pattern, refuses):
+    refuses(pattern, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "pattern"),
+    [
+        (CSV, {"step": 0.01}, "step is 0.01.*0.005"),
+        (CSV, {"unit": "g"}, "unit"),
+        (CSV, {"unit": "cm"}, "unit is 'cm'"),
+        (CSV, {"column": 2}, "column is 2"),
+        (at2("VELOCITY TIME SERIES IN UNITS OF CM/S"), {"unit": "g"}, "VELOCITY"),
+        (at2("Displacement (CM)"), {"unit": "g"}, "Displacement"),
+        (at2(), {"unit": "cm/s2"}, "unit"),
+        (at2(), {"step": 0.01}, "step is 0.01.*0.005"),
+        (at2(), {"column": 1}, "column is 1"),
+    ],
+)
+def test_file_that_contradicts_an_option_is_refused(text, options, pattern, refuses):
+    refuses(pattern, text, **options)
 
 
 ROWS = " 0.1 0.2 0.3\n-0.1 0.0 0.4\n"
@@ -293,57 +295,66 @@ TIMES = "".join(f"{k} {k % 3}\n" for k in [*range(20), 21, 20, *range(22, 40)])
 
 
 @pytest.mark.parametrize(
-    ("text", "options", "parts"),
+    ("text", "options", "pattern"),
     [
-        ("0\n.1\n-.2\n", {}, ["unit"]),
-        ("0\n.1\n-.2\n", {"step": 0.01}, ["unit"]),
-        ("0\n.1\n-.2\n", {"unit": "g"}, ["one column", "step"]),
-        ("0\n.1\n", {"step": 0, "unit": "g"}, ["step is 0"]),
-        ("0 .1 -.2 .3 0\n", STEP_AND_UNIT, ["5 columns"]),
-        ("0 0\n.005 .1\n.010 .2\n", STEP_AND_UNIT, ["2 columns", "step must be left out"]),
-        (THREE_COMPONENTS, STEP_AND_UNIT, ["3 columns"]),
-        (THREE_COMPONENTS.replace(" ", "\t"), STEP_AND_UNIT, ["columns"]),
-        (THREE_COMPONENTS, {"unit": "g"}, ["3 columns"]),
-        (THREE_COMPONENTS, STEP_AND_UNIT | {"column": 4}, ["column is 4", "1 to 3"]),
-        (THREE_COMPONENTS, STEP_AND_UNIT | {"column": 0}, ["column is 0"]),
-        (f"2\n{ROWS}", STEP_AND_UNIT, ["line 1 is '2'", "line 2 has 3"]),
-        ("i t a\n0 0 0\n1 .005 .1\n2 .01 .2\n", {"unit": "g"}, ["3 columns"]),
-        ("i a\n0 0\n1 .1\n2 .2\n", {"unit": "g"}, ["step is 1 s"]),
-        ("0 0\n.005 .1\n.02 .2\n.025 0\n", {"unit": "g"}, ["0.005 to 0.02", "2 samples are"]),
-        (TIMES, {"unit": "g"}, ["from 19.0 to 21.0"]),
-        ("5 .005\n0 .1 -.2 .3 0\n", {"step": 0.01, "unit": "g"}, ["step is 0.01", "0.005"]),
-        ("0\n.1\n9.81\n", STEP_AND_UNIT, ["peak of 9.81 g"]),
+        ("0\n.1\n-.2\n", {}, "unit"),
+        ("0\n.1\n-.2\n", {"step": 0.01}, "unit"),
+        ("0\n.1\n-.2\n", {"unit": "g"}, "one column.*step"),
+        ("0\n.1\n", {"step": 0, "unit": "g"}, "step is 0"),
+        ("i t a\n0 0 0\n1 .005 .1\n2 .01 .2\n", {"unit": "g"}, "3 columns"),
+        ("i a\n0 0\n1 .1\n2 .2\n", {"unit": "g"}, "step is 1 s"),
+        ("0 0\n.005 .1\n.02 .2\n.025 0\n", {"unit": "g"}, "0.005 to 0.02.*2 samples are"),
+        (TIMES, {"unit": "g"}, "from 19.0 to 21.0"),
+        (THREE_COMPONENTS, {"unit": "g"}, "3 columns"),
+        ("5 .005\n0 .1 -.2 .3 0\n", {"step": 0.01, "unit": "g"}, "step is 0.01.*0.005"),
     ],
 )
-def test_plain_numbers_of_other_columns_are_refused(text, options, parts, refusal):
-    message = refusal(text, **options)
-    assert all(part in message for part in parts), message
+def test_plain_numbers_need_a_unit_and_even_times(text, options, pattern, refuses):
+    refuses(pattern, text, **options)
 
 
 @pytest.mark.parametrize(
-    ("head", "parts"),
+    ("text", "pattern"),
     [
-        ("5 .005 656\n", ["line 2 is '5 .005 656'", "3 numbers and line 3 has 1"]),
-        ("2011 03 11\n", ["line 2 is '2011 03 11'"]),
-        ("2011/03/11 14:46:18.1\n", ["line 2 is '2011/03/11 14:46:18.1'"]),
-        ("20110311\n", ["line 2 is '20110311'"]),
-        ("6\n", ["line 2 is '6'"]),
-        ("6 .005\n", ["line 2 is '6 .005'"]),
-        ("100\n200\n", ["line 2 is '100'"]),
-        ("0\n200\n", ["line 3 is '200'"]),
-        ("nan\n", ["line 2 is 'nan'"]),
-        ("-0.1-0.2\n", ["line 2 is '-0.1-0.2'"]),
+        ("0 .1 -.2 .3 0\n", "5 columns"),
+        ("0 0\n.005 .1\n.010 .2\n", "2 columns.*step must be left out"),
+        (THREE_COMPONENTS, "3 columns"),
+        (THREE_COMPONENTS.replace(" ", "\t"), "columns"),
+        (f"2\n{ROWS}", "line 1 is '2'.*line 2 has 3"),
+        ("0\n.1\n9.81\n", "peak of 9.81 g"),
     ],
 )
-def test_head_of_numbers_is_no_acceleration(head, parts, refusal):
-    message = refusal(f"Station\n{head}.0\n.1\n-.2\n.3\n.0\n", step=0.005, unit="cm/s2")
-    assert all(part in message for part in parts), message
+def test_plain_numbers_of_other_columns_are_refused(text, pattern, refuses):
+    refuses(pattern, text, **STEP_AND_UNIT)
+
+
+@pytest.mark.parametrize(("column", "pattern"), [(4, "column is 4.*1 to 3"), (0, "column is 0")])
+def test_column_outside_the_file_is_refused(column, pattern, refuses):
+    refuses(pattern, THREE_COMPONENTS, column=column, **STEP_AND_UNIT)
+
+
+@pytest.mark.parametrize(
+    ("head", "pattern"),
+    [
+        ("5 .005 656\n", "line 2 is '5 .005 656'.*3 numbers and line 3 has 1"),
+        ("2011 03 11\n", "line 2 is '2011 03 11'"),
+        ("2011/03/11 14:46:18.1\n", "line 2 is '2011/03/11 14:46:18.1'"),
+        ("20110311\n", "line 2 is '20110311'"),
+        ("6\n", "line 2 is '6'"),
+        ("6 .005\n", "line 2 is '6 .005'"),
+        ("100\n200\n", "line 2 is '100'"),
+        ("0\n200\n", "line 3 is '200'"),
+        ("nan\n", "line 2 is 'nan'"),
+        ("-0.1-0.2\n", "line 2 is '-0.1-0.2'"),
+    ],
+)
+def test_head_of_numbers_is_no_acceleration(head, pattern, refuses):
+    refuses(pattern, f"Station\n{head}.0\n.1\n-.2\n.3\n.0\n", step=0.005, unit="cm/s2")
 
 
 @pytest.mark.parametrize("value", ["--", "N/A", "NaN", "inf", "1,5"])
-def test_first_row_with_a_missing_value_is_no_title(value, refusal):
-    message = refusal(f"t a\n0.00 {value}\n0.01 .1\n0.02 .2\n", unit="g")
-    assert "line 2 is '0.00" in message
+def test_first_row_with_a_missing_value_is_no_title(value, refuses):
+    refuses("line 2 is '0.00", f"t a\n0.00 {value}\n0.01 .1\n0.02 .2\n", unit="g")
 
 
 TSPAIR = (
@@ -357,17 +368,16 @@ GEOCSV = (
 
 
 @pytest.mark.parametrize(
-    ("text", "parts"),
+    ("text", "pattern"),
     [
-        ("t,a\n00:00:00.00,0.1\n00:00:00.01,0.2\n", ["line 2 is '00:00:00.00,0.1'"]),
-        (TSPAIR, ["line 2 is '2003-05-29T", "'2003-05-29T02:13:22.' is not a finite number"]),
-        (GEOCSV, ["line 4 is '2003-05-29T"]),
-        ("one\ntwo\n", ["line 1 is 'one'"]),
+        ("t,a\n00:00:00.00,0.1\n00:00:00.01,0.2\n", "line 2 is '00:00:00.00,0.1'"),
+        (TSPAIR, "line 2 is '2003-05-29T.*'2003-05-29T02:13:22.' is not a finite number"),
+        (GEOCSV, "line 4 is '2003-05-29T"),
+        ("one\ntwo\n", "line 1 is 'one'"),
     ],
 )
-def test_first_line_that_does_not_read_is_named(text, parts, refusal):
-    message = refusal(text, unit="g")
-    assert all(part in message for part in parts), message
+def test_first_line_that_does_not_read_is_named(text, pattern, refuses):
+    refuses(pattern, text, unit="g")
 
 
 @pytest.mark.parametrize(
@@ -382,8 +392,8 @@ def test_first_line_that_does_not_read_is_named(text, parts, refusal):
         CSV.replace(".", ","),
     ],
 )
-def test_decimal_comma_is_named(text, refusal):
-    assert "the decimal sign must be a point" in refusal(text, unit="m/s2")
+def test_decimal_comma_is_named(text, refuses):
+    refuses("the decimal sign must be a point", text, unit="m/s2")
 
 
 FORMATS = {
@@ -400,5 +410,5 @@ FORMATS = {
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_other_format_is_refused_with_the_columns_to_write(name, refusal):
-    assert "elapsed_s, ground_acceleration_m_s2" in refusal(FORMATS[name])
+def test_other_format_is_refused_with_the_columns_to_write(name, refuses):
+    refuses("elapsed_s, ground_acceleration_m_s2", FORMATS[name])
