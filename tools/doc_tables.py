@@ -147,7 +147,7 @@ def by_program() -> str:
         row = study.sel(damping_model=model)
         rows.append([requirement, model, REFERENCE_QUANTITY[model], *percentages(row, errors)])
     head = ["your program supports", "use", "ξ refers to", "typical error of the peak"]
-    head += ["one peak in ten errs by more than", "collapses missed"]
+    head += ["error exceeded by one peak in ten", "missed collapses"]
     return table(head, rows)
 
 
