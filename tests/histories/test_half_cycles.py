@@ -65,6 +65,12 @@ def test_ends_of_a_history_are_no_crossings(cycles):
     assert np.isnan(cycles.end[-1])
 
 
+def test_slice_keeps_the_arrays_of_half_cycles_apart(cycles):
+    part = cycles[1:3]
+    for name in ("peak", "peak_elapsed", "start", "end"):
+        assert getattr(part, name).tolist() == getattr(cycles, name)[1:3].tolist()
+
+
 def test_peaks_pass_the_threshold(cycles):
     assert np.abs(cycles.peak).min() > 0.15
     assert LOSS * np.abs(cycles.peak).min() < 0.15
