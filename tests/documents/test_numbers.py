@@ -1,4 +1,4 @@
-"""The numbers of the pages *Assess one wall* and *The damper in your program*, computed by other ways; its listings."""
+"""Numbers of *Assess one wall* and *The damper in your program* by other ways, and listings."""
 
 import re
 import shutil
@@ -18,9 +18,12 @@ from rockdamp.mechanics.dampers import half_cycle_loss
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.solvers.exact import exact_history
 
-DAMPER, WALL = "docs/howto/damper-in-your-program.md", "docs/howto/one-wall.md"
+DAMPER = "docs/howto/damper-in-your-program.md"
+WALL = "docs/howto/one-wall.md"
 CURVE = rd.TrilinearCurve(0.04, 0.85)
-W1, E, WIDTH = float(CURVE.initial_frequency), 0.85, 0.2
+W1 = float(CURVE.initial_frequency)
+E = 0.85
+WIDTH = 0.2
 DELTA = -np.log(E)
 SHORT = DELTA * (1 + 0.4 * WIDTH**2 - 0.097 * WIDTH**4 - 0.043 * DELTA**2)
 # The damper of the kernel that has the delta' of the listings.
@@ -28,7 +31,7 @@ SAME = rd.Damping("BAND", half_cycle_loss(SHORT, WIDTH) / np.pi, width=WIDTH)
 
 
 def table(page, first_cell):
-    """Rows of the page's table whose head begins with this cell."""
+    """Return the rows of a page's table whose head begins with a cell."""
     rows = read(page).split(f"| {first_cell} |")[1].split("\n\n")[0].splitlines()[2:]
     return [[cell.strip() for cell in row.strip("|").split("|")] for row in rows]
 
@@ -40,22 +43,24 @@ def pulse(tau):
 def python_listing(h, steps, *, lag=False):
     """Return x at each step under the pulse, by the page's own lines in explicit Newmark."""
     names = {}
-    exec(
-        re.findall(r"^```python\n(.*?)^```$", read(DAMPER), flags=re.MULTILINE | re.DOTALL)[0],
-        names,
-    )
-    x, v, a, found = 0.0, 0.0, 0.0, [0.0]
+    listing = re.search(r"^```python\n(.*?)^```$", read(DAMPER), re.MULTILINE | re.DOTALL)
+    exec(listing[1], names)
+    x = 0.0
+    v = 0.0
+    a = 0.0
+    displacements = [x]
     for n in range(1, steps + 1):
-        half, at = v + h / 2 * a, (x, v)
-        x, expected = x + h * v + h * h / 2 * a, v + h * a
-        c = names["coefficient"](*(at if lag else (x, expected)), 1.0, E, W1)
+        start = (x, v)
+        v_half = v + h / 2 * a
+        x = x + h * v_half
+        end = (x, v + h * a)
+        c = names["coefficient"](*(start if lag else end), 1.0, E, W1)
         z = abs(x)
-        a = (pulse(n * h) - copysign(max(0.0, min(0.85 / 0.04 * z, 0.85, 1 - z)), x) - c * half) / (
-            1 + c * h / 2
-        )
-        v = half + h / 2 * a
-        found.append(x)
-    return np.array(found)
+        force = copysign(max(0.0, min(0.85 / 0.04 * z, 0.85, 1 - z)), x)
+        a = (pulse(n * h) - force - c * v_half) / (1 + c * h / 2)
+        v = v_half + h / 2 * a
+        displacements.append(x)
+    return np.array(displacements)
 
 
 @pytest.fixture(scope="module")
@@ -77,63 +82,70 @@ def test_the_files_in_other_languages_are_the_kernel_s_damper(
 ):
     if not shutil.which(compiler):
         pytest.skip(f"there is no {compiler}")
-    command = [
-        compiler,
-        "-O2",
-        "-Wall",
-        "-Werror",
-        str(ROOT / "examples" / source),
-        "-o",
-        "band",
-        *libraries,
-    ]
-    subprocess.run(command, check=True, cwd=tmp_path)  # Fortran writes its module beside
-    printed = subprocess.run([tmp_path / "band"], check=True, capture_output=True, text=True).stdout
-    np.testing.assert_allclose(
-        np.array(printed.split(), dtype=float), [kernel[:1000].max(), kernel[-1]], atol=1e-12
-    )
+    options = ["-O2", "-Wall", "-Werror", "-o", "band"]
+    command = [compiler, *options, str(ROOT / "examples" / source), *libraries]
+    subprocess.run(command, check=True, cwd=tmp_path)  # Fortran writes its module there too
+    result = subprocess.run([tmp_path / "band"], check=True, capture_output=True, text=True)
+    numbers = np.array(result.stdout.split(), dtype=float)
+    np.testing.assert_allclose(numbers, [kernel[:1000].max(), kernel[-1]], atol=1e-12)
 
 
-def test_the_number_to_check():
+@pytest.mark.parametrize(("model", "peak"), [("CR", 0.400), ("BAND", 0.397)])
+def test_the_number_to_check(model, peak):
     load = 2 * np.sin(np.pi * np.linspace(0, 1, 701))
-    for model, peak in (("CR", 0.400), ("BAND", 0.397)):
-        damping = rd.Damping.from_restitution(E, model)
-        run = exact_history(CURVE, damping, [2.0], load=load, sampling=0.001)
-        assert run.turning_displacement[0] == pytest.approx(peak, abs=5e-4)
+    damping = rd.Damping.from_restitution(E, model)
+    history = exact_history(CURVE, damping, [2.0], load=load, sampling=0.001)
+    assert history.turning_displacement[0] == pytest.approx(peak, abs=5e-4)
 
 
-def test_the_step_that_the_damper_needs_and_what_a_lag_costs():
-    """The first three peaks at h = c/4 and c/16, of C at the end of the step and at its start."""
-
-    def peaks(parts, **how):
-        h = WIDTH / W1 / parts
-        x = python_listing(h, round(5 / h), **how)
-        turns = np.flatnonzero((x[1:-1] - x[:-2]) * (x[2:] - x[1:-1]) < 0)
-        return x[turns[:3] + 1]
-
-    limit = peaks(320)
-    assert np.abs(peaks(4) / limit - 1).max() == pytest.approx(0.004, abs=5e-4)
-    assert np.abs(peaks(16) / limit - 1).max() < 1e-4
-    for parts, late in ((4, 0.0063), (16, 0.0015)):
-        assert peaks(parts, lag=True)[2] / limit[2] - 1 == pytest.approx(late, rel=0.05)
+def listing_peaks(parts, lag=False):
+    """Return the first three peaks at steps of a part of the band."""
+    h = WIDTH / W1 / parts
+    x = python_listing(h, round(5 / h), lag=lag)
+    turns = np.flatnonzero((x[1:-1] - x[:-2]) * (x[2:] - x[1:-1]) < 0)
+    return x[turns[:3] + 1]
 
 
-def test_what_a_damping_ratio_stands_for():
-    rows = table(DAMPER, "ξ [%]")
-    xi = np.array([float(row[0]) for row in rows]) / 100
-    for column, x in (
-        (1, xi / np.sqrt(1 - xi**2)),
-        (2, xi),
-    ):  # BAND has the formula of the orders above 0
-        assert [row[column] for row in rows] == [f"{e:.4f}" for e in np.exp(-np.pi * x)]
-    every_e = np.linspace(0.5, 0.98, 17)
-    matched = rd.equivalent(every_e, CURVE)
-    for column, model in enumerate(("CDC", "CDR", "SDR"), start=3):
-        ratio = np.array([one["damping_ratio"] for one in matched if one["damping_model"] == model])
-        e = CubicSpline(ratio[::-1], every_e[::-1])(xi)
-        np.testing.assert_allclose(
-            [float(row[column]) for row in rows], e, atol=0.002
-        )  # CDC's are rough in e
+@pytest.fixture(scope="module")
+def limit():
+    return listing_peaks(320)
+
+
+def test_step_that_the_damper_needs(limit):
+    assert np.abs(listing_peaks(4) / limit - 1).max() == pytest.approx(0.004, abs=5e-4)
+    assert np.abs(listing_peaks(16) / limit - 1).max() < 1e-4
+
+
+@pytest.mark.parametrize(("parts", "error"), [(4, 0.0063), (16, 0.0015)])
+def test_coefficient_of_the_last_step_costs_accuracy(limit, parts, error):
+    """C is taken at the start of the step and not at its end."""
+    peaks = listing_peaks(parts, lag=True)
+    assert peaks[2] / limit[2] - 1 == pytest.approx(error, rel=0.05)
+
+
+@pytest.fixture(scope="module")
+def ratio_columns():
+    """The columns of the table of damping ratios: xi, then e of each damper as text."""
+    xi, *columns = zip(*table(DAMPER, "ξ [%]"), strict=True)
+    return np.array(xi, dtype=float) / 100, columns
+
+
+def test_e_of_a_damping_ratio_of_ecd_and_band(ratio_columns):
+    """BAND has the formula of the orders above 0."""
+    xi, (ecd, band, *_) = ratio_columns
+    assert list(ecd) == [f"{e:.4f}" for e in np.exp(-np.pi * xi / np.sqrt(1 - xi**2))]
+    assert list(band) == [f"{e:.4f}" for e in np.exp(-np.pi * xi)]
+
+
+@pytest.mark.parametrize(("column", "model"), [(2, "CDC"), (3, "CDR"), (4, "SDR")])
+def test_e_of_a_damping_ratio_of_the_paper(ratio_columns, column, model):
+    xi, columns = ratio_columns
+    restitution = np.linspace(0.5, 0.98, 17)
+    rows = rd.equivalent(restitution, CURVE)
+    ratios = [row["damping_ratio"] for row in rows if row["damping_model"] == model]
+    expected = CubicSpline(ratios[::-1], restitution[::-1])(xi)
+    # CDC's are rough in e.
+    np.testing.assert_allclose(np.array(columns[column], dtype=float), expected, atol=0.002)
 
 
 def test_published_restitutions():
@@ -142,57 +154,56 @@ def test_published_restitutions():
     expected = [0.852, 0.9 * float(wall.restitution_rigid), 0.95 * housner, 0.67 * housner]
     for (e, xi, *_), value in zip(table(DAMPER, "measured e"), expected, strict=True):
         assert float(e) == pytest.approx(value, abs=6e-4)
-        assert xi == f"{100 * float(rd.Damping.from_restitution(float(e), 'BAND').value):.1f}"
+        damping = rd.Damping.from_restitution(float(e), "BAND")
+        assert xi == f"{100 * float(damping.value):.1f}"
 
 
 def test_presets():
-    assert {row[0]: row[1:3] for row in table(WALL, "`--preset`")} == {
-        f"`{name}`": [f"{a1:.2f}", f"{b1:.2f}"] for name, (b1, a1) in PRESETS.items()
-    }
+    rows = {row[0]: row[1:3] for row in table(WALL, "`--preset`")}
+    expected = {}
+    for name, (b1, a1) in PRESETS.items():
+        expected[f"`{name}`"] = [f"{a1:.2f}", f"{b1:.2f}"]
+    assert rows == expected
 
 
 def test_measured_restitutions_over_the_analytical_one():
-    """Those that the paper quotes: mean, lowest and highest, of a wall of slenderness 27 with its hinge at 0.57."""
-    analytical = float(
-        rd.Wall(thickness=0.102, height=27 * 0.102, hinge_ratio=0.57).restitution_rigid
-    )
+    """The paper quotes the mean, lowest and highest of a wall of slenderness 27, hinged at 0.57."""
+    wall = rd.Wall(thickness=0.102, height=27 * 0.102, hinge_ratio=0.57)
+    ratios = np.array([0.852, 0.84, 0.90]) / float(wall.restitution_rigid)
     assert SORRENTINO_RATIO == 0.90
-    assert_stated(
-        WALL,
-        r"tests of walls gave ([\d.]+) \(([\d.]+) to ([\d.]+)\)",
-        *(e / analytical for e in (0.852, 0.84, 0.90)),
+    assert_stated(WALL, r"tests of walls gave ([\d.]+) \(([\d.]+) to ([\d.]+)\)", *ratios)
+
+
+def test_gable_beside_a_rectangle():
+    """About the base: the centre is at h/2 or h/3 and I is m h^2/3 or m h^2/6."""
+    centre = np.array([1 / 2, 1 / 3])
+    inertia = np.array([1 / 3, 1 / 6])
+    onset = 0.5 / centre
+    # p u_ins over the excitation factor, of unit height, thickness, mass and gravity.
+    velocity = onset * np.sqrt(inertia / centre)
+    words = (
+        r"rock at ([\d.]+) times the acceleration of a rectangle "
+        r"and topples at ([\d.]+) times the velocity"
     )
-
-
-def test_a_gable_beside_a_rectangle():
-    """About the base: a rectangle has its centre at h/2 and I = m h^2/3, a triangle at h/3 and m h^2/6."""
-    rectangle, gable = (1 / 2, 1 / 3), (1 / 3, 1 / 6)
-    onset = [0.5 / centre for centre, _ in (rectangle, gable)]
-    # p u_ins over the excitation factor, of unit height, thickness, mass and gravity
-    velocity = [0.5 / centre * np.sqrt(inertia / centre) for centre, inertia in (rectangle, gable)]
-    words = r"rock at ([\d.]+) times the acceleration of a rectangle and topples at ([\d.]+) times the velocity"
     assert_stated(WALL, words, onset[1] / onset[0], velocity[1] / velocity[0])
 
 
 def test_small_releases_overstate_the_intensity():
-    """A test keeps the constant to its table in docs/earthquakes.md."""
-    overstated = re.findall(r"\d+", SMALL_RELEASE_OVERSTATES)[:2]
-    assert_stated(
-        WALL, r"overstates the median intensity by (\d+) to (\d+) %", *map(float, overstated)
-    )
+    """Another test compares the constant with its table in docs/earthquakes.md."""
+    low, high, *_ = re.findall(r"\d+", SMALL_RELEASE_OVERSTATES)
+    words = r"overstates the median intensity by (\d+) to (\d+) %"
+    assert_stated(WALL, words, float(low), float(high))
 
 
 def test_force_at_the_crossing():
     force = read_full("order")["crossing_force"].sel(wall="paper", restitution=E)
     words = r"([\d.]+) F0 at the crossing with 0.2, ([\d.]+) F0 with 0.4"
-    assert_stated(
-        DAMPER, words, *(float(force.sel(damper=damper)) for damper in ("BAND0.2", "BAND0.4"))
-    )
+    assert_stated(DAMPER, words, *force.sel(damper=["BAND0.2", "BAND0.4"]).values)
 
 
 def test_floors_lower_every_wall():
     supports = read_full("supports").drop_sel(wall="all")
-    floors = supports.isel(
-        assumption=supports["diaphragm_period"].isin([0.2, 0.3, 0.4, 0.6]).values
-    )
-    assert floors.sizes["assumption"] == 4 and (floors["median_intensity_ratio"] < 1).all()
+    is_floor = supports["diaphragm_period"].isin([0.2, 0.3, 0.4, 0.6]).values
+    floors = supports.isel(assumption=is_floor)
+    assert floors.sizes["assumption"] == 4
+    assert (floors["median_intensity_ratio"] < 1).all()
