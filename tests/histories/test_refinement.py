@@ -26,32 +26,32 @@ def specimen():
 @pytest.fixture(scope="module")
 def runs(record, specimen):
     """Peaks and outcomes at five steps, shape (runs, levels, walls)."""
-    ended = [
-        run_record(record, specimen, FACTOR, step=STEP, tail=3.0, halvings=halvings)
-        for halvings in range(5)
-    ]
-    return np.stack([run.peak for run in ended]), np.stack([run.collapsed for run in ended])
+    options = {"step": STEP, "tail": 3.0}
+    peaks = []
+    collapsed = []
+    for halvings in range(5):
+        outcomes = run_record(record, specimen, FACTOR, halvings=halvings, **options)
+        peaks.append(outcomes.peak)
+        collapsed.append(outcomes.collapsed)
+    return np.stack(peaks), np.stack(collapsed)
 
 
 def refine(record, specimen, factor=FACTOR, halvings=0, doubtful=False):
-    return run_refined(
-        record,
-        specimen,
-        factor,
-        lambda collapsed: np.full(collapsed.shape[1:], doubtful),
-        step=STEP,
-        tail=3.0,
-        halvings=halvings,
-    )
+    def find_doubtful(collapsed):
+        return np.full(collapsed.shape[1:], doubtful)
+
+    options = {"step": STEP, "tail": 3.0, "halvings": halvings}
+    return run_refined(record, specimen, factor, find_doubtful, **options)
 
 
 @pytest.mark.parametrize("halvings", [0, 2])
 def test_large_survivors_are_run_at_a_quarter_step(halvings, record, specimen, runs):
     peak, collapsed = runs
-    near = ~collapsed[halvings] & (peak[halvings] >= NEAR_COLLAPSE)
-    assert near.any() and not near.all()
+    is_near = ~collapsed[halvings] & (peak[halvings] >= NEAR_COLLAPSE)
+    assert is_near.any()
+    assert not is_near.all()
     refined = refine(record, specimen, halvings=halvings)
-    finest = np.where(near, halvings + 2, halvings)
+    finest = np.where(is_near, halvings + 2, halvings)
     np.testing.assert_array_equal(refined.halvings, finest)
     np.testing.assert_array_equal(refined.peak, np.choose(finest, peak))
     np.testing.assert_array_equal(refined.collapsed, np.choose(finest, collapsed))
@@ -68,28 +68,29 @@ def test_doubtful_outcomes_are_run_at_a_quarter_step(record, specimen, runs):
 
 
 def test_doubts_are_sought_among_all_steps(record, specimen, runs):
-    seen = []
+    calls = []
 
     def find_doubtful(collapsed):
-        seen.append(collapsed)
+        calls.append(collapsed)
         return np.zeros(collapsed.shape[1:], dtype=bool)
 
     run_refined(record, specimen, FACTOR, find_doubtful, step=STEP, tail=3.0, halvings=2)
-    np.testing.assert_array_equal(seen[0], runs[1][:3])
+    np.testing.assert_array_equal(calls[0], runs[1][:3])
 
 
 def test_nothing_near_collapse_is_run_again(record, specimen):
     refined = refine(record, specimen, 0.01 * FACTOR)
     assert (refined.halvings == 0).all()
-    assert refined.converged.all() and not refined.collapsed.any()
+    assert refined.converged.all()
+    assert not refined.collapsed.any()
 
 
 def test_other_walls_of_a_batch_change_nothing(record, specimen):
-    together = refine(record, specimen)
+    batch = refine(record, specimen)
     for column in range(2):
         single = refine(record, specimen.take(np.array([column])), FACTOR[:, [column]])
-        np.testing.assert_array_equal(together.peak[:, [column]], single.peak)
-        np.testing.assert_array_equal(together.collapsed[:, [column]], single.collapsed)
+        np.testing.assert_array_equal(batch.peak[:, [column]], single.peak)
+        np.testing.assert_array_equal(batch.collapsed[:, [column]], single.collapsed)
 
 
 @pytest.mark.parametrize(

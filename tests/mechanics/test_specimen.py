@@ -43,15 +43,15 @@ def test_cases_are_taken_in_the_order_of_the_index():
 
 
 def test_a_number_stays_a_number():
-    many = Specimen(rd.Wall([0.2, 0.3], 3.0), CURVE, CR)
-    taken = many.take(np.array([1, 1, 0]))
+    specimens = Specimen(rd.Wall([0.2, 0.3], 3.0), CURVE, CR)
+    taken = specimens.take(np.array([1, 1, 0]))
     assert taken.wall.thickness.tolist() == [0.3, 0.3, 0.2]
     assert taken.wall.height.shape == taken.damping.shape == taken.curve.shape == ()
 
 
 def test_an_array_of_one_case_is_that_of_all():
-    many = Specimen(rd.Wall([0.2, 0.3], 3.0), CURVE, rd.Damping("CR", [0.85]))
-    assert many.take(np.array([1])).damping.value.tolist() == [0.85]
+    specimens = Specimen(rd.Wall([0.2, 0.3], 3.0), CURVE, rd.Damping("CR", [0.85]))
+    assert specimens.take(np.array([1])).damping.value.tolist() == [0.85]
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,8 @@ QUAKES = {
 QUAKE_FIGURES = {"fig_earthquakes", "fig_fragility"}
 ORDER = {"order_records", "order", "fig_order"}
 ASSUMPTIONS = {"loss_law", "supports", "fig_loss_law", "fig_supports"}
+# Everything that depends on the walls under earthquakes.
+WALL_JOBS = {*QUAKES, *QUAKE_FIGURES, *ORDER, *ASSUMPTIONS, "report"}
 # Everything that is computed from the records, but for the walls.
 SHAKEN = (QUAKES | QUAKE_FIGURES | ORDER | ASSUMPTIONS) - {"earthquake_walls"}
 STAGES = {
@@ -105,7 +107,7 @@ VALUES = {
     ),
     "a wall": (
         ("config/minimal.yaml", "thickness: 0.23", "thickness: 0.24"),
-        {*QUAKES, *QUAKE_FIGURES, *ORDER, *ASSUMPTIONS, "report"},
+        WALL_JOBS,
         "earthquakes.walls.parapet.thickness",
     ),
     "a value of a study": (
@@ -207,7 +209,7 @@ def test_order_of_walls_counts(tree, edit):
     veneer, parapet = re.findall(r" +- \{name: [^}]*\}\n", text)
     edit("config/minimal.yaml", veneer + parapet, parapet + veneer)
     process = tree.snakemake("--dry-run")
-    assert set(tree.jobs(process)) == {*QUAKES, *QUAKE_FIGURES, *ORDER, *ASSUMPTIONS, "report"}
+    assert set(tree.jobs(process)) == WALL_JOBS
     assert any("'earthquakes.walls'" in params for params in list_changed_params(process))
 
 
