@@ -122,7 +122,8 @@ def quantities(text: str, unit: str = "") -> list[float]:
     ends_with_digit = {part.strip()[-1:].isdigit() for part in parts}
     if len(ends_with_digit) > 1:
         raise ValueError(
-            f"{text!r} must have a unit at each number, or at none; the decimal sign must be a point"
+            f"{text!r} must have a unit at each number, or at none; "
+            "the decimal sign must be a point"
         )
     return [quantity(part, unit) for part in parts]
 

