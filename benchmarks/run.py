@@ -1,4 +1,5 @@
-"""Measure speed and memory on a quiet machine and write README.md beside this file: `make benchmark`.
+"""Measure speed and memory on a quiet machine and write README.md beside this file: `make
+benchmark`.
 
 Loops are timed in turn in one process, by its processor time, the best of seven.
 The pipeline runs in a folder of its own.
@@ -29,14 +30,15 @@ PAGE = """# How fast it is
 
 {table}
 
-Kernel rows: processor time of one step of one wall, peaks alone, {count} random walls under one record, one
-thread, best of seven. C has the same scheme, compiled by gcc with `{flags}`; JAX has it as `lax.scan`.
-All three loops return the same peaks to {same:g}.
-A call of BAND first solves for the strength of each wall.
-OpenSeesPy runs one wall at a time; rockdamp's number is its share of {count}.
-Pipeline rows: a rebuild in an environment that is set up, on {cores} cores. Memory: the largest process.
+Kernel rows: processor time of one step of one wall, peaks alone, {count} random walls under one
+record, one thread, best of seven. C has the same scheme, compiled by gcc with `{flags}`; JAX has it
+as `lax.scan`. All three loops return the same peaks to {same:g}. A call of BAND first solves for
+the strength of each wall. OpenSeesPy runs one wall at a time; rockdamp's number is its share of
+{count}. Pipeline rows: a rebuild in an environment that is set up, on {cores} cores. Memory: the
+largest process.
 
-Not compared: free decay, where rockdamp stops a wall once its peak is sure; full histories; and other machines.
+Not compared: free decay, where rockdamp stops a wall once its peak is sure; full histories; and
+other machines.
 
 {machine}
 
@@ -73,7 +75,9 @@ def kernel_times() -> dict[str, dict[str, float]]:
 
 
 def usage(*command: str) -> tuple[float, float, float]:
-    """Run a command; return its seconds, its processor time [s] and the memory of its largest process [MiB]."""
+    """Run a command; return its seconds, its processor time [s] and the memory of its largest
+    process [MiB].
+    """
     code = (
         "import resource, subprocess, sys, time; start = time.perf_counter();"
         "subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL);"

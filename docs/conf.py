@@ -1,4 +1,6 @@
-"""The documents as a site: `make docs`. Pages are Markdown (MyST), formulas MathML; the site needs no network."""
+"""The documents as a site: `make docs`. Pages are Markdown (MyST), formulas MathML; the site needs
+no network.
+"""
 
 import importlib.metadata
 import sys
@@ -71,7 +73,9 @@ def escape_bars(app, what, name, obj, options, lines):
 
 
 def restore_property(app, what, name, obj, options, lines):
-    """What stands before a colon in the docstring of a property is not its type, as napoleon has it."""
+    """What stands before a colon in the docstring of a property is not its type, as napoleon has
+    it.
+    """
     if what == "property":
         lines[:] = prepare_docstring(obj.__doc__)
         escape_bars(app, what, name, obj, options, lines)

@@ -39,8 +39,8 @@ DECIMATION = 4  # from 800 samples a second, of a motion that has nothing above 
 ROUNDING = 1e-12  # error of x that counts as none
 SLOWEST_IMPACT = 0.01  # a slower block stops: it has 1e-4 of the energy that overturns it [alpha p]
 
-# The angles lie SPACING apart, in logarithm. A boulder's angle is uncertain, as it differs from edge
-# to edge: five blocks stand for a boulder, 2 SPACING apart, whose standard deviation is 0.15.
+# The angles lie SPACING apart, in logarithm. A boulder's angle is uncertain, as it differs from
+# edge to edge: five blocks stand for a boulder, 2 SPACING apart, whose standard deviation is 0.15.
 SPACING = 0.15 / math.sqrt(8)
 NEIGHBOURS = (-4, -2, 0, 2, 4)
 ANGLES = 0.035 * np.exp(SPACING * np.arange(42))  # alpha [rad]
@@ -61,7 +61,9 @@ REFERENCES = {"Housner's e": HOUSNER, "e fitted": FREE_RESTITUTION}
 
 
 def read_motion(path):
-    """Read a file of the table; return its acceleration [g], filtered and decimated, and the step [s]."""
+    """Read a file of the table; return its acceleration [g], filtered and decimated, and the step
+    [s].
+    """
     columns = pd.read_csv(path, sep=r"\s+", header=None, skiprows=1, usecols=[0, 1])
     elapsed, acceleration = columns.to_numpy(dtype=float).T
     step = (elapsed[-1] - elapsed[0]) / (elapsed.size - 1)
@@ -92,7 +94,9 @@ def read_tests(folder):
 
 
 def read_campaign(clone):
-    """Return the table of the tests whose motions can be had, their motions, and how many tests there are."""
+    """Return the table of the tests whose motions can be had, their motions, and how many tests
+    there are.
+    """
     folder = Path(clone) / FOLDER
     tests = read_tests(folder)
     paths = {number: folder / f"Test{number:03}.txt" for number in tests.index}
@@ -110,7 +114,9 @@ def read_campaign(clone):
 
 @njit
 def propagator(coefficient, duration):
-    """Return the odd and the even solution of y'' + c y' - y = 0 after a duration, times exp(-c t/2)."""
+    """Return the odd and the even solution of y'' + c y' - y = 0 after a duration, times exp(-c
+    t/2).
+    """
     rate = math.sqrt(1.0 + coefficient * coefficient / 4.0)
     decay = math.exp(-coefficient * duration / 2.0)
     odd = decay * math.sinh(rate * duration) / rate
@@ -134,7 +140,9 @@ def swing(x, v, side, load, slope, coefficient, duration, solutions):
 
 @njit
 def impact_time(x, v, side, load, slope, coefficient, latest):
-    """Return the time until the block is back at x = 0, by Newton's method; it is beyond at `latest`."""
+    """Return the time until the block is back at x = 0, by Newton's method; it is beyond at
+    `latest`.
+    """
     before = 0.0
     after = latest
     time = latest
@@ -267,7 +275,9 @@ def log_probability(probability, outcome):
 
 
 def fit_grid(training, shares, outcome):
-    """Return the probabilities of the likeliest point of a grid; shares have the shape (tests, points)."""
+    """Return the probabilities of the likeliest point of a grid; shares have the shape (tests,
+    points).
+    """
     probability = LAPSE + (1 - 2 * LAPSE) * shares
     likelihood = log_probability(probability[training], outcome[training, None]).sum(axis=0)
     return probability[:, likelihood.argmax()]
@@ -379,7 +389,9 @@ def mcnemar(wrong, other_wrong):
 
 
 def compare_by_record(wrong, other_wrong, records):
-    """Return the same by a random change of sign of each record, whose scalings are no independent tests."""
+    """Return the same by a random change of sign of each record, whose scalings are no independent
+    tests.
+    """
     difference = wrong.astype(int) - other_wrong
     by_record = pd.Series(difference).groupby(records).sum().to_numpy()
     signs = np.random.default_rng(0).choice([-1, 1], size=(20_000, by_record.size))
@@ -411,7 +423,9 @@ def compare_models(tests, shares, boulder):
 
 
 def likeliest_block(shares, outcome):
-    """Return the angle [rad], p [rad/s] and log-likelihood of the block that fits all outcomes best."""
+    """Return the angle [rad], p [rad/s] and log-likelihood of the block that fits all outcomes
+    best.
+    """
     probability = LAPSE + (1 - 2 * LAPSE) * shares
     likelihood = log_probability(probability, outcome[:, None, None]).sum(axis=0)
     row, column = np.unravel_index(likelihood.argmax(), likelihood.shape)

@@ -1,9 +1,11 @@
-"""Write records of ESM (.ASC), K-NET or KiK-net (.EW, .NS, ...) and CSMIP (.V2) as CSVs that rockdamp reads.
+"""Write records of ESM (.ASC), K-NET or KiK-net (.EW, .NS, ...) and CSMIP (.V2) as CSVs that
+rockdamp reads.
 
-Run it as `python examples/convert_records.py FILE ...`. A file of ESM has lines `KEY: value`, then one acceleration a
-line in cm/s^2. One of K-NET has a header up to the line `Memo.`, whose names take 18 characters, then counts; times
-the scale factor they are in gal, and their mean is taken off. A .V2 has a line `N points of accel data equally spaced
-at S sec, in cm/sec2` before the accelerations. A CSV stands beside its file.
+Run it as `python examples/convert_records.py FILE ...`. A file of ESM has lines `KEY: value`, then
+one acceleration a line in cm/s^2. One of K-NET has a header up to the line `Memo.`, whose names
+take 18 characters, then counts; times the scale factor they are in gal, and their mean is taken
+off. A .V2 has a line `N points of accel data equally spaced at S sec, in cm/sec2` before the
+accelerations. A CSV stands beside its file.
 """
 
 import re

@@ -1,6 +1,8 @@
-"""Write a record that `rockdamp calibrate` reads from a logger's CSV: scaled, filtered, the wall relative to the table.
+"""Write a record that `rockdamp calibrate` reads from a logger's CSV: scaled, filtered, the wall
+relative to the table.
 
-Run it as `python examples/raw_channels.py LOGGER.csv RECORD.csv`, with your columns, units and signs below.
+Run it as `python examples/raw_channels.py LOGGER.csv RECORD.csv`, with your columns, units and
+signs below.
 """
 
 import sys

@@ -13,16 +13,17 @@ from minimal_build import FINISHED_BUILD, RESULTS
 from repository import ROOT
 from workflow_tree import Tree
 
-# The same examples every time: a failure must be found again. No deadline, as the first call compiles; no database in
-# the tree.
+# The same examples every time: a failure must be found again. No deadline, as the first call
+# compiles; no database in the tree.
 settings.register_profile("rockdamp", derandomize=True, deadline=None, database=None)
 settings.load_profile("rockdamp")
 
-# A shell's background job ignores Ctrl-C, and so would every process that a test starts and interrupts.
+# A shell's background job ignores Ctrl-C, and so would every process that a test starts and
+# interrupts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# Where several processes share the processors, further threads only wait for each other; those of BLAS burn time while
-# they do. NumPy reads this when a test first imports it.
+# Where several processes share the processors, further threads only wait for each other; those of
+# BLAS burn time while they do. NumPy reads this when a test first imports it.
 if "PYTEST_XDIST_WORKER" in os.environ:
     for threads in (
         "NUMBA_NUM_THREADS",
@@ -41,7 +42,9 @@ def pytest_collection_modifyitems(items):
 
 
 def areas_under(corners, force, end):
-    """Ends of the branches up to `end`, and a function for the area under the curve from a point back to another."""
+    """Ends of the branches up to `end`, and a function for the area under the curve from a point
+    back to another.
+    """
     k1, ks = force[1] / corners[1], force[2] / (corners[3] - corners[2])
     ends = [*(x for x in corners if x < end), end]
 
@@ -71,7 +74,9 @@ def minimal(tmp_path_factory, worker_id):
 
 @pytest.fixture(scope="session")
 def quarter_period():
-    """Integral_0^x0 dx/sqrt(2 (V(x0) - V(x))) by mpmath, for the curve drawn through four corners (x, f)."""
+    """Integral_0^x0 dx/sqrt(2 (V(x0) - V(x))) by mpmath, for the curve drawn through four corners
+    (x, f).
+    """
 
     def quadrature(corners, force, x0):
         ends, area = areas_under(corners, force, x0)

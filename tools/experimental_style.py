@@ -84,12 +84,13 @@ def synthetic_record(
     pulse_peak: float = PULSE_PEAK,
     noise: float = 1.0,
 ) -> Record:
-    """Return the experimental-style record: the pulse and the wall's response, as instruments read them.
+    """Return the experimental-style record: the pulse and the wall's response, as instruments read
+    them.
 
     A viscous damper has the ratio that loses as much energy as e in a half cycle from 0.3 u_ins.
-    `pulse_peak` is the peak of the table's acceleration [m s-2]. `noise` is a factor on the noise and
-    drift of both instruments; 0 leaves the sensor's zero and the rounding. A pulse that collapses
-    the wall is refused.
+    `pulse_peak` is the peak of the table's acceleration [m s-2]. `noise` is a factor on the noise
+    and drift of both instruments; 0 leaves the sensor's zero and the rounding. A pulse that
+    collapses the wall is refused.
     """
     check("noise", noise, lambda factor: factor >= 0, "at least 0")
     elapsed = np.arange(int(DURATION * SAMPLING) + 1) / SAMPLING

@@ -2,11 +2,12 @@
 
     .venv/bin/python tools/mutate_sample.py FILE.csv [--count 150] [--seed 51] [--package NAME ...]
 
-Mutations are made from the syntax tree: operators, comparisons, numbers, signs, arguments and names of functions. Each
-place of the packages is as likely as any other. A mutation is noticed if a test fails in one of the files that import
-the module or are named after it. FILE gets the whole sample at first, and then what came out, row by row: a second run
-goes on where the first one stopped, and --package takes the rows of these packages alone. A place that was edited
-since is drawn again in its package. Whether a survivor changes a value is judged by hand, in the column `equivalent`.
+Mutations are made from the syntax tree: operators, comparisons, numbers, signs, arguments and names
+of functions. Each place of the packages is as likely as any other. A mutation is noticed if a test
+fails in one of the files that import the module or are named after it. FILE gets the whole sample
+at first, and then what came out, row by row: a second run goes on where the first one stopped, and
+--package takes the rows of these packages alone. A place that was edited since is drawn again in
+its package. Whether a survivor changes a value is judged by hand, in the column `equivalent`.
 """
 
 from __future__ import annotations
@@ -88,7 +89,9 @@ TEXTS = {
 
 
 class Places(ast.NodeVisitor):
-    """Collect the places of a module that a mutation may change: line, column, length and the new text."""
+    """Collect the places of a module that a mutation may change: line, column, length and the new
+    text.
+    """
 
     def __init__(self, source: str) -> None:
         self.lines = source.splitlines()
@@ -180,7 +183,9 @@ def mutations(package: str) -> Iterator[dict[str, Any]]:
 
 
 def near_tests(file: str) -> list[str]:
-    """Return the files of tests that import a module or are named after it, its own first; else its package's."""
+    """Return the files of tests that import a module or are named after it, its own first; else its
+    package's.
+    """
     package, _, module = file.removesuffix(".py").replace("/", ".").rpartition(".")
     imports = re.compile(
         rf"rockdamp\.{package}\.{module}\b|from rockdamp\.{package} import [^\n]*\b{module}\b"

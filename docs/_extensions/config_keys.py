@@ -1,4 +1,6 @@
-"""The directive `config-keys`: a table for each section of the config, from its JSON schema and the default values."""
+"""The directive `config-keys`: a table for each section of the config, from its JSON schema and the
+default values.
+"""
 
 from pathlib import Path
 
@@ -17,7 +19,9 @@ BOUNDS = {
 
 
 def resolve(entry, schema):
-    """Follow the reference of an entry, also of a section that may be null; its own description comes first."""
+    """Follow the reference of an entry, also of a section that may be null; its own description
+    comes first.
+    """
     if {"type": "null"} in entry.get("anyOf", []):
         entry = entry["anyOf"][0] | {key: value for key, value in entry.items() if key != "anyOf"}
     return schema["$defs"][entry["$ref"].rpartition("/")[2]] | entry if "$ref" in entry else entry

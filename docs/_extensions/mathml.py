@@ -1,4 +1,6 @@
-"""Formulas as MathML, by docutils' own converter: browsers draw them without a script and without the network."""
+"""Formulas as MathML, by docutils' own converter: browsers draw them without a script and without
+the network.
+"""
 
 import re
 

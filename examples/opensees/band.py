@@ -2,10 +2,10 @@
 
     pip install openseespy         # on Debian and Ubuntu also: apt-get install libblas3 liblapack3
 
-`make_joint` adds a rocking joint to a model that has its two nodes: the elastic curve and, beside it, the damper.
-`analyze` takes the place of `ops.analyze`: before each step it sets C(u, v) of every joint. Units are SI, or any
-consistent ones; u may be a rotation [rad], with moments [N m] and a moment of inertia [kg m2]. `python band.py` runs a
-wall under a half sine.
+`make_joint` adds a rocking joint to a model that has its two nodes: the elastic curve and, beside
+it, the damper. `analyze` takes the place of `ops.analyze`: before each step it sets C(u, v) of
+every joint. Units are SI, or any consistent ones; u may be a rotation [rad], with moments [N m] and
+a moment of inertia [kg m2]. `python band.py` runs a wall under a half sine.
 """
 
 from dataclasses import dataclass
@@ -38,11 +38,13 @@ class Joint:
 
 
 def make_joint(tag, nodes, dof, corners, strength, mass, restitution, t_c=0.2):
-    """Add element `tag`, materials `tag` and `tag + 1`, and parameter `tag`: a joint along `dof` between two nodes.
+    """Add element `tag`, materials `tag` and `tag + 1`, and parameter `tag`: a joint along `dof`
+    between two nodes.
 
-    `corners` are u1, u2, u3 of the tri-linear curve [m]: ends of the first branch, of the plateau, and zero force.
-    `strength` is the plateau [N], `mass` that of the mechanism for a unit displacement [kg], `t_c` the width of the
-    band [rad]. Beyond u3 the wall has collapsed: the force is zero, and nothing stops it.
+    `corners` are u1, u2, u3 of the tri-linear curve [m]: ends of the first branch, of the plateau,
+    and zero force. `strength` is the plateau [N], `mass` that of the mechanism for a unit
+    displacement [kg], `t_c` the width of the band [rad]. Beyond u3 the wall has collapsed: the
+    force is zero, and nothing stops it.
     """
     if not (0 < corners[0] <= corners[1] < corners[2] and strength > 0 and mass > 0):
         raise ValueError(
@@ -66,11 +68,14 @@ def make_joint(tag, nodes, dof, corners, strength, mass, restitution, t_c=0.2):
 
 
 def analyze(joints, steps, dt):
-    """Take `steps` steps of `dt` [s], at most c/4, as `ops.analyze` does; return what it returns, 0 for success."""
+    """Take `steps` steps of `dt` [s], at most c/4, as `ops.analyze` does; return what it returns, 0
+    for success.
+    """
     for _ in range(steps):
         for joint in joints:
             u, v, a = joint.state()
-            # C belongs to the balance at the end of the step: predict u and v there, which keeps second order.
+            # C belongs to the balance at the end of the step: predict u and v there, which keeps
+            # second order.
             ops.updateParameter(
                 joint.tag, joint.coefficient(u + dt * v + dt * dt / 2 * a, v + dt * a)
             )
@@ -80,7 +85,9 @@ def analyze(joints, steps, dt):
 
 
 def peak_of_half_sine(dt=0.001):
-    """Return the first peak of the dimensionless wall a1 = 0.04, b1 = 0.85 at e = 0.85, under 2 sin(pi t/0.7)."""
+    """Return the first peak of the dimensionless wall a1 = 0.04, b1 = 0.85 at e = 0.85, under 2
+    sin(pi t/0.7).
+    """
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
     ops.node(1, 0.0)

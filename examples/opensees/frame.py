@@ -1,8 +1,8 @@
 """A two-storey elastic frame with a rocking wall between its floors; run it beside `band.py`.
 
-The wall spans from the first floor to the roof: two bodies, pinned at the floors, and the joint between them at
-mid-height, which turns. Its numbers are those of a wall 0.25 m thick, 3 m high and 1 m wide, of 1800 kg/m3:
-in a model of several parts the joint carries the *physical* moment.
+The wall spans from the first floor to the roof: two bodies, pinned at the floors, and the joint
+between them at mid-height, which turns. Its numbers are those of a wall 0.25 m thick, 3 m high and
+1 m wide, of 1800 kg/m3: in a model of several parts the joint carries the *physical* moment.
 """
 
 from math import pi, sin
@@ -23,8 +23,8 @@ U_INS, STRENGTH = (
     2 * MASS * 9.80665 * T / (R * H),
 )  # of the wall as an oscillator of one coordinate u [m], [N]
 A1, B1 = 0.04, 0.85
-# Turning of the joint for a unit displacement of the hinge, and the moment of half the force: the oscillator has the
-# mass 2 m/3 and the force F, twice what the coordinate u of the real bodies has.
+# Turning of the joint for a unit displacement of the hinge, and the moment of half the force: the
+# oscillator has the mass 2 m/3 and the force F, twice what the coordinate u of the real bodies has.
 TURN = 1 / (R * H) + 1 / ((1 - R) * H)  # [rad/m]
 CORNERS = tuple(TURN * x * U_INS for x in (A1, 1 - B1, 1.0))  # [rad]
 MOMENT = B1 * STRENGTH / 2 / TURN  # of the plateau [N m]
@@ -75,8 +75,8 @@ def build(ground, dt, storey_period=0.3, restitution=E):
             ops.mass(node, *(part * share * MASS,) * 2, 0.0)
         ops.element("elasticBeamColumn", tag, below, tag, *bodies)
         ops.element("elasticBeamColumn", tag + 1, tag, above, *bodies)
-    # Stiff springs for pins: under UniformExcitation `equalDOF` was right with Plain constraints and wrong with
-    # Transformation; the mass of elements was loaded twice (OpenSees 3.7.1).
+    # Stiff springs for pins: under UniformExcitation `equalDOF` was right with Plain constraints
+    # and wrong with Transformation; the mass of elements was loaded twice (OpenSees 3.7.1).
     ops.uniaxialMaterial("Elastic", 1, 1e10)
     for tag, ends in ((21, (2, FOOT)), (22, (LOWER, UPPER)), (23, (HEAD, 3))):  # pins
         ops.element("zeroLength", tag, *ends, "-mat", 1, 1, "-dir", 1, 2)
@@ -88,8 +88,9 @@ def build(ground, dt, storey_period=0.3, restitution=E):
     ops.system("BandGeneral")
     ops.test("NormDispIncr", 1e-11, 50)
     ops.algorithm("Newton")
-    # The joint turns two nodes without rotational mass. Newmark (1/2, 1/4) never damps the noise of their velocities,
-    # and the damper then acts at the wrong moment: a little algorithmic damping keeps it right.
+    # The joint turns two nodes without rotational mass. Newmark (1/2, 1/4) never damps the noise of
+    # their velocities, and the damper then acts at the wrong moment: a little algorithmic damping
+    # keeps it right.
     ops.integrator("HHT", 0.7)
     ops.analysis("Transient")
     return joint

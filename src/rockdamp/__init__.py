@@ -1,6 +1,8 @@
-"""Convert the coefficient of restitution of a rocking masonry wall into an equivalent viscous damping ratio.
+"""Convert the coefficient of restitution of a rocking masonry wall into an equivalent viscous
+damping ratio.
 
-The public names stand in `__init__.pyi`. Each is imported when it is first used, so that a program loads what it needs.
+The public names stand in `__init__.pyi`. Each is imported when it is first used, so that a program
+loads what it needs.
 """
 
 import lazy_loader

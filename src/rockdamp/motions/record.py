@@ -18,28 +18,33 @@ LONGEST_STEP = 0.1  # [s]
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A ground motion sampled uniformly in time, and the displacement of the wall where it was measured.
+    """A ground motion sampled uniformly in time, and the displacement of the wall where it was
+    measured.
 
     The record keeps copies of the arrays and of the header.
 
     Parameters
     ----------
     elapsed : ndarray, shape (samples,)
-        Time [s], in equal steps of 0.0001 to 0.1 s. Each time lies within 1 % of a step, or one unit of the last
-        decimal that any of them has, of equal steps from the first to the last; each interval within half a step.
+        Time [s], in equal steps of 0.0001 to 0.1 s. Each time lies within 1 % of a step, or one
+        unit of the last decimal that any of them has, of equal steps from the first to the last;
+        each interval within half a step.
     ground_acceleration : ndarray, shape (samples,)
         Absolute horizontal acceleration of the ground, positive towards +u. [m s-2]
     displacement : ndarray, shape (samples,), optional
-        Measured displacement of the hinge relative to the supports. Its zero need not be that of the wall. [m]
+        Measured displacement of the hinge relative to the supports. Its zero need not be that of
+        the wall. [m]
     header : mapping of str, optional
-        Entries that describe the record: specimen, source, licence, synthetic (yes or no), and more.
+        Entries that describe the record: specimen, source, licence, synthetic (yes or no), and
+        more.
     digest : str, optional
         SHA-256 of the text that the record was read from.
 
     Raises
     ------
     InputError
-        If the arrays differ in length or hold anything but finite numbers, or if the times are not uniform.
+        If the arrays differ in length or hold anything but finite numbers, or if the times are not
+        uniform.
 
     Examples
     --------
@@ -76,12 +81,16 @@ class Record:
 
     @property
     def synthetic(self) -> bool:
-        """True if the header says that the record was computed; False if it was measured or says nothing."""
+        """True if the header says that the record was computed; False if it was measured or says
+        nothing.
+        """
         return self.header.get("synthetic") == "yes"
 
 
 def check_series(instance: Any, required: Sequence[str], optional: Sequence[str]) -> None:
-    """Check fields of a frozen dataclass as series as long as ``elapsed``, and its header; store copies."""
+    """Check fields of a frozen dataclass as series as long as ``elapsed``, and its header; store
+    copies.
+    """
     present = [name for name in optional if getattr(instance, name) is not None]
     for name in (*required, *present):
         values = check(name, getattr(instance, name), np.isfinite, "finite")
@@ -96,7 +105,9 @@ def check_series(instance: Any, required: Sequence[str], optional: Sequence[str]
 
 
 def check_step(step: float) -> None:
-    """Raise `InputError` unless a step is one of a ground motion, and not an index or in another unit."""
+    """Raise `InputError` unless a step is one of a ground motion, and not an index or in another
+    unit.
+    """
     # Times are rounded, so that a step of 0.1 s may be a bit longer.
     if not 0.999 * SHORTEST_STEP <= step <= 1.001 * LONGEST_STEP:
         raise InputError(f"step is {step:g} s; it must be from 0.0001 to 0.1 s")

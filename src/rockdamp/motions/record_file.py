@@ -31,7 +31,8 @@ from rockdamp.storage.files import read_text, replace_file
 RECORD_COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")
 ACCELERATION_PREFIX = "ground_acceleration_"  # the rest of the name is the unit: m_s2, cm_s2 or g
 AT2_HEAD_LINES = 10  # among which one states NPTS and DT
-# The strongest horizontal accelerations recorded are below 3 g; more is a wrong unit, or no acceleration.
+# The strongest horizontal accelerations recorded are below 3 g; more is a wrong unit, or no
+# acceleration.
 LARGEST_PGA = 5 * STANDARD_GRAVITY
 
 _AT2_WORD = re.compile(r"\bNPTS\b|\bDT\b|[-+]?(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")
@@ -71,8 +72,8 @@ def read_record(
       ``_cm_s2``) and, where measured, ``displacement_m``.
     - An AT2 file of PEER, with NPTS and DT in one of its first ten lines.
     - Plain numbers below any titles. With `step` the file has one column of accelerations; without it two columns,
-      times and accelerations. Several numbers a line are read below a line of ``n`` or ``n dt`` that states the number
-      of values, or where `column` names one of the columns.
+      times and accelerations. Several numbers a line are read below a line of ``n`` or ``n dt``
+      that states the number of values, or where `column` names one of the columns.
 
     Parameters
     ----------
@@ -81,7 +82,8 @@ def read_record(
     step : float, optional
         Time between plain numbers without times. [s]
     unit : str, optional
-        Unit of accelerations whose file states none: ``g``, ``m/s2``, ``cm/s2``, ``mm/s2``, ``gal``.
+        Unit of accelerations whose file states none: ``g``, ``m/s2``, ``cm/s2``, ``mm/s2``,
+        ``gal``.
     column : int, optional
         Column of the accelerations among several without times, 1 for the first.
 
@@ -93,8 +95,8 @@ def read_record(
     Raises
     ------
     InputError
-        For a file that is no record, with the line or the time; for a step or a unit that is missing or contradicts
-        the file; for a peak above 5 g, which is a wrong unit.
+        For a file that is no record, with the line or the time; for a step or a unit that is
+        missing or contradicts the file; for a peak above 5 g, which is a wrong unit.
 
     Examples
     --------
@@ -202,7 +204,9 @@ def _read_at2(
 
 
 def _samples_and_step(line: str) -> tuple[float, float] | None:
-    """Return NPTS and DT of a line that states both, in any order, the numbers behind their names or before them."""
+    """Return NPTS and DT of a line that states both, in any order, the numbers behind their names
+    or before them.
+    """
     words = _AT2_WORD.findall(line.upper())
     names = [word for word in words if word in ("NPTS", "DT")]
     numbers = [float(word.replace("D", "E")) for word in words if word not in names]
@@ -213,7 +217,9 @@ def _samples_and_step(line: str) -> tuple[float, float] | None:
 
 
 def _stated_unit(head: Sequence[str], given_size: float | None) -> float:
-    """Return the unit of acceleration, in m s-2, that the head of an AT2 file states, else the given one."""
+    """Return the unit of acceleration, in m s-2, that the head of an AT2 file states, else the
+    given one.
+    """
     text = "\n".join(head)
     phrases = _UNIT_PHRASE.findall(text)
     phrases += [phrase.split()[0] for phrase in phrases]  # the unit of "G FILTERED"

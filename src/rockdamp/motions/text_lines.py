@@ -27,7 +27,9 @@ class NumberRow(NamedTuple):
 
 
 def read_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
-    """Return the entries of the leading lines ``# key: value``, and the index of the line below them."""
+    """Return the entries of the leading lines ``# key: value``, and the index of the line below
+    them.
+    """
     header: dict[str, str] = {}
     for index, line in enumerate(lines):
         if line.strip() and not line.startswith("#"):
@@ -41,8 +43,8 @@ def read_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
 def split_cells(line: str) -> list[str]:
     """Return the cells of a line.
 
-    The first separator that the line contains divides it: a semicolon, a tab, a comma, or blanks. A remark after ``#``
-    and separators at the end do not count.
+    The first separator that the line contains divides it: a semicolon, a tab, a comma, or blanks. A
+    remark after ``#`` and separators at the end do not count.
     """
     text = line.partition("#")[0].strip().rstrip(",; ")
     for separator in ";\t,":
@@ -52,7 +54,9 @@ def split_cells(line: str) -> list[str]:
 
 
 def parse_number(cell: str) -> float:
-    """Return the number of a cell, NaN if it is none; Fortran's exponents (``1.5D-3``) are read too."""
+    """Return the number of a cell, NaN if it is none; Fortran's exponents (``1.5D-3``) are read
+    too.
+    """
     try:
         return float(cell.replace("D", "E").replace("d", "e"))
     except ValueError:
@@ -60,7 +64,8 @@ def parse_number(cell: str) -> float:
 
 
 def read_rows(lines: Sequence[str], first: int, width: int | None = None) -> list[NumberRow]:
-    """Return the rows of finite numbers from line `first` on; blank lines and remarks are passed over.
+    """Return the rows of finite numbers from line `first` on; blank lines and remarks are passed
+    over.
 
     Raises
     ------
@@ -119,7 +124,9 @@ def _is_row(line: str) -> bool:
 
 
 def _is_broken_row(line: str, width: int) -> bool:
-    """Say whether a line above the first row is a row of numbers that does not read: a date, a missing value."""
+    """Say whether a line above the first row is a row of numbers that does not read: a date, a
+    missing value.
+    """
     text = line.strip()
     cells = split_cells(line)
     if _LIKE_A_NUMBER.match(text) and not _WORD.search(text):
@@ -137,7 +144,9 @@ def _reads_as_a_float(cell: str) -> bool:
 
 
 def _first_like_numbers(lines: Sequence[str]) -> int:
-    """Return the index of the first line that begins with a digit; else of the first that is not blank."""
+    """Return the index of the first line that begins with a digit; else of the first that is not
+    blank.
+    """
     filled = [index for index, line in enumerate(lines) if line.strip()]
     if not filled:
         raise InputError(f"has no numbers; it must have {NAMED_COLUMNS}")

@@ -1,6 +1,8 @@
-"""Collapse fragility: lognormal curves by maximum likelihood, and a bootstrap over stations for their intervals.
+"""Collapse fragility: lognormal curves by maximum likelihood, and a bootstrap over stations for
+their intervals.
 
-The module also has the interval of a proportion of trials in groups, such as the components of one station.
+The module also has the interval of a proportion of trials in groups, such as the components of one
+station.
 """
 
 from __future__ import annotations
@@ -28,8 +30,8 @@ class Fragility(NamedTuple):
     Attributes
     ----------
     median : ndarray
-        Intensity at which half of the runs collapse, in the unit of the intensity; NaN where the counts do not define
-        a curve.
+        Intensity at which half of the runs collapse, in the unit of the intensity; NaN where the
+        counts do not define a curve.
     dispersion : ndarray
         Standard deviation of the logarithm of the intensity. [-]
     reason : ndarray of str
@@ -42,10 +44,11 @@ class Fragility(NamedTuple):
 
 
 def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -> Fragility:
-    """Fit lognormal fragility curves to counts of collapses at several intensities, by maximum likelihood.
+    """Fit lognormal fragility curves to counts of collapses at several intensities, by maximum
+    likelihood.
 
-    The likelihood of binomial outcomes (Baker 2015, doi:10.1193/021113EQS025M) is that of a probit regression on ln s.
-    It is concave, and Newton's method climbs it for all curves at once.
+    The likelihood of binomial outcomes (Baker 2015, doi:10.1193/021113EQS025M) is that of a probit
+    regression on ln s. It is concave, and Newton's method climbs it for all curves at once.
 
     Parameters
     ----------
@@ -59,8 +62,9 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     Returns
     -------
     Fragility
-        ``median`` and ``dispersion``, of shape (...). They are NaN, and ``reason`` says why, where no curve is most
-        likely: if no intensity with a collapse lies below one with a survival, any small dispersion is as good.
+        ``median`` and ``dispersion``, of shape (...). They are NaN, and ``reason`` says why, where
+        no curve is most likely: if no intensity with a collapse lies below one with a survival, any
+        small dispersion is as good.
 
     Raises
     ------
@@ -113,7 +117,8 @@ def fit_resampled(
 ) -> tuple[Fragility, Fragility]:
     """Fit fragility curves to all records, and to each replicate of a bootstrap.
 
-    A replicate draws whole groups, and groups differ in size: its runs are those of the records that it drew.
+    A replicate draws whole groups, and groups differ in size: its runs are those of the records
+    that it drew.
 
     Parameters
     ----------
@@ -178,9 +183,11 @@ def _maximize_likelihood(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
 
 
 def resample(groups: ArrayLike, replicates: int, seed: int) -> Array:
-    """Return how often a bootstrap draws each record in each replicate, shape (replicates, records).
+    """Return how often a bootstrap draws each record in each replicate, shape (replicates,
+    records).
 
-    Whole groups are drawn, with replacement, as the two components of a station are not independent.
+    Whole groups are drawn, with replacement, as the two components of a station are not
+    independent.
     """
     _, group = np.unique(np.asarray(groups), return_inverse=True)
     count = int(group.max()) + 1
@@ -265,7 +272,8 @@ def wilson(share: ArrayLike, count: ArrayLike) -> Array:
     r"""Return the 95 % score interval of a proportion, shape (..., 2), within 0 to 1.
 
     .. math::
-        \frac{\hat{p} + \frac{z^2}{2 n} \pm z \sqrt{\frac{\hat{p} (1 - \hat{p})}{n} + \frac{z^2}{4 n^2}}}{1 + z^2/n}
+        \frac{\hat{p} + \frac{z^2}{2 n} \pm z \sqrt{\frac{\hat{p} (1 - \hat{p})}{n} + \frac{z^2}{4
+        n^2}}}{1 + z^2/n}
 
     Parameters
     ----------
@@ -276,8 +284,9 @@ def wilson(share: ArrayLike, count: ArrayLike) -> Array:
 
     References
     ----------
-    Wilson E.B. (1927). Probable inference, the law of succession, and statistical inference. *Journal of the American
-    Statistical Association* 22(158), 209-212, doi:10.1080/01621459.1927.10502953.
+    Wilson E.B. (1927). Probable inference, the law of succession, and statistical inference.
+    *Journal of the American Statistical Association* 22(158), 209-212,
+    doi:10.1080/01621459.1927.10502953.
     """
     p = np.asarray(share, dtype=float)
     n = np.asarray(count, dtype=float)
@@ -293,10 +302,12 @@ def wilson(share: ArrayLike, count: ArrayLike) -> Array:
 
 
 def effective_count(counted: NDArray[Any], groups: ArrayLike, replicates: int, seed: int) -> Array:
-    """Return the number of independent trials that would make a proportion as uncertain as grouped ones.
+    """Return the number of independent trials that would make a proportion as uncertain as grouped
+    ones.
 
-    It is p (1 - p) over the variance of the proportion in a bootstrap over the groups (Kish 1965): the number of trials
-    if the outcomes within a group are independent; the number of groups if they agree, or if none or all are counted.
+    It is p (1 - p) over the variance of the proportion in a bootstrap over the groups (Kish 1965):
+    the number of trials if the outcomes within a group are independent; the number of groups if
+    they agree, or if none or all are counted.
 
     Parameters
     ----------

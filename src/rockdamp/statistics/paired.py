@@ -1,7 +1,8 @@
-"""Compare an alternative with restitution: errors of its peaks, and collapses that only one of the two has.
+"""Compare an alternative with restitution: errors of its peaks, and collapses that only one of the
+two has.
 
-An alternative is a damper, or restitution with a slightly different e. The same records shake the same walls with both,
-so that histories come in pairs. These numbers describe the pairs:
+An alternative is a damper, or restitution with a slightly different e. The same records shake the
+same walls with both, so that histories come in pairs. These numbers describe the pairs:
 
 - median ratio: median of the alternative's peak over that under restitution, where neither wall collapses;
 - log error: root mean square of the logarithm of that ratio; beside it the median and the 90 % quantile of the size of
@@ -10,14 +11,16 @@ so that histories come in pairs. These numbers describe the pairs:
   the survivals under restitution;
 - median intensity ratio: intensity that collapses half of the walls, over that under restitution.
 
-**The paired bootstrap.** The records are those of some dozens of stations out of all that could have recorded an
-earthquake; the interval says how far another draw of stations would move a number. A replicate draws as many stations
-as there are, with replacement, and each history counts as often as its record was drawn (`weights`, from
-`fragility.resample`). Both components of a station are drawn together, as they saw the same earthquake.
+**The paired bootstrap.** The records are those of some dozens of stations out of all that could
+have recorded an earthquake; the interval says how far another draw of stations would move a number.
+A replicate draws as many stations as there are, with replacement, and each history counts as often
+as its record was drawn (`weights`, from `fragility.resample`). Both components of a station are
+drawn together, as they saw the same earthquake.
 
-It is *paired*: both sides of a ratio, or of a difference, are taken from the same replicate. A record that is hard on
-every wall raises the peaks with the damper and those under restitution alike, and cancels. Two separate bootstraps
-would count such a record as scatter of the damper, and call dampers equal that differ in every single history.
+It is *paired*: both sides of a ratio, or of a difference, are taken from the same replicate. A
+record that is hard on every wall raises the peaks with the damper and those under restitution
+alike, and cancels. Two separate bootstraps would count such a record as scatter of the damper, and
+call dampers equal that differ in every single history.
 """
 
 from __future__ import annotations
@@ -45,14 +48,15 @@ def compare_pairs(
     bands: Sequence[tuple[float, float]],
     description: str = "",
 ) -> xr.Dataset:
-    """Return the statistics of each alternative with their intervals; those of the peaks in bands of the peak.
+    """Return the statistics of each alternative with their intervals; those of the peaks in bands
+    of the peak.
 
     Parameters
     ----------
     histories : xarray.Dataset
-        ``peak`` [u/u_ins] and ``collapsed`` of the alternatives over `HISTORIES` and other dimensions, and
-        ``reference_peak`` and ``reference_collapsed`` of restitution, which broadcast. An outcome is 1 for a collapse,
-        0 for a survival, -1 where nothing was run.
+        ``peak`` [u/u_ins] and ``collapsed`` of the alternatives over `HISTORIES` and other
+        dimensions, and ``reference_peak`` and ``reference_collapsed`` of restitution, which
+        broadcast. An outcome is 1 for a collapse, 0 for a survival, -1 where nothing was run.
     weights : ndarray, shape (replicates, records)
         Weights of the records in each replicate, from `fragility.resample`.
     bands : sequence of pairs
@@ -92,7 +96,9 @@ def _compare_cell(
     bands: Sequence[tuple[float, float]],
     drawn: Array,
 ) -> dict[str, Array]:
-    """Return the statistics of one alternative in each replicate; histories (record, velocity ratio, wall)."""
+    """Return the statistics of one alternative in each replicate; histories (record, velocity
+    ratio, wall).
+    """
     reference_peak, reference_collapsed, peak, collapsed = histories
     both_survive = (reference_collapsed == 0) & (collapsed == 0)
     by_band = []
@@ -159,7 +165,8 @@ def compare_fragilities(
     Returns
     -------
     dict of str to ndarray
-        ``median``, ``dispersion`` and ``median_intensity_ratio`` of shape (...), and the interval of each.
+        ``median``, ``dispersion`` and ``median_intensity_ratio`` of shape (...), and the interval
+        of each.
     """
     fit, drawn_fits = fit_resampled(intensity, collapses, runs, weights)
     statistics = _with_ratio(fit, reference)

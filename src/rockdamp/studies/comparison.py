@@ -45,8 +45,9 @@ def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         Statistics of `paired.compare_pairs`, by band of CR's peak; the first band is all of them.
-        Statistics of CR with small changes begin with ``varied_``. ``excess`` is the error of a damper
-        less that of the damper of least error at that e, over the histories that survive with both.
+        Statistics of CR with small changes begin with ``varied_``. ``excess`` is the error of a
+        damper less that of the damper of least error at that e, over the histories that survive
+        with both.
     """
     bootstrap = config.comparison.bootstrap
     edges = np.array(config.comparison.bands)
