@@ -81,7 +81,7 @@ def test_printed_answer_fits_in_twenty_lines(two_levels):
 def test_first_line_says_which_motion_is_scaled(two_levels):
     _, lines = two_levels
     assert lines[0].startswith("6 records") and "PGA 0.24 to 0.73 g" in lines[0]
-    assert "the motion as given is scaled to PGA 0.2 g, PGA 0.8 g" in lines[0]
+    assert "each record is scaled to PGA 0.2 g, PGA 0.8 g" in lines[0]
     assert "0.171 g; e = 0.85 (given)" in lines[1]
 
 
@@ -102,7 +102,7 @@ def test_tables_have_captions(two_levels):
     _, lines = two_levels
     assert "Collapse probability from 6 records (5 stations), for each e:" in lines
     assert "Fragility curve with restitution (CR) and with a damper that replaces it:" in lines
-    assert any(line.startswith("Use the first damper that your program supports") for line in lines)
+    assert any(line.startswith("If you use another program") for line in lines)
 
 
 def test_last_line_is_the_answer_with_its_range(two_levels):
@@ -112,6 +112,18 @@ def test_last_line_is_the_answer_with_its_range(two_levels):
     assert len(cr["collapse_probability_interval"]) == 2
     assert lines[-1].startswith(f"PGA 0.8 g: {cr['collapses'][1]} of 6 collapse the wall")
     assert "report the range over e" in lines[-1] and "100 %" in lines[-1]
+
+
+def test_last_line_without_collapse_is_not_zero():
+    """No share is zero for certain: the line has the end of the interval, if there is one."""
+    line = run("assess", *WALL, *RECORDS, "--pga", "0.05g").stdout.splitlines()[-1]
+    assert line.startswith("PGA 0.05 g: 0 of 6 collapse the wall, for every e of the range")
+    assert line.endswith("do not report zero: with 5 stations a share up to 43.4 % is possible")
+
+
+def test_interval_names_its_restitution(two_levels):
+    _, lines = two_levels
+    assert "  e = 0.85  95 % at e = 0.85  " in lines[3]
 
 
 def test_intensities_are_printed_in_the_unit_asked_for(answer):

@@ -76,7 +76,7 @@ def test_wall_prints_tables_with_captions(damping):
     for caption in (
         "Constants of the wall",
         "Coefficient of restitution e",
-        "Use the first damper",
+        "If you use another program",
     ):
         assert caption in text
     assert f"rayleigh {damping['rayleigh_alpha_m']:.4g} 0 0 0" in text

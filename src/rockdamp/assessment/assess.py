@@ -459,4 +459,4 @@ def find_scaled_motion(motions: Sequence[GroundMotion]) -> str:
         return "the motion of the ground below the floors"
     if on_floor:
         return "the motion of the ground below the floors, and the other motions as given"
-    return "the motion as given"
+    return "each record"

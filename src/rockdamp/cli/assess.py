@@ -14,6 +14,7 @@ from rockdamp.cli import options, printing
 from rockdamp.cli.command import command, examples
 from rockdamp.cli.inputs import Inputs
 from rockdamp.cli.printing import percent, span
+from rockdamp.text import count_noun
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -147,10 +148,8 @@ def _program_models() -> list[str]:
 
 def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
     """Print the collapse probability at each intensity, for each e, and the peaks."""
-    from rockdamp.text import count_noun
-
     records = int(answer["records"])
-    stations = count_noun(len(set(answer["station"].values.tolist())), "station")
+    stations = _count_stations(answer)
     one_sided = answer.sizes["damping_model"] == 1
     runs = f"{records} runs, both ways," if one_sided else count_noun(records, "record")
     levels = [answer.isel(intensity=index) for index in range(answer.sizes["intensity"])]
@@ -158,6 +157,11 @@ def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
         [_share_row(level, scale, wall) for level in levels],
         f"Collapse probability from {runs} ({stations}), for each e:",
     )
+
+
+def _count_stations(answer: xr.Dataset) -> str:
+    """Return the number of stations in words: ``22 stations``."""
+    return count_noun(len(set(answer["station"].values.tolist())), "station")
 
 
 def _share_row(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> dict[str, Any]:
@@ -173,7 +177,8 @@ def _share_row(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> dict[str
     less, *more = cases
     interval = span(100 * cr["collapse_probability_interval"], 3, " %")
     row = {scale.head(): answer[scale.measure].item() / scale.size} | less
-    row |= {f"e = {e:.3g}": percent(cr["collapse_probability"].item()), "95 % interval": interval}
+    head = f"e = {e:.3g}"
+    row |= {head: percent(cr["collapse_probability"].item()), f"95 % at {head}": interval}
     for case_share in more:
         row |= case_share
     for head, name in (("median peak", "peak_median"), ("84 % peak", "peak_upper")):
@@ -215,9 +220,17 @@ def _print_result(answer: xr.Dataset, scale: IntensityScale) -> None:
     shares = [share, *cr["case_collapse_probability"].values.tolist()]
     level = scale.level(float(cr[scale.measure]))
     count = f"{int(cr['collapses'])} of {int(answer['records'])}"
+    if max(shares) > 0:
+        click.echo(
+            f"{level}: {count} collapse the wall, {percent(share)}; "
+            f"report the range over e, {percent(min(shares))} to {percent(max(shares))}"
+        )
+        return
+    bound = float(cr["collapse_probability_interval"].sel(bound="upper"))
+    limit = f"up to {100 * bound:.3g} %" if isfinite(bound) else "above zero"
     click.echo(
-        f"{level}: {count} collapse the wall, {percent(share)}; "
-        f"report the range over e, {percent(min(shares))} to {percent(max(shares))}"
+        f"{level}: {count} collapse the wall, for every e of the range; "
+        f"do not report zero: with {_count_stations(answer)} a share {limit} is possible"
     )
 
 
@@ -275,7 +288,7 @@ def batch(**inputs: Any) -> None:
     if inputs["as_json"]:
         printing.print_json(table)
         return
-    scaled_motion = "the motion of the ground" if supports else "the motion as given"
+    scaled_motion = "the motion of the ground" if supports else "each record"
     level = scale.level(intensity)
     click.echo(f"{printing.describe_records(motions)}; {scaled_motion} is scaled to {level}")
     _print_walls(table, scale, len(rows))

@@ -338,12 +338,12 @@ intensity_options = options(
     motion_option(
         "--pgv",
         type=Quantity("m s-1", several=True),
-        help="Peak ground velocity to scale each record to; several are divided by commas.",
+        help="Peak ground velocity to scale each record to; several are separated by commas.",
     ),
     motion_option(
         "--pga",
         type=Quantity("m s-2", several=True),
-        help="Peak ground acceleration to scale each record to; several are divided by commas.",
+        help="Peak ground acceleration to scale each record to; several are separated by commas.",
     ),
     tail_option(3.0),
 )

@@ -126,13 +126,13 @@ def print_dampers(damping: Inputs, rows: Iterable[Inputs]) -> None:
             "xi": row["damping_ratio"],
             "xi refers to": row["refers_to"],
             "the program needs": REQUIREMENT.get(row["damping_model"], "-"),
-            "missed collapses": percent(row["missed_collapse_rate"]),
+            "missed collapses of the study": percent(row["missed_collapse_rate"]),
         }
         for row in rows
     }
     print_table(
         [table[model] for model in dict.fromkeys([*REQUIREMENT, *table])],
-        "Use the first damper that your program supports "
+        "If you use another program, take the first damper that it supports "
         f"(e = {e:.3g}, w1 = {w1:.3g} rad/s, T1 = {period:.3g} s):",
     )
 

@@ -144,7 +144,7 @@ def _print_damping(damping: dict[str, Any]) -> None:
     click.echo(
         f"CDC: C = {damping['damping_coefficient']:.4g} N s/m; in OpenSees"
         f" rayleigh {damping['rayleigh_alpha_m']:.4g} 0 0 0 (alphaM = 2 xi w1);"
-        f" it misses {printing.percent(missed['CDC'])} of the collapses"
+        f" it misses {printing.percent(missed['CDC'])} of the collapses of the study"
     )
 
 
