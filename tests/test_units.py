@@ -74,6 +74,11 @@ def test_decimal_comma_is_named(text, unit):
         units.quantity(text, unit)
 
 
+def test_decimal_comma_is_named_in_a_list():
+    with pytest.raises(ValueError, match="'0,85' has a decimal comma"):
+        units.quantities("0,85")
+
+
 @pytest.mark.parametrize("text", ["0.2,0.4g", "0,4g"])
 def test_list_has_a_unit_at_each_number_or_at_none(text):
     with pytest.raises(ValueError, match="unit at each number"):

@@ -128,6 +128,8 @@ def quantities(text: str, unit: str = "") -> list[float]:
     """Return the numbers of a list, such as ``0.2g,0.4g``, in an SI unit; all must have a unit, or
     none.
     """
+    if re.fullmatch(r"\s*0,\d+\s*", text):
+        raise ValueError(f"{text!r} has a decimal comma; the decimal sign must be a point")
     parts = text.split(",")
     ends_with_digit = {part.strip()[-1:].isdigit() for part in parts}
     if len(ends_with_digit) > 1:

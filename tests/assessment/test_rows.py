@@ -83,7 +83,7 @@ def test_a_wall_that_cannot_be_run_stops_no_other(rows, answers, motions, monkey
 
 
 def test_a_table_of_bad_rows_alone_is_refused(rows, motions):
-    with pytest.raises(rd.InputError, match="thickness is empty"):
+    with pytest.raises(rd.InputError, match=f"{rows[1].id}: thickness is empty"):
         assess_rows(rows[1:2], motions, "PGV", 0.5)
 
 

@@ -302,7 +302,8 @@ def assess_rows(
         for start in range(0, len(numbers), chunk):
             parts += _solve_rows(rows, numbers[start : start + chunk], supports, solve, errors)
     if not parts:
-        raise InputError(f"no row could be computed; {next(iter(errors), 'there is none')}")
+        reason = f"{rows[0].id}: {errors[0]}" if rows else "there is none"
+        raise InputError(f"no row could be computed; {reason}")
     answer = _join_parts(parts).reindex(wall=range(len(rows)), fill_value=MISSING_COUNTS)
     answer = answer.assign(tail=tail, row_error=("wall", errors), **law)
     answer = answer.assign_coords(wall=[row.id for row in rows])

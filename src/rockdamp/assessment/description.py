@@ -80,7 +80,7 @@ def make_curve(values: Mapping[str, Any]) -> TrilinearCurve:
     preset = values.get("preset")
     has_one_of_pair = (a1 is None) is not (b1 is None)
     if has_one_of_pair or (preset is None) is (a1 is None):
-        raise InputError("there must be either preset, or a1 and b1")
+        raise InputError("give either preset (new, moderate or severe), or a1 and b1")
     options: dict[str, Any] = {}
     if values.get("a3") is not None:
         options["ultimate_displacement_ratio"] = values["a3"]

@@ -76,6 +76,8 @@ class Main(click.Group):
             message = error.format_message()
         except click.Abort:
             sys.exit(1)
+        except FileNotFoundError as error:
+            message = f"{error.filename} does not exist" if error.filename else str(error)
         except (OSError, rd.InputError) as error:
             message = str(error)
         else:

@@ -36,6 +36,11 @@ def build_wall(inputs: Inputs) -> Any:
     wall: Any = make_wall(inputs)
     slenderness = getattr(wall, "mechanism", wall).slenderness
     warn("height over thickness", slenderness, 0.0, 40.0, "tests of walls went to 28")
+    if inputs["overburden"]:
+        body = getattr(wall, "mechanism", wall)
+        load = inputs["overburden"] / 1000
+        remark = f"--overburden is {load:.3g} kN/m; a number without a unit is in N/m"
+        warn("O/W", body.overburden_ratio, 0.01, inf, remark)
     return wall
 
 

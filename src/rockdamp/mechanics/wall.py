@@ -19,7 +19,10 @@ HINGE_RANGE = (0.5, 0.7)
 WEAKEST = "weakest"  # a text in place of the height of the hinge
 
 MECHANISM_RULES: dict[str, Rule] = {
-    "thickness": (lambda t: (t > 0) & (t <= 100), "greater than 0 and at most 100 m"),
+    "thickness": (
+        lambda t: (t > 0) & (t <= 100),
+        "greater than 0 and at most 100 m; 250 mm is 0.25 m",
+    ),
     "height": (lambda h: (h > 0) & (h <= 1000), "greater than 0 and at most 1000 m"),
     "width": (lambda width: width > 0, "greater than 0 [m]"),
     "density": (lambda density: density > 0, "greater than 0 [kg m-3]"),
