@@ -238,6 +238,7 @@ CR = ("--restitution", 0.85)
     ("command", "name"),
     [
         (("wall", "--thickness", 0.05, "--height", 3), "height over thickness"),
+        (("wall", *WALL, "--overburden", 15), "--overburden is 0.015 kN/m"),
         (("decay", *CURVE, "--damping-model", "CDR", "--damping-ratio", 0.85), "damping_ratio"),
         (
             ("wall", "--thickness", 1.0, "--height", 3, *CURVE, "--restitution", 0.9),
