@@ -102,7 +102,7 @@ def quantity(text: str, unit: str = "") -> float:
         raise ValueError(f"{text!r} has a decimal comma; the decimal sign must be a point")
     in_unit = f" in {unit}" if unit else ""
     spellings = ", ".join(UNITS[unit])
-    raise ValueError(f"{text!r} must be a number{in_unit}, or one with {spellings}")
+    raise ValueError(f"{text!r} must be a number{in_unit}, or a number with a unit ({spellings})")
 
 
 def _parse(text: str, unit: str) -> float | None:

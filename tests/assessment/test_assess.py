@@ -290,7 +290,7 @@ def test_bad_input_is_named(changes, named, wall, curve, motions):
 
 def test_the_ground_below_floors_is_scaled(motions):
     floors = rd.floor_motions(motions[:1], rd.Building(0.25, 3, 3))
-    assert find_scaled_motion(floors) == "the motion of the ground below the floors"
+    assert find_scaled_motion(floors) == "the ground motion below the floors"
     assert "the other motions as given" in find_scaled_motion([*floors, motions[1]])
 
 

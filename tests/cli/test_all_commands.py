@@ -211,7 +211,7 @@ def test_output_that_is_an_input_is_refused(command, source, files):
     Path("link.csv").symlink_to("walls.csv")
     before = Path(source).read_bytes()
     message = refused(*command.split())
-    assert "must be another file" in message and source in message
+    assert "choose another file" in message and source in message
     assert Path(source).read_bytes() == before
 
 

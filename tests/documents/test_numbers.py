@@ -191,13 +191,13 @@ def test_gable_beside_a_rectangle():
 def test_small_releases_overstate_the_intensity():
     """Another test compares the constant with its table in docs/earthquakes.md."""
     low, high, *_ = re.findall(r"\d+", SMALL_RELEASE_OVERSTATES)
-    words = r"overstates the median intensity by (\d+) to (\d+) %"
+    words = r"overstates the median collapse intensity by (\d+) to (\d+) %"
     assert_stated(WALL, words, float(low), float(high))
 
 
 def test_force_at_the_crossing():
     force = read_full("order")["crossing_force"].sel(wall="paper", restitution=E)
-    words = r"([\d.]+) F0 at the crossing with 0.2, ([\d.]+) F0 with 0.4"
+    words = r"at the crossing: ([\d.]+) F0 with 0.2, ([\d.]+) F0 with 0.4"
     assert_stated(DAMPER, words, *force.sel(damper=["BAND0.2", "BAND0.4"]).values)
 
 

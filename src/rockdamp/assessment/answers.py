@@ -117,7 +117,7 @@ def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
     intervals = model[[f"{median}_interval", "dispersion_interval"]].to_array()
     if not has_few_stations and not np.isfinite(intervals).all():
         texts.append(
-            "no interval of the fragility: under nine in ten replicates of the bootstrap define one"
+            "no interval of the fragility: fewer than 90 % of the bootstrap replicates define one"
         )
     return texts
 

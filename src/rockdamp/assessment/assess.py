@@ -66,16 +66,16 @@ def assess(
 ) -> xr.Dataset:
     """Assess the collapse of one wall under records.
 
-    The wall is run with restitution, and beside it with the damper that is recommended in place of
-    restitution. Each record is scaled to every intensity asked for, and to 16 stripes of intensity
-    to which a lognormal fragility is fitted by maximum likelihood. The stripes follow from the wall
-    and the records, not from the intensities asked for.
+    The wall is computed with restitution, and with the damper that is recommended in its place.
+    Each record is scaled to every given intensity, and to 16 stripes of intensity to which a
+    lognormal fragility curve is fitted by maximum likelihood. The stripes depend on the wall and
+    the records, not on the given intensities.
 
     Parameters
     ----------
     wall : Wall, Parapet or OneSidedWall
-        One wall. Each record acts on a `OneSidedWall` both ways, as it is and reversed, and counts
-        twice; such a wall has restitution alone, and is solved event by event.
+        One wall. On a `OneSidedWall` each record acts in both directions, as recorded and reversed,
+        and counts twice; such a wall has only restitution, and is solved event by event.
     curve : TrilinearCurve
         Force-displacement curve of the wall.
     records : str, path, Record, GroundMotion, or several of them
@@ -83,47 +83,46 @@ def assess(
         or motions from `load_records`. Motions from `floor_motions` are scaled to the intensity of
         the ground; any other motion is scaled to its own.
     pgv : float or sequence of float, optional
-        Peak ground velocities asked for. Either these or `pga` must be given. [m s-1]
+        Peak ground velocities; alternative to `pga`. [m s-1]
     pga : float or sequence of float, optional
-        Peak ground accelerations asked for. [m s-2]
+        Peak ground accelerations; alternative to `pgv`. [m s-2]
     restitution : float or str
-        Coefficient of restitution e, 0 to 1, or a rule: ``measured`` for 0.90 of Eq. (7), the
-        default, ``rigid`` for Eq. (7), ``impulsive`` with the impulse of every support. For a
-        parapet each rule is Housner's. A `OneSidedWall` takes a number, or as a block
-        ``measured``, the e of blocks that hit return walls. One e is good for collapse if it holds
-        at amplitudes of 0.3 to 0.5 u_ins; one measured at 0.1 u_ins is unsafe
-        (docs/earthquakes.md). [-]
+        Coefficient of restitution e, 0 to 1, or a rule: ``measured``, the default, is 0.90 times
+        Eq. (7), ``rigid`` is Eq. (7), and ``impulsive`` includes the impulse of every support. For
+        a parapet, each rule is Housner's formula. A `OneSidedWall` takes a number; a one-sided
+        block also takes ``measured``, the e of blocks that hit return walls. Use an e from
+        amplitudes of 0.3 to 0.5 u_ins; one from 0.1 u_ins is unsafe (docs/earthquakes.md). [-]
     loss_exponent : float
-        Exponent g of a loss that falls with the amplitude, 0 by default: none. With an exponent,
-        less than 0.5, the second damper is ECD16. [-]
+        Exponent g of a loss that falls with the amplitude, less than 0.5; 0, the default, is a
+        constant loss. With an exponent, the second damper is ECD16. [-]
     reference_amplitude : float
-        Amplitude u/u_ins at which e holds, where the loss has an exponent. The default is 0.3. [-]
+        Amplitude u/u_ins at which e holds, if the loss has an exponent. The default is 0.3. [-]
     tail : float
-        Rest after each record, 3 by default and at most 1000. [s]
+        Time at rest after each record, 3 by default and at most 1000. [s]
     step : float
-        Longest step of the solver, times the angular frequency of the curve's first branch, 0.05
-        by default; near collapse it is a quarter of it. [-]
+        Longest step of the solver times the angular frequency of the curve's first branch, 0.05 by
+        default; a quarter of this is used near collapse. [-]
 
     Returns
     -------
     xarray.Dataset
-        Over ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity,
+        Along ``damping_model``, CR and the recommended damper: ``collapses`` at each intensity,
         ``collapse_probability`` with its interval, ``median_pgv`` or ``median_pga`` and
         ``dispersion`` of the fragility with bootstrap intervals over the stations,
         ``stripe_collapses``, ``peak`` of each record (NaN where the wall collapses), and its
         ``peak_median`` and ``peak_upper`` (84 %).
-        Over ``restitution_case``: ``case_collapse_probability`` at ``case_restitution``, for e less
-        and more the scatter of tests, and of a wall for e by the rule ``impulsive``.
+        Along ``restitution_case``: ``case_collapse_probability`` at ``case_restitution``: e minus
+        and plus the scatter of tests and, for a wall, e by the rule ``impulsive``.
         ``rocking_onset`` is the ground acceleration whose static load reaches the plateau of the
         curve. ``unconverged`` outcomes at the stripes, ``median_uncertainty`` and
-        ``dispersion_uncertainty`` are the changes by the last halving of the step. Intervals are
-        NaN for fewer than four stations.
+        ``dispersion_uncertainty`` are the changes due to the last halving of the step. Intervals
+        are NaN for fewer than four stations.
 
     Raises
     ------
     InputError
-        If a value lies outside its range, there is no record or one twice, or the records cannot
-        be used.
+        If a value lies outside its range, there is no record, a record appears twice, or a record
+        cannot be used.
 
     Examples
     --------
@@ -422,7 +421,7 @@ def check_intensities(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str
     arguments = {"PGV": pgv, "PGA": pga}
     levels = {measure: level for measure, level in arguments.items() if level is not None}
     if len(levels) != 1:
-        raise InputError("there must be either pgv or pga, the intensities asked for")
+        raise InputError("give intensities as either pgv or pga")
     ((measure, level),) = levels.items()
     lowest = 1e-6  # below it the factors on records vanish
     allowed = f"at least {lowest:g} [{INTENSITY_UNITS[measure]}]"
@@ -457,7 +456,7 @@ def find_scaled_motion(motions: Sequence[GroundMotion]) -> str:
     """
     on_floor = sum(isinstance(motion, FloorMotion) for motion in motions)
     if on_floor == len(motions):
-        return "the motion of the ground below the floors"
+        return "the ground motion below the floors"
     if on_floor:
-        return "the motion of the ground below the floors, and the other motions as given"
+        return "the ground motion below the floors, and the other motions as given"
     return "each record"

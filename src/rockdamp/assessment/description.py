@@ -53,7 +53,7 @@ def make_wall(values: Mapping[str, Any]) -> AnyWall:
     if values.get("overburden") is not None:
         if "overburden_ratio" in parameters:
             raise InputError(
-                "overburden and overburden_ratio state the same; there must be one of them"
+                "overburden and overburden_ratio are alternatives; give only one of them"
             )
         unloaded = kind(**parameters)
         overburden = values["overburden"] * float(unloaded.width / unloaded.weight)

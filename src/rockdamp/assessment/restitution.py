@@ -13,9 +13,9 @@ from rockdamp.mechanics.wall import SORRENTINO_RATIO, OneSidedWall, Parapet, Wal
 # rigid mechanics, which is `impulsive`.
 DEFAULT_RULE = "measured"
 RESTITUTION_RULES = {
-    "measured": f"{SORRENTINO_RATIO:.2f} of Eq. 7",
+    "measured": f"{SORRENTINO_RATIO:.2f} times Eq. 7",
     "rigid": "Eq. 7: angular momentum about the new base pivot",
-    "impulsive": "with the impulse of every support",
+    "impulsive": "rigid bodies, with the impulse of every support",
 }
 
 
@@ -47,7 +47,8 @@ def find_restitution(wall: AnyWall, restitution: float | str) -> tuple[float, st
             )
         e = float(wall.restitution_measured)
         return e, (
-            "Sorrentino, AlShawa and Decanini (2011), second-hand: a block that hits a return wall"
+            "Sorrentino, AlShawa and Decanini (2011), from a secondary source: a block that hits"
+            " a return wall"
         )
     check_choice("restitution", restitution, tuple(RESTITUTION_RULES))
     e = float(getattr(wall, f"restitution_{restitution}"))

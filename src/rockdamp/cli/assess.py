@@ -78,18 +78,18 @@ def intensity_scale(inputs: Inputs) -> IntensityScale:
 def assess(**inputs: Any) -> None:
     """Collapse probability of one wall under records.
 
-    Each record is scaled to the intensities asked for, and to 16 levels for the fragility curve. With a building or a
+    Each record is scaled to the given intensities, and to 16 levels for the fragility curve. With a building or a
     flexible floor, the intensities are those of the ground. The table gives the share of records that collapse the wall
-    for several e: the one asked for (by default the rule "measured", 0.90 of Eq. 7), that e minus and plus the scatter
-    of tests, and the rule "impulsive". The interval of a share is Wilson's; intervals of the fragility curve are from a
-    bootstrap over stations.
+    for several e: the given one (by default the rule "measured", 0.90 times Eq. 7), that e minus and plus the scatter
+    of tests, and the rule "impulsive". Shares have Wilson intervals, fragility curves have intervals from a bootstrap
+    over stations.
     """
     from rockdamp.assessment.answers import assessed_values
     from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
     from rockdamp.equivalence.programs import describe_damping
 
     if inputs["report"] is not None and (inputs["one_sided"] or inputs["exponent"]):
-        raise click.UsageError("--report must be without --one-sided and --exponent")
+        raise click.UsageError("--report cannot be combined with --one-sided or --exponent")
     wall = build.build_wall(inputs)
     curve = build.build_curve(inputs)
     e, reason = build.choose_restitution(wall, inputs["restitution"])
@@ -151,7 +151,7 @@ def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
     records = int(answer["records"])
     stations = _count_stations(answer)
     one_sided = answer.sizes["damping_model"] == 1
-    runs = f"{records} runs, both ways," if one_sided else count_noun(records, "record")
+    runs = f"{records} runs in both directions" if one_sided else count_noun(records, "record")
     levels = [answer.isel(intensity=index) for index in range(answer.sizes["intensity"])]
     printing.print_table(
         [_share_row(level, scale, wall) for level in levels],
@@ -219,11 +219,12 @@ def _print_result(answer: xr.Dataset, scale: IntensityScale) -> None:
     share = float(cr["collapse_probability"])
     shares = [share, *cr["case_collapse_probability"].values.tolist()]
     level = scale.level(float(cr[scale.measure]))
-    count = f"{int(cr['collapses'])} of {int(answer['records'])}"
+    runs = "runs" if answer.sizes["damping_model"] == 1 else "records"
+    count = f"{int(cr['collapses'])} of {int(answer['records'])} {runs}"
     if max(shares) > 0:
         click.echo(
-            f"{level}: {count} collapse the wall, {percent(share)}; "
-            f"report the range over e, {percent(min(shares))} to {percent(max(shares))}"
+            f"{level}: {count} collapse the wall ({percent(share)}); "
+            f"report the range over e: {percent(min(shares))} to {percent(max(shares))}"
         )
         return
     bound = float(cr["collapse_probability_interval"].sel(bound="upper"))
@@ -246,7 +247,10 @@ def _print_result(answer: xr.Dataset, scale: IntensityScale) -> None:
 @options.loss_options
 @options.support_options
 @options.output_option(
-    ".csv", ".nc", required=True, help="Save a row for each wall and damper, or a dataset."
+    ".csv",
+    ".nc",
+    required=True,
+    help="Save a row for each wall and damper as CSV, or a NetCDF dataset.",
 )
 @options.json_option
 def batch(**inputs: Any) -> None:
@@ -254,9 +258,9 @@ def batch(**inputs: Any) -> None:
 
     The table has a row for each wall, with the columns id, thickness and height, and any of width, density,
     hinge_ratio, overburden_ratio or overburden, overburden_mass, eccentricity, parapet (yes), one_sided (yes), a1 and
-    b1 or preset, a3, softening, restitution, diaphragm_period. Numbers are in SI, or have their unit in the
-    cell, 300mm, or in the head, thickness [mm]. A row that cannot be computed has the reason in the column error; the
-    others are computed.
+    b1 or preset, a3, softening, restitution, diaphragm_period. Numbers are in SI, or have their unit in the cell
+    (300mm) or in the column header (thickness [mm]). If a row cannot be computed, its column error gives the reason;
+    the other rows are computed.
     """
     from rockdamp.assessment.answers import tabulate_walls
     from rockdamp.assessment.assess import assess_rows, check_intensities
@@ -264,7 +268,9 @@ def batch(**inputs: Any) -> None:
 
     measure, levels = check_intensities(inputs["pgv"], inputs["pga"])
     if len(levels) > 1:
-        raise click.UsageError(f"batch takes one intensity; --{measure.lower()} must be one number")
+        raise click.UsageError(
+            f"batch takes one intensity: give one number for --{measure.lower()}"
+        )
     (intensity,) = levels
     supports = build.build_supports(inputs)
     rows = read_walls(inputs["walls"])
@@ -288,7 +294,7 @@ def batch(**inputs: Any) -> None:
     if inputs["as_json"]:
         printing.print_json(table)
         return
-    scaled_motion = "the motion of the ground" if supports else "each record"
+    scaled_motion = "the ground motion" if supports else "each record"
     level = scale.level(intensity)
     click.echo(f"{printing.describe_records(motions)}; {scaled_motion} is scaled to {level}")
     _print_walls(table, scale, len(rows))
@@ -309,7 +315,7 @@ def _print_walls(table: list[dict[str, Any]], scale: IntensityScale, wall_count:
     done = wall_count - len(errors)
     click.echo(
         f"{done} of {wall_count} walls computed: collapses among the records, "
-        f"and the median {scale.head()} of collapse:"
+        f"and the median collapse {scale.head()}:"
     )
     if rows:
         printing.print_table(rows)

@@ -32,7 +32,7 @@ PARAMETER_HEADS = {
 
 DAMPER_HEADS = {
     "damping_model": "damper",
-    "residual_over_noise": "misfit over noise",
+    "residual_over_noise": "misfit/noise",
     "expected_exponent": "expected g",
     "relative_log_likelihood": "log-likelihood",
     "log_likelihood": "log-likelihood",
@@ -58,7 +58,7 @@ DAMPER_HEADS = {
 @option(
     "--compare",
     is_flag=True,
-    help="Fit every damper too, and give the misfit of each.",
+    help="Also fit every damper, and print the misfit of each.",
     section="Measured test",
 )
 @option(
@@ -70,7 +70,7 @@ DAMPER_HEADS = {
 @option(
     "--frame-rate",
     type=NUMBER,
-    help="Frames a second, if FILES have frame numbers and no times.",
+    help="Frames per second, if FILES have frame numbers instead of times.",
     section="Measured test",
 )
 @option(
@@ -96,16 +96,18 @@ def calibrate(**inputs: Any) -> None:
 
     The fit is by least squares, with a 90 % interval for each parameter. A record must have the ground acceleration and
     the measured displacement, with rest before the motion. With --free-rocking, FILES are tests without ground motion.
-    Several tests of one wall give one estimate. Thickness, height, hinge and O/W may have a standard deviation, as
+    Several tests of one wall give one estimate. Thickness, height, hinge and O/W may have a standard deviation, such as
     110mm±2mm or 0.11+-0.002.
     """
     free_rocking = inputs["free_rocking"]
     if free_rocking is not bool(inputs["files"]) or free_rocking is bool(inputs["records"]):
         raise click.UsageError("give either --record FILE, or --free-rocking FILE ...")
     if free_rocking and inputs["compare"]:
-        raise click.UsageError("--compare belongs to --record; give it without --free-rocking")
+        raise click.UsageError(
+            "--compare needs --record; it cannot be combined with --free-rocking"
+        )
     if not free_rocking and any(inputs[name] is not None for name in FREE_ROCKING_OPTIONS):
-        raise click.UsageError("--frame-rate, --pixel and --least-peak belong to --free-rocking")
+        raise click.UsageError("--frame-rate, --pixel and --least-peak need --free-rocking")
     wall = build.build_wall(inputs)
     settings = {
         "ultimate_displacement_ratio": inputs["a3"],
@@ -158,7 +160,7 @@ def _print_fit(values: dict[str, Any]) -> None:
         row = parameter | {"interval_90": span(parameter["interval_90"], 4)}
         rows.append({head: row[name] for name, head in PARAMETER_HEADS.items() if name in row})
     click.echo()
-    printing.print_table(rows, "Best fit of the curve (a1, b1) and of the restitution e:")
+    printing.print_table(rows, "Best fit of the curve (a1, b1) and the restitution e:")
     rest = values["residual_over_rest" if "releases" in values else "residual_over_noise"]
     noise = f", {rest:.3g} times the noise at rest" if rest == rest else ""
     click.echo(
@@ -270,7 +272,7 @@ def _print_losses(values: dict[str, Any]) -> None:
     exponent = f"{values['loss_exponent']:.2f} ({span(values['loss_exponent_interval_90'], 2)})"
     impacts = [impact for impact in values["impacts"] if impact["impact_rocking"]]
     click.echo(
-        f"e is {ratio:.3f} of that of rigid mechanics ({rigid:.3f}), from {len(impacts)} impacts"
+        f"e is {ratio:.3f} times that of rigid mechanics ({rigid:.3f}), from {len(impacts)} impacts"
         f" (standard deviation of ln e: {values['restitution_scatter']:.2g})."
     )
     by_amplitude = [
@@ -287,11 +289,11 @@ def _print_losses(values: dict[str, Any]) -> None:
         row for row in values["restitution_at"] if row["amplitude"] == REFERENCE_AMPLITUDE
     )
     click.echo(
-        f"For an assessment use --restitution {assessed['restitution']:.3f}"
-        f" (that at {REFERENCE_AMPLITUDE:g} u_ins)."
+        f"For an assessment, use --restitution {assessed['restitution']:.3f}"
+        f" (e at {REFERENCE_AMPLITUDE:g} u_ins)."
     )
-    click.echo(f"The loss goes with the energy to the power -g, g = {exponent}.")
-    _print_dampers(values, "Dampers, and whether the test excludes them:")
+    click.echo(f"The loss is proportional to the energy to the power -g, with g = {exponent}.")
+    _print_dampers(values, "Fit of each damper, and whether the test excludes it:")
     heads = {
         "impact_elapsed": "time [s]",
         "impact_amplitude": "u/u_ins before",

@@ -42,7 +42,7 @@ class Command(click.Command):
                     if output.samefile(source):
                         raise click.UsageError(
                             f"{name} is {str(output)!r}, which the command reads; "
-                            "it must be another file"
+                            "choose another file"
                         )
         return super().invoke(ctx)
 

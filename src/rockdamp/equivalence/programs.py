@@ -29,7 +29,7 @@ REFERENCE_QUANTITY = {  # that xi refers to
 # Feature that a program needs for each damper, the damper with the smallest errors first.
 REQUIREMENT = {
     "BAND": "a formula in u and v",
-    "CDR": "a coefficient at the secant",
+    "CDR": "a secant-based coefficient",
     "CDC": "a constant",
 }
 

@@ -36,24 +36,24 @@ def free_decay(
     length: float = 20.0,
     step: float | None = None,
 ) -> xr.Dataset:
-    """Compute the free decay of one wall after a release at rest.
+    """Compute the free decay of one wall after a release from rest.
 
     Parameters
     ----------
     curve : TrilinearCurve
         Force-displacement curve of one wall.
     damping : Damping, or list of Damping
-        Restitution or viscous damper. A list is compared along the dimension ``damping_model``;
-        one damper of several values has them along ``restitution`` (CR) or ``damping_ratio``.
+        Restitution or viscous damper. A list is returned along the dimension ``damping_model``;
+        several values of one damper along ``restitution`` (CR) or ``damping_ratio``.
     wall : Wall or Parapet, optional
-        One wall, which adds the results in metres and seconds.
+        One wall; it adds results in metres and seconds.
     release_amplitude : float
         Displacement u0/u_ins of the release, less than a3. [-]
     length : float
         Length of the history in tau = p t. [-]
     step : float, optional
-        Longest step of the solver in tau. The default is 0.0025, or a 60th of the stability limit
-        where this is less. [-]
+        Longest step of the solver in tau. The default is 0.0025, or 1/60 of the stability limit if
+        this is less. [-]
 
     Returns
     -------
@@ -67,7 +67,7 @@ def free_decay(
     Raises
     ------
     InputError
-        If a number lies outside its range, or there is no damping.
+        If a number lies outside its range, or the list of dampers is empty.
 
     Examples
     --------
@@ -118,17 +118,19 @@ def respond(
     curve : TrilinearCurve
         Force-displacement curve of the wall.
     damping : Damping, or list of Damping
-        Restitution or viscous damper. A list is compared along the dimension ``damping_model``;
-        one damper of several values has them along ``restitution`` (CR) or ``damping_ratio``.
+        Restitution or viscous damper. A list is returned along the dimension ``damping_model``;
+        several values of one damper along ``restitution`` (CR) or ``damping_ratio``.
     record : Record or GroundMotion
-        Acceleration of the supports. A motion from `floor_motions` moves them as the floors do.
+        Acceleration of the supports. A motion from `floor_motions` moves each support with its
+        floor.
     scale : float or ndarray, shape (scales,)
-        Factor on the acceleration; several are along the dimension ``scale_factor``. [-]
+        Factor on the acceleration; several factors are returned along the dimension
+        ``scale_factor``. [-]
     tail : float
-        Rest after the record, at most 1000. [s]
+        Time at rest after the record, at most 1000. [s]
     step : float, optional
-        Longest step of the solver in tau = p t. The default is 0.0025, or a 60th of the stability
-        limit where this is less. [-]
+        Longest step of the solver in tau = p t. The default is 0.0025, or 1/60 of the stability
+        limit if this is less. [-]
 
     Returns
     -------
@@ -141,8 +143,8 @@ def respond(
     Raises
     ------
     InputError
-        If a number lies outside its range, there is no damping, the wall is one-sided, or a
-        parapet is given the motion of two supports.
+        If a number lies outside its range, the list of dampers is empty, the wall is one-sided, or
+        a parapet is given the motion of two supports.
 
     Examples
     --------

@@ -70,24 +70,23 @@ def floor_motions(
     parapet: bool = False,
     diaphragm: Diaphragm | None = None,
 ) -> list[FloorMotion]:
-    """Return the motion of a wall's supports under ground motions.
-
-    The wall stands in a building, or under a flexible floor, or both.
+    """Return the motion of the supports of a wall in a building, under a flexible floor, or both.
 
     Parameters
     ----------
     records : str, path, Record, GroundMotion, or several of them
         Ground motions: names, paths, patterns or folders as `load_records` takes them, records,
-        or motions from `load_records`. A motion from `floor_motions` stands for its ground.
+        or motions from `load_records`. For a motion from `floor_motions`, its ground motion is
+        used.
     building : Building, optional
         Linear building, with the storey of the wall. Without one the base of the wall moves with
         the ground.
     parapet : bool
-        Whether the wall stands on top of its storey. Then it has the motion of that floor alone.
+        Whether the wall is a parapet on top of its storey, which moves with that floor alone.
     diaphragm : Diaphragm, optional
         Flexible floor at the top of the wall, driven by the building there, or by the ground. In a
-        building the wall stands on such a floor too, except on the ground. The wall does not load
-        it.
+        building the wall also stands on such a floor, except on the ground. The wall does not load
+        the floors.
 
     Returns
     -------

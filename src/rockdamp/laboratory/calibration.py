@@ -50,15 +50,15 @@ def calibrate(
     """Fit a1, b1 and e to one or more records of a wall by least squares, with their covariance.
 
     The response to the measured motion, plus an offset and a linear drift of the displacement
-    sensor, is fitted to the measured displacement. A scan of the whole range gives the starts, so
-    that the lowest of the local minima is the solution.
+    sensor, is fitted to the measured displacement. A scan of the whole range provides the starting
+    points, so that the fit finds the lowest local minimum.
 
     The covariance has three parts: residuals, which are correlated in time; noise of the
     accelerometer, which the wall amplifies near its strength; and uncertain sizes of the wall. The
-    gains of the sensors are taken as exact: an error of them goes into b1.
+    gains of the sensors are taken as exact: an error in a gain becomes an error in b1.
 
-    Several records are fitted one by one, and the estimates are weighted by their covariances: in
-    stacked residuals the noise of one motion would disturb e of the others.
+    Several records are fitted separately, and their estimates weighted by their covariances: with
+    stacked residuals the noise of one motion would disturb the e of the others.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ def calibrate(
     wall : Wall or Parapet
         Sizes and weights of the wall, exact except for those in `uncertain`.
     damping_model : {"CR", "CDC", "CDR", "SDR", "ECD", "BAND"}
-        Damping model. For a viscous damper, e is the coefficient that loses at 0.3 u_ins as much as
-        its damping ratio. Default: "CR".
+        Damping model. For a viscous damper, e is the coefficient that loses as much energy at 0.3
+        u_ins as the damper. Default: "CR".
     ultimate_displacement_ratio : float
         Known a3, in (0, 1]. Default: 1. [-]
     softening : {"steeper", "translated"}
@@ -91,7 +91,8 @@ def calibrate(
     ------
     InputError
         If a record has no displacement or no rest, the best fit lies at a bound of the search or
-        leaves more than a tenth of the peak, or a record does not determine the parameters.
+        leaves a residual of more than a tenth of the peak, or a record does not determine the
+        parameters.
 
     Examples
     --------

@@ -29,7 +29,7 @@ class FreeRocking:
     Parameters
     ----------
     elapsed : ndarray, shape (samples,)
-        Time, ascending in any steps; the median step is 0.0001 to 0.1 s. [s]
+        Time, increasing in steps that may vary, with a median of 0.0001 to 0.1 s. [s]
     displacement : ndarray, shape (samples,), optional
         Horizontal displacement at the hinge, or at the top of a parapet. The sensor's zero need not
         be the wall's. Default: none; then `rotation` is required. [m]
@@ -45,7 +45,7 @@ class FreeRocking:
     ------
     InputError
         If both or neither of displacement and rotation are given, a value is not finite, the shapes
-        differ, or the times do not rise in steps of the stated size.
+        differ, or the times do not increase in steps of the stated size.
 
     Examples
     --------
@@ -73,7 +73,7 @@ class FreeRocking:
 
     @property
     def synthetic(self) -> bool:
-        """True if the header says that the test was computed; otherwise it counts as measured."""
+        """True if the header states that the test was computed; False otherwise."""
         return self.header.get("synthetic") == "yes"
 
     @property
@@ -100,11 +100,10 @@ def read_free_rocking(
 ) -> FreeRocking:
     """Read a free-rocking test from a text file.
 
-    The file has optional lines ``# key: value``, then columns divided by semicolons, tabs, commas
+    The file has optional lines ``# key: value``, then columns separated by semicolons, tabs, commas
     or blanks. Times are in the column ``elapsed`` and measured values in the column
-    ``displacement`` or ``rotation``, wherever these stand. Without these names they are in the
-    first two columns; a column without a name, such as the index that pandas writes, does not
-    count.
+    ``displacement`` or ``rotation``, in any position. Without these names they are in the first two
+    columns; a column without a name, such as the index that pandas writes, is ignored.
 
     A name ends with its unit, as in ``elapsed_s``, ``displacement [mm]`` or ``angle (deg)``. Values
     without a unit are in s, m, or, in the column ``rotation``, rad. Rows without a value are
@@ -116,7 +115,7 @@ def read_free_rocking(
         The file.
     frame_rate : float, optional
         Frames per second of a video. The times are then frame numbers, in the column ``frame`` or
-        in the first one. Default: none, the file has times. [s-1]
+        the first column. Default: none; the file has times. [s-1]
     pixel : float, optional
         Size of a pixel, if the displacement is in pixels. Default: none. [m]
 

@@ -53,9 +53,9 @@ class TrilinearCurve:
         a3 = u3/u_ins, at most 1, and above 1 - b1 (steeper) or a1 + b1 (translated). The default is
         1. [-]
     softening : {"steeper", "translated"}
-        Variant for a3 < 1: the plateau ends on the bi-linear law and the last branch is steeper
-        (a2 = 1 - b1), or the last branch keeps the slope -K0 and moves towards the origin
-        (a2 = a3 - b1).
+        Variant for a3 < 1. Steeper: the plateau ends on the bi-linear law (a2 = 1 - b1) and the
+        last branch is steeper. Translated: the last branch keeps the slope -K0 and moves towards
+        the origin (a2 = a3 - b1). The default is steeper.
 
     Examples
     --------
@@ -120,23 +120,23 @@ class TrilinearCurve:
 
     @property
     def initial_stiffness(self) -> Array:
-        """k1 = b1/a1, the stiffness of the first branch over K0. [-]"""
+        """k1 = b1/a1, the stiffness of the first branch divided by K0. [-]"""
         return np.asarray(self.strength_ratio / self.yield_displacement_ratio)
 
     @property
     def softening_stiffness(self) -> Array:
-        """ks = b1/(a3 - a2) > 0, the stiffness of the last branch over -K0. [-]"""
+        """ks = b1/(a3 - a2) > 0, the stiffness of the last branch divided by -K0. [-]"""
         length = self.ultimate_displacement_ratio - self.plateau_end
         return np.asarray(self.strength_ratio / length)
 
     @property
     def initial_frequency(self) -> Array:
-        """w1 = sqrt(k1), the angular frequency of the first branch over p. [-]"""
+        """w1 = sqrt(k1), the angular frequency of the first branch divided by p. [-]"""
         return np.asarray(np.sqrt(self.initial_stiffness))
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape that the parameters broadcast to."""
+        """Broadcast shape of the parameters."""
         return np.broadcast_shapes(*(np.shape(ratio) for ratio in self.ratios))
 
     def map(self, function: Callable[[Array], Array]) -> TrilinearCurve:
@@ -156,7 +156,7 @@ class TrilinearCurve:
         return self.initial_stiffness, b1, self.softening_stiffness, a1, self.plateau_end, a3
 
     def force(self, x: ArrayLike) -> Array:
-        """Return the force f(x) over K0 u_ins. [-]
+        """Return the force f(x), divided by K0 u_ins. [-]
 
         Parameters
         ----------

@@ -39,7 +39,7 @@ class Damping:
         For CR the coefficient of restitution e, 0 to 1: whenever u changes sign, the velocity is
         multiplied by e. For the other models the damping ratio xi, at least 0. [-]
     order : float or ndarray, optional
-        Order m of ECD; a larger order is nearer to restitution. The default is 0. [-]
+        Order m of ECD; a larger order is closer to restitution. The default is 0. [-]
     width : float or ndarray, optional
         For BAND t_c, 0.2 by default [rad]; for CQD the half width over a1, 0.25 by default [-].
     loss_exponent : float or ndarray
@@ -93,7 +93,7 @@ class Damping:
         loss_exponent: ArrayLike = 0.0,
         reference_amplitude: ArrayLike = REFERENCE_AMPLITUDE,
     ) -> Damping:
-        """Return the damper that loses in every half cycle the energy that an impact takes.
+        """Return the damper that loses as much energy in each half cycle as one impact.
 
         It is exact and needs no fit.
 
@@ -116,7 +116,7 @@ class Damping:
         ------
         InputError
             For CDC, CDR and SDR, whose ratio depends on curve and amplitude, and for an e at which
-            half cycles of ECD would not end.
+            a half cycle with ECD would not end.
 
         Examples
         --------

@@ -32,7 +32,7 @@ class Modes(NamedTuple):
 
 @dataclass(frozen=True)
 class Building:
-    """Linear building, and the storey of it on which a wall stands.
+    """Linear building, and the storey on which the wall stands.
 
     Parameters
     ----------
@@ -102,8 +102,8 @@ class Diaphragm:
     Parameters
     ----------
     period : float
-        Period of the floor across the wall, with its load, at most 20 s. Timber floors have some
-        0.2 to 0.6 s; below 0.03 s the floor is rigid. [s]
+        Period of the loaded floor across the wall, at most 20 s. Timber floors have about 0.2 to
+        0.6 s; below 0.03 s the floor is rigid. [s]
     damping_ratio : float
         Damping ratio of the floor, between 0 and 1. [-]
 

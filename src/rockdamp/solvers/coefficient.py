@@ -15,7 +15,7 @@ from rockdamp.solvers import kernel
 def damping_coefficient(
     curve: TrilinearCurve, damping: Damping, x: ArrayLike, v: ArrayLike = 0.0
 ) -> Array:
-    """Return the damping coefficient C over m_eff p; zero for CR. [-]
+    """Return the damping coefficient C divided by m_eff p; zero for CR. [-]
 
     All parameters broadcast against each other.
 
@@ -28,7 +28,7 @@ def damping_coefficient(
     x : float or ndarray
         Displacement u/u_ins. [-]
     v : float or ndarray
-        Velocity, the derivative of u/u_ins by tau, which CDC, CDR and SDR do not read. [-]
+        Velocity d(u/u_ins)/dtau, which CDC, CDR and SDR do not use. [-]
 
     Examples
     --------

@@ -745,7 +745,7 @@ def exact_history(
     times : ndarray, shape (n,)
         Ascending times tau >= 0 at which the history is given; the last is the end of the run. [-]
     release_amplitude, release_velocity : float
-        u/u_ins and its derivative by tau at tau = 0. The default is 0. [-]
+        u/u_ins and its derivative with respect to tau, at tau = 0. The default is 0. [-]
     load : ndarray, shape (samples,), optional
         `Wall.load_factor` times the ground acceleration; linear between its samples, and zero after
         the last. By default the wall decays freely. [-]
@@ -753,15 +753,15 @@ def exact_history(
         Time between two samples of the load, in tau. [-]
     one_sided : bool
         Whether the wall rocks to u >= 0 only, away from a rigid stop: an impact turns the velocity
-        v into -e v. A wall that bounces ever lower while the load presses on it comes to rest, and
-        rests until the load lifts it. With CR only. The default is False.
+        v into -e v. A wall whose bounces die out under the load comes to rest, until the load lifts
+        it again. Only with CR. The default is False.
 
     Raises
     ------
     InputError
         If the release lies beyond the curve, or a one-sided wall has a viscous damper.
     ArithmeticError
-        If the motion makes no progress, or no step keeps its tolerance.
+        If the motion makes no progress, or no step meets its tolerance.
 
     Examples
     --------

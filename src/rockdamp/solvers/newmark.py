@@ -25,7 +25,7 @@ SCHEMES = ("newmark", "paper")
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """A ground motion as the solver takes it: one motion, or several that add up.
+    """A ground motion for the solver: one motion, or several that are added.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class Load:
         Ground acceleration, linear between its samples. [m s-2]
     factor : float or ndarray
         Factor from the ground acceleration to the load, `Wall.load_factor`, which broadcasts to the
-        batch. For several motions their factors are its first axis. [s2 m-1]
+        batch. For several motions, its first axis has a factor for each. [s2 m-1]
     sampling : float or ndarray
         Time p dt between two samples, in tau; broadcasts to the batch. [-]
     substeps : int
@@ -71,14 +71,14 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Histories that Eq. (17) compares with during a run, so that no other history is stored.
+    """Histories to which Eq. (17) compares a run as it proceeds, without storing the run.
 
     Parameters
     ----------
     displacement : ndarray, shape (cases, steps + 1)
         u/u_ins at each step of the solver. [-]
     case : int or ndarray of int
-        Row of the displacements that each lane is compared with; broadcasts to the batch.
+        Row of the displacements to which each history is compared; broadcasts to the batch.
     checkpoints : sequence of int
         Steps up to which the error is summed, ascending.
     """
@@ -90,18 +90,18 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class Histories:
-    """Time histories of a batch; `shape` is the shape that its inputs broadcast to.
+    """Time histories of a batch; `shape` is the broadcast shape of its inputs.
 
     Attributes
     ----------
     displacement, velocity : ndarray, shape (..., stored)
-        u/u_ins and its derivative by tau, from the start on; NaN after a collapse. [-]
+        u/u_ins and its derivative with respect to tau, from the start; NaN after a collapse. [-]
     peak, peak_tau : ndarray, shape
         Largest |u|/u_ins at the steps of the solver, and its time. [-]
     impacts : ndarray of int, shape
         Number of crossings of u = 0, with any damper.
     collapsed : ndarray of bool, shape
-        Whether |u| went beyond u3, where the run ends.
+        Whether |u| exceeded u3, where the run ends.
     end_tau : ndarray, shape
         Time of the last step, or of the step that collapsed. [-]
     """
@@ -124,7 +124,7 @@ class Peaks:
     peak : ndarray, shape
         Largest |u|/u_ins at the steps of the solver; a3 for a wall that collapsed. [-]
     collapsed : ndarray of bool, shape
-        Whether |u| went beyond u3.
+        Whether |u| exceeded u3.
     error : ndarray, shape (checkpoints, ...)
         Err of Eq. (17) at each checkpoint k: the sum, over the steps 1 to k, of the squared
         differences between |u|/u_ins and that of the reference; infinite where the wall collapsed.
@@ -183,7 +183,7 @@ def simulate(
     scheme: str = "newmark",
     threads: int | None = None,
 ) -> Histories:
-    r"""Integrate Eq. (16), or its undamped form with the impacts of Eq. (8), for a batch of lanes.
+    r"""Integrate Eq. (16), or its undamped form with the impacts of Eq. (8), for a batch.
 
     .. math::
         \ddot{x} + C(x, \dot{x}) \, \dot{x} + f(x) = \gamma \, \ddot{u}_g(\tau); \qquad
@@ -202,19 +202,19 @@ def simulate(
         Ground motion. By default the walls decay freely.
     step : float or ndarray
         Step of a free decay, in tau; a load has its own. It must be below the stability limit,
-        `stable_step`. Without damping the corners of the curve feed energy in from a fifth of the
-        limit on, so keep to a twentieth of it. [-]
+        `stable_step`. Without damping, the corners of the curve add energy above a fifth of the
+        limit; use at most a twentieth. [-]
     steps : int
         Number of steps; by default the length of the load.
     release_amplitude, release_velocity : float or ndarray
-        u/u_ins, less than a3, and its derivative by tau, at the start. The default is 0. [-]
+        u/u_ins, less than a3, and its derivative with respect to tau, at the start. Default: 0. [-]
     store_every : int
         Steps from one stored state to the next. The default is 1.
     scheme : {"newmark", "paper"}
         Explicit Newmark with located impacts, of second order for every damper; or the paper's
         linear acceleration without iteration, with impacts at the end of the step.
     threads : int, optional
-        Threads to use; by default as many as the process may use.
+        Threads to use; by default all that are available to the process.
 
     Raises
     ------
@@ -279,7 +279,7 @@ def peaks(
 ) -> Peaks:
     """Return only the peaks and collapses of `simulate`, and Err of Eq. (17) against a reference.
 
-    It is faster, as a history ends once its peak is known.
+    It is faster, because each run ends once its peak is known.
 
     Parameters
     ----------
@@ -295,13 +295,13 @@ def peaks(
     steps : int
         Number of steps; by default the length of the load.
     release_amplitude, release_velocity : float or ndarray
-        u/u_ins, less than a3, and its derivative by tau, at the start. The default is 0. [-]
+        u/u_ins, less than a3, and its derivative with respect to tau, at the start. Default: 0. [-]
     reference : Reference, optional
         Histories to compare with. By default `error` is None.
     scheme : {"newmark", "paper"}
         The scheme, as described for `simulate`.
     threads : int, optional
-        Threads to use; by default as many as the process may use.
+        Threads to use; by default all that are available to the process.
 
     Raises
     ------

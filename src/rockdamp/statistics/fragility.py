@@ -48,7 +48,7 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     likelihood.
 
     The likelihood of binomial outcomes (Baker 2015, doi:10.1193/021113EQS025M) is that of a probit
-    regression on ln s. It is concave, and Newton's method climbs it for all curves at once.
+    regression on ln s. It is concave, and Newton's method maximises it for all curves at once.
 
     Parameters
     ----------
@@ -62,14 +62,14 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     Returns
     -------
     Fragility
-        ``median`` and ``dispersion``, of shape (...). They are NaN, and ``reason`` says why, where
-        no curve is most likely: if no intensity with a collapse lies below one with a survival, any
-        small dispersion is as good.
+        ``median`` and ``dispersion``, of shape (...). They are NaN, and ``reason`` states why,
+        where no curve is the most likely: if no intensity with a collapse lies below one with a
+        survival, any small dispersion fits equally well.
 
     Raises
     ------
     InputError
-        If the intensities do not ascend from above 0, or a count is below 0 or above the runs.
+        If the intensities are not positive and ascending, or a count is below 0 or above the runs.
 
     Examples
     --------
