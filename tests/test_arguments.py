@@ -1,4 +1,6 @@
-"""Arguments of the public functions: objects keep copies of arrays, and bad values are refused by name."""
+"""Arguments of the public functions: objects keep copies of arrays, and bad values are refused by
+name.
+"""
 
 import inspect
 

@@ -9,7 +9,9 @@ from repository import ROOT
 
 
 def pages():
-    """Yield the Python of the pages that show how to use the package, a page in one piece, as a reader goes on."""
+    """Yield the Python of the pages that show how to use the package, a page in one piece, as a
+    reader goes on.
+    """
     for page in ("README.md", "docs/index.md"):
         text = (ROOT / page).read_text(encoding="utf-8")
         yield page, "".join(re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))

@@ -1,4 +1,6 @@
-"""Behaviour that all commands share: help, errors of one line, warnings, and files that are never overwritten."""
+"""Behaviour that all commands share: help, errors of one line, warnings, and files that are never
+overwritten.
+"""
 
 import shlex
 import shutil

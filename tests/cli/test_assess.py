@@ -201,7 +201,9 @@ CONTRACT = "id damping_model collapses records median_intensity peak_median erro
 
 @pytest.fixture(scope="module")
 def batch(tmp_path_factory):
-    """The printed lines, the rows of the CSV and the rows of the dataset of three walls, one of them wrong."""
+    """The printed lines, the rows of the CSV and the rows of the dataset of three walls, one of
+    them wrong.
+    """
     folder = tmp_path_factory.mktemp("batch")
     table = folder / "walls.csv"
     table.write_text(TABLE, encoding="utf-8")

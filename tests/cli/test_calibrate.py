@@ -1,4 +1,6 @@
-"""`calibrate`: records, and tests without ground motion. The fits themselves are tested with the laboratory."""
+"""`calibrate`: records, and tests without ground motion. The fits themselves are tested with the
+laboratory.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Docstrings: their examples run; the public ones name every argument and field, and each number its unit."""
+"""Docstrings: their examples run; the public ones name every argument and field, and each number
+its unit.
+"""
 
 import doctest
 import inspect

@@ -12,7 +12,9 @@ import rockdamp as rd
 
 
 def test_raw_channels_become_a_record(tmp_path):
-    """The noise of 100 Hz is gone, the wall is relative to the table, and zeros are those of the rest."""
+    """The noise of 100 Hz is gone, the wall is relative to the table, and zeros are those of the
+    rest.
+    """
     elapsed = np.arange(1024) / 256
     shaken = np.sin(4 * np.pi * elapsed) * np.exp(-(((elapsed - 2) / 0.4) ** 2))
     noise = 0.01 * np.sin(200 * np.pi * elapsed)

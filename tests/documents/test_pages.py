@@ -1,4 +1,6 @@
-"""Every page of the documents: its commands and its Python run, print what they show, and name what is there."""
+"""Every page of the documents: its commands and its Python run, print what they show, and name what
+is there.
+"""
 
 import re
 from pkgutil import resolve_name

@@ -1,4 +1,6 @@
-"""The documents as a site: it builds without a warning, needs no network, and has every key, command and name."""
+"""The documents as a site: it builds without a warning, needs no network, and has every key,
+command and name.
+"""
 
 import os
 import re

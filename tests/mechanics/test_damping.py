@@ -1,4 +1,6 @@
-"""Damping models: coefficients against the paper's equations, ECD and BAND in closed form, bad input."""
+"""Damping models: coefficients against the paper's equations, ECD and BAND in closed form, bad
+input.
+"""
 
 import mpmath
 import numpy as np

@@ -1,9 +1,9 @@
 """The constants of a wall, derived from the motion of rigid bodies by SymPy.
 
-A section through the wall: x is horizontal from mid-thickness, y up from the base. The wall sways to
-the side s = +1 or -1. The lower body then turns on its base corner at x = +s t/2, the bodies touch
-at x = -s t/2, and the upper body touches the top support at x = +s t/2 (Fig. 1). The top support
-holds that corner horizontally; the overburden lies on it.
+A section through the wall: x is horizontal from mid-thickness, y up from the base. The wall sways
+to the side s = +1 or -1. The lower body then turns on its base corner at x = +s t/2, the bodies
+touch at x = -s t/2, and the upper body touches the top support at x = +s t/2 (Fig. 1). The top
+support holds that corner horizontally; the overburden lies on it.
 """
 
 from dataclasses import replace

@@ -1,4 +1,6 @@
-"""Two rigid bodies on contacts under records, against one oscillator: the cost of one degree of freedom."""
+"""Two rigid bodies on contacts under records, against one oscillator: the cost of one degree of
+freedom.
+"""
 
 from dataclasses import replace
 

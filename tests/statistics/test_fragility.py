@@ -168,7 +168,9 @@ def test_interval_needs_nine_in_ten_replicates(undefined, expected):
 
 
 def test_bootstrap_interval_of_a_median_covers_it_as_often_as_it_says():
-    """The 95 % intervals of 200 samples of a known lognormal hold its median in 95 % of them, within chance."""
+    """The 95 % intervals of 200 samples of a known lognormal hold its median in 95 % of them,
+    within chance.
+    """
     rng = np.random.default_rng(8)
     inside = 0
     for trial in range(200):

@@ -1,4 +1,6 @@
-"""Command line. Its modules import click alone; a command imports the rest when it runs, so that `--help` is quick."""
+"""Command line. Its modules import click alone; a command imports the rest when it runs, so that
+`--help` is quick.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""`assess` and `batch`: collapse probability of one wall, and of the walls of a table, under records."""
+"""`assess` and `batch`: collapse probability of one wall, and of the walls of a table, under
+records.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ BATCH_HEADS = {
 
 
 class IntensityScale(NamedTuple):
-    """The intensity measure, pga or pgv, and the unit that it was asked for in: its name, and its size in SI."""
+    """The intensity measure, pga or pgv, and the unit that it was asked for in: its name, and its
+    size in SI.
+    """
 
     measure: str
     unit: str
@@ -78,11 +82,11 @@ def intensity_scale(inputs: Inputs) -> IntensityScale:
 def assess(**inputs: Any) -> None:
     """Collapse probability of one wall under records.
 
-    Each record is scaled to the given intensities, and to 16 levels for the fragility curve. With a building or a
-    flexible floor, the intensities are those of the ground. The table gives the share of records that collapse the wall
-    for several e: the given one (by default the rule "measured", 0.90 times Eq. 7), that e minus and plus the scatter
-    of tests, and the rule "impulsive". Shares have Wilson intervals, fragility curves have intervals from a bootstrap
-    over stations.
+    Each record is scaled to the given intensities, and to 16 levels for the fragility curve. With a
+    building or a flexible floor, the intensities are those of the ground. The table gives the share
+    of records that collapse the wall for several e: the given one (by default the rule "measured",
+    0.90 times Eq. 7), that e minus and plus the scatter of tests, and the rule "impulsive". Shares
+    have Wilson intervals, fragility curves have intervals from a bootstrap over stations.
     """
     from rockdamp.assessment.answers import assessed_values
     from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
@@ -165,7 +169,9 @@ def _count_stations(answer: xr.Dataset) -> str:
 
 
 def _share_row(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> dict[str, Any]:
-    """Return the collapse probability at one intensity for each e, ascending, and the peaks with the e asked for."""
+    """Return the collapse probability at one intensity for each e, ascending, and the peaks with
+    the e asked for.
+    """
     e = float(answer["restitution"])
     cr = answer.sel(damping_model="CR")
     cases = []
@@ -188,7 +194,9 @@ def _share_row(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> dict[str
 
 
 def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
-    """Print the fragility curve under restitution and under a damper, and the reasons for missing numbers."""
+    """Print the fragility curve under restitution and under a damper, and the reasons for missing
+    numbers.
+    """
     from rockdamp.assessment.answers import reasons
 
     models = answer["damping_model"].values.tolist()
@@ -256,11 +264,12 @@ def _print_result(answer: xr.Dataset, scale: IntensityScale) -> None:
 def batch(**inputs: Any) -> None:
     """Collapse probability of many walls under records.
 
-    The table has a row for each wall, with the columns id, thickness and height, and any of width, density,
-    hinge_ratio, overburden_ratio or overburden, overburden_mass, eccentricity, parapet (yes), one_sided (yes), a1 and
-    b1 or preset, a3, softening, restitution, diaphragm_period. Numbers are in SI, or have their unit in the cell
-    (300mm) or in the column header (thickness [mm]). If a row cannot be computed, its column error gives the reason;
-    the other rows are computed.
+    The table has a row for each wall, with the columns id, thickness and height, and any of width,
+    density, hinge_ratio, overburden_ratio or overburden, overburden_mass, eccentricity, parapet
+    (yes), one_sided (yes), a1 and b1 or preset, a3, softening, restitution, diaphragm_period.
+    Numbers are in SI, or have their unit in the cell (300mm) or in the column header (thickness
+    [mm]). If a row cannot be computed, its column error gives the reason; the other rows are
+    computed.
     """
     from rockdamp.assessment.answers import tabulate_walls
     from rockdamp.assessment.assess import assess_rows, check_intensities

@@ -94,10 +94,11 @@ DAMPER_HEADS = {
 def calibrate(**inputs: Any) -> None:
     """Fit a1, b1 and e to measured records or free-rocking tests.
 
-    The fit is by least squares, with a 90 % interval for each parameter. A record must have the ground acceleration and
-    the measured displacement, with rest before the motion. With --free-rocking, FILES are tests without ground motion.
-    Several tests of one wall give one estimate. Thickness, height, hinge and O/W may have a standard deviation, such as
-    110mm±2mm or 0.11+-0.002.
+    The fit is by least squares, with a 90 % interval for each parameter. A record must have the
+    ground acceleration and the measured displacement, with rest before the motion. With
+    --free-rocking, FILES are tests without ground motion. Several tests of one wall give one
+    estimate. Thickness, height, hinge and O/W may have a standard deviation, such as 110mm±2mm or
+    0.11+-0.002.
     """
     free_rocking = inputs["free_rocking"]
     if free_rocking is not bool(inputs["files"]) or free_rocking is bool(inputs["records"]):
@@ -142,7 +143,9 @@ def _values(fitted: xr.Dataset) -> dict[str, Any]:
 
 
 def _rows(dataset: xr.Dataset, dim: str) -> list[dict[str, Any]]:
-    """Return a row for each place along a dimension: the variables along it, and the interval of one of them."""
+    """Return a row for each place along a dimension: the variables along it, and the interval of
+    one of them.
+    """
     keys = {}
     for name in sorted(map(str, dataset.variables), key=lambda name: name != dim):
         if dataset[name].dims == (dim,):
@@ -251,7 +254,9 @@ def _free_rocking_values(fitted: xr.Dataset) -> dict[str, Any]:
 
 
 def _describe_times(elapsed: Array) -> str:
-    """Return the samples and the duration of a test, and its gaps: intervals of more than 1.5 of the usual one."""
+    """Return the samples and the duration of a test, and its gaps: intervals of more than 1.5 of
+    the usual one.
+    """
     intervals = elapsed[1:] - elapsed[:-1]
     usual = sorted(intervals)[intervals.size // 2]
     gaps = int((intervals > 1.5 * usual).sum())

@@ -1,4 +1,6 @@
-"""Commands whose options stand under headings, which never overwrite a file that they read, with errors of one line."""
+"""Commands whose options stand under headings, which never overwrite a file that they read, with
+errors of one line.
+"""
 
 from __future__ import annotations
 

@@ -53,9 +53,9 @@ if TYPE_CHECKING:
 def decay(**inputs: Any) -> None:
     """Free decay after a release from rest.
 
-    The table gives the peak of each half cycle, u/u_ins, and its dimensionless time tau = p t; the command
-    `rockdamp wall` prints p as frequency_parameter. In Python, rockdamp.free_decay takes a wall and gives metres and
-    seconds.
+    The table gives the peak of each half cycle, u/u_ins, and its dimensionless time tau = p t; the
+    command `rockdamp wall` prints p as frequency_parameter. In Python, rockdamp.free_decay takes a
+    wall and gives metres and seconds.
     """
     curve = build.build_curve(inputs)
     release = inputs["release"]
@@ -82,7 +82,9 @@ def decay(**inputs: Any) -> None:
 
 
 def _half_cycle_rows(decay: xr.Dataset) -> list[dict[str, Any]]:
-    """Return a row for each half cycle that ends, the release first: its peak and the number of impacts before it."""
+    """Return a row for each half cycle that ends, the release first: its peak and the number of
+    impacts before it.
+    """
     from math import isnan
 
     from rockdamp.histories.half_cycles import LEAST_PEAK, half_cycles
@@ -150,9 +152,9 @@ def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[Any, Any]]:
 def respond(**inputs: Any) -> None:
     """Response of a wall to records, from rest: peak and outcome.
 
-    The table has a row for each record, scale and damper. A wall that collapses has no peak. PGA and PGV are those of
-    the scaled motion; with a building or a flexible floor, those of the ground. With --one-sided, each record acts in
-    both directions.
+    The table has a row for each record, scale and damper. A wall that collapses has no peak. PGA
+    and PGV are those of the scaled motion; with a building or a flexible floor, those of the
+    ground. With --one-sided, each record acts in both directions.
     """
     wall = build.build_wall(inputs)
     curve = build.build_curve(inputs)

@@ -17,7 +17,8 @@ from rockdamp.constants import STANDARD_GRAVITY
 if TYPE_CHECKING:
     import xarray as xr
 
-# Inputs that name files or describe the text of files; a dataset has the digests of the files in their place.
+# Inputs that name files or describe the text of files; a dataset has the digests of the files in
+# their place.
 NOT_STORED = (
     "output",
     "plot",
@@ -61,7 +62,9 @@ def describe_wall(
 
 
 def describe_records(motions: Iterable[rd.GroundMotion]) -> str:
-    """Return the number, length, step and PGA of records: ``1 record (5366 samples, 0.005 s, PGA 0.28 g)``."""
+    """Return the number, length, step and PGA of records: ``1 record (5366 samples, 0.005 s, PGA
+    0.28 g)``.
+    """
     from rockdamp.text import count_noun
 
     records = [motion.intensity_record for motion in motions]
@@ -168,7 +171,9 @@ def write_csv(rows: Iterable[Inputs], path: Path) -> None:
 
 
 def write_dataset(dataset: xr.Dataset, kind: str, inputs: Inputs, **contents: Any) -> None:
-    """Write the dataset of --output, if it is one; its config has the inputs, and contents in place of file names."""
+    """Write the dataset of --output, if it is one; its config has the inputs, and contents in place
+    of file names.
+    """
     from rockdamp.storage.dataset import write
 
     output = inputs["output"]

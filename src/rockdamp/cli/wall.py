@@ -1,4 +1,6 @@
-"""`wall` and `equivalent`: properties of a wall, and equivalent damping ratios, without time histories."""
+"""`wall` and `equivalent`: properties of a wall, and equivalent damping ratios, without time
+histories.
+"""
 
 from __future__ import annotations
 
@@ -51,9 +53,9 @@ RATIO_HEADS = {
 def wall(**inputs: Any) -> None:
     """Properties of a wall: constants, restitution and periods.
 
-    With a curve (--preset, or --a1 and --b1) it also lists the viscous dampers that can replace one e, by default that
-    of the rule "measured": the damping ratio xi of each, the share of collapses that it misses, and the constants of
-    CDC for a program: C, and alphaM of OpenSees.
+    With a curve (--preset, or --a1 and --b1) it also lists the viscous dampers that can replace one
+    e, by default that of the rule "measured": the damping ratio xi of each, the share of collapses
+    that it misses, and the constants of CDC for a program: C, and alphaM of OpenSees.
     """
     restitution = inputs["restitution"]
     has_curve = any(inputs[name] is not None for name in ("preset", "a1", "b1"))
@@ -187,9 +189,9 @@ def _print_damping(damping: dict[str, Any]) -> None:
 def equivalent(**inputs: Any) -> None:
     """Damping ratios equivalent to a coefficient of restitution, or vice versa.
 
-    The table has a row for each e and viscous damper. Use xi, which has the smallest error in free decay (Eq. 17).
-    Beside it are the ratios by the closed form of the energy and by the paper's polynomials, which hold for b1 = 0.85
-    and have no value outside their range of a1 and e.
+    The table has a row for each e and viscous damper. Use xi, which has the smallest error in free
+    decay (Eq. 17). Beside it are the ratios by the closed form of the energy and by the paper's
+    polynomials, which hold for b1 = 0.85 and have no value outside their range of a1 and e.
     """
     e = inputs["restitution"]
     xi = inputs["damping_ratio"]

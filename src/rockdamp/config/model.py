@@ -393,7 +393,8 @@ class Earthquakes(Section):
     chunk: Count
     """Number of records that one job runs. A smaller number makes more jobs, for more cores."""
     check: Sample
-    """Sample of histories that the event-driven solver repeats, with equal numbers for each distance
+    """Sample of histories that the event-driven solver repeats, with equal numbers for each
+    distance
     to collapse."""
 
 
@@ -503,7 +504,8 @@ class Config(Section):
     COMPONENT a or b, and *, ? and [...] as in a shell; or a CSV or PEER AT2 file; or a pattern of
     such files, with ** for any depth of folders; or a folder. No motion may be named twice."""
     earthquakes: Earthquakes
-    """Walls under earthquakes, which are scaled up to collapse, with restitution and each damper."""
+    """Walls under earthquakes, which are scaled up to collapse, with restitution and each damper.
+    """
     comparison: Comparison
     """Comparison of dampers with restitution under earthquakes, from stored histories."""
     order: Order
@@ -518,7 +520,8 @@ class Config(Section):
     figures: Figures
     """Format of the figures. The config does not change their content."""
     amplitude: Amplitude
-    """Dependence of the damping ratio on the amplitude, from peaks, Err (Eq. 17) and closed form."""
+    """Dependence of the damping ratio on the amplitude, from peaks, Err (Eq. 17) and closed form.
+    """
     convergence: Convergence
     """The random walls with which the order of both schemes is measured."""
 

@@ -18,8 +18,8 @@ from rockdamp.report import tables
 from rockdamp.storage.dataset import Datasets
 from rockdamp.storage.files import replace_file
 
-# Names in the template, with the function of a dataset that gives the value. Without the dataset the
-# value is None, and the template leaves the section out.
+# Names in the template, with the function of a dataset that gives the value. Without the dataset
+# the value is None, and the template leaves the section out.
 TABLES = {
     "order": (tables.order, "order"),
     "programs": (tables.programs, "comparison"),

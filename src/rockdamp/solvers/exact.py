@@ -12,9 +12,9 @@ bits of its time.
 
 Everything is dimensionless: x = u/u_ins, tau = p t, unit mass, forces over F0.
 
-Numba keeps compiled code by the content of this one file. So each function that `integrate` compiles is
-here, and so is each number that it reads, but for the published coefficients of DOP853, which come
-from SciPy. The compiler may reorder and contract nothing.
+Numba keeps compiled code by the content of this one file. So each function that `integrate`
+compiles is here, and so is each number that it reads, but for the published coefficients of DOP853,
+which come from SciPy. The compiler may reorder and contract nothing.
 """
 
 from __future__ import annotations
