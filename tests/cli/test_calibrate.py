@@ -9,6 +9,7 @@ from command_line import printed, refused, run
 from repository import ROOT
 
 import rockdamp as rd
+from rockdamp.cli.calibrate import _reason_against
 from rockdamp.cli.options import MeasuredQuantity
 from rockdamp.storage import dataset
 
@@ -93,6 +94,20 @@ def test_releases_of_a_specimen_are_fitted_together(released):
     assert len(values["impacts"]) == len(values["half_cycles"]) - 2
     assert values["residual_over_rest"] == pytest.approx(1, abs=0.15)
     assert [row["amplitude"] for row in values["restitution_at"]] == [0.1, 0.3, 0.5]
+
+
+def test_wrong_size_gives_no_restitution():
+    sizes = ("--thickness", "250mm", "--height", "3m", "--hinge-ratio", "0.8")
+    text = run("calibrate", "--free-rocking", FIRST, *sizes).stdout
+    assert "times the noise): do not use e" in text
+    assert "use --restitution" not in text
+
+
+def test_wide_interval_gives_no_restitution(released):
+    values, _ = released
+    assert not _reason_against(values)
+    wide = {"parameter": "restitution", "interval_90": [0.65, 1.3]}
+    assert "passes 1" in _reason_against(values | {"parameters": [wide]})
 
 
 def test_test_excludes_the_constant_damper(released):

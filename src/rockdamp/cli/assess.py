@@ -218,7 +218,7 @@ def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
     printing.print_table(rows, f"Fragility curve with restitution (CR){replaced}:")
     notes = [reason for model in models for reason in reasons(answer, model)]
     for note in dict.fromkeys(notes):
-        click.echo(f"-: {note}")
+        click.echo(note)
 
 
 def _print_result(answer: xr.Dataset, scale: IntensityScale) -> None:

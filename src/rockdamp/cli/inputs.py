@@ -113,7 +113,8 @@ def read_motions(inputs: Inputs) -> list[rd.GroundMotion]:
         pga = measures.pga / STANDARD_GRAVITY
         warn(f"{motion.name}: PGA in g", pga, 0.001, 5.0, "unusual for an earthquake")
         velocity_ratio = abs(measures.end_velocity) / measures.pgv
-        remark = "the ground is still moving when the record ends"
+        remark = "the ground is still moving when the record ends:"
+        remark += " correct the baseline before you trust the peak"
         warn(f"{motion.name}: velocity at the end over PGV", velocity_ratio, 0.0, 0.1, remark)
     return motions
 

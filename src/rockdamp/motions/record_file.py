@@ -252,7 +252,9 @@ def _read_plain(lines: Sequence[str], options: _Options) -> _Samples:
             "has commas and no points in its numbers; the decimal sign must be a point"
         )
     if options.unit_size is None:
-        raise InputError(f"states no unit; unit must be given, or {NAMED_COLUMNS}")
+        raise InputError(
+            f"states no unit; unit must be given (--unit g or --unit cm/s2), or {NAMED_COLUMNS}"
+        )
     head = rows[0].numbers
     if options.column is None and _states_count(rows):
         step = head[1] if len(head) == 2 else options.step
