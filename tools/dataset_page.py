@@ -66,6 +66,7 @@ def describe_kind(kind, paths, results):
     if "{study}" in section:
         studies = [f"`{study}` (`{parameter}`)" for study, parameter in STUDIES.items()]
         section += f"\nThe studies, with the parameter that each varies: {', '.join(studies)}.\n"
+        section += "The dimension `parameter` stands for the name of that parameter.\n"
     section += TABLE
     dimensions = find_dimensions(paths)
     for name, entry in variables(kind).items():

@@ -396,6 +396,10 @@ def test_decimal_comma_is_named(text, refuses):
     refuses("the decimal sign must be a point", text, unit="m/s2")
 
 
+def test_unknown_column_of_times_is_named(refuses):
+    refuses("column 'time' is not known", "time,ground_acceleration_cm_s2\n0,0\n0.01,10\n")
+
+
 FORMATS = {
     "GeoNet": "Corrected accelerogram\nSite X\nAcceleration: mm/s/s\n 0 0 0\n"
     f"{ROWS}Velocity: mm/s\n{ROWS}",

@@ -184,7 +184,8 @@ def respond(**inputs: Any) -> None:
         printing.print_json(rows[0] if one_history and len(dampings) == 1 else rows)
         return
     click.echo(printing.describe_records(motions))
-    click.echo(printing.describe_wall(wall, curve, e, reason))
+    on_floors = bool(build.build_supports(inputs))
+    click.echo(printing.describe_wall(wall, curve, e, reason, on_floors=on_floors))
     click.echo()
     printing.print_table(
         _printed_rows(rows, inputs), "Response to each record, from rest, with each damper:"

@@ -36,7 +36,12 @@ NOT_STORED = (
 
 
 def describe_wall(
-    wall: Any, curve: rd.TrilinearCurve | None, e: float | None = None, reason: str = ""
+    wall: Any,
+    curve: rd.TrilinearCurve | None,
+    e: float | None = None,
+    reason: str = "",
+    *,
+    on_floors: bool = False,
 ) -> str:
     """Return the sizes of the wall, its curve, where rocking starts, and e with its reason."""
     body = getattr(wall, "mechanism", wall)  # of a wall against a stop
@@ -58,6 +63,8 @@ def describe_wall(
         parts.append(f"a1 = {float(curve.yield_displacement_ratio):g}, b1 = {strength:g}")
     onset = float(wall.rocking_onset(strength)) / STANDARD_GRAVITY
     text = f"{', '.join(parts)}; rocking starts at {onset:.3g} g"
+    if on_floors:
+        text += " at the wall (the floors amplify the motion of the ground)"
     return text if e is None else f"{text}; e = {e:.3g} ({reason})"
 
 

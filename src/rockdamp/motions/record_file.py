@@ -132,6 +132,8 @@ def _read_samples(lines: Sequence[str], options: _Options) -> _Samples:
     if RECORD_COLUMNS[0] in names:
         _refuse_column(options)
         return _read_csv(lines, first, header, options)
+    if any(name.startswith(ACCELERATION_PREFIX) for name in names):
+        raise InputError(f"column {names[0]!r} is not known; the times must be {RECORD_COLUMNS[0]}")
     for index, line in enumerate(lines[:AT2_HEAD_LINES]):
         counts = _samples_and_step(line)
         if counts is not None:
