@@ -177,7 +177,7 @@ def respond(**inputs: Any) -> None:
         histories = rd.respond(wall, curve, dampings, motions[0], scale=scale, tail=inputs["tail"])
         records = printing.digests(motions)
         printing.write_dataset(histories, "response", inputs, records=records, scale=scale)
-        _save_plot(histories, inputs)
+        _save_plot(histories, motions[0].name, inputs)
     if inputs["output"] is not None and inputs["output"].suffix == ".csv":
         printing.write_csv(rows, inputs["output"])
     if inputs["as_json"]:
@@ -236,10 +236,12 @@ def _respond_rows(
     return rows
 
 
-def _save_plot(histories: xr.Dataset, inputs: Inputs) -> None:
+def _save_plot(histories: xr.Dataset, record_name: str, inputs: Inputs) -> None:
     if inputs["plot"] is not None:
         from rockdamp.figures.commands import response_figure
 
+        if histories.attrs["record_source"] == "not stated":
+            histories = histories.assign_attrs(record_source=record_name)
         printing.save_plot(response_figure(histories), inputs["plot"])
 
 
