@@ -156,7 +156,9 @@ def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
     records = int(answer["records"])
     stations = _count_stations(answer)
     one_sided = answer.sizes["damping_model"] == 1
-    runs = f"{records} runs in both directions" if one_sided else count_noun(records, "record")
+    runs = count_noun(records, "record")
+    if one_sided:
+        runs = f"{records} runs in both directions"
     levels = [answer.isel(intensity=index) for index in range(answer.sizes["intensity"])]
     printing.print_table(
         [_share_row(level, scale, wall) for level in levels],
@@ -176,17 +178,18 @@ def _share_row(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> dict[str
     e = float(answer["restitution"])
     cr = answer.sel(damping_model="CR")
     cases = []
-    for case in answer["restitution_case"].values:
-        other = answer.sel(restitution_case=case)
-        name = "impulsive e" if case == "impulsive" else "e"
-        head = f"{name} = {float(other['case_restitution']):.3g}"
-        cases.append({head: percent(other["case_collapse_probability"].item())})
-    less, *more = cases
+    for name in answer["restitution_case"].values:
+        case = answer.sel(restitution_case=name)
+        head = f"e = {float(case['case_restitution']):.3g}"
+        if name == "impulsive":
+            head = f"impulsive {head}"
+        cases.append({head: percent(case["case_collapse_probability"].item())})
+    lower_case, *upper_cases = cases
     interval = span(100 * cr["collapse_probability_interval"], 3, " %")
-    row = {scale.head(): answer[scale.measure].item() / scale.size} | less
+    row = {scale.head(): answer[scale.measure].item() / scale.size} | lower_case
     head = f"e = {e:.3g}"
     row |= {head: percent(cr["collapse_probability"].item()), f"95 % at {head}": interval}
-    for case_share in more:
+    for case_share in upper_cases:
         row |= case_share
     for head, name in (("median peak", "peak_median"), ("84 % peak", "peak_upper")):
         peak = 1000 * float(wall.instability_displacement * cr[name])
@@ -215,8 +218,10 @@ def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
                 "95 % of dispersion": span(curve["dispersion_interval"]),
             }
         )
-    replaced = " and with a damper that replaces it" if len(models) > 1 else ""
-    printing.print_table(rows, f"Fragility curve with restitution (CR){replaced}:")
+    caption = "Fragility curve with restitution (CR)"
+    if len(models) > 1:
+        caption += " and with a damper that replaces it"
+    printing.print_table(rows, f"{caption}:")
     notes = [reason for model in models for reason in reasons(answer, model)]
     for note in dict.fromkeys(notes):
         click.echo(note)

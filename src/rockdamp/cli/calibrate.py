@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isnan
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -168,12 +169,15 @@ def _print_fit(values: dict[str, Any]) -> None:
         rows.append({head: row[name] for name, head in PARAMETER_HEADS.items() if name in row})
     click.echo()
     printing.print_table(rows, "Best fit of the curve (a1, b1) and the restitution e:")
-    rest = values["residual_over_rest" if "releases" in values else "residual_over_noise"]
-    noise = f", {rest:.3g} times the noise at rest" if rest == rest else ""
-    click.echo(
+    misfit = (
         f"The best fit differs from the measured motion by {1000 * values['residual_rms']:.3g} mm"
-        f" (rms), {100 * values['residual_over_peak']:.2g} % of the largest peak{noise}."
+        f" (rms), {100 * values['residual_over_peak']:.2g} % of the largest peak"
     )
+    noise_name = "residual_over_rest" if "releases" in values else "residual_over_noise"
+    noise_ratio = values[noise_name]
+    if not isnan(noise_ratio):
+        misfit += f", {noise_ratio:.3g} times the noise at rest"
+    click.echo(f"{misfit}.")
 
 
 def _print_dampers(values: dict[str, Any], caption: str) -> None:

@@ -181,7 +181,8 @@ def respond(**inputs: Any) -> None:
     if inputs["output"] is not None and inputs["output"].suffix == ".csv":
         printing.write_csv(rows, inputs["output"])
     if inputs["as_json"]:
-        printing.print_json(rows[0] if one_history and len(dampings) == 1 else rows)
+        one_row = one_history and len(dampings) == 1
+        printing.print_json(rows[0] if one_row else rows)
         return
     click.echo(printing.describe_records(motions))
     on_floors = bool(build.build_supports(inputs))

@@ -65,7 +65,9 @@ def describe_wall(
     text = f"{', '.join(parts)}; rocking starts at {onset:.3g} g"
     if on_floors:
         text += " at the wall (the floors amplify the motion of the ground)"
-    return text if e is None else f"{text}; e = {e:.3g} ({reason})"
+    if e is not None:
+        text += f"; e = {e:.3g} ({reason})"
+    return text
 
 
 def describe_records(motions: Iterable[rd.GroundMotion]) -> str:
@@ -89,13 +91,17 @@ def _range(values: Sequence[float], digits: int) -> str:
 
 def percent(share: float) -> str:
     """Return a share in per cent."""
-    return f"{100 * share:.2g} %" if share < 0.995 else "100 %"
+    if share >= 0.995:  # of which two digits would be 1e+02
+        return "100 %"
+    return f"{100 * share:.2g} %"
 
 
 def span(bounds: Iterable[float], digits: int = 3, unit: str = "") -> str:
     """Return an interval; a dash if neither end is known."""
     ends = ["not known" if isnan(bound) else f"{float(bound):.{digits}g}" for bound in bounds]
-    return "-" if set(ends) == {"not known"} else " to ".join(ends) + unit
+    if set(ends) == {"not known"}:
+        return "-"
+    return " to ".join(ends) + unit
 
 
 # --- tables ------------------------------------------------------------------------------------

@@ -61,47 +61,47 @@ def wall(**inputs: Any) -> None:
     has_curve = any(inputs[name] is not None for name in ("preset", "a1", "b1"))
     if restitution is not None and not has_curve:
         raise click.UsageError("--restitution needs a curve: add --preset, or --a1 and --b1")
-    built = build.build_wall(inputs)
+    body = build.build_wall(inputs)
     curve = build.build_curve(inputs) if has_curve else None
-    values = _wall_values(built, curve)
-    periods = _period_rows(built, curve)
+    values = _wall_values(body, curve)
+    periods = _period_rows(body, curve)
     damping: dict[str, Any] = {}
     if curve is not None:
         from rockdamp.equivalence.programs import describe_damping
 
         rule = "measured" if restitution is None else restitution
-        e, _ = build.choose_restitution(built, rule)
-        damping = describe_damping(built, curve, e)
+        e, _ = build.choose_restitution(body, rule)
+        damping = describe_damping(body, curve, e)
     if inputs["as_json"]:
         printing.print_json(values | {"periods": periods} | damping)
         return
-    click.echo(printing.describe_wall(built, curve))
+    click.echo(printing.describe_wall(body, curve))
     _print_constants(values)
-    _print_restitutions(built, values)
+    _print_restitutions(body, values)
     _print_periods(periods)
     if damping:
         _print_damping(damping)
 
 
-def _wall_values(built: Any, curve: rd.TrilinearCurve | None) -> dict[str, float]:
+def _wall_values(body: Any, curve: rd.TrilinearCurve | None) -> dict[str, float]:
     """Return the constants of a wall by name; e of a rule is NaN where it is not known."""
     strength_ratio = 1.0 if curve is None else curve.strength_ratio
-    hinges = [name for name in ("hinge_ratio", "weakest_hinge_ratio") if hasattr(built, name)]
+    hinges = [name for name in ("hinge_ratio", "weakest_hinge_ratio") if hasattr(body, name)]
     rules = [f"restitution_{rule}" for rule in RULE_WORDS]
     values = {}
     for name in (*WALL_LINES, *rules, *hinges):
         if name == "rocking_onset":
-            values[name] = float(built.rocking_onset(strength_ratio))
+            values[name] = float(body.rocking_onset(strength_ratio))
         else:
-            values[name] = float(getattr(built, name))
+            values[name] = float(getattr(body, name))
     return values
 
 
-def _period_rows(built: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, Any]]:
+def _period_rows(body: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, Any]]:
     """Return the periods of free vibration from several amplitudes, up to the end of the curve."""
     from rockdamp.mechanics.free_motion import rigid_period
 
-    p = built.frequency_parameter
+    p = body.frequency_parameter
     rows = []
     for amplitude in PERIOD_AMPLITUDES:
         row = {"amplitude": amplitude, "rigid_period": rigid_period(amplitude) / p}
@@ -118,13 +118,13 @@ def _print_constants(values: dict[str, float]) -> None:
         click.echo(f"  {label:34s}{printing.cell(values[name] / size):>8s} {unit}")
 
 
-def _print_restitutions(built: Any, values: dict[str, float]) -> None:
+def _print_restitutions(body: Any, values: dict[str, float]) -> None:
     click.echo("\nCoefficient of restitution e, by rule:")
     for rule in RULE_WORDS:
         e = values[f"restitution_{rule}"]
         reason = "not known for an overburden with mass"
         if e == e:
-            reason = build.choose_restitution(built, rule)[1].partition(": ")[2]
+            reason = build.choose_restitution(body, rule)[1].partition(": ")[2]
         click.echo(f"  {rule:34s}{printing.cell(e):>8s} {reason}")
 
 
@@ -247,9 +247,9 @@ def _print_ratios(rows: list[dict[str, Any]], release: float) -> None:
         table, f"Damping ratio xi equivalent to e, in free decay from {release:g} u_ins:"
     )
     errors = {row["damping_model"]: row.get("rms_error") for row in rows}
-    known = {model: error for model, error in errors.items() if error is not None}
-    if known:
-        best = min(known, key=lambda model: known[model])
+    known_errors = {model: error for model, error in errors.items() if error is not None}
+    if known_errors:
+        best = min(known_errors, key=lambda model: known_errors[model])
         click.echo(
             f"{best} has the smallest error. Use xi; rockdamp wall gives the constants for a program."
         )
