@@ -36,12 +36,12 @@ def measure_name(answer: xr.Dataset) -> str:
 
 
 def assessed_values(answer: xr.Dataset) -> dict[str, Any]:
-    """Return the answer for one wall in SI; NaN is not defined.
+    """Return the answer for one wall in SI; NaN stands for a value that is not defined.
 
     Parameters
     ----------
     answer : xarray.Dataset
-        Answer of `assess`. Over one intensity there are values, over several lists.
+        Answer of `assess`. With one intensity each value is a number, with several a list.
     """
     measure = measure_name(answer)
     renamed = answer.rename(

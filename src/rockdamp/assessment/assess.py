@@ -189,7 +189,7 @@ def assess(
 
 
 def find_restitution_cases(wall: AnyWall, restitution: float) -> dict[str, float]:
-    """Return e less and more the scatter of tests, and of a wall e by the rule ``impulsive``. [-]
+    """Return e minus and plus the scatter of tests, and for a wall e by ``impulsive``. [-]
 
     Parameters
     ----------
@@ -390,7 +390,7 @@ def _check_solver_options(step: float, tail: float) -> dict[str, float]:
 
 
 def _check_law(exponent: float, amplitude: float) -> dict[str, Any]:
-    """Return the loss law as `Damping` takes it; nothing for one e at all amplitudes."""
+    """Return the loss law as `Damping` takes it; empty if e is the same at all amplitudes."""
     amplitude = check_number("reference_amplitude", amplitude, lambda x: x > 0, "greater than 0")
     exponent = check_number("loss_exponent", exponent, lambda g: g >= 0, "at least 0")
     if exponent == 0:

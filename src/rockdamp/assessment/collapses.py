@@ -36,9 +36,9 @@ from rockdamp.statistics.fragility import (
 )
 
 INTENSITY_UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
-# Intensities, lambda PGV/(p u_ins). The medians of the eight walls of config/default.yaml lie
-# between 0.57 and 2.0, and twice their dispersions span a factor of 2.6 to either side: a test
-# holds the stripes to be beyond it.
+# Intensities, lambda PGV/(p u_ins), with the excitation factor lambda of the wall. The medians of
+# the eight walls of config/default.yaml lie between 0.57 and 2.0, and twice their dispersions span
+# a factor of 2.6 to either side: a test checks that the stripes reach beyond it.
 STRIPES = np.geomspace(0.15, 8.0, 16)
 # Order of ECD, the second damper where the loss has an exponent: BAND takes none.
 ECD_ORDER = 16
@@ -263,6 +263,7 @@ def summarise_collapses(runs: xr.Dataset, specimen: Specimen, measure: str) -> x
     name = measure.lower()
     fine = _fit_stripes(runs["stripe_collapsed"])
     coarse = _fit_stripes(runs["stripe_coarser"])
+    # Intensity that the stripe 1 stands for: fragilities are fitted to stripes without a unit.
     unit = runs["stripe_intensity"].values[:, :1] / STRIPES[0]
     dims = ("wall", "damping_model")
     collapses = runs["collapsed"].sum("record")

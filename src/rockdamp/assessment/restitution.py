@@ -9,8 +9,8 @@ from rockdamp.mechanics.specimen import AnyWall
 from rockdamp.mechanics.wall import SORRENTINO_RATIO, OneSidedWall, Parapet, Wall
 
 # ASSUME: `measured` has the paper's factor, section 4.1. The tests quoted there give 0.86 of
-# Eq. (7), 0.85 to 0.91: 0.90 is on the safe side of their mean. For slender walls it is not of
-# rigid mechanics, which is `impulsive`.
+# Eq. (7), 0.85 to 0.91: 0.90 is on the safe side of their mean. For slender walls it does not
+# follow from rigid-body mechanics, as `impulsive` does.
 DEFAULT_RULE = "measured"
 RESTITUTION_RULES = {
     "measured": f"{SORRENTINO_RATIO:.2f} times Eq. 7",
@@ -52,7 +52,7 @@ def find_restitution(wall: AnyWall, restitution: float | str) -> tuple[float, st
         )
     check_choice("restitution", restitution, tuple(RESTITUTION_RULES))
     e = float(getattr(wall, f"restitution_{restitution}"))
-    if np.isnan(e):  # of a mass on the wall
+    if np.isnan(e):  # no such rule holds with a mass on the wall
         raise InputError(
             f"restitution is {restitution!r}; with overburden_mass it must be a number or another"
             " rule"

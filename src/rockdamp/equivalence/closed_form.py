@@ -8,7 +8,7 @@ are equal, e and the curve separate:
     g  = V(x0) / integral_0^x0 c_hat(x) sqrt(2 (V(x0) - V(x))) dx.
 
 The energy-consistent damper has g = 1/pi at any amplitude and on any curve, and is exact beyond
-first order: xi = delta/sqrt(pi^2 + delta^2). BAND has xi = delta/pi.
+first order: xi = delta/sqrt(pi^2 + delta^2). BAND is exact too, with xi = delta/pi.
 """
 
 from __future__ import annotations
@@ -28,10 +28,11 @@ from rockdamp.solvers.coefficient import damping_coefficient
 
 RESTITUTION_RULE: Rule = (lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1")
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(32)
-# Some C are not in proportion to xi: to first order they are at a small one. A power of two loses
-# no bit.
+# Damping ratio at which C is evaluated. Some C are not proportional to xi; at a small xi they are,
+# to first order. Scaling by a power of two loses no bit.
 SMALL_RATIO = 2.0**-40
-PLATEAU_PIECES = 4  # of the integral, as frequencies fall like powers of x along the plateau
+# Pieces of the integral along the plateau, in equal ratios: frequencies fall like powers of x.
+PLATEAU_PIECES = 4
 
 
 def equivalence_factor(
@@ -109,7 +110,7 @@ def _first_order_work(
         speed = np.sqrt(np.maximum(2 * (v0 - curve.energy(x)), 0))
         coefficient = damping_coefficient(curve, damping, x, speed)
         terms = 0.5 * (end - start) * weights * 2 * s * coefficient * speed
-        # One after the other: the sum of a wall has the same bits whatever walls stand beside it.
+        # Summed one by one, a wall has the same bits whatever walls stand beside it.
         work = sum(terms, start=work)
     return work
 

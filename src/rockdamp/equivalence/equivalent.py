@@ -31,8 +31,8 @@ def equivalent(
     Parameters
     ----------
     restitution : float or sequence of float
-        Coefficient of restitution e, greater than 0 and at most 1, from releases at 0.3 to 0.5
-        u_ins. [-]
+        Coefficient of restitution e, greater than 0 and at most 1, as measured in releases from 0.3
+        to 0.5 u_ins. [-]
     curve : TrilinearCurve
         One force-displacement curve.
     release_amplitude : float
@@ -49,6 +49,12 @@ def equivalent(
         ``damping_ratio_energy`` (closed form; exact for ECD and BAND) and ``damping_ratio_fit``
         (the shipped polynomials of the reference curve with b1 = 0.85 and u0 = 0.5 u_ins, linear
         in a1 between them; None outside their range of e and a1).
+
+    Raises
+    ------
+    InputError
+        If a number lies outside its range, Err has no minimum within reach, or the response ends
+        before the first impact.
 
     Examples
     --------
@@ -118,7 +124,7 @@ def equivalent_restitution(
     ('CDC', '0.776')
     """
     xi = check_number("damping_ratio", damping_ratio, lambda xi: xi > 0, "greater than 0")
-    grid = np.arange(0.60, 0.995, 0.01)  # of e, between which xi is linear
+    grid = np.arange(0.60, 0.995, 0.01)  # of e; xi is interpolated linearly between them
     ratios: dict[str, list[float]] = {model: [] for model in VISCOUS_MODELS}
     for row in equivalent(grid, curve, release_amplitude=release_amplitude):
         ratios[row["damping_model"]].append(row["damping_ratio"])

@@ -1,15 +1,16 @@
 """The damping ratio that follows a decay under restitution best: the least Err, Eq. (17).
 
 Every published damping ratio of least Err comes from `match_dampers`. It finds the global minimum
-of Err against decays at the solver's step. The published ratio is the minimum, next to it, of the
-integral to which Err tends, followed to finer steps in the reference and in the model.
+of Err against decays at the solver's step. As the step shrinks, Err tends to an integral. The
+published ratio is the minimum of this integral next to the global minimum of Err, followed to finer
+steps of both the reference and the model.
 
 Err samples |u|, which has a kink wherever u crosses zero, and the corners of the curve fall
 anywhere in a step of the solver. When the damping ratio changes, kinks and corners move across the
 steps. This puts a ripple on Err, of second order in the step and with a period of first order. The
 least sample therefore lies a *first* order of the step away from the least integral, and two steps
-can agree on it by chance. A cubic through many periods of the ripple has only its mean, which is of
-second order.
+can agree on it by chance. A cubic fitted over many periods of the ripple averages it: only the mean
+of the ripple remains, which is of second order.
 """
 
 from __future__ import annotations
@@ -35,11 +36,11 @@ from rockdamp.solvers.newmark import Reference, peaks, simulate, stable_step
 Result = TypeVar("Result")
 Key = TypeVar("Key", bound=Hashable)
 
-SCAN = np.geomspace(0.3, 3.0, 200)  # damping ratios of the scan, over the closed form's
+SCAN = np.geomspace(0.3, 3.0, 200)  # damping ratios of the scan, divided by the closed form's
 RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
 REFINEMENT = 8  # steps of the last minimisation for each step of the solver
-# Minimisations at finer steps, over the finest. They are not multiples of each other, so that the
-# ripples of Err do not agree by chance.
+# Steps of the last minimisations, divided by the finest step. They are not all multiples of each
+# other, so that the ripples of Err do not agree by chance.
 COARSER = (2.0, 1.6, 1.0)
 # Basins of the scan whose Err is at most this times the lowest are refined and compared: the ripple
 # and the longer step of the scan change Err by less.
@@ -47,7 +48,7 @@ RIVAL_ERROR = 1.5
 LENGTHS_AT_ONCE = 8  # response lengths that are refined together: each runs to the longest of them
 # Damping ratios about the minimum of the integral, in parts of the half width of their range.
 CUBIC_NODES = np.linspace(-1.0, 1.0, 13)
-INNER_NODES = slice(3, 10)
+INNER_NODES = slice(3, 10)  # the nodes from -0.5 to 0.5
 
 
 @dataclass(frozen=True)
@@ -123,8 +124,7 @@ class Cases:
     def refine(self, steps: int, refinement: float) -> Cases:
         """Return the decays over `steps` steps again, at a finer step.
 
-        They are as long as before, over the whole number of steps next to `steps` times
-        `refinement`.
+        The decays keep their length; their number of steps is `steps` times `refinement`, rounded.
         """
         finer = round(steps * refinement)
         return Cases.release(
@@ -239,9 +239,9 @@ def match_dampers(
 ) -> dict[str, Matched]:
     """Match viscous models to decays under restitution.
 
-    Equal cases are matched once. The uncertainty is twice the largest change of the ratio with the
-    coarser of the last three steps, and with the inner half of the damping ratios at each of them.
-    It is never less than the resolution of the minimiser.
+    Equal cases are matched once. The ratio is found at three steps, and at each of them from all
+    nodes of a cubic and from their inner half. The uncertainty is twice the largest difference of
+    these six from the ratio returned. It is never less than the resolution of the minimiser.
 
     Parameters
     ----------
@@ -308,7 +308,7 @@ def map_in_threads(
 ) -> dict[Key, Result]:
     """Return the value of a function for each item, computed side by side.
 
-    The lanes of one item alone are too few for a processor.
+    One item alone has too few lanes to keep a processor busy.
     """
     with ThreadPoolExecutor(available_threads()) as pool:
         futures = [pool.submit(function, item) for item in items]
@@ -407,7 +407,8 @@ def _scan(
         cases.curve, damping_model, cases.restitution, cases.release_amplitude
     )
     trial = np.minimum(guess[:, None] * SCAN, DAMPERS[damping_model].largest_value)
-    # A longer step finds the basins. Of 20 steps in the stability limit, four cross BAND's band.
+    # A longer step suffices to find the basins. At a twentieth of the stability limit, four steps
+    # cross BAND's band.
     longest = min(0.01, float(stable_step(cases.curve).min()) / 20)
     stride = max(1, int(longest / cases.step + 0.5))
     rows = np.arange(len(trial))[:, None]
@@ -501,8 +502,8 @@ def integral_minima(cases: Cases, damping_model: str, steps: int, damping_ratio:
     InputError
         If there is no minimum next to a damping ratio.
     """
-    # Half the range over its middle. In proportion to the step, the range holds as many periods of
-    # the ripple at every step.
+    # Half the range, divided by its middle. The range is proportional to the step, so that it holds
+    # the same number of periods of the ripple at every step.
     width = min(8.0 * cases.step, 0.1)
     middle = damping_ratio.copy()
     minima = np.zeros((2, damping_ratio.size))
@@ -512,7 +513,8 @@ def integral_minima(cases: Cases, damping_model: str, steps: int, damping_ratio:
             return minima
         trial = middle[moving, None] * (1 + width * CUBIC_NODES)
         sums = cases.errors(damping_model, trial, moving[:, None], [steps - 1, steps])
-        # The trapezoidal rule, over the step: the last sample counts half, and the first is 0.
+        # The integral by the trapezoidal rule, divided by the step: the mean of the two sums counts
+        # the last sample half, and the first sample is 0.
         integral = sums.mean(axis=0)
         minimum = _least_of_cubic(CUBIC_NODES, integral)
         inner = _least_of_cubic(CUBIC_NODES[INNER_NODES], integral[:, INNER_NODES])
@@ -533,6 +535,8 @@ def _least_of_cubic(nodes: Array, values: Array) -> Array:
     # ratio of a wall must not depend on the others.
     terms = [np.multiply.outer(fit[:, node], values[:, node]) for node in range(nodes.size)]
     slope, curvature, third = sum(terms)
+    # The slope of the cubic is slope + 2 curvature x + 3 third x^2. Its zero with a rising slope is
+    # written so that a third of 0 divides nothing.
     root = np.sqrt(np.maximum(curvature**2 - 3 * slope * third, 0.0))
     convex = curvature + root > 0
     minimum = -slope / np.where(convex, curvature + root, 1.0)

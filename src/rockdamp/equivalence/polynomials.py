@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHIPPED_STRENGTH_RATIO = 0.85  # b1 of the curve whose decays the shipped polynomials are fitted to
-GRID_ROUNDING = 1e-12  # of a1 and e at the ends of the fits
+GRID_ROUNDING = 1e-12  # by which a1 and e may pass the ends of the fits
 
 
 @dataclass(frozen=True)

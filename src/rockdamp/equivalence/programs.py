@@ -19,7 +19,8 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 
-REFERENCE_QUANTITY = {  # that xi refers to
+# Quantity that xi refers to, by damper.
+REFERENCE_QUANTITY = {
     "CDC": "w1",
     "CDR": "secant frequency",
     "SDR": "w1, with secant stiffness",
@@ -94,7 +95,7 @@ def _match_or_close(curve: TrilinearCurve, restitution: float) -> list[dict[str,
     x0 = 0.5 * float(curve.ultimate_displacement_ratio)
     try:
         return equivalent(restitution, curve, release_amplitude=x0)
-    except InputError:  # of some curves, for no damping ratio within reach
+    except InputError:  # on some curves, Err has no minimum within reach
         rows = []
         for model in VISCOUS_MODELS:
             xi = float(damping_ratio_energy(curve, model, restitution, x0))

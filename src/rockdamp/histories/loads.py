@@ -49,6 +49,9 @@ class SupportRecord(Record):
 def support_factors(wall: Wall) -> Array:
     """Return the factors of a wall on `SupportRecord.motions`. [-, -, m-1]
 
+    They are (2 - r)/3, (1 + r)/3 and 1/h, with the hinge ratio r and the height h; the docstring of
+    `rockdamp.histories.supports` states the load.
+
     Parameters
     ----------
     wall : Wall
@@ -74,7 +77,7 @@ def count_steps(length: ArrayLike, longest: ArrayLike) -> NDArray[np.int64]:
         If the longest step is not greater than 0, or there would be more than 10 million steps.
     """
     longest = check("step", longest, lambda step: step > 0, "greater than 0")
-    rounding = 1e-12  # part by which a number of steps may exceed a whole one
+    rounding = 1e-12  # relative excess over a whole number of steps that is ignored
     exact = np.asarray(length, dtype=float) / longest
     count = np.maximum(np.ceil(exact * (1 - rounding)), 1)
     allowed = f"at most {MOST_STEPS:,}"
@@ -102,7 +105,7 @@ def make_load(
     wall : Wall or Parapet
         One wall, or many in arrays.
     record : Record
-        Motion of the ground, or as a `SupportRecord` of both supports.
+        Motion of the ground, or a `SupportRecord` with that of both supports.
     factor : float or ndarray
         Factor on the acceleration; broadcasts with the wall. [-]
     substeps : int

@@ -30,7 +30,7 @@ def add_reversed(motions: Iterable[GroundMotion]) -> list[GroundMotion]:
     Parameters
     ----------
     motions : iterable of GroundMotion
-        Ground motions; a reversed one has the name of its own with ``turned`` after it.
+        Ground motions. The reversed motion has the same name, followed by ``turned``.
     """
     directions = []
     for motion in motions:
@@ -57,7 +57,7 @@ def run_one_sided(
     record : Record
         Motion of the base and the stop.
     specimen : Specimen
-        A one-sided wall with restitution, all of numbers.
+        One one-sided wall with restitution; its parameters are numbers, not arrays.
     factor : sequence of float
         Factors on the acceleration. [-]
     tail : float
@@ -97,7 +97,7 @@ def respond_one_sided(
     motions : iterable of GroundMotion
         Motions of the base and the stop.
     specimen : Specimen
-        A one-sided wall with restitution, all of numbers.
+        One one-sided wall with restitution; its parameters are numbers, not arrays.
     target : mapping
         Scales, or intensities to which the records are scaled, as in `respond.scale_factors`.
     tail : float

@@ -1,4 +1,4 @@
-"""A measured record at rest: the samples before the motion, and the zero and noise of its sensors."""
+"""A measured record at rest: samples before the motion, and zero and noise of the sensors."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ SHORTEST_REST = 10  # samples
 def quiet_level(record: Record) -> float:
     """Return the acceleration up to which the ground is at rest. [m s-2]
 
-    It is 2 % of the peak acceleration, or the level that noise reaches. The noise is that of the
-    differences between the first samples, as a smooth motion has small ones.
+    It is 2 % of the peak acceleration, or the level that noise reaches if this is higher. The noise
+    is found from differences between the first samples, to which a smooth motion adds little.
 
     Parameters
     ----------
@@ -28,6 +28,7 @@ def quiet_level(record: Record) -> float:
     if peak == 0:
         return 0.0
     first_differences = np.diff(record.ground_acceleration[:SHORTEST_REST])
+    # A difference of two samples has twice the variance of one.
     noise = float(np.std(first_differences) / np.sqrt(2))
     # Five standard deviations hold practically all noise. Beyond 0.3 of the peak the ground moves,
     # however noisy the sensor is.
@@ -35,7 +36,9 @@ def quiet_level(record: Record) -> float:
 
 
 def motion_noise(record: Record) -> float:
-    """Return the standard deviation of the accelerometer, before and after the motion. [m s-2]
+    """Return the standard deviation of the accelerometer's noise outside the motion. [m s-2]
+
+    The samples before and after the motion count.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ from rockdamp.storage.dataset import describe
 
 CURVE_RATIOS = ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
 WALL_SIZES = ("thickness", "height", "frequency_parameter", "instability_displacement")
-OVER_TAU = ("displacement", "velocity")  # results at every step; others are one a history
+OVER_TAU = ("displacement", "velocity")  # results at every step; others are one value a history
 
 
 def free_decay(

@@ -164,7 +164,8 @@ def modal_response(
 ) -> SupportMotion:
     """Return the motion of floors under a ground acceleration, with the free vibration after it.
 
-    It begins with the ground's motion, and is sampled a whole number of times as often.
+    It begins at the first sample of the ground motion. Its step is that of the ground motion
+    divided by a whole number.
 
     Parameters
     ----------
@@ -223,7 +224,10 @@ def _move_supports(
 def _hold_by_floor(
     rigid: SupportMotion, support: int, share: float, diaphragm: Diaphragm
 ) -> SupportMotion:
-    """Return the motion of a support with a share of that of a flexible floor, driven by it."""
+    """Return the motion of a support on a flexible floor that the rigid support drives.
+
+    `share` is 1, or 0 for a support on the ground, whose motion is only sampled as finely.
+    """
     modes = Modes(np.array([diaphragm.period]), np.array([[share]]))
     driving = rigid.acceleration[support]
     floor = modal_response(driving, rigid.step, modes, diaphragm.damping_ratio)

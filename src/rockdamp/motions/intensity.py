@@ -16,8 +16,9 @@ SIGNIFICANT_SHARES = (0.05, 0.95)
 
 
 class IntensityMeasures(NamedTuple):
-    """Measures of the strength of a ground motion, and its final velocity, which shows an
-    uncorrected baseline.
+    """Measures of the strength of a ground motion, and its final velocity.
+
+    A final velocity far from 0 shows an uncorrected baseline.
     """
 
     pga: float

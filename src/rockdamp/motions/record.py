@@ -11,15 +11,14 @@ import numpy as np
 from rockdamp.arrays import Array, short_repr
 from rockdamp.errors import InputError, check, check_choice, check_type
 
-UNIFORM_SHARE = 0.01  # of a step: how far a time may lie from its place, however it is printed
+UNIFORM_SHARE = 0.01  # of a step; a time may be so far from its place, however printed
 SHORTEST_STEP = 1e-4  # [s]; loggers of ground motion sample at 50 to 1000 Hz
 LONGEST_STEP = 0.1  # [s]
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A ground motion sampled uniformly in time, and the displacement of the wall if it was
-    measured.
+    """A ground motion sampled uniformly in time, with the wall's displacement where measured.
 
     The record keeps copies of the arrays and of the header.
 
@@ -86,8 +85,9 @@ class Record:
 
 
 def check_series(instance: Any, required: Sequence[str], optional: Sequence[str]) -> None:
-    """Check fields of a frozen dataclass as series as long as ``elapsed``, and its header; store
-    copies.
+    """Check the series and the header of a frozen dataclass, and store copies of them.
+
+    Each series must be finite and as long as ``elapsed``.
     """
     present = [name for name in optional if getattr(instance, name) is not None]
     for name in (*required, *present):
@@ -103,8 +103,9 @@ def check_series(instance: Any, required: Sequence[str], optional: Sequence[str]
 
 
 def check_step(step: float) -> None:
-    """Raise `InputError` unless a step is one of a ground motion, and not an index or in another
-    unit.
+    """Raise `InputError` unless a step [s] is one of a ground motion.
+
+    Times that are indices, or in another unit, have steps outside the range.
     """
     # Times are rounded, so that a step of 0.1 s may be a bit longer.
     if not 0.999 * SHORTEST_STEP <= step <= 1.001 * LONGEST_STEP:
@@ -145,7 +146,7 @@ def check_times(elapsed: Array, printed: Iterable[str] | None = None) -> None:
 
 
 def _describe_first_gap(elapsed: Array, departure: Array, tolerance: float) -> str:
-    """Describe the first interval that differs from the usual one, and the samples missing in it."""
+    """Describe the first interval that is not the usual one, and the samples missing in it."""
     intervals = np.diff(elapsed)
     # Gaps are no usual intervals; the median is one where most are.
     usual = intervals[(intervals > 0) & (intervals < 1.5 * np.median(intervals))]

@@ -68,12 +68,13 @@ def read_record(
 ) -> Record:
     """Read a record of ground motion from a text file in one of three formats.
 
-    - A CSV with lines ``# key: value``, then the columns ``elapsed_s``, ``ground_acceleration_m_s2`` (or ``_g``,
-      ``_cm_s2``) and, where measured, ``displacement_m``.
+    - A CSV with lines ``# key: value``, then the columns ``elapsed_s``,
+      ``ground_acceleration_m_s2`` (or ``_g``, ``_cm_s2``) and, where measured, ``displacement_m``.
     - An AT2 file of PEER, with NPTS and DT in one of its first ten lines.
-    - Plain numbers below any titles. With `step` the file has one column of accelerations; without it two columns,
-      times and accelerations. Several numbers per line are read row by row below a line ``n`` or
-      ``n dt``, where n is the number of values, or from the column that `column` selects.
+    - Plain numbers below any titles. With `step` the file has one column of accelerations; without
+      it two columns, times and accelerations. Several numbers per line are read row by row below a
+      line ``n`` or ``n dt``, where n is the number of values, or from the column that `column`
+      selects.
 
     Parameters
     ----------
@@ -206,8 +207,9 @@ def _read_at2(
 
 
 def _samples_and_step(line: str) -> tuple[float, float] | None:
-    """Return NPTS and DT of a line that states both, in any order, the numbers behind their names
-    or before them.
+    """Return NPTS and DT of a line that states both; None for any other line.
+
+    They may be in any order, with the numbers behind their names or before them.
     """
     words = _AT2_WORD.findall(line.upper())
     names = [word for word in words if word in ("NPTS", "DT")]
@@ -219,8 +221,9 @@ def _samples_and_step(line: str) -> tuple[float, float] | None:
 
 
 def _stated_unit(head: Sequence[str], given_size: float | None) -> float:
-    """Return the unit of acceleration, in m s-2, that the head of an AT2 file states, else the
-    given one.
+    """Return the unit of acceleration that the head of an AT2 file states, or the given one.
+
+    Both are in m s-2.
     """
     text = "\n".join(head)
     phrases = _UNIT_PHRASE.findall(text)

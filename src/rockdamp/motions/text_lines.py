@@ -27,9 +27,7 @@ class NumberRow(NamedTuple):
 
 
 def read_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
-    """Return the entries of the leading lines ``# key: value``, and the index of the line below
-    them.
-    """
+    """Return the entries of the leading lines ``# key: value``, and the index of the next line."""
     header: dict[str, str] = {}
     for index, line in enumerate(lines):
         if line.strip() and not line.startswith("#"):
@@ -54,8 +52,9 @@ def split_cells(line: str) -> list[str]:
 
 
 def parse_number(cell: str) -> float:
-    """Return the number of a cell, NaN if it is none; Fortran's exponents (``1.5D-3``) are read
-    too.
+    """Return the number of a cell, NaN if it is none.
+
+    Fortran's exponents (``1.5D-3``) are read too.
     """
     try:
         return float(cell.replace("D", "E").replace("d", "e"))
@@ -64,8 +63,7 @@ def parse_number(cell: str) -> float:
 
 
 def read_rows(lines: Sequence[str], first: int, width: int | None = None) -> list[NumberRow]:
-    """Return the rows of finite numbers from line `first` on; blank lines and remarks are passed
-    over.
+    """Return the rows of finite numbers from line `first` on, without blank lines and remarks.
 
     Raises
     ------
@@ -124,8 +122,9 @@ def _is_row(line: str) -> bool:
 
 
 def _is_broken_row(line: str, width: int) -> bool:
-    """Say whether a line above the first row is a row of numbers that does not read: a date, a
-    missing value.
+    """Say whether a line above the first row is a row that cannot be read as numbers.
+
+    Dates and missing values make such rows.
     """
     text = line.strip()
     cells = split_cells(line)
@@ -144,9 +143,7 @@ def _reads_as_a_float(cell: str) -> bool:
 
 
 def _first_like_numbers(lines: Sequence[str]) -> int:
-    """Return the index of the first line that begins with a digit; else of the first that is not
-    blank.
-    """
+    """Return the index of the first line that begins with a number, else of the first text."""
     filled = [index for index, line in enumerate(lines) if line.strip()]
     if not filled:
         raise InputError(f"has no numbers; it must have {NAMED_COLUMNS}")

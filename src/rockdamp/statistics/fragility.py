@@ -1,8 +1,7 @@
-"""Collapse fragility: lognormal curves by maximum likelihood, and a bootstrap over stations for
-their intervals.
+"""Collapse fragility: lognormal curves by maximum likelihood, with bootstrap intervals.
 
-The module also has the interval of a proportion of trials in groups, such as the components of one
-station.
+The bootstrap draws stations. The module also has the interval of a proportion of trials in
+groups, such as the components of one station.
 """
 
 from __future__ import annotations
@@ -44,8 +43,7 @@ class Fragility(NamedTuple):
 
 
 def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -> Fragility:
-    """Fit lognormal fragility curves to counts of collapses at several intensities, by maximum
-    likelihood.
+    """Fit lognormal fragility curves to counts of collapses by maximum likelihood.
 
     The likelihood of binomial outcomes (Baker 2015, doi:10.1193/021113EQS025M) is that of a probit
     regression on ln s. It is concave, and Newton's method maximises it for all curves at once.
@@ -149,6 +147,7 @@ def _outcome_stripes(k: Array, n: Array) -> tuple[NDArray[np.int64], NDArray[np.
 def _maximize_likelihood(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
     """Return a and b of the most likely P = Phi(a + b z), for counts of shape (curves, stripes)."""
     total = np.maximum(n.sum(axis=-1), _TINY)
+    # A start that rises with the share of collapses; Newton's method needs no better one.
     a = 2 * k.sum(axis=-1) / total - 1
     b = np.ones(k.shape[0])
     for _ in range(50):
@@ -183,11 +182,19 @@ def _maximize_likelihood(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
 
 
 def resample(groups: ArrayLike, replicates: int, seed: int) -> Array:
-    """Return how often a bootstrap draws each record in each replicate, shape (replicates,
-    records).
+    """Return how often each replicate draws each record, shape (replicates, records).
 
     Whole groups are drawn, with replacement, as the two components of a station are not
     independent.
+
+    Parameters
+    ----------
+    groups : array-like, shape (records,)
+        Group of each record, such as its station.
+    replicates : int
+        Number of replicates.
+    seed : int
+        Seed of the draws.
     """
     _, group = np.unique(np.asarray(groups), return_inverse=True)
     count = int(group.max()) + 1
@@ -227,7 +234,8 @@ def weighted_quantile(
     total = weights @ counts[-1]
     if not values.size:
         return np.full(total.shape, np.nan)
-    # Weights are whole numbers: so small a part of them decides between equal and above.
+    # Weights are whole numbers, so a sum within 1e-12 of the target is equal to it. There the
+    # distribution function is flat, and the two indices differ.
     target = probability * total
     low_index = _first_above(target * (1 - 1e-12), weights, counts)
     high_index = _first_above(target * (1 + 1e-12), weights, counts)
@@ -302,12 +310,11 @@ def wilson(share: ArrayLike, count: ArrayLike) -> Array:
 
 
 def effective_count(counted: NDArray[Any], groups: ArrayLike, replicates: int, seed: int) -> Array:
-    """Return the number of independent trials that would make a proportion as uncertain as grouped
-    ones.
+    """Return the number of independent trials that tell as much as the grouped ones.
 
-    It is p (1 - p) over the variance of the proportion in a bootstrap over the groups (Kish 1965):
-    the number of trials if the outcomes within a group are independent; the number of groups if
-    they agree, or if none or all are counted.
+    It is p (1 - p) over the variance of the proportion p in a bootstrap over the groups (Kish 1965,
+    *Survey Sampling*, Wiley): the number of trials if the outcomes within a group are
+    independent; the number of groups if they agree, or if none or all are counted.
 
     Parameters
     ----------

@@ -1,14 +1,16 @@
-"""Compare an alternative with restitution: errors of its peaks, and collapses that only one of the
-two has.
+"""Compare an alternative with restitution: errors of peaks, missed and added collapses.
 
 An alternative is a damper, or restitution with a slightly different e. The same records shake the
 same walls with both, so that histories come in pairs. These numbers describe the pairs:
 
-- median ratio: median of the alternative's peak over that under restitution, where neither wall collapses;
-- log error: root mean square of the logarithm of that ratio; beside it the median and the 90 % quantile of the size of
-  the logarithm, and the share of pairs where it is above `LARGE_LOG_RATIO`;
-- missed and added collapses: those that only restitution, or only the alternative, has, as rates of the collapses and
-  the survivals under restitution;
+- median ratio: median of the alternative's peak over that under restitution, where neither wall
+  collapses;
+- log error: root mean square of the logarithm of that ratio; beside it the median and the 90 %
+  quantile of the size of the logarithm, and the share of pairs where it is above
+  `LARGE_LOG_RATIO`;
+- missed collapses: those that only restitution has, as a rate of the collapses under restitution;
+- added collapses: those that only the alternative has, as a rate of the survivals under
+  restitution;
 - median intensity ratio: intensity that collapses half of the walls, over that under restitution.
 
 **The paired bootstrap.** The records are those of some dozens of stations out of all that could
@@ -48,8 +50,9 @@ def compare_pairs(
     bands: Sequence[tuple[float, float]],
     description: str = "",
 ) -> xr.Dataset:
-    """Return the statistics of each alternative with their intervals; those of the peaks in bands
-    of the peak.
+    """Return the statistics of each alternative with their intervals.
+
+    Those of the peaks are given in bands of the peak under restitution.
 
     Parameters
     ----------
@@ -96,8 +99,10 @@ def _compare_cell(
     bands: Sequence[tuple[float, float]],
     drawn: Array,
 ) -> dict[str, Array]:
-    """Return the statistics of one alternative in each replicate; histories (record, velocity
-    ratio, wall).
+    """Return the statistics of one alternative in each replicate.
+
+    The histories have the shape (record, velocity ratio, wall); `drawn` holds the weights of the
+    sample itself and of the replicates.
     """
     reference_peak, reference_collapsed, peak, collapsed = histories
     both_survive = (reference_collapsed == 0) & (collapsed == 0)
