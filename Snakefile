@@ -34,8 +34,8 @@ try:
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
-# The same bytes at any number of cores: on several threads BLAS adds in another order, and PDF
-# states its date.
+# Results have the same bytes at any number of cores and on any day: BLAS on several threads would
+# add in another order, and a PDF would state its date. The date is 1 January 2020.
 THREADS = ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 os.environ |= dict.fromkeys(THREADS, "1")
 os.environ.setdefault("SOURCE_DATE_EPOCH", "1577836800")

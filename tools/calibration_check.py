@@ -3,8 +3,8 @@
 ``.venv/bin/python tools/calibration_check.py coverage`` writes the table of docs/measured.md, in
 about half an hour. It simulates tests like that of Fig. 8 under each damper by the event-driven
 solver, with the noise and the drift of its instruments, from the first rocking to near collapse.
-Each test is fitted with the damper that made it, from the truth on: the search of `calibrate` ends
-within 0.15 standard errors of this fit.
+Each test is fitted with the damper that made it, by a descent from the true values: the search of
+`calibrate` ends within 0.15 standard errors of this fit.
 
 ``.venv/bin/python tools/calibration_check.py examples`` writes the free-rocking tests of the
 examples.
@@ -116,6 +116,7 @@ def simulate_free_rocking(
         direction = -np.sign(velocity or displacement)
         displacement = 0.0
         velocity = direction * np.sqrt(2 * energy)
+        # The amplitude that this velocity has on the first branch.
         if u_ins * abs(velocity) / float(curve.initial_frequency) <= smallest_amplitude:
             break
         start = end

@@ -19,7 +19,7 @@ def load(path):
 
 
 def read(paths):
-    """Read datasets; of another file, return the path."""
+    """Read datasets; return the path of any other file."""
     if not isinstance(paths, str):
         return [read(path) for path in paths]
     return dataset.read(paths) if paths.endswith(".nc") else paths

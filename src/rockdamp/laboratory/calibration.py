@@ -67,8 +67,8 @@ def calibrate(
     wall : Wall or Parapet
         Sizes and weights of the wall, exact except for those in `uncertain`.
     damping_model : {"CR", "CDC", "CDR", "SDR", "ECD", "BAND"}
-        Damping model. For a viscous damper, e is the coefficient that loses as much energy at 0.3
-        u_ins as the damper. Default: "CR".
+        Damping model. For a viscous damper, e is the coefficient that loses as much energy as the
+        damper at an amplitude of 0.3 a3 u_ins. Default: "CR".
     ultimate_displacement_ratio : float
         Known a3, in (0, 1]. Default: 1. [-]
     softening : {"steeper", "translated"}
@@ -147,7 +147,7 @@ def compare_dampers(
     softening: str = "steeper",
     step: float = 0.005,
 ) -> xr.Dataset:
-    """Fit every damper to each record, each with its own curve, and weigh them by their residuals.
+    """Fit every damper, with a curve of its own, to each record; weigh dampers by residuals.
 
     The weight of a damper is proportional to exp(-S/(2 s^2)), with S the sum of its squared
     residuals and s the sensor's noise at rest. This assumes white noise, and that one of the
@@ -207,7 +207,7 @@ def compare_dampers(
 
 def _square_over_noise(solution: Solution) -> float:
     """Return the sum of squared residuals over the variance of the noise at rest."""
-    # A record without any noise gets a billionth of its peak.
+    # A record without noise gets a billionth of its peak, so that nothing is divided by zero.
     least_noise = 1e-9 * float(np.abs(solution.fit.measured).max())
     noise = max(solution.fit.resting_deviation, least_noise)
     return float(np.sum((solution.residual / noise) ** 2))
@@ -250,11 +250,11 @@ def make_fits(
 
 
 def _check_solution(solution: Solution) -> None:
-    """Refuse a fit that explains the record badly, at a bound, or of a wall on its first branch."""
+    """Refuse a poor fit, a fit at a bound, and a wall that stays on its first branch."""
     fit = solution.fit
     residual = misfit([solution])
-    # ASSUME: tests that restitution explains well leave some per cent of the peak, or, for small
-    # motions, the noise.
+    # ASSUME: where restitution explains a test well, the residual is a few per cent of the peak or,
+    # for small motions, about the noise.
     peak_share = residual["residual_over_peak"]
     if peak_share > 0.10 and not residual["residual_over_noise"] <= 3:
         raise InputError(
@@ -267,6 +267,7 @@ def _check_solution(solution: Solution) -> None:
         "restitution (e)",
     )
     for name, value, low, high in zip(names, solution.point, *fit.bounds, strict=True):
+        # The search stops just inside a bound.
         if min(value - low, high - value) < 1e-3 * (high - low):
             raise InputError(
                 f"the best fit has {name} {value:.4g}; it must lie inside {low:g} to {high:g}"
@@ -285,8 +286,9 @@ def estimate_covariance(solution: Solution) -> Array:
     """Return the covariance of a1, b1 and e by the displacement sensor and by the motion."""
     fit = solution.fit
     ratio, b1, _ = solution.point
-    # From a point to its parameters: a1 = a1/a2 times a2, which falls as b1 rises. The derivative
-    # is taken by a1/a2: steps of a1 of that size, several times as long, would bend the response.
+    # Jacobian of (a1, b1, e) by the point (a1/a2, b1, e): a1 is a1/a2 times a2, and da2/db1 = -1.
+    # The differences are taken in a1/a2: the same step in a1 would be several times as long, too
+    # long for a linear response.
     change = [[float(fit.plateau_end(b1)), -ratio, 0], [0, 1, 0], [0, 0, 1]]
     # A quarter of the fit's step: at its own step the rough history makes single errors a third too
     # large or too small.
@@ -298,7 +300,7 @@ def estimate_covariance(solution: Solution) -> Array:
 
 
 def misfit(solutions: Sequence[Solution]) -> dict[str, float]:
-    """Return the rms of the residuals and of the noise at rest [m], and ratios of the residuals."""
+    """Return the rms of the residuals and of the noise at rest [m], and ratios of the former."""
     residuals = np.concatenate([solution.residual for solution in solutions])
     fits = [solution.fit for solution in solutions]
     rms = float(np.sqrt(np.mean(residuals**2)))
@@ -327,6 +329,7 @@ def _dataset(
     responses = [
         fit.response(parameters) for fit, parameters in zip(fits, run_estimates, strict=True)
     ]
+    # The measured displacement without the sensor's offset and drift, those of the residual.
     measured = [
         response + fit.subtract_trend(fit.measured - response)
         for fit, response in zip(fits, responses, strict=True)

@@ -28,8 +28,8 @@ from rockdamp.mechanics.free_motion import displacement_from_peak
 # ASSUME: the range of a1/a2 and b1. Blocks that rock nearly rigidly reach further than walls do.
 RATIO_RANGE = (0.004, 0.90)
 STRENGTH_RANGE = (0.30, 0.98)
-SMALLEST_AMPLITUDE = 1e-6  # u/u_ins
-LARGEST_SHARE = 1 - 1e-6  # of an amplitude over a3
+SMALLEST_AMPLITUDE = 1e-6  # u/u_ins, whose logarithm is finite
+LARGEST_SHARE = 1 - 1e-6  # of an amplitude over a3, where the period is infinite
 DIFFERENCE_STEP = 1e-5  # of a parameter, for central differences
 
 
@@ -255,8 +255,8 @@ def _covariance(derivative: Array, residual: Array) -> Array:
     """Return the covariance by correlated residuals, and at least that by white noise.
 
     With this many parameters the fit itself gives neighbouring residuals a negative correlation.
-    The estimate for correlated residuals mistakes it for the sensor's, so that the larger of the
-    two holds (Angrist and Pischke 2009, section 8.1).
+    The estimate for correlated residuals mistakes it for the sensor's and becomes too small.
+    Therefore each variance is the larger one of the two (Angrist and Pischke 2009, section 8.1).
     """
     correlated = covariance_by_sensor(derivative, residual)
     samples, parameters = derivative.shape

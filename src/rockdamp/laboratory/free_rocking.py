@@ -46,8 +46,9 @@ def fit_free_rocking(
 
     Between impacts the wall moves freely, in closed form. Least squares fit this motion to each
     whole decay, with an amplitude for each half cycle, a1, b1, and the sensor's zero and drift. The
-    energies of two peaks give the loss of the impact between them, ``-ln e``; half periods give a1
-    and b1. Then the losses of all impacts are averaged.
+    energies V of two peaks give the loss of the impact between them, ``-ln e = ln(V_k/V_(k+1))/2``;
+    half periods give a1 and b1. Then the losses of all impacts are averaged. Section 8 of
+    docs/theory.md has the law of the losses with its exponent g.
 
     The 90 % intervals include the sensor's noise, zero and drift, and the `uncertain` sizes of the
     wall. The interval of the mean e also includes the estimated scatter from impact to impact. An
@@ -265,7 +266,10 @@ def _student_quantile(degrees_of_freedom: int) -> float:
 
 
 def _curve_and_losses(decay: FreeDecay, point: Array, covariance: Array) -> tuple[Array, Array]:
-    """Return a1, b1 and the losses of all impacts, and their covariance by the sensor."""
+    """Return a1, b1 and the losses of all impacts, and their covariance by the sensor.
+
+    The loss is -ln e = ln(V_k/V_(k+1))/2, with V_k and V_(k+1) the energies of the peaks around it.
+    """
 
     def derive(points: Array) -> Array:
         curve = decay.curves(points)
@@ -296,6 +300,7 @@ def _fit_loss_law(impacts: _Impacts, curve: TrilinearCurve) -> dict[str, object]
     )
     g = point[1]
     g_reach = quantile * np.sqrt(covariance[1, 1])
+    # The larger loss comes first, as it gives the lower e.
     loss_bounds = np.maximum(losses - SIDES[:, None] * quantile * errors, 0.0)
     return {
         "loss_exponent": g,
@@ -310,7 +315,8 @@ def _compare_dampers(
 ) -> dict[str, object]:
     """Return each damper's exponent and restitution on this curve, and its likelihood."""
     energy = curve.energy(rocking.amplitude)
-    # With the amplitude in the middle of a half cycle a damper's loss is of second order.
+    # A closed form of first order in the loss is of second order at the energy e V, the geometric
+    # mean of the energies V and e^2 V at both ends of a half cycle.
     middle = curve.amplitude(e * energy)
     log_likelihoods = []
     exponents = []
@@ -327,7 +333,8 @@ def _compare_dampers(
         restitution[index, is_rocking] = np.exp(-line.coefficients[0] * shape / shape.mean())
     degrees_of_freedom = max(rocking.loss.size - 2, 1)
     quantile = _student_quantile(degrees_of_freedom)
-    # For an interval of one parameter, exact for equal variances.
+    # The log-likelihood at the ends of a 90 % interval of one parameter, less its maximum. It is
+    # exact if all losses have the same variance.
     threshold = -0.5 * rocking.loss.size * float(np.log1p(quantile**2 / degrees_of_freedom))
     return {
         "expected_exponent": ("damping_model", np.array(exponents)),

@@ -58,8 +58,9 @@ class _WeightedFit(NamedTuple):
 def regress(losses: Array, covariance: Array, design: Array, restricted: bool = True) -> Regression:
     """Fit multiples of shapes to losses by generalised least squares, with the most likely scatter.
 
-    The covariance of the coefficients is Hartung and Knapp's (doi:10.1002/sim.791): it takes the
-    residuals as they are, where they are larger than expected.
+    The covariance of the coefficients is Hartung and Knapp's (doi:10.1002/sim.791), which rises in
+    proportion to the squares of the residuals; here it does not fall where they are smaller than
+    expected.
 
     Parameters
     ----------
@@ -68,11 +69,12 @@ def regress(losses: Array, covariance: Array, design: Array, restricted: bool = 
     covariance : ndarray, shape (impacts, impacts)
         Covariance of the losses by the sensor.
     design : ndarray, shape (impacts, shapes)
-        Shapes.
+        Shapes, one in each column.
     restricted : bool
         Use the restricted likelihood (REML), which leaves no bias from the estimation of the
         coefficients; otherwise the plain one, which compares shapes. Default: True.
     """
+    # In the axes of the eigenvectors the losses are uncorrelated at any scatter.
     values, vectors = np.linalg.eigh(covariance)
     y = vectors.T @ losses
     x = vectors.T @ design
@@ -95,6 +97,7 @@ def regress(losses: Array, covariance: Array, design: Array, restricted: bool = 
     minimum = minimize_scalar(
         cost, bounds=(SMALLEST_SCATTER, 1.0), method="bounded", options={"xatol": 1e-7}
     )
+    # The bounded search does not try the bound itself.
     scatter = min(float(minimum.x), SMALLEST_SCATTER, key=cost)
     weighted = fit(scatter)
     degrees_of_freedom = max(y.size - weighted.coefficients.size, 1)
@@ -157,6 +160,7 @@ def fit_law(losses: Array, covariance: Array, log_energy: Array) -> tuple[Array,
             jac="3-point",
         )
         point = law.x
+        # The law is linear near the point, with the derivative root @ law.jac of the losses.
         local = regress(losses - law_of_loss(log_energy, *point), covariance, root @ law.jac)
         scatter = local.scatter
     return point, local.covariance

@@ -60,7 +60,7 @@ def strength_bounds(low: float, high: float, a3: float, softening: str) -> tuple
 
 @dataclass(frozen=True)
 class RecordFit:
-    """Fit of a damping model and of the curve's a1 and b1 to the record of a wall.
+    """Fit of e, or of the damper that loses as much, and of the curve's a1 and b1 to a record.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ class RecordFit:
         return self.descend(coarse.descend(start).point)
 
     def refine(self, points: Array) -> Array:
-        """Return the best point near a grid, by neighbours of the best points at half the distance.
+        """Return the best point near a grid, whose spacing is halved around the best points.
 
         The misfit has long bent valleys, in which a single descent gets stuck.
         """

@@ -76,6 +76,8 @@ def rest_deviation(displacement: Array) -> float:
 
 def _white_noise(displacement: Array) -> float:
     """Return the standard deviation of white noise, or of the logger's rounding. [m]"""
+    # A second difference of white noise has six times its variance; rounding to steps of s has the
+    # variance s^2/12.
     curvature = np.diff(displacement, 2)
     deviation = float(median_abs_deviation(curvature, scale="normal")) / np.sqrt(6)
     steps = np.abs(np.diff(displacement))
@@ -173,7 +175,8 @@ def _make_release(elapsed: Array, displacement: Array, zero: float, decay: HalfC
     """Return the release of a decay, without the part in which the specimen was held."""
     crossings = decay.start[1:]
     peaks = decay.peak
-    # The last half cycle ends in the noise: it is used to a little before its expected end.
+    # The last half cycle ends in the noise: it is used to a little before its expected end, half of
+    # a half period after its peak.
     end = decay.peak_elapsed[-1] + 0.4 * (crossings[-1] - crossings[-2])
     # ASSUME: below 0.8 of the release the specimen moves freely, whatever held it.
     is_held = (elapsed < crossings[0]) & (np.abs(displacement - zero) >= 0.8 * abs(peaks[0]))
@@ -216,16 +219,17 @@ def _check_gaps(elapsed: Array, crossings: Array) -> None:
 def _check_spikes(elapsed: Array, displacement: Array, clear: float) -> None:
     """Refuse samples far off the motion on both sides of them, where a sensor or a marker was lost.
 
-    From each side the motion is extended by the line through two samples, and across by the chord.
-    After an impact or a release, and at a low frame rate, samples lie between these lines. A spike
-    of up to `MOST_LOST_FRAMES` samples lies outside them by more than `clear`, and by more than
-    five times the distance of any neighbour from its own chord.
+    Three lines continue the motion: on each side the line through the two nearest samples, and the
+    chord between the nearest ones of both sides. After an impact or a release, and at a low frame
+    rate, samples lie between these lines. A spike of up to `MOST_LOST_FRAMES` samples lies outside
+    them by more than `clear`, and by more than five times the distance of any neighbour from the
+    chord between the samples beside it.
     """
     t = np.pad(elapsed, 2, mode="reflect", reflect_type="odd")
     u = np.pad(displacement, 2, mode="reflect")
     inner = np.arange(1, u.size - 1)
     roughness = np.pad(np.abs(u[inner] - _line(t, u, inner - 1, inner + 1, inner)), 1)
-    # Largest of four neighbours: those up to a sample, and those from it on.
+    # Largest roughness of four samples: those that end with a sample, and those that start with it.
     largest = sliding_window_view(np.pad(roughness, 3), 4).max(axis=1)
     largest_before = largest[:-3]
     largest_after = largest[3:]

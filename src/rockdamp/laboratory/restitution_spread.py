@@ -35,6 +35,7 @@ def restitution_spread(likelihood: Likelihood, fitted: TrialsFit) -> dict[str, o
     mean = np.einsum("c,gcj->gj", FIRST_LOSSES, density)
     squares = (FIRST_LOSSES[:, None] - mean[:, None, :]) ** 2
     variance = np.einsum("gcj,gcj->gj", squares, density)
+    # Variance of a trial's loss: the mean within geometries plus the variance between them.
     overall = mean @ prior
     within = variance @ prior
     between = (mean - overall[:, None]) ** 2 @ prior
@@ -45,6 +46,7 @@ def restitution_spread(likelihood: Likelihood, fitted: TrialsFit) -> dict[str, o
     reach = np.outer(scatter, [NORMAL_QUANTILE, -NORMAL_QUANTILE])
     bounds = housner[:, None] - estimate[:, None] - reach
     trial_bounds = _loss_quantiles(np.einsum("gj,gcj->gc", posterior, density))
+    # For comparison, without a model: the first measured ratios about the mean of their geometry.
     first = np.log(trials.ratio[:, 0])
     first_means = likelihood.membership @ first / likelihood.membership.sum(axis=1)
     first_deviation = np.sqrt(np.mean((first - first_means[trials.geometry]) ** 2))
@@ -77,7 +79,7 @@ def _trial_density(housner: Array, values: dict[str, float]) -> Array:
 
 
 def _loss_quantiles(loss_density: Array) -> Array:
-    """Return the losses above 95 % and 5 % of each geometry's trials, shape (geometries, 2)."""
+    """Return the 95 % and 5 % quantiles of each geometry's losses, shape (geometries, 2)."""
     half = loss_density / 2  # half of a loss's density lies below it
     shares = np.cumsum(loss_density, axis=1) - half
     return np.array([np.interp([0.95, 0.05], share, FIRST_LOSSES) for share in shares])

@@ -122,7 +122,7 @@ FIRST_LOSSES = 0.35 * np.linspace(0.0, 1.0, 61) ** 1.5 + 1e-4
 
 
 class Prediction(NamedTuple):
-    """Prediction of a damper for given first losses, shape (losses).
+    """Prediction of a damper for given losses of the first impact, an array of any shape.
 
     Parameters
     ----------
@@ -182,6 +182,7 @@ def predict_damper(model: str, impacts: int) -> Predict:
     def predict(losses: Array, _: float = 0.0) -> Prediction:
         factors = np.array([np.interp(losses, first, column) for column in relative.T])
         loss = np.minimum(factors * losses, RESTING_LOSS)
+        # ln(V_k/V_1) is minus twice the sum of the losses before impact k.
         return Prediction(np.exp(-loss), -2.0 * (np.cumsum(loss, axis=0) - loss))
 
     return predict

@@ -1,10 +1,11 @@
 r"""Likelihood of the ratios of velocity in trials of free rocking, impact by impact.
 
-Impact k of trial t of geometry g has r_k = exp(-delta_k) + a (-1)^k + s_t (V_1/V_k)^(q/2) z_k. Here
-delta_k is the loss that a damper predicts from the trial's first loss delta_1, and V_k the energy
-before the impact. The other terms are errors. Noise grows as the block slows; its level s_t belongs
-to the trial, ln s_t normal over the trials; its tails are heavy, z_k Student's t. Odd and even
-impacts differ by an alternation a, normal over the trials, because a block leans to one side.
+Impact k = 1, 2, ... of trial t of geometry g has the ratio
+r_k = exp(-delta_k) + a (-1)^(k-1) + s_t (V_1/V_k)^(q/2) z_k. Here delta_k is the loss that a damper
+predicts from the trial's first loss delta_1, and V_k the energy before the impact. The other terms
+are errors. Noise grows as the block slows; its level s_t belongs to the trial, ln s_t normal over
+the trials; its tails are heavy, z_k Student's t. Odd and even impacts differ by an alternation a,
+normal over the trials, because a block leans to one side.
 
 delta_1 is normal over the trials of a geometry and cut off at 0, its centre delta_Housner + m_g,
 with m_g normal over the geometries: the spread of ln e does not depend on the block.
@@ -47,14 +48,16 @@ class SearchRange(NamedTuple):
     scale: float
 
 
-# Logarithms, except for `PLAIN_PARAMETERS`.
+# Logarithms, except for `PLAIN_PARAMETERS`. "centre" and "between" are the mean and the standard
+# deviation of m_g, "within" that of delta_1, "noise" and "noise_deviation" those of s_t, as the
+# median of s_t and the standard deviation of ln s_t.
 SEARCH_RANGES = {
     "noise": SearchRange(-3.7, -6.0, -1.0, 0.06),
     "freedom": SearchRange(1.0, -3.0, 5.0, 0.15),  # degrees of freedom less one
     "alternation": SearchRange(-4.1, -7.0, -1.0, 0.1),
     "lean": SearchRange(0.0, -0.1, 0.1, 0.003),  # mean of the alternation over the trials
     "noise_deviation": SearchRange(-0.6, -4.0, 0.7, 0.09),
-    "growth": SearchRange(2.0, 0.0, 5.0, 0.2),  # exponent of the noise, in the energy
+    "growth": SearchRange(2.0, 0.0, 5.0, 0.2),  # q: noise grows as the energy to the power -q/2
     "centre": SearchRange(-0.01, -0.2, 0.2, 0.007),
     "within": SearchRange(-3.7, -7.0, 0.0, 0.15),
     "between": SearchRange(-4.3, -7.0, 0.0, 0.3),
@@ -191,6 +194,7 @@ class Likelihood:
         product = np.ones((*losses.shape, alternations.shape[1], levels.shape[1]))
         for k, count in enumerate(np.isfinite(ratio).sum(axis=0)):
             log_energy = prediction.log_energy[k, :count]
+            # The residual over the growth of the noise: times (V_k/V_1)^(q/2).
             rise = np.exp(0.5 * growth * log_energy)
             z = ((ratio[:count, k, None] - prediction.ratio[k, :count]) * rise)[:, :, None]
             z = z - ((-1.0) ** k * rise)[:, :, None] * alternations[:count, None, :]

@@ -51,6 +51,7 @@ def covariance_by_sensor(derivative: Array, residual: Array) -> Array:
     samples, parameters = scores.shape
     lag_one = np.sum(scores[1:] * scores[:-1], axis=0) / np.sum(scores**2, axis=0)
     rho = min(float(lag_one.max()), 0.99)
+    # Andrews' Eqs. (6.2) and (6.4), for Bartlett's weights and a process of first order.
     alpha = 4 * rho**2 / (1 - rho**2) ** 2
     andrews = int(np.ceil(1.1447 * (alpha * samples) ** (1 / 3)))
     bandwidth = min(andrews, samples - 1)
@@ -68,8 +69,9 @@ def covariance_by_motion(fit: RecordFit, parameters: Array, derivative: Array) -
     """Return the covariance of the estimates by the accelerometer's noise.
 
     The noise shifts the whole decay, and the residuals of a fit hardly show it. It is taken as
-    white; its size comes from the differences between samples before and after the motion. It is
-    drawn, as near collapse the tangent would make it too small. All fits share the draws.
+    white; its size comes from the differences between samples before and after the motion. Drawn
+    noise is run through the solver, because near collapse a tangent would underestimate its effect.
+    All fits share the draws.
 
     Parameters
     ----------
@@ -85,7 +87,7 @@ def covariance_by_motion(fit: RecordFit, parameters: Array, derivative: Array) -
     record = fit.record
     # Small enough for the response to be linear, and large against the solver's roughness.
     noise_share = 0.3
-    lanes = 16  # motions of one run: each lane needs the time of all of them
+    lanes = 16  # motions of one run; each lane adds up all of them, so that more would be slower
     shifts = []
     for _ in track(range(MOTION_DRAWS // lanes), "noise of the motion"):
         draws = random.standard_normal((lanes, record.elapsed.size))

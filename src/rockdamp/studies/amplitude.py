@@ -89,6 +89,7 @@ def damping_ratio_peaks(
     e = flatten(restitution)
     x0 = flatten(release_amplitude)
 
+    # The search evaluates only the lanes that have not converged, and passes numbers as floats.
     def excess(xi: Array, lane: Array) -> Array:
         index = lane.astype(np.int64)
         lane_curves = curves.map(lambda parameter: parameter[index])

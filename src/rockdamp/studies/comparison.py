@@ -31,8 +31,9 @@ VARIED_STATISTICS = (*("median_ratio", "median_ratio_interval", "log_error", "lo
 def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
     """Compare every damper, and CR with small changes, with CR, over all records and walls.
 
-    A source of damping ratios that has none for some wall is compared on the other walls, beside CR
-    on these too: ``pooled`` tells which. CR with small changes is on every wall that has a ratio.
+    A source that lacks a damping ratio for some wall is compared over the other walls, and CR
+    beside it too: ``pooled`` marks these walls. CR with small changes is compared over every wall
+    that is marked for any source.
 
     Parameters
     ----------
@@ -159,6 +160,7 @@ def _find_excess(
         error = root_mean_square(square.sum(axis=(0, 1, 2)), survived.sum(axis=(0, 1, 2)))
         error[cr] = np.nan
         candidates = np.where(is_ranked & np.isfinite(error), error, np.inf)
+        # Damper and source of the least error, with axes of length 1 in place of theirs.
         best: Any = (..., *np.unravel_index(np.argmin(candidates), error.shape), None, None)
         survived_both = survived & survived[best]
         # By record: squares of each damper, squares of the best one, and the number of histories.

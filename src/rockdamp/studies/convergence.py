@@ -60,6 +60,7 @@ def draw(seed: int, lanes: int, samples: int, sample: float) -> Ensemble:
     """Draw walls and a band-limited load with a sample every `sample` in tau."""
     rng = np.random.default_rng(seed)
     curve = TrilinearCurve(rng.uniform(0.02, 0.12, lanes), rng.uniform(0.5, 0.85, lanes))
+    # Twelve sines; phases are in turns.
     frequency, phase = rng.uniform(0.3, 3.0, (2, 12))[..., None]
     tau = sample * np.arange(samples)
     ground = np.sin(frequency * tau + 2 * np.pi * phase).sum(axis=0)

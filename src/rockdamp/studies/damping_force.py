@@ -13,8 +13,8 @@ from rockdamp.solvers.newmark import simulate
 from rockdamp.studies.decays import damped_decays, step_count
 from rockdamp.studies.matches import match_decays
 
-# Exponent of C in the secant frequency. ECD has none: it depends on the energy frequency, which is
-# no function of the secant frequency alone.
+# Exponent of the secant frequency to which C is proportional. ECD has none: its C depends on the
+# energy frequency, which is no function of the secant frequency alone.
 FREQUENCY_EXPONENTS = {"CDC": 0.0, "CDR": 1.0, "SDR": 2.0}
 
 

@@ -274,7 +274,7 @@ def run_dampers(
 
 
 def _make_specimens(config: Config, walls: xr.Dataset) -> Mapping[tuple[int, ...], Specimen]:
-    """Return the specimens with a ratio, by wall, e, damping model and source; CR by the first."""
+    """Return the specimens with a ratio, by wall, e, model and source; CR at the first source."""
     values = walls["damping_ratio"].transpose("wall", *RATIO_DIMS).values.copy()
     values[:, :, MODELS.index(REFERENCE), 0] = walls["restitution"]
     named_walls = list(study_walls(config).values())

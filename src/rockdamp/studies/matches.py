@@ -85,7 +85,7 @@ def match(name: str, config: Config, decays: xr.Dataset) -> xr.Dataset:
 def _match_lengths(
     name: str, cases: Cases, matches: Mapping[str, Matched], lengths: Array
 ) -> list[Array]:
-    """Return damping ratios of each model, with a response length for each wall after the first."""
+    """Return damping ratios of each model, each wall at its own length, from ``lengths[1:]``."""
     response_length, *wall_lengths = lengths
 
     def match_model(model: str) -> Array:
@@ -106,9 +106,10 @@ def _match_lengths(
 def _match_absolute(
     config: Config, cases: Cases, matches: Mapping[str, Matched], steps: int
 ) -> list[Array]:
-    """Return damping ratios of each model by the words under Eq. (17) in place of its formula.
+    """Return damping ratios of each model by absolute differences, at the reference amplitude.
 
-    They are of the reference amplitude, shape (restitution,).
+    The words under Eq. (17) describe absolute differences, its formula squares. The shape of each
+    model's ratios is (restitution,).
     """
     reference = np.flatnonzero(cases.release_amplitude == config.release_amplitude)
     reference_cases = cases.take(reference)

@@ -34,9 +34,11 @@ def mechanism(config: Config) -> xr.Dataset:
         **make_variants(paper_curve),
         **{name: TrilinearCurve.preset(name) for name in PRESETS},
     }
+    # The last three parameters are the corners a1, a2 and a3.
     corners = np.concatenate([np.ravel(curve.parameters()[3:]) for curve in curves.values()])
     # Corners such as 1 - 0.85 are rounded, so that no displacement stands there twice.
     x = np.unique(np.concatenate([np.linspace(0, 1, 1001), corners]).round(12))
+    # The first row is the bi-linear law, f/F0 = 1 - u/u_ins.
     force = np.stack([1 - x, *(curve.force(x) for curve in curves.values())])
     curve_variables = {}
     for name, attribute in CURVE_VARIABLES.items():
@@ -98,7 +100,8 @@ def make_variants(curve: TrilinearCurve) -> dict[str, TrilinearCurve]:
     # ASSUME: the paper draws a3 < 1 without its value; this one leaves room for translated
     # softening.
     a3 = 0.93
-    # Translated softening needs a3 > a1 + b1: the plateau is lower if the curve's leaves no room.
+    # Translated softening needs a3 > a1 + b1. If the curve's own b1 leaves no room, a lower one
+    # makes the plateau half as long as a1.
     lower_b1 = min(b1, a3 - 1.5 * a1)
     return {
         "steeper": TrilinearCurve(a1, b1, a3, "steeper"),

@@ -77,6 +77,7 @@ def vary_restitution(section: Order, e: float) -> dict[str, Variation]:
         name = f"e {sign} {section.restitution_change:g}"
         variations[name] = Variation("restitution", change, e + change, step)
     for sign, change in (("-", -section.loss_change), ("+", section.loss_change)):
+        # The loss -ln e times 1 + change.
         name = f"loss {sign} {100 * section.loss_change:g} %"
         variations[name] = Variation("loss", change, e ** (1 + change), step)
     variations["half step"] = Variation("step", 0.5, e, step / 2)
@@ -201,7 +202,7 @@ def find_departure(ladder: xr.Dataset, cases: Sequence[Case]) -> xr.DataArray:
 def compare(config: Config, chunks: Sequence[xr.Dataset]) -> xr.Dataset:
     """Compare every damper and variation with CR over all records, walls and intensities.
 
-    A ratio r is that of the peak to the peak under CR, where neither wall collapses and the peak
+    The ratio of a peak to the peak under CR is taken where neither wall collapses and the peak
     under CR lies within the bands of the comparison. Intervals come from the paired bootstrap over
     stations.
 
@@ -257,6 +258,7 @@ def find_largest_step(departure: xr.DataArray, converged: float = 0.005) -> xr.D
     """
     histories = ["ladder_record", *HISTORIES[1:]]
     is_run = departure.notnull().any(histories)
+    # A step without any history counts as not converged.
     quantile = departure.where(is_run, 1.0).quantile(0.9, histories).drop_vars("quantile")
     return quantile["step"].where(quantile <= converged).max("step")
 
@@ -264,7 +266,8 @@ def find_largest_step(departure: xr.DataArray, converged: float = 0.005) -> xr.D
 def crossing_force(config: Config) -> xr.DataArray:
     """Return C v/F0 at u = 0 after a release, of the paper's curve and of each wall. [-]
 
-    The speed is that between those before and after an impact, sqrt(2 e V). CR has no force.
+    The speed sqrt(2 e V) is the geometric mean of those before and after an impact. CR has no
+    force.
 
     Parameters
     ----------

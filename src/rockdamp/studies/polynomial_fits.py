@@ -13,7 +13,7 @@ from rockdamp.config import Config
 from rockdamp.equivalence.closed_form import giannini_masiani
 
 DEGREE = 2
-# Ends of the ranges of e that have a largest relative error each.
+# Upper ends of the ranges of e; the largest relative error is stated for each range.
 RANGE_ENDS = (0.90, 0.96, 1.00)
 POLYNOMIAL_DIMS = ("damping_model", "yield_displacement_ratio")
 
@@ -34,7 +34,7 @@ def fit(config: Config, matched: xr.Dataset) -> xr.Dataset:
     e = matched["restitution"].values
     ratio = matched["damping_ratio"]
     rows = ratio.values
-    delta = 0.0 - np.log(e)  # without the sign of zero
+    delta = 0.0 - np.log(e)  # -np.log(e) would be -0.0 at e = 1
     coefficient, fitted = _least_squares(e, rows, np.ones(e.size))
     delta_coefficient, delta_fitted = _least_squares(delta, rows, delta)
     residual = rows - fitted

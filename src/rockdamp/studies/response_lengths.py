@@ -118,11 +118,11 @@ def between_neighbours(lengths: Array, inferred: float) -> Array:
 
 
 def misclassified(errors: xr.Dataset) -> xr.DataArray:
-    """Count, for each response length, the values of e at which CDR is wrongly lowest, or not.
+    """Count, for each response length, the values of e at which the lowest Err is not the paper's.
 
-    `PAPER_RANGE` is right. The count is the objective of the inference. It was fixed before the
-    response lengths were computed: the lowest Err among the paper's three models, every e of the
-    grid with equal weight.
+    In the paper, CDR has the lowest Err within `PAPER_RANGE` and nowhere else. The count is the
+    objective of the inference. It was fixed before the response lengths were computed: the lowest
+    Err among the paper's three models, every e of the grid with equal weight.
     """
     lowest = errors["error"].sel(damping_model=list(PAPER_MODELS)).argmin("damping_model")
     e = errors["restitution"]

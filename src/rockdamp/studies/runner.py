@@ -61,21 +61,22 @@ class Case:
     name : str
         Name that no other case of the study has.
     make_specimen : callable
-        Returns the specimen, of numbers, for a wall and a curve of the study; None where the case
-        has none.
+        Takes a wall and a curve of the study. Returns the specimen, whose values are numbers, or
+        None where the case has none.
     step : float
         Longest step, times the angular frequency of the first branch. [-]
     reference : str, optional
-        Name of the case that this one is compared with.
+        Name of the case that this one is compared with. Default: none.
     coordinates : mapping, optional
-        Place of the case along the dimensions of the study's dataset, by their names.
+        Place of the case along the dimensions of the study's dataset, by their names. Default:
+        none.
     move_supports : callable
-        Returns the record of the supports for a ground motion, and whether a parapet stands on
-        them.
+        Takes a ground motion, and whether a parapet stands on the supports. Returns the record of
+        the supports. Default: `move_ground`.
     scheme : {"newmark", "paper"}
-        Scheme of the solver, as in `peaks`.
+        Scheme of the solver, as in `peaks`. Default: "newmark".
     halvings : int
-        Halvings of the step, after it is made a whole part of the record's.
+        Halvings of the step, after it is made a whole part of the record's. Default: 0.
     """
 
     name: str
@@ -341,6 +342,7 @@ def compare_intensities(pairs: xr.Dataset, weights: Array) -> xr.Dataset:
     intervals = []
     for case in range(pairs.sizes["case"]):
         collapses, runs = _count_collapses(pairs.isel(case=case), members)
+        # The second side is the reference.
         curves = compare_fragilities(
             pairs["velocity_ratio"].values, collapses, runs, weights, (..., slice(1, 2))
         )

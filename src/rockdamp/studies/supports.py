@@ -52,7 +52,7 @@ FIXED_SIDE = "eccentric overburden, fixed side"
 
 
 def list_cases(section: Supports) -> list[Case]:
-    """Return the cases that are loads on an odd curve; a parapet has a flexible floor alone.
+    """Return the cases with a symmetric curve; a parapet has the floors and its own inertia alone.
 
     Parameters
     ----------

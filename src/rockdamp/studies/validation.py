@@ -186,7 +186,8 @@ def _log_decrement(peaks: Array) -> float:
 def _match(computed_cycles: HalfCycles, measured_cycles: HalfCycles) -> HalfCycles:
     """Return the computed half cycles that match the measured ones, in order.
 
-    The first is that on the side of the first measured one whose peak is nearest to it in time.
+    The first one is on the same side as the first measured one, and of those that are, its peak is
+    nearest in time.
     """
     same_side = np.flatnonzero(np.sign(computed_cycles.peak) == np.sign(measured_cycles.peak[0]))
     if not same_side.size:
