@@ -1,7 +1,7 @@
 """Convert the coefficient of restitution of a rocking masonry wall into an equivalent viscous
 damping ratio.
 
-The public names stand in `__init__.pyi`. Each is imported when it is first used, so that a program
+`__init__.pyi` lists the public names. Each is imported when it is first used, so that a program
 loads what it needs.
 """
 

@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 Quantity: TypeAlias = Any  # a number or an array of numbers; NumPy's ArrayLike has no arithmetic
 
-LONGEST_LISTED = 6  # values of an array that a text lists
+LONGEST_LISTED = 6  # size of the largest array whose values the text lists
 
 
 def short_repr(instance: Any, defaults: Mapping[str, Any] | None = None) -> str:
-    """Return a dataclass as the call that makes it, without the fields that have their defaults.
+    """Return the call that makes a dataclass, as text, without the fields that have their defaults.
 
     Parameters
     ----------
     instance : dataclass
         An object with numbers, texts and arrays as fields.
     defaults : dict, optional
-        Stored values of the fields whose default is None in the call.
+        Value that the object stores for a field whose default in the call is None, by field.
     """
     arguments = []
     for field in fields(instance):

@@ -36,8 +36,8 @@ DEFAULT_RESPONSE_LENGTH = 8.0
 
 # ASSUME: standard deviation of e of one wall from the rule for it. The tests of walls that the
 # paper quotes have 0.85 to 0.91 of Eq. (7), mean 0.86; reports of other walls and blocks,
-# second-hand, 0.90 to 0.97 of theory. A deviation of 0.03 about 0.90 has all but the last within
-# two.
+# second-hand, 0.90 to 0.97 of theory. Two deviations of 0.03 about 0.90 cover 0.84 to 0.96, all
+# these ratios but the largest.
 WALL_RESTITUTION_DEVIATION = 0.03
 # Standard deviation of ln e of one block in measured free-rocking trials, over all slendernesses; a
 # test keeps it equal to results/measured_rocking.nc.
@@ -45,6 +45,6 @@ BLOCK_RESTITUTION_DEVIATION = 0.024
 
 RELEASES = "0.3 to 0.5 u_ins"  # amplitudes of the releases that a constant e is meant for
 # A constant e measured in small releases, 0.1 u_ins, overstates the intensity that a wall survives
-# by this share, if walls lose energy as measured blocks do. A test keeps it to the table of
-# docs/earthquakes.md.
+# by this share, if walls lose energy as measured blocks do. Here g is the loss exponent of
+# `Damping`. A test keeps the text equal to the table of docs/earthquakes.md.
 SMALL_RELEASE_OVERSTATES = "5 to 15 % with g = 0.13 to 0.39"

@@ -1,7 +1,8 @@
 """The exception for bad input, and the checks that raise it.
 
-A rule is a test of values and the same in words. Every number that a user passes comes through
-`check`, which copies it: frozen objects do not change with the caller's arrays.
+A rule is a pair: a function that tests values, and the allowed values in words. Every number that a
+user passes comes through `check`, which copies it: frozen objects do not change with the caller's
+arrays.
 """
 
 from __future__ import annotations
@@ -40,10 +41,22 @@ def check(
     The message of an error reads ``NAME is VALUE; it must be ALLOWED`` and shows the first wrong
     value.
 
+    Parameters
+    ----------
+    name : str
+        Name of the quantity in the message.
+    value : float or array_like
+        Number or numbers to check.
+    valid : callable
+        Test of an array; its result broadcasts against the array.
+    allowed : str
+        Allowed values in words, for the message.
+
     Raises
     ------
     InputError
-        If `value` is no number and no array of numbers, or is not finite and `valid` everywhere.
+        If `value` is neither a number nor an array of numbers, or if any of its numbers is not
+        finite or not `valid`.
     """
     array = _copy_numbers(name, value)
     good = np.isfinite(array) & np.asarray(valid(array))
@@ -56,7 +69,7 @@ def check(
 def check_number(
     name: str, value: ArrayLike, valid: Callable[[NDArray[np.float64]], ArrayLike], allowed: str
 ) -> float:
-    """Return one number as a float; the errors are those of `check`, and another for an array."""
+    """Return one number as a float; raise as `check` does, and for an array of another size."""
     array = check(name, value, valid, allowed)
     if array.size != 1:
         raise InputError(f"{name} is {_shorten(value)}; it must be one number, {allowed}")
@@ -87,7 +100,7 @@ def check_type(name: str, value: T, *types: type) -> T:
 def check_list(name: str, value: T | Iterable[T], kind: type[T]) -> list[T]:
     """Return one object of a type, or several, as a list.
 
-    Raise `TypeError` for other types, `InputError` for no object.
+    Raise `TypeError` for other types, `InputError` for an empty list.
     """
     if isinstance(value, kind):
         return [value]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import SupportsFloat
 
-DASH = "–"  # where a study is too small to define a number
+DASH = "–"  # replaces a number that is not finite, where a study is too small to define it
 NO_BREAK_SPACE = "\u00a0"
 
 _MINUS = str.maketrans("-", "−")
@@ -14,7 +14,7 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: SupportsFloat, digits: int = 3) -> str:
-    """Write a number with significant digits; a dash if it is not finite."""
+    """Write a number with `digits` significant digits; a dash if it is not finite."""
     x = float(value)
     if not math.isfinite(x):
         return DASH

@@ -14,8 +14,8 @@ from rockdamp.constants import STANDARD_GRAVITY
 
 POUND = 0.45359237  # [kg]
 FOOT = 0.3048  # [m]
-# For each SI unit, the spellings that a number may have, in capital or small letters, and their
-# sizes.
+# For each SI unit, the spellings of the units that a number may have, in capital or small letters,
+# and the size of each in the SI unit.
 UNITS: dict[str, dict[str, float]] = {
     "": {"%": 0.01, "-": 1.0},
     "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": FOOT / 12, "ft": FOOT},
@@ -69,7 +69,7 @@ def spelling(text: str, unit: str) -> str | None:
     folded = re.sub(r"\*\*|\^|[()]", "", text.strip().lower())
     folded = folded.replace("sec", "s").replace("²", "2").replace("³", "3")
     folded = re.sub(r"[\s·]+([a-z]+)-(\d)", r"/\1\2", folded)  # "m s-2" is "m/s2"
-    folded = folded.replace(" ", "").removesuffix("1")
+    folded = folded.replace(" ", "").removesuffix("1")  # "m/s1", from "m s-1", is "m/s"
     names = {name.lower(): name for name in UNITS[unit]}
     return names.get(folded)
 
@@ -128,6 +128,7 @@ def quantities(text: str, unit: str = "") -> list[float]:
     """Return the numbers of a list, such as ``0.2g,0.4g``, in an SI unit; all must have a unit, or
     none.
     """
+    # "0,25" is a number with a decimal comma rather than a list of 0 and 25.
     if re.fullmatch(r"\s*0,\d+\s*", text):
         raise ValueError(f"{text!r} has a decimal comma; the decimal sign must be a point")
     parts = text.split(",")
@@ -141,7 +142,7 @@ def quantities(text: str, unit: str = "") -> list[float]:
 
 
 def stated_unit(text: str, unit: str) -> str:
-    """Return the spelling of the unit that a list of numbers is in; the SI unit if it states none."""
+    """Return the spelling of the unit of a list of numbers; the SI unit if the list states none."""
     match = _NUMBER_AND_UNIT.fullmatch(text.partition(",")[0])
     name = spelling(match[2], unit) if match and match[2] else None
     return next(iter(UNITS[unit])) if name is None else name

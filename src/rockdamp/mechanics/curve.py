@@ -12,7 +12,7 @@ from rockdamp.arrays import Array, Quantity, short_repr
 from rockdamp.constants import PRESETS, SOFTENING
 from rockdamp.errors import Rule, check, check_choice, check_fields
 
-# A shorter branch is one of rounding: in floating point 1 - 0.85 is above 0.15.
+# A shorter branch only comes from rounding: in floating point 1 - 0.85 is above 0.15.
 SHORTEST_BRANCH = 1e-12
 CURVE_RULES: dict[str, Rule] = {
     # ASSUME: joints are rougher than some micrometres, 1e-5 of the thickness of a wall.
@@ -145,7 +145,7 @@ class TrilinearCurve:
         Parameters
         ----------
         function : callable
-            Picks or repeats elements of an array of the shape `shape`.
+            Takes an array of the shape `shape`, and returns some of its elements or repeats them.
         """
         a1, b1, a3 = map(function, np.broadcast_arrays(*self.ratios))
         return TrilinearCurve(a1, b1, a3, self.softening)
@@ -184,6 +184,7 @@ class TrilinearCurve:
         z1 = np.minimum(z, a1)
         z2 = np.minimum(np.maximum(z, a1), a2)
         z3 = np.minimum(np.maximum(z, a2), a3)
+        # Last branch: 2V grows by ks ((a3 - a2)^2 - (a3 - z)^2), factorised.
         softening = ks * (z3 - a2) * (2.0 * a3 - a2 - z3)
         return np.asarray(0.5 * (k1 * z1 * z1 + 2.0 * b1 * (z2 - a1) + softening))
 
@@ -229,7 +230,9 @@ class TrilinearCurve:
         def speed(x: Array) -> Array:
             return np.sqrt(np.maximum(2 * (v0 - self.energy(x)), 0))
 
-        # Each branch covers its start to min(its end, x0); empty branches give zero time.
+        # A quarter period is the time from 0 to x0. Each branch covers its start to min(its end,
+        # x0); empty branches give zero time. First branch: tan(w1 t) = w1 x/v. Plateau: the speed
+        # falls at the rate b1.
         end1 = np.minimum(x0, a1)
         end2 = np.clip(x0, a1, a2)
         first = np.arctan2(np.sqrt(k1) * end1, speed(end1)) / np.sqrt(k1)

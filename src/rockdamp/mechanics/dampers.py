@@ -18,12 +18,15 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError, Rule, check
 from rockdamp.mechanics.curve import TrilinearCurve
 
-# ASSUME: kappa cos^(2m+1) phi sin phi of ECD is at most this value. From 1 on half cycles would not
-# end; near 1 the motion is almost the creep of an overdamped oscillator.
+# ASSUME: kappa cos^(2m+1) phi sin phi of ECD, at the phase phi of tan^2 phi = V/T, is at most this
+# value. From 1 on half cycles would not end; near 1 the motion is almost the creep of an overdamped
+# oscillator.
 CAP = 0.95
-LARGEST_BAND_RATIO = -math.log(0.01) / math.pi  # xi of e = 0.01
-LARGEST_STRENGTH = 3.4  # delta' of BAND; a narrow band divides by zero at 2 sqrt(3) = 3.46
-DOUBLED_ORDERS = (1, 2, 4, 8, 16, 32, 64, 128)  # orders of ECD that the kernel computes by squares
+LARGEST_BAND_RATIO = -math.log(0.01) / math.pi  # xi of e = 0.01, which takes 99.99 % of the energy
+# delta' of BAND. For a narrow band the integrand of `half_cycle_loss` has a pole from
+# 2 sqrt(3) = 3.46 on.
+LARGEST_STRENGTH = 3.4
+DOUBLED_ORDERS = (1, 2, 4, 8, 16, 32, 64, 128)  # orders of ECD by repeated squares in the kernel
 
 AT_LEAST_0: Rule = (lambda x: x >= 0, "at least 0")
 ABOVE_0: Rule = (lambda x: x > 0, "greater than 0")
@@ -209,11 +212,12 @@ class ECD(Damper):
         e = check("restitution", e, *ABOVE_0_UP_TO_1)
         m = parameters.order
         g = parameters.loss_exponent
-        delta = 0.0 - np.log(e)
+        delta = 0.0 - np.log(e)  # 0 and not -0 for e = 1
         has_no_phase = (m == 0) & (g == 0)
         divisor = np.where(g == 0, 1.0, 2 * g)
+        # (1 - e^2g)/(2g), which tends to delta as g tends to 0.
         loss = np.where(g == 0, delta, -np.expm1(-2 * g * delta) / divisor)
-        # Order 0 on the first branch is the linear oscillator.
+        # Order 0 on the first branch is the linear oscillator: xi = delta/sqrt(pi^2 + delta^2).
         xi = np.where(has_no_phase, delta / np.hypot(np.pi, delta), loss / np.pi)
         limit = np.where(has_no_phase, np.inf, CAP * critical_damping_ratio(m))
         least = np.max(np.exp(-np.pi * limit), initial=0)
@@ -286,6 +290,7 @@ class CQD(BandDamper):
 
     def kernel_arguments(self, parameters: Parameters, curve: TrilinearCurve) -> KernelArguments:
         half_width = parameters.width * curve.yield_displacement_ratio
+        # The integral of mu over the band is 4/3 of the size, and must be delta = pi xi.
         return "cqd", (0.75 * math.pi * parameters.value, half_width, 0.0)
 
 
@@ -346,7 +351,7 @@ def _gauss_rule(count: int) -> tuple[Array, Array]:
 
 
 COARSE_RULE = _gauss_rule(24)  # integrates the loss to 1e-13 for delta up to 1
-FINE_RULE = _gauss_rule(60)
+FINE_RULE = _gauss_rule(60)  # for a larger delta, whose integrand comes near its pole
 
 
 def half_cycle_loss(strength: ArrayLike, width: ArrayLike) -> Array:
@@ -391,7 +396,7 @@ def band_strength(log_decrement: ArrayLike, width: ArrayLike) -> Array:
 
 
 def _invert_loss(delta: Array, t_c: Array, rule: tuple[Array, Array]) -> Array:
-    """Return the strengths by Newton's method, each with the steps that it takes alone."""
+    """Return the strengths by Newton's method, each with the steps it would take alone."""
     terms = _loss_terms(t_c, rule)
     # The short form's first terms lie above the root. From there the steps fall to it, as the loss
     # is convex.
@@ -401,7 +406,7 @@ def _invert_loss(delta: Array, t_c: Array, rule: tuple[Array, Array]) -> Array:
         loss, slope = _sum_loss(strength, terms)
         step = np.where(moves, (loss - delta) / slope, 0.0)
         strength = strength - step
-        # The error falls with its square: after a step of 1e-8 it is that of rounding.
+        # The error after a step is as the square of the step: after 1e-8 it is that of rounding.
         moves = np.abs(step) > 1e-8 * strength
     return strength
 

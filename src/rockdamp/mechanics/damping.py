@@ -41,7 +41,8 @@ class Damping:
     order : float or ndarray, optional
         Order m of ECD; a larger order is closer to restitution. The default is 0. [-]
     width : float or ndarray, optional
-        For BAND t_c, 0.2 by default [rad]; for CQD the half width over a1, 0.25 by default [-].
+        For BAND t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad]. For CQD the half
+        width over a1, 0.25 by default [-].
     loss_exponent : float or ndarray
         Exponent g of CR and ECD. With g > 0 the loss falls with the amplitude: an impact at the
         energy E- leaves E+^g = E-^g - E_r^g (1 - e^2g), or stops the wall. For ECD less than 0.5.
@@ -106,11 +107,14 @@ class Damping:
         order : float or ndarray, optional
             Order m of ECD. The default is 0. [-]
         width : float or ndarray, optional
-            For BAND t_c, 0.2 by default [rad]; for CQD the half width over a1, 0.25 by default [-].
+            For BAND t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad]. For CQD the
+            half width over a1, 0.25 by default [-].
         loss_exponent : float or ndarray
-            Exponent g of CR and ECD, with which the loss falls with the amplitude. [-]
+            Exponent g of CR and ECD; with g > 0 the loss falls with the amplitude. The default is
+            0. [-]
         reference_amplitude : float or ndarray
-            Amplitude u/u_ins that e refers to, where the loss depends on the amplitude. [-]
+            Amplitude u/u_ins that e refers to, where the loss depends on the amplitude. The default
+            is 0.3. [-]
 
         Raises
         ------
@@ -142,7 +146,7 @@ class Damping:
 
     @property
     def label(self) -> str:
-        """Name in datasets: ECD16, BAND0.4; the model alone at a default and for arrays."""
+        """Name in datasets: ECD16, BAND0.4; only the model for a default and for arrays."""
         number = self.family_parameter
         default = self.damper.defaults.get(self.damper.label_parameter or "", 0.0)
         if math.isnan(number) or number == default:
@@ -168,7 +172,7 @@ class Damping:
         Parameters
         ----------
         function : callable
-            Picks or repeats elements of an array of the shape `shape`.
+            Takes an array of the shape `shape`, and returns some of its elements or repeats them.
         """
         parameters = np.broadcast_arrays(*self.parameters)
         return Damping(self.model, *map(function, parameters))

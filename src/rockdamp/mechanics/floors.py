@@ -43,7 +43,7 @@ class Building:
     storey : int
         Storey of the wall, 1 for the lowest. A parapet stands on top of it.
     damping_ratio : float
-        Damping ratio of every mode, between 0 and 1. [-]
+        Damping ratio of every mode, between 0 and 1. The default is 0.05. [-]
 
     Notes
     -----
@@ -105,7 +105,7 @@ class Diaphragm:
         Period of the loaded floor across the wall, at most 20 s. Timber floors have about 0.2 to
         0.6 s; below 0.03 s the floor is rigid. [s]
     damping_ratio : float
-        Damping ratio of the floor, between 0 and 1. [-]
+        Damping ratio of the floor, between 0 and 1. The default is 0.05. [-]
 
     Examples
     --------

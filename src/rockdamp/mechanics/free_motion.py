@@ -27,7 +27,7 @@ def displacement_from_peak(curve: TrilinearCurve, amplitude: Array, tau: Array) 
 
     It solves :math:`x'' + f(x) = 0` from rest at the peak: a hyperbolic cosine on the softening
     branch, a parabola on the plateau, a cosine on the first branch. The displacement is zero at a
-    quarter of `TrilinearCurve.period` from the peak; beyond it the first branch goes on to the
+    quarter of `TrilinearCurve.period` from the peak; later the first branch continues to the
     other side. All parameters broadcast against each other.
 
     Parameters

@@ -104,7 +104,7 @@ class Specimen:
 
 
 def stack_parts(parts: Sequence[Part]) -> Part:
-    """Return walls, curves or dampings of numbers as one of arrays; a text is that of the first.
+    """Return walls, curves or dampings of numbers as one of arrays; a text is taken from the first.
 
     Parameters
     ----------

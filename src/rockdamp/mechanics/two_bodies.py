@@ -22,7 +22,7 @@ from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import check
 from rockdamp.mechanics.wall import Wall
 
-SMALLEST_PEAK = 1e-10  # over the release: smaller half cycles are not followed
+SMALLEST_PEAK = 1e-10  # divided by the release amplitude: the decay is zero below it
 TOLERANCE = 1e-12  # relative, of DOP853
 
 
@@ -53,7 +53,8 @@ def slender_decay(times: ArrayLike, restitution: float, release_amplitude: float
     def fall(number: int) -> Fall:
         remaining = restitution ** (2 * number) * double_energy
         root = np.sqrt(1 - remaining)  # 1 - x at the peak
-        peak = remaining / (1 + root)
+        peak = remaining / (1 + root)  # 1 - root without its cancellation
+        # x = 1 - root cosh(t), in a form without cancellation near the peak.
         duration = float(np.arccosh(1 / root))
         return Fall(peak, duration, lambda t: peak - 2 * root * np.sinh(t / 2) ** 2)
 

@@ -13,10 +13,10 @@ from rockdamp.errors import Rule, check, check_choice, check_fields, check_type
 
 EXCITATION_FACTOR = 1.5  # lambda, Eq. (4)
 SORRENTINO_RATIO = 0.90  # e measured over e of Eq. (7), section 4.1
-# ASSUME: where tests found the hinge, section 2. Eq. (5) alone has its least at the top of a wall
-# without overburden.
+# ASSUME: where tests found the hinge, section 2. Without these bounds F0 of Eq. (5) would be least
+# with the hinge at the top, for a wall without overburden.
 HINGE_RANGE = (0.5, 0.7)
-WEAKEST = "weakest"  # a text in place of the height of the hinge
+WEAKEST = "weakest"  # `hinge_ratio` may be this text in place of a number
 
 MECHANISM_RULES: dict[str, Rule] = {
     "thickness": (
@@ -26,8 +26,8 @@ MECHANISM_RULES: dict[str, Rule] = {
     "height": (lambda h: (h > 0) & (h <= 1000), "greater than 0 and at most 1000 m"),
     "width": (lambda width: width > 0, "greater than 0 [m]"),
     "density": (lambda density: density > 0, "greater than 0 [kg m-3]"),
-    # Masonry of 1 m, the lightest that carries a floor, is crushed by some 1000 times its weight
-    # (20 MPa).
+    # Masonry 1 m high is the lightest that carries a floor. About 1000 times its weight crushes it:
+    # 20 MPa.
     "overburden_ratio": (
         lambda ratio: (ratio >= 0) & (ratio <= 1000),
         "at least 0 and at most 1000, where masonry is crushed",
@@ -160,21 +160,23 @@ class Wall(_Mechanism):
     height : float or ndarray
         Height h between the supports. [m]
     width : float or ndarray
-        Horizontal length of the wall. [m]
+        Horizontal length of the wall. The default is 1. [m]
     density : float or ndarray
-        Density of the masonry. [kg m-3]
+        Density of the masonry. The default is 1800. [kg m-3]
     hinge_ratio : float, ndarray or "weakest"
         Relative height of the hinge, r = h1/h, between 0 and 1; ``"weakest"`` for
-        `weakest_hinge_ratio`. [-]
+        `weakest_hinge_ratio`. The default is 0.7. [-]
     overburden_ratio : float or ndarray
-        Vertical force on the top divided by the weight of the wall, O/W, from 0 to 1000. [-]
+        Vertical force on the top divided by the weight of the wall, O/W, from 0 to 1000. The
+        default is 0. [-]
     eccentricity : float or ndarray
         Distance of the overburden from mid-thickness, positive towards the corner about which the
-        top turns; it changes side with u. At most half the thickness, either way. [m]
+        top turns; it changes side with u. At most half the thickness, either way. The default is
+        0. [m]
     overburden_mass : float or ndarray
         Part of the overburden, from 0 to 1, that is a mass and moves up and down with the top; the
         rest is a force alone. The floor holds the mass horizontally. The mass makes the wall slower
-        and does not change e. [-]
+        and does not change e. The default is 0. [-]
     own_inertia : bool or ndarray of bool
         False for the effective mass of slender blocks, 2/3 m, as in the paper. True adds the
         inertia of the bodies' thickness: their rotation, and their rise and fall as they rock.
@@ -192,9 +194,7 @@ class Wall(_Mechanism):
     >>> wall = rd.Wall(thickness=0.3, height=4.5)
     >>> wall
     Wall(thickness=0.3, height=4.5)
-    >>> round(
-    ...     float(wall.instability_displacement), 4
-    ... )  # the thickness, where there is no overburden
+    >>> round(float(wall.instability_displacement), 4)  # the thickness: there is no overburden
     0.3
     >>> rd.Wall(thickness=0.3, height=[3.0, 4.5]).slenderness
     array([10., 15.])
@@ -348,14 +348,16 @@ class Parapet(_Mechanism):
     height : float or ndarray
         Height h. [m]
     width : float or ndarray
-        Horizontal length of the parapet. [m]
+        Horizontal length of the parapet. The default is 1. [m]
     density : float or ndarray
-        Density of the masonry. [kg m-3]
+        Density of the masonry. The default is 1800. [kg m-3]
     overburden_ratio : float or ndarray
-        Vertical force on the top divided by the weight of the parapet, O/W, from 0 to 1000. [-]
+        Vertical force on the top divided by the weight of the parapet, O/W, from 0 to 1000. The
+        default is 0. [-]
     eccentricity : float or ndarray
         Distance of the overburden from mid-thickness, positive towards the corner about which the
-        top turns; it changes side with u. At most half the thickness, either way. [m]
+        top turns; it changes side with u. At most half the thickness, either way. The default is
+        0. [m]
     own_inertia : bool or ndarray of bool
         False for the effective mass of a slender block, 2/3 m, as in the paper. True for that of a
         block with a thickness, 2/3 m (1 + (t/h)^2).

@@ -18,7 +18,8 @@ from rockdamp.solvers import kernel
 
 WHOLE: Rule = (lambda n: (n >= 1) & (n == np.floor(n)), "a whole number, at least 1")
 MOST_VALUES = 2**28  # of one array: 2 GiB
-# Of a block, in one call of the kernel: a fraction of a second, so that Ctrl-C is noticed.
+# Steps of one call of the kernel, summed over its blocks: they take a fraction of a second, so that
+# Ctrl-C is noticed.
 STEPS_PER_CALL = 2**18
 # A thread costs more than it saves for fewer steps of a block.
 LEAST_STEPS_OF_THREAD = 2**13
@@ -40,12 +41,12 @@ class Blocks:
     shape : tuple of int
         Shape of the batch.
     stored : int
-        Values that are stored of each lane.
+        Number of values that are stored for each lane.
 
     Attributes
     ----------
     lanes, count, width : int
-        Lanes of the batch, blocks, and lanes of each block.
+        Number of lanes in the batch, of blocks, and of lanes in each block.
 
     Raises
     ------
@@ -94,7 +95,7 @@ class Blocks:
     def run_in_threads(
         self, advance: Callable[[slice, Event], None], steps: int, threads: int | None
     ) -> None:
-        """Call a function on parts of the blocks, side by side; the parts do not change a bit.
+        """Call a function on parts of the blocks, side by side; no result depends on the parts.
 
         Where one part fails, or the user interrupts the run, the others stop between two calls of
         the kernel.
@@ -142,7 +143,7 @@ def steps_per_call(part: slice, multiple_of: int = 1) -> int:
 
 
 def aligned_zeros(shape: tuple[int, ...]) -> Array:
-    """Return zeros from a line of the processor's cache on, 8 numbers.
+    """Return zeros that begin at a line of the processor's cache, which holds 8 numbers.
 
     A vector that lay in two lines would cost up to 8 % of the time.
     """

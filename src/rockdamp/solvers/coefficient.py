@@ -45,7 +45,7 @@ def damping_coefficient(
     formula, parameters = damping.kernel_arguments(curve)
     if damping.model == "CR":
         return np.zeros(shape)
-    if damping.model == "CQD":  # the kernel has the mean over a step
+    if damping.model == "CQD":  # here without the kernel's mean over a step
         size, half_width, _ = parameters
         share = np.maximum(1 - (x / half_width) ** 2, 0)
         c = size / half_width * share * np.abs(v)

@@ -78,7 +78,7 @@ class Law(NamedTuple):
 def responses_without_stiffness(c, t):
     """Return `responses` for k = 0: t^n phi_n(-c t), n = 1, 2, 3, of the exponential integrator."""
     z = -c * t
-    if abs(z) < 1.0:  # downwards from the series of the last, well conditioned to c = 0
+    if abs(z) < 1.0:  # phi3 by its series, the others from it: well conditioned to c = 0
         term = 1.0 / 6.0
         phi3 = term
         for n in range(4, 22):
@@ -202,7 +202,8 @@ def restitution_factor(v, e, g, double_reference):
 def ecd_coefficient(f, double_v, v, kappa, m, g, double_reference):
     """Return C of ECD by the tangent u of the phase, cos^2 = 1/(1 + u^2).
 
-    It is as smooth as its rounding, which grows with m in a power; steps would shrink.
+    The tangent keeps C smooth: in a power of cos^2 the rounding would grow with m, and the steps of
+    DOP853 would shrink.
     """
     root = math.sqrt(double_v)
     if m == 0.0 and g == 0.0:
@@ -275,7 +276,11 @@ def advance(branch, law, start, h, rates):
 
 @register_jitable
 def step_error(start, end, h, rates):
-    """Return the estimated error of a step over the tolerance."""
+    """Return the estimated error of a step over the tolerance, as in Hairer et al.
+
+    It is h F/sqrt(2 (F + 0.01 T)), with the squared norms F of the fifth-order and T of the
+    third-order estimate of the two rates.
+    """
     third = 0.0
     fifth = 0.0
     for row in range(2):  # the tolerance is 1e-13, relative, and a thousandth of it
@@ -321,7 +326,7 @@ def adaptive_step(branch, law, start, remaining, tau, proposed, rates):
         rates[0, STAGES] = end[1]
         rates[1, STAGES] = acceleration(branch, law, start[2] + start[3] * h, end[0], end[1])
         error = step_error(start, end, h, rates)
-        # Step control as in Hairer et al.: factors 0.9, 0.2 and 10.
+        # Step control as in Hairer et al.: factors 0.9, 0.2 and 10, exponent -1/8 for order 8.
         factor = 0.9 * error**-0.125 if error > 0.0 else 10.0
         if error < 1.0:
             next_step = min(factor, 1.0 if is_retry else 10.0) * h
@@ -519,8 +524,11 @@ def integrate(branches, law, one_sided, index, x, v, load, sampling, times, disp
     branches : ndarray, shape (branches, 10)
         Rows of `Branch`, from the left to the right; `index` is the branch of the start.
     law : Law
+        Law of the damper.
     one_sided : bool
         Whether the wall bounces off a stop at x = 0.
+    x, v : float
+        State at tau = 0.
     load, sampling : ndarray and float
         Samples, linear between them and zero after the last, and their spacing.
     times, displacement, velocity : ndarray, shape (n,)
@@ -672,7 +680,8 @@ def curve_branches(curve: TrilinearCurve, law: Law, constants: BranchConstants) 
     if law.number == CQD:
         half_width = law.parameters[1]
         segments[:1] = [(0.0, half_width, k1, 0.0), (half_width, a1, k1, 0.0)]
-    # Stages of a step may pass a corner: a plateau that goes on inwards has energy down to a1/2.
+    # Stages of a step may pass a corner: the energy of a plateau that continues inwards is positive
+    # down to a1/2.
     margin = a1 / 4
     rows: list[Branch] = []
     for constant, (low, high, k, offset) in zip(constants, segments, strict=True):

@@ -192,6 +192,7 @@ def cqd(z, f, double_v, v, h, p):
     half = 0.5 * h * v
     a = np.minimum(np.maximum((z - half) / p[1], -1.0), 1.0)
     b = np.minimum(np.maximum((z + half) / p[1], -1.0), 1.0)
+    # The integral of 1 - s^2 from a to b, with s = z/w.
     return p[0] * np.abs((b - a) * (1.0 - (a * a + a * b + b * b) / 3.0)) / h
 
 
@@ -208,6 +209,7 @@ def cr_law(v, p):
     p has e, g and 2E_r. The quotient of the energies keeps it well conditioned down to g = 0.
     """
     e, g, double_reference = p
+    # The bounds keep quotients and logarithms finite in each lane, also where g = 0 or v = 0.
     # (E_r/E-)^g; exp(700) is far beyond a stop and does not overflow.
     log_ratio = np.minimum(g * np.log(double_reference / np.maximum(v * v, 1e-200)), 700.0)
     change = np.exp(log_ratio) * np.expm1(2.0 * g * np.log(e))  # (E+/E-)^g - 1
@@ -481,7 +483,7 @@ def full_march(advance):
     substeps, first, last : int
         Steps per sample of `ground`, and the steps to take.
     stride, displacement, velocity : int, and ndarray, shape (blocks, width, last//stride + 1)
-        Histories at each `stride`-th step. After a collapse they are left as they were made.
+        Histories at each `stride`-th step. After a collapse they keep their initial values.
     """
 
     def march(

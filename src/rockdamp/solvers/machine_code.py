@@ -1,7 +1,7 @@
 """Machine code of the solvers, which Numba compiles once and keeps in a folder.
 
-A user meets three things here that Numba does without a word, or with a traceback that names no
-file: the first compilation, a folder that cannot be written to, and damaged files in it.
+Numba passes over three events in silence, or with a traceback that names no file. They get a
+message here: the first compilation, a folder that cannot be written to, and damaged files in it.
 """
 
 from __future__ import annotations

@@ -202,8 +202,8 @@ def simulate(
         Ground motion. By default the walls decay freely.
     step : float or ndarray
         Step of a free decay, in tau; a load has its own. It must be below the stability limit,
-        `stable_step`. Without damping, the corners of the curve add energy above a fifth of the
-        limit; use at most a twentieth. [-]
+        `stable_step`. Without damping, the corners of the curve add energy at steps above a
+        fifth of the limit; use at most a twentieth. [-]
     steps : int
         Number of steps; by default the length of the load.
     release_amplitude, release_velocity : float or ndarray
@@ -212,7 +212,8 @@ def simulate(
         Steps from one stored state to the next. The default is 1.
     scheme : {"newmark", "paper"}
         Explicit Newmark with located impacts, of second order for every damper; or the paper's
-        linear acceleration without iteration, with impacts at the end of the step.
+        linear acceleration without iteration, with impacts at the end of the step. The default is
+        newmark.
     threads : int, optional
         Threads to use; by default all that are available to the process.
 
@@ -390,6 +391,7 @@ class _Problem(NamedTuple):
         """Return the rows of the kernel in blocks."""
         x, v, a = self.start
         alive = 1.0
+        # In the order of the kernel's rows: X to ERROR, K1 to A3, H to G_START, P0 to P2.
         state = (x, v, a, alive, 0.0, np.abs(x), 0.0, 0.0, 0.0)
         loads = (self.step, self.load, self.load)
         rows = (*state, *self.curve.parameters(), *loads, *self.parameters)
@@ -528,7 +530,7 @@ def uneven_collapses(
     vertical: Array | None = None,
     side: tuple[ArrayLike, ArrayLike] = (1.0, 1.0),
 ) -> NDArray[np.bool_]:
-    """Return which lanes collapse: x'' + (1 + lift vertical) f(x) = load ground, from rest.
+    """Return which lanes of x'' + (1 + lift vertical) f(x) = load ground collapse, from rest.
 
     Each impact multiplies the velocity by e. The force need not be odd, and may change with time.
     Everything but the motions broadcasts to the shape of the result.

@@ -35,12 +35,12 @@ class Oscillation(NamedTuple):
 def oscillate(
     ground_acceleration: Array, step: float, period: Array, damping_ratio: float, parts: int = 1
 ) -> Oscillation:
-    """Return the motion of oscillators, at rest until the ground acceleration begins from 0.
+    """Return the motion of oscillators that are at rest before the ground acceleration begins.
 
     Parameters
     ----------
     ground_acceleration : ndarray, shape (samples,)
-        Ground acceleration; it keeps its last value. [m s-2]
+        Ground acceleration, which starts at 0 and keeps its last value. [m s-2]
     step : float
         Time between two samples. [s]
     period : ndarray, shape (oscillators,)
@@ -48,7 +48,7 @@ def oscillate(
     damping_ratio : float
         Damping ratio of all oscillators. [-]
     parts : int
-        Number of parts that each step is split in.
+        Number of parts into which each step is split. The default is 1.
     """
     from scipy.signal import lfilter  # slow to import
 
