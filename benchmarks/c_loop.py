@@ -13,7 +13,7 @@ from walls import STEP, STEPS, SUBSTEPS, Walls
 
 FLAGS = ("-O3", "-march=native", "-ffast-math")
 LANES = 64
-# Of the struct Block.
+# Members of the struct Block of scheme.c, in their order.
 ROWS = ("x", "v", "a", "peak", "k1", "b1", "ks", "a1", "a2", "a3", "factor", "e", "c")
 
 

@@ -24,7 +24,7 @@ def set_up() -> None:
     """Set up the wall in OpenSees: unit mass, average acceleration, Newton's iterations."""
     corners = [CURVE.yield_displacement_ratio, CURVE.plateau_end, CURVE.ultimate_displacement_ratio]
     b1 = float(CURVE.strength_ratio)
-    strains = [0.0, *map(float, corners), 100.0]
+    strains = [0.0, *map(float, corners), 100.0]  # the last, beyond any displacement
     stresses = [0.0, b1, b1, 0.0, 0.0]
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)
@@ -62,13 +62,16 @@ def opensees_history(substeps: int) -> np.ndarray:
 
 
 def rockdamp_history(substeps: int) -> np.ndarray:
-    """Return the same by rockdamp."""
+    """Return the displacements at the samples by rockdamp, shape (SAMPLES + 1,)."""
     load = Load(GROUND, 1.0, SAMPLING, substeps)
     return simulate(CURVE, Damping("CDC", XI), load=load, store_every=substeps).displacement
 
 
 def steps_for_error(history, truth: np.ndarray) -> int:
-    """Return the steps from which on, in powers of two, the error stays below ERROR."""
+    """Return the number of steps from which on the error stays below ERROR.
+
+    The numbers of steps that are tried are SAMPLES times the powers of two.
+    """
     counts = [2**k for k in range(10)]
     errors = [np.abs(history(count) - truth).max() for count in counts]
     last_bad = max(index for index, error in enumerate(errors) if error >= ERROR)

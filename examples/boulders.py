@@ -114,8 +114,9 @@ def read_campaign(clone):
 
 @njit
 def propagator(coefficient, duration):
-    """Return the odd and the even solution of y'' + c y' - y = 0 after a duration, times exp(-c
-    t/2).
+    """Return two solutions of y'' + c y' - y = 0 after a duration t, with r^2 = 1 + c^2/4.
+
+    They are exp(-c t/2) sinh(r t)/r and exp(-c t/2) cosh(r t).
     """
     rate = math.sqrt(1.0 + coefficient * coefficient / 4.0)
     decay = math.exp(-coefficient * duration / 2.0)
@@ -140,8 +141,9 @@ def swing(x, v, side, load, slope, coefficient, duration, solutions):
 
 @njit
 def impact_time(x, v, side, load, slope, coefficient, latest):
-    """Return the time until the block is back at x = 0, by Newton's method; it is beyond at
-    `latest`.
+    """Return the time until the block is back at x = 0, by Newton's method within bisection.
+
+    At `latest` the block is already beyond x = 0.
     """
     before = 0.0
     after = latest
@@ -288,7 +290,7 @@ def fit_logistic(training, features, outcome):
     sign = np.where(outcome, 1.0, -1.0)[training]
 
     def objective(weights):
-        ridge = 1e-3 * np.sum(weights**2)  # where a line parts all outcomes
+        ridge = 1e-3 * np.sum(weights**2)  # bounds the weights where a line parts all outcomes
         return np.logaddexp(0, -sign * (features[training] @ weights)).sum() + ridge
 
     weights = minimize(objective, np.zeros(features.shape[1]), method="BFGS").x
@@ -389,8 +391,9 @@ def mcnemar(wrong, other_wrong):
 
 
 def compare_by_record(wrong, other_wrong, records):
-    """Return the same by a random change of sign of each record, whose scalings are no independent
-    tests.
+    """Return the two-sided p value of `mcnemar` by a random change of sign of each record.
+
+    The scalings of one record are not independent tests, so they change sign together.
     """
     difference = wrong.astype(int) - other_wrong
     by_record = pd.Series(difference).groupby(records).sum().to_numpy()

@@ -27,7 +27,7 @@ def esm(lines):
 
 
 def knet(lines):
-    """Return the same of a file of K-NET or KiK-net, which states no number."""
+    """Return step, accelerations and their number from a file of K-NET or KiK-net, which states none."""
     first = next(number for number, line in enumerate(lines) if line.startswith("Memo")) + 1
     header = {line[:18].strip(): line[18:].strip() for line in lines[:first]}
     gal, counts = map(float, re.findall(r"[\d.]+", header["Scale Factor"]))
@@ -40,7 +40,7 @@ def knet(lines):
 
 
 def v2(lines):
-    """Return the same of a file of CSMIP."""
+    """Return the step, the accelerations and their number as stated, of a file of CSMIP."""
     head = re.compile(
         r"\s*(\d+) points of accel data equally spaced at\s*([\d.]+) sec, in cm/sec(2|/sec)"
     )

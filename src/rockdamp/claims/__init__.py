@@ -77,9 +77,9 @@ def judge(claim: dict[str, Any], datasets: Datasets) -> dict[str, str]:
     reason = untested_reason(claim, datasets)
     try:
         judgement = JUDGES[claim["id"]](datasets, limits)
-    except Untestable as one_value:
+    except Untestable as error:
         judgement = Judgement({}, DASH, "")
-        reason = str(one_value)
+        reason = str(error)
     verdict, words = (UNTESTED, reason) if reason else give_verdict(judgement.parts)
     return {
         "id": claim["id"],

@@ -31,8 +31,8 @@ def half_cycle_areas(
 ) -> Array:
     """Return the work of the damping force in each half cycle of a decay, over K0 u_ins^2.
 
-    Only half cycles that end within `response_length`, and only displacements up to `inner` times
-    the peak from which the half cycle starts.
+    It counts only half cycles that end within `response_length`, and in each only displacements up
+    to `inner` times the peak from which the half cycle starts.
     """
     decay = histories.sel(damping_model=model)
     u = decay["displacement"].values

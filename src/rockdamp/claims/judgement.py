@@ -24,7 +24,7 @@ class Judgement(NamedTuple):
     """The outcome of one claim."""
 
     parts: dict[str, bool]  # whether each part of the claim holds
-    numbers: str  # that decide, as text
+    numbers: str  # the numbers that decide, as text
     finding: str  # a sentence beside them
 
 
@@ -90,7 +90,7 @@ def several(values: xr.DataArray, dim: str) -> xr.DataArray:
 def select_paper_values(
     values: xr.DataArray, dim: str, paper_values: Sequence[float]
 ) -> xr.DataArray:
-    """Select the paper's values of `dim`; all in a study that has fewer than two of them."""
+    """Select the paper's values of `dim`, or all values if fewer than two of them are there."""
     is_paper_value = np.isclose(values[dim].values[:, None], paper_values).any(axis=1)
     if is_paper_value.sum() < 2:
         return values

@@ -57,6 +57,7 @@ def err_range(data: Datasets, limits: Limits) -> Judgement:
     best_model = np.array(MODELS)[error.argmin("damping_model")]
     low, high = limits["range"]
     e = error["restitution"].values
+    # The range includes its ends, to rounding.
     is_inside = (e > low - 1e-9) & (e < high + 1e-9)
     cdr = best_model[is_inside] == "CDR"
     sdr = best_model[~is_inside] == "SDR"
@@ -74,6 +75,7 @@ def err_e(data: Datasets, limits: Limits) -> Judgement:
     """Follow the error over e, model by model."""
     error = several(matched_error(data), "restitution")
     steps = error.sizes["restitution"] - 1
+    # e ascends, so an error that falls here rises towards the lower e.
     rising = (error.diff("restitution") < 0).sum("restitution")
     every_length = data["response_lengths"]["error_rises_as_restitution_falls"]
     all_rise = every_length.sel(damping_model=MODELS).all("damping_model")

@@ -33,7 +33,7 @@ from rockdamp.text import number, percent, plain
 def ratios(match: xr.Dataset, variable: str = "damping_ratio") -> xr.DataArray:
     """Select the ratios of the paper's models.
 
-    In the study of the cracked stiffness, only the a1 that have the plateau of the first.
+    In the study of the cracked stiffness, only the a1 with the same plateau b1 as the first.
     """
     xi = match[variable].sel(damping_model=MODELS)
     if "strength_ratio" not in match.coords:
@@ -115,7 +115,7 @@ def amp_sign(data: Datasets, limits: Limits) -> Judgement:
 
 
 def amp_dispersion(data: Datasets, limits: Limits) -> Judgement:
-    """Divide the dispersion over the amplitude at high e by that at low e, in Fig. 5's axis."""
+    """Divide the dispersion over the amplitude at high e by that at low e, on Fig. 5's axis."""
     xi = select_amplitudes(data, limits)
     growth = 1 / low_over_high_restitution(dispersion(xi, RELEASE))
     relative_growth = 1 / low_over_high_restitution(spread(xi, RELEASE))
@@ -229,7 +229,7 @@ def a1_sign(data: Datasets, limits: Limits) -> Judgement:
 
 
 def a1_low_e(data: Datasets, limits: Limits) -> Judgement:
-    """Divide the dispersion over a1 at low e by that at high e, in the axis of Fig. 6."""
+    """Divide the dispersion over a1 at low e by that at high e, on the axis of Fig. 6."""
     xi = ratios(data["match/cracked_stiffness"])
     growth = low_over_high_restitution(dispersion(xi, A1))
     relative_growth = low_over_high_restitution(spread(xi, A1))

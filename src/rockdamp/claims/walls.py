@@ -72,7 +72,7 @@ def paired_ratio(pairs: xr.Dataset) -> xr.DataArray:
     bilinear = peak.sel(force_curve="bi-linear", drop=True)
     trilinear = peak.sel(force_curve="tri-linear", drop=True)
     first_branch = float(pairs["yield_displacement_ratio"].sel(force_curve="tri-linear"))
-    ratio = bilinear / trilinear.where(trilinear > first_branch)  # NaN of two collapses
+    ratio = bilinear / trilinear.where(trilinear > first_branch)  # inf/inf is NaN
     return ratio.drop_vars("force_curve", errors="ignore")
 
 
@@ -118,6 +118,7 @@ def sdr_collapse(data: Datasets, limits: Limits) -> Judgement:
     first_stiffness = float(curve["strength_ratio"] / curve["yield_displacement_ratio"])
     amplitudes = np.array([limits["reference"], limits["close"]])
     force = np.interp(amplitudes, curve["displacement"], curve["force"])
+    # omega/omega1 = sqrt(K_sec/K_1), with the secant stiffness K_sec = F/u.
     reference, close = np.sqrt(force / amplitudes / first_stiffness)
     parts = {"very low": bool(close <= limits["very_low"])}
     numbers = f"{percent(close)} of ξ"

@@ -262,8 +262,8 @@ def _free_rocking_values(fitted: xr.Dataset) -> dict[str, Any]:
 
 
 def _describe_times(elapsed: Array) -> str:
-    """Return the samples and the duration of a test, and its gaps: intervals of more than 1.5 of
-    the usual one.
+    """Return the samples and the duration of a test, and its gaps: intervals of more than 1.5 times
+    the median.
     """
     intervals = elapsed[1:] - elapsed[:-1]
     usual = sorted(intervals)[intervals.size // 2]

@@ -70,7 +70,10 @@ def choose_restitution(wall: Any, restitution: float | str) -> tuple[float, str]
 def build_dampings(
     inputs: Inputs, curve: rd.TrilinearCurve, e: float | None, **release: float
 ) -> list[rd.Damping]:
-    """Return the damper that the options describe; with --compare CR and several dampers."""
+    """Return the damper that the options describe; with --compare, CR and several dampers.
+
+    `release` is the release_amplitude of the decays that `equivalent` matches.
+    """
     models = inputs["damping_model"] or [("CR", {})]
     xi = inputs["damping_ratio"]
     if inputs["compare"]:

@@ -109,7 +109,7 @@ def span(bounds: Iterable[float], digits: int = 3, unit: str = "") -> str:
 
 def cell(value: Any, digits: int = 3) -> str:
     """Return the text of a value in a table; a dash if it is not known."""
-    if value is None or value != value:
+    if value is None or value != value:  # NaN
         return "-"
     if isinstance(value, str | int):
         return str(value)
@@ -169,7 +169,7 @@ def _for_json(value: Any) -> Any:
         value = value.tolist()
     if isinstance(value, list):
         return [_for_json(member) for member in value]
-    return None if value != value else value
+    return None if value != value else value  # NaN
 
 
 def write_csv(rows: Iterable[Inputs], path: Path) -> None:

@@ -123,7 +123,7 @@ def _print_restitutions(body: Any, values: dict[str, float]) -> None:
     for rule in RULE_WORDS:
         e = values[f"restitution_{rule}"]
         reason = "not known for an overburden with mass"
-        if e == e:
+        if e == e:  # not NaN
             reason = build.choose_restitution(body, rule)[1].partition(": ")[2]
         click.echo(f"  {rule:34s}{printing.cell(e):>8s} {reason}")
 

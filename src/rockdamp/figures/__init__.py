@@ -3,8 +3,8 @@
 Nothing here simulates. Titles and captions are in report/figures.yaml.
 """
 
-# Each figure's module, which has a function of the figure's name, and the datasets that are its
-# arguments.
+# By figure: the module, which has a function of the figure's name, and the datasets that are the
+# arguments of this function, in their order.
 FIGURES = {
     "fig1": ("figures.mechanism", ["mechanism"]),
     "fig2": ("figures.mechanism", ["mechanism"]),

@@ -1,4 +1,4 @@
-"""The effect of assumptions, a constant e and the supports, and of the solver's step."""
+"""Effects of the assumptions, a constant e and rigid supports, and of the solver's step."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ ALL_WALLS: dict[str, Any] = {**POINTS, "label": "all walls, 95 %"}
 
 
 def fig_loss_law(loss_law: xr.Dataset) -> Figure:
-    """Draw ratios to a constant e: of the median intensity of collapse, and of the peaks."""
-    study = loss_law.isel(wall=0)  # all
+    """Draw the median intensity of collapse, and the peaks, over those with a constant e."""
+    study = loss_law.isel(wall=0)  # all walls together
     figure, ((collapse, peaks),) = panels(1, 2, 76.0)
     draw_collapse(collapse, study)
     draw_peaks(peaks, study.isel(loss_exponent=study.sizes["loss_exponent"] // 2))
@@ -44,13 +44,14 @@ def fig_loss_law(loss_law: xr.Dataset) -> Figure:
 
 
 def draw_collapse(axes: Axes, study: xr.Dataset) -> None:
-    """Draw the ratio of the median intensities by the amplitude that e belongs to."""
+    """Draw the ratio of the median intensities against the amplitude that e belongs to."""
     amplitudes = study["reference_amplitude"].values
     exponents = study["loss_exponent"].values
     for index, g in enumerate(exponents):
         curve = study.sel(loss_exponent=g)
         ratio = curve["median_intensity_ratio"].values
         interval = curve["median_intensity_ratio_interval"]
+        # Side by side, so that no interval covers another.
         x = amplitudes + 0.006 * (index - (exponents.size - 1) / 2)
         error_bars(axes, x, ratio, interval, **series(index, label=f"(a) $g = {g:g}$"))
     unit_line(axes)
@@ -92,14 +93,14 @@ def fig_supports(supports: xr.Dataset) -> Figure:
 def wall_series(study: xr.Dataset) -> list[tuple[xr.DataArray, dict[str, Any]]]:
     """Return the ratios of each wall, with its look."""
     curves = []
-    for index, wall in enumerate(study["wall"].values[1:].tolist()):
+    for index, wall in enumerate(study["wall"].values[1:].tolist()):  # the first is "all"
         line = series(index, markersize=3, linewidth=0.6, label=wall)
         curves.append((study["median_intensity_ratio"].sel(wall=wall), line))
     return curves
 
 
 def draw_floors(axes: Axes, floors: xr.Dataset) -> None:
-    """Draw the ratios of the median intensities by the period of the floor; rigid at 0."""
+    """Draw the ratios of the median intensities against the period of the floor, 0 if rigid."""
     period = floors["diaphragm_period"].values
     for ratio, line in wall_series(floors):
         axes.plot([0.0, *period], [1.0, *ratio.values], **line)
@@ -159,6 +160,7 @@ def draw_convergence(axes: Axes, errors: xr.DataArray) -> None:
         axes.plot(step, errors.sel(damping_model=model), label=model, **look(model))
     largest = float(errors.sel(step=step.max()).max())
     for slope, linestyle in ((1, "dashed"), (2, "dotted")):
+        # 1.6 keeps the line above the curves.
         guide = 1.6 * largest * (step / step.max()) ** slope
         line: dict[str, Any] = {"color": GREY, "linewidth": 0.8, "linestyle": linestyle}
         axes.plot(step, guide, label=f"slope {slope}", **line)

@@ -49,7 +49,7 @@ PARAMETER_SYMBOLS = {
 
 
 def decay_figure(decay: xr.Dataset) -> Figure:
-    """Draw a free decay under each of its models, against seconds where it has ``elapsed``."""
+    """Draw a free decay under each model, against seconds if it has ``elapsed``, else tau."""
     figure, ((axes,),) = panels(1, 1, 82.0)
     has_seconds = "elapsed" in decay.coords
     time = decay["elapsed" if has_seconds else "tau"]
@@ -112,6 +112,7 @@ def fragility_figure(answer: xr.Dataset, unit: str | None = None) -> Figure:
     measure = str(answer.attrs["intensity_measure"]).lower()  # pgv or pga
     if unit is None:
         unit = "g" if measure == "pga" else "m/s"
+    # One unit in SI; the dataset is in SI.
     size = quantity(f"1 {unit}", "m s-2" if measure == "pga" else "m s-1")
     names = (measure, f"stripe_{measure}", f"median_{measure}")
     answer = answer.assign({name: answer[name] / size for name in names})
@@ -128,7 +129,7 @@ def fragility_figure(answer: xr.Dataset, unit: str | None = None) -> Figure:
     error_bars(axes, reference[measure], probability, interval, **bars)
     log_ticks(axes.xaxis)
     axes.set(xlim=stripes[[0, -1]], ylim=(-0.03, 1.03), xlabel=f"{measure.upper()} [{unit}]")
-    runs = "histories" if len(models) == 1 else "records"  # against a stop each acts both ways
+    runs = "histories" if len(models) == 1 else "records"  # CR alone: a stop
     axes.set_ylabel(f"share of {int(answer['records'])} {runs} that collapse")
     legend(figure, handles(axes), columns=3)
     return figure
@@ -214,6 +215,7 @@ def draw_half_periods(axes: Axes, fitted: xr.Dataset) -> None:
     amplitude = abs(fitted["peak_displacement"].values) / u_ins
     order = np.argsort(amplitude)
     ascending = amplitude[order]
+    # `rigid_period` is dimensionless, p T.
     rigid = rigid_period(ascending) / 2 / float(fitted["frequency_parameter"])
     axes.plot(amplitude, fitted["half_period"], **series(0, linestyle="none"))
     axes.plot(ascending, fitted["half_period_fitted"][order], **look("CR", marker=""))

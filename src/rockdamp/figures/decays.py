@@ -86,7 +86,7 @@ def fig4(decays: xr.Dataset) -> Figure:
     draw_rocking(rocking, decays)
     crossings = sign_changes(decays["displacement"].sel(damping_model="CR").values)
     tau = decays["tau"].values
-    end = tau[crossings[:8][-1]]  # of four cycles
+    end = tau[crossings[:8][-1]]  # eight crossings are four cycles
     first = tau[crossings[0] + 1]
     near_impact = slice(first - 0.25, first + 0.25)
     for model in ("CR", "CDR"):

@@ -23,7 +23,7 @@ from rockdamp.figures.style import (
 
 
 def middle_restitution(study: xr.Dataset) -> xr.Dataset:
-    """Return the e nearest to the paper's, and the ratios of least error."""
+    """Select the e nearest to the paper's, and the damping ratios of least error."""
     nearest = study.sel(restitution=RESTITUTION, method="nearest")
     return nearest.sel(damping_ratio_source=RECOMMENDED_SOURCE)
 
@@ -61,7 +61,7 @@ def draw_bands(axes: Axes, study: xr.Dataset, name: str) -> None:
     axes.bar(place, height, bottom=low, width=0.86, color=PALE, label=label, zorder=0)
     for index, model in enumerate(VISCOUS_MODELS):
         statistic = study.sel(damping_model=model)
-        x = place + 0.16 * (index - 2)
+        x = place + 0.16 * (index - 2)  # five dampers, centred on the band
         points = look(model, linestyle="none", markersize=3.2, label=model)
         error_bars(axes, x, statistic[name].values, statistic[f"{name}_interval"], **points)
     starts = study["band_start"].values[1:]
@@ -70,7 +70,7 @@ def draw_bands(axes: Axes, study: xr.Dataset, name: str) -> None:
     axes.set_xticks(place, ["all", *bands])
     axes.tick_params(axis="x", length=0)
     axes.set(xlim=(-0.5, place[-1] + 0.5), xlabel=r"peak under CR, $u/u_\mathrm{ins}$ [-]")
-    axes.axvline(0.5, color=PALE, linewidth=0.6)
+    axes.axvline(0.5, color=PALE, linewidth=0.6)  # between "all" and the bands
 
 
 # --- fragility ---------------------------------------------------------------------------------
@@ -81,7 +81,7 @@ def fig_fragility(comparison: xr.Dataset) -> Figure:
     study = middle_restitution(comparison)
     walls = study["wall"].values.tolist()
     columns = min(4, len(walls))
-    rows = -(-len(walls) // columns)
+    rows = -(-len(walls) // columns)  # rounded up
     figure, grid = panels(rows, columns, 22.0 + 46.0 * rows, sharex=True, sharey=True)
     for axes, wall in zip(grid.flat, walls, strict=False):
         draw_wall(axes, study.sel(wall=wall))
@@ -121,6 +121,7 @@ def draw_wall(axes: Axes, wall: xr.Dataset) -> None:
 def envelope(intensity: Array, medians: Array, dispersions: Array) -> tuple[Array, Array]:
     """Return lowest and highest probability over the curves with parameters in two intervals.
 
+    `medians` and `dispersions` are the ends of the intervals.
     Each interval contains 95 % of the replicates, so at least nine in ten replicates lie in both.
     The probability is monotone in the median, and in the dispersion at one median, so its extremes
     are at corners.

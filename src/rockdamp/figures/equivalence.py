@@ -32,6 +32,7 @@ def restitution_axis(axes: Axes, e: xr.DataArray) -> None:
     """Give a panel the axis of e, with a tick at its first and last value."""
     first = float(e[0])
     last = float(e[-1])
+    # Tenths, at least 0.04 from both ends.
     inner = np.arange(np.ceil(10 * first + 0.4), 10 * last - 0.4) / 10
     axes.set_xticks([first, *inner, last])
     axes.set(xlim=(first, last), xlabel="restitution $e$ [-]")
@@ -63,7 +64,7 @@ def parameter_lines(
     marks: bool = False,
     **look: Any,
 ) -> None:
-    """Draw curves over e of a model for every value of a parameter, light to dark."""
+    """Draw a model's curves over e, one for each value of a parameter, light to dark."""
     for index, colour in enumerate(tints(LOOK[model]["color"], curves.sizes[parameter])):
         curve = curves.sel(damping_model=model).isel({parameter: index})
         marker: dict[str, Any] = {}
@@ -85,7 +86,8 @@ def parameter_keys(values: xr.DataArray, *, marks: bool = False) -> list[Line2D]
 def fig5(amplitude: xr.Dataset) -> Figure:
     """Draw xi(e) of each model for the paper's release amplitudes, with the closed form."""
     releases = amplitude["release_amplitude"].values
-    nearest = [int(abs(releases - value).argmin()) for value in (0.3, 0.5, 0.9)]  # of the paper
+    # The releases of the paper's Fig. 5.
+    nearest = [int(abs(releases - value).argmin()) for value in (0.3, 0.5, 0.9)]
     study = amplitude.isel(release_amplitude=np.unique(nearest))
     figure, grid = model_panels(1, 76.0, study["restitution"])
     dashes: dict[str, Any] = {"linewidth": 0.6, "linestyle": (0, (4.0, 2.0))}
@@ -120,7 +122,7 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
 
 
 def fig6_error(amplitude: xr.Dataset) -> Figure:
-    """Draw the root of Err at the best match against e, with the paper's range of CDR."""
+    """Draw the root of Err at the best match against e, and where CDR has the least in the paper."""
     study = amplitude.sel(release_amplitude=0.5, method="nearest")
     figure, ((axes,),) = panels(1, 1, 80.0, COLUMN)
     for model in PAPER_MODELS:

@@ -21,7 +21,8 @@ from rockdamp.figures.style import COLUMN, DISPLACEMENT, GREY, handles, legend, 
 def rotation(thickness: float, height: float, offset: float) -> float:
     """Return the rotation of a body whose top left corner moves `offset` >= 0 to the right. [rad]
 
-    It follows from t - t cos(theta) + h sin(theta) = offset.
+    It follows from t - t cos(theta) + h sin(theta) = offset, or
+    sqrt(t^2 + h^2) sin(theta - alpha) = offset - t with tan(alpha) = t/h.
     """
     across = (offset - thickness) / math.hypot(thickness, height)
     return math.atan2(thickness, height) + math.asin(across)
@@ -169,7 +170,10 @@ def draw_contacts(axes: Axes, t: float, points: dict[str, Any]) -> None:
 
 
 def draw_angle(axes: Axes, pivot: Any, radius: float, up: int, angle: float, symbol: str) -> None:
-    """Draw an angle from the vertical through a pivot: to the left if positive, seen from it."""
+    """Draw an angle from the vertical through a pivot, to the left if positive.
+
+    `up` is 1 for an angle above the pivot, -1 for one below.
+    """
     vertical = 90.0 * up
     start, end = sorted((vertical, vertical + up * math.degrees(angle)))
     diameter = 2 * radius
@@ -238,6 +242,7 @@ def draw_definitions(axes: Axes, mechanism: xr.Dataset) -> None:
     secant: dict[str, Any] = {"color": "#C1121F", "marker": "o", "markevery": [1]}
     axes.plot([0, end], [0, force], label=r"secant, slope $K_\mathrm{sec}$", **secant)
     axes.text(0.32, 0.25, r"$K_\mathrm{sec}$", color=secant["color"])
+    # The triangle of the slope K0, which is 1 in these units.
     axes.plot([0.66, 0.66, 0.84], [0.34, 0.16, 0.16], color="black", linewidth=0.5)
     axes.text(0.645, 0.22, "$K_0$", ha="right", va="center")
     axes.text(0.75, 0.14, "1", ha="center", va="top")

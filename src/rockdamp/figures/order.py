@@ -1,4 +1,4 @@
-"""Error against force: dampers that act about the crossing, and what they do there."""
+"""Error against force of dampers that act about the crossing, and the motion there."""
 
 from __future__ import annotations
 
@@ -91,6 +91,7 @@ def draw_crossing(force: Axes, velocity: Axes, order: xr.Dataset) -> None:
             half_cycle = decay.isel(tau=slice(0, turn))
             force.plot(half_cycle["displacement"], half_cycle["damping_force"], **line)
     lowest = 1.2 * float(order["damping_force"].min())
+    # The force of an impact is an impulse, so CR has a vertical line.
     force.plot([0, 0], [0, lowest], **lines["CR"])
     force.set(xlim=(0.15, -0.15), ylim=(lowest, -0.03 * lowest), xlabel=DISPLACEMENT)
     force.set_ylabel(r"damping force $C\,\dot u/F_0$ [-]")

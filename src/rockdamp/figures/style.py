@@ -76,6 +76,7 @@ def series(index: int, **changes: Any) -> dict[str, Any]:
 def tints(colour: str, count: int) -> list[Any]:
     """Return `count` tints of a colour, light to dark."""
     red_green_blue = np.array(to_rgb(colour))
+    # Share of white if positive, of black if negative.
     share = np.linspace(0.55, -0.55, count)[:, None]
     return list(red_green_blue * (1 - abs(share)) + np.maximum(share, 0))
 
@@ -110,7 +111,7 @@ def unit_line(axes: Axes, linewidth: float = 0.6) -> None:
 
 
 def log_ticks(axis: XAxis | YAxis, ticks: Any = None) -> None:
-    """Make an axis logarithmic with plain numbers: at `ticks`, or at 1, 2, 5 and their like."""
+    """Make an axis logarithmic with plain numbers: at `ticks`, or at 1, 2, 5, 10, 20, ..."""
     axis.axes.set(**{f"{axis.axis_name}scale": "log"})
     if ticks is None:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -147,7 +148,10 @@ def error_bars(
 def legend(
     place: Figure | Axes, entries: Iterable[Any], columns: int = 0, title: str | None = None
 ) -> None:
-    """Put a legend where it covers nothing: below a figure, to the right of a panel."""
+    """Put a legend where it covers nothing: below a figure, to the right of a panel.
+
+    A figure's legend has one row if `columns` is 0; a panel's has one column.
+    """
     entries = list(entries)
     if isinstance(place, Figure):
         columns = columns or len(entries)

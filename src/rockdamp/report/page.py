@@ -18,8 +18,8 @@ from rockdamp.report import tables
 from rockdamp.storage.dataset import Datasets
 from rockdamp.storage.files import replace_file
 
-# Names in the template, with the function of a dataset that gives the value. Without the dataset
-# the value is None, and the template leaves the section out.
+# By name in the template: the function that gives the value, and the dataset that it takes.
+# Without the dataset the value is None, and the template leaves the section out.
 TABLES = {
     "order": (tables.order, "order"),
     "programs": (tables.programs, "comparison"),
@@ -114,6 +114,7 @@ def read_text(name: str) -> str:
 
 def png_size(png: bytes) -> tuple[int, int]:
     """Return width and height of an image from its header. [pixel]"""
+    # A PNG starts with 16 bytes of signature, length and chunk name; both sizes follow.
     width = int.from_bytes(png[16:20], "big")
     height = int.from_bytes(png[20:24], "big")
     return width, height

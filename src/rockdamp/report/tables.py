@@ -125,9 +125,9 @@ def symbols() -> list[tuple[Markup, Markup]]:
 
 
 def order(study: xr.Dataset) -> dict[str, Any]:
-    """Return errors and forces at the paper's e, and the numbers of the limits beside them.
+    """Return errors and forces at the paper's e, and the numbers of the text beside them.
 
-    A row for each damper of the table, and for CR with another e.
+    There is a row for each damper of ORDER_DAMPERS, and for CR with each other e.
     """
     at_restitution = study.sel(restitution=RESTITUTION, method="nearest")
     names = at_restitution["damper"].values.tolist()
@@ -303,7 +303,7 @@ def list_wall(wall: xr.Dataset) -> list[str]:
 
 
 def supports(study: xr.Dataset) -> list[tuple[str, str, str]]:
-    """Return for each assumption the ratio of the median intensities, and on which side it is."""
+    """Return for each assumption the ratio of the median intensities, and its side of 1."""
     rows = []
     for name in study["assumption"].values:
         case = study.sel(assumption=name, wall="all")
@@ -320,7 +320,7 @@ def supports(study: xr.Dataset) -> list[tuple[str, str, str]]:
 def loss_law(study: xr.Dataset) -> dict[str, str] | None:
     """Return how far a constant e overstates the median intensity of collapse, by amplitude.
 
-    None of a study with a single amplitude, which has nothing to compare.
+    It is None for a study with a single amplitude, which has nothing to compare.
     """
     if study.sizes["reference_amplitude"] < 2:
         return None
@@ -345,6 +345,7 @@ def measured_rocking(measured: xr.Dataset) -> dict[str, Any]:
     behind = likelihood.max("damping_model") - likelihood
     power_law = measured["log_likelihood"].sel(damping_model="power law")
     advantage = power_law - likelihood.sel(damping_model=REFERENCE)
+    # Likelihood ratio test: the power law has one parameter more than CR.
     p = chi2.sf(2 * advantage.values, 1)
     impacts = [str(int(count)) for count in measured["impacts_used"].values]
     rejecting = [count for count, value in zip(impacts, p, strict=True) if value < 0.05]
@@ -375,7 +376,7 @@ def write_extremes(values: xr.DataArray) -> str:
 
 
 def software() -> str:
-    """Return the versions of Python and of the packages on which the results stand."""
+    """Return the versions of Python and of the packages that compute the results."""
     names = ["rockdamp", "numpy", "scipy", "numba", "xarray", "netCDF4", "matplotlib", "snakemake"]
     packages = [f"{name} {version(name)}" for name in names]
     return join_words([f"Python {platform.python_version()}", *packages])

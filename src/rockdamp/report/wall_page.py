@@ -53,6 +53,7 @@ def write_wall_page(
     si_unit = "m s-2" if measure == "pga" else "m s-1"
     if unit is None:
         unit = "g" if measure == "pga" else "m/s"
+    # One unit in SI; the answer is in SI.
     size = units.quantity(f"1 {unit}", si_unit)
     restitution = max(float(answer["restitution"]), LEAST_DAMPER_RESTITUTION)
     damping = describe_damping(wall, curve, restitution)
