@@ -13,19 +13,44 @@ from rockdamp.text import count_noun
 
 # Values of each damping model in the answer for one wall.
 MODEL_VALUES = (
-    *("restitution", "damping_ratio", "records", "collapses", "collapse_probability"),
-    *("effective_records", "peak_median", "peak_upper", "median_intensity", "dispersion"),
-    *("unconverged", "median_uncertainty", "dispersion_uncertainty"),
+    "restitution",
+    "damping_ratio",
+    "records",
+    "collapses",
+    "collapse_probability",
+    "effective_records",
+    "peak_median",
+    "peak_upper",
+    "median_intensity",
+    "dispersion",
+    "unconverged",
+    "median_uncertainty",
+    "dispersion_uncertainty",
 )
 MODEL_INTERVALS = (
-    *("collapse_probability_interval", "median_intensity_interval", "dispersion_interval"),
+    "collapse_probability_interval",
+    "median_intensity_interval",
+    "dispersion_interval",
 )
 # Columns of the table of many walls; median_intensity is median_pgv or median_pga of the dataset.
 ANSWER_COLUMNS = (
-    *("id", "damping_model", "restitution", "damping_ratio", "rocking_onset", "collapses"),
-    *("records", "collapse_probability", "median_intensity", "intensity_unit", "dispersion"),
-    *("peak_median", "unconverged", "median_uncertainty", "dispersion_uncertainty"),
-    *("reason", "error"),
+    "id",
+    "damping_model",
+    "restitution",
+    "damping_ratio",
+    "rocking_onset",
+    "collapses",
+    "records",
+    "collapse_probability",
+    "median_intensity",
+    "intensity_unit",
+    "dispersion",
+    "peak_median",
+    "unconverged",
+    "median_uncertainty",
+    "dispersion_uncertainty",
+    "reason",
+    "error",
 )
 LAW_NAMES = ("loss_exponent", "reference_amplitude")  # of answers with a loss law alone
 

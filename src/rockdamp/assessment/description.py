@@ -22,8 +22,14 @@ DESCRIPTION_UNITS: dict[str, str | None] = {
 }
 # Parameters of `Wall`; a parapet has all but the last two.
 WALL_PARAMETERS = (
-    *("thickness", "height", "width", "density", "overburden_ratio", "eccentricity"),
-    *("hinge_ratio", "overburden_mass"),
+    "thickness",
+    "height",
+    "width",
+    "density",
+    "overburden_ratio",
+    "eccentricity",
+    "hinge_ratio",
+    "overburden_mass",
 )
 
 

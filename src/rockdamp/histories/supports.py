@@ -183,8 +183,8 @@ def modal_response(
         return SupportMotion(step, still + acceleration, still)
     # Ten samples in the shortest period: straight lines between them lose 3 % of that mode's
     # acceleration. A power of two, so that a small change of the building seldom changes samples.
-    samples_a_step = step * 10 / modes.period.min()
-    finer = 2 ** max(int(np.ceil(np.log2(samples_a_step))), 0)
+    samples_per_step = step * 10 / modes.period.min()
+    finer = 2 ** max(int(np.ceil(np.log2(samples_per_step))), 0)
     # ASSUME: the free vibration after the record is followed down to a twentieth of itself.
     free_vibration = np.log(1 / 0.05) / (2 * np.pi * damping_ratio) * modes.period.max()
     # ASSUME: the ground is at rest one step before the record and one step after it.
