@@ -262,9 +262,11 @@ def test_result_does_not_depend_on_threads_or_calls(make, scheme, threads, monke
 
 
 ENDLESS = """
-import numpy as np import rockdamp as rd options = {"release_amplitude": np.full(%d, 0.5), "step":
-0.001, "threads": %d, "store_every": 10**7} rd.simulate(rd.TrilinearCurve(0.04, 0.85),
-rd.Damping("CR", 1.0), steps=1, **options) print("ready", flush=True)
+import numpy as np
+import rockdamp as rd
+options = {"release_amplitude": np.full(%d, 0.5), "step": 0.001, "threads": %d, "store_every": 10**7}
+rd.simulate(rd.TrilinearCurve(0.04, 0.85), rd.Damping("CR", 1.0), steps=1, **options)
+print("ready", flush=True)
 rd.simulate(rd.TrilinearCurve(0.04, 0.85), rd.Damping("CR", 1.0), steps=10**9, **options)
 """
 
