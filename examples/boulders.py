@@ -7,7 +7,7 @@ https://github.com/ZhiangChen/virtual_shake_robot_pybullet. It needs the depende
 A boulder is a rigid block on a flat base. In units of its slenderness angle alpha and its
 frequency parameter p, between two impacts,
 
-    x'' + c x' - x = -side - a / (g alpha),
+    x'' + c x' - x = -side + a / (g alpha),
 
 with x = rotation / alpha, side = 1 or -1 for the edge that it rocks on, and table acceleration a.
 The acceleration is linear between its samples, so the equation has a closed form, and each
@@ -192,7 +192,7 @@ def overturns(load, step, restitution, coefficient):
                     push = slope
                     elapsed += (math.copysign(1.0, slope) - now) / slope if slope else math.inf
                 if elapsed < step:
-                    side = -math.copysign(1.0, push)
+                    side = math.copysign(1.0, push)
                 continue
             remaining = step - elapsed
             solutions = whole_step if elapsed == 0.0 else propagator(coefficient, remaining)
