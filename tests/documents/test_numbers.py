@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 import rockdamp as rd
 from rockdamp.constants import PRESETS, SMALL_RELEASE_OVERSTATES
-from rockdamp.mechanics.dampers import half_cycle_loss
+from rockdamp.mechanics.half_cycle_loss import half_cycle_loss
 from rockdamp.mechanics.wall import SORRENTINO_RATIO
 from rockdamp.solvers.exact import exact_history
 

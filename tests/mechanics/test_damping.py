@@ -11,15 +11,14 @@ from scipy.integrate import quad
 from rockdamp.constants import PAPER_MODELS
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.dampers import (
+from rockdamp.mechanics.damping import DAMPERS, Damping
+from rockdamp.mechanics.half_cycle_loss import (
     CAP,
-    DAMPERS,
     band_strength,
     critical_damping_ratio,
     half_cycle_loss,
     normalisation,
 )
-from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.coefficient import damping_coefficient
 
 CURVE = TrilinearCurve(0.06, 0.72, 0.9)

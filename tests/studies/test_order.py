@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 from configs import configured
 
-from rockdamp.mechanics.dampers import band_strength
+from rockdamp.mechanics.half_cycle_loss import band_strength
 from rockdamp.studies import order
 
 SMALL = {

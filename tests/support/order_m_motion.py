@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from rockdamp.mechanics.dampers import normalisation
+from rockdamp.mechanics.half_cycle_loss import normalisation
 
 
 class Branch(NamedTuple):

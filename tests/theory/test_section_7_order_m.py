@@ -10,8 +10,8 @@ from scipy.integrate import quad, solve_ivp
 from scipy.special import erf
 
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.dampers import CAP, critical_damping_ratio, normalisation
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.half_cycle_loss import CAP, critical_damping_ratio, normalisation
 from rockdamp.solvers.exact import exact_history
 
 PAPER = TrilinearCurve(0.04, 0.85)

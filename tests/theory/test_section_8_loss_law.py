@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 
 from rockdamp.equivalence.closed_form import equivalence_factor
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.dampers import normalisation
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.half_cycle_loss import normalisation
 from rockdamp.solvers.coefficient import damping_coefficient
 from rockdamp.solvers.exact import exact_history, restitution_factor
 from rockdamp.solvers.kernel import cr_law

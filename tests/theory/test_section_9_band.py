@@ -11,8 +11,8 @@ from pages import assert_stated, stated_rows
 from scipy.integrate import quad, solve_ivp
 
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.dampers import band_strength, half_cycle_loss, normalisation
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.half_cycle_loss import band_strength, half_cycle_loss, normalisation
 from rockdamp.solvers.coefficient import damping_coefficient
 from rockdamp.solvers.exact import exact_history
 from rockdamp.solvers.newmark import simulate

@@ -16,8 +16,8 @@ from rockdamp.arrays import Array
 from rockdamp.constants import RECOMMENDED, VISCOUS_MODELS
 from rockdamp.histories.one_sided import run_one_sided
 from rockdamp.histories.refinement import run_refined
-from rockdamp.mechanics.dampers import CAP, critical_damping_ratio
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.half_cycle_loss import CAP, critical_damping_ratio
 from rockdamp.mechanics.specimen import AnyWall, Specimen
 from rockdamp.mechanics.wall import OneSidedWall
 from rockdamp.motions.catalogue import GroundMotion

@@ -27,8 +27,7 @@ from rockdamp.arrays import Array
 from rockdamp.equivalence.closed_form import damping_ratio_energy
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.dampers import DAMPERS
-from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.damping import DAMPERS, Damping
 from rockdamp.progress import track
 from rockdamp.solvers.blocks import available_threads
 from rockdamp.solvers.newmark import Reference, peaks, simulate, stable_step

@@ -34,7 +34,7 @@ from rockdamp.figures.style import (
     series,
     zero_line,
 )
-from rockdamp.mechanics.dampers import DAMPERS
+from rockdamp.mechanics.damping import DAMPERS
 from rockdamp.mechanics.free_motion import rigid_period
 from rockdamp.text import number
 from rockdamp.units import quantity

@@ -24,8 +24,7 @@ from rockdamp.laboratory.record_fit import PARAMETERS
 from rockdamp.laboratory.releases import find_releases, rest_deviation
 from rockdamp.laboratory.uncertainty import NORMAL_QUANTILE, check_deviations
 from rockdamp.mechanics.curve import CURVE_RULES, TrilinearCurve
-from rockdamp.mechanics.dampers import DAMPERS
-from rockdamp.mechanics.damping import REFERENCE_AMPLITUDE, Damping
+from rockdamp.mechanics.damping import DAMPERS, REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
 
 # Amplitudes u/u_ins at which e is stated; an assessment takes the middle one.

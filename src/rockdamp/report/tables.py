@@ -25,7 +25,7 @@ from rockdamp.constants import (
 )
 from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
 from rockdamp.figures.style import RESTITUTION
-from rockdamp.mechanics.dampers import DAMPERS
+from rockdamp.mechanics.damping import DAMPERS
 from rockdamp.text import DASH, count_noun, join_words, number, percent, plain
 
 # A verdict has a sign and words besides its colour; failures come first.

@@ -32,8 +32,8 @@ from scipy.integrate import DOP853
 from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check, check_number, check_type
 from rockdamp.mechanics.curve import TrilinearCurve
-from rockdamp.mechanics.dampers import band_strength
 from rockdamp.mechanics.damping import Damping
+from rockdamp.mechanics.half_cycle_loss import band_strength
 from rockdamp.solvers.machine_code import compile_cached
 
 # Coefficients of DOP853. E3 and E5 estimate the error of a step, and weigh the rates at its end.

@@ -487,7 +487,7 @@ def _check_step(step: ArrayLike, curve: TrilinearCurve, damping: Damping) -> Arr
     allowed = f"below the stability limit 2 sqrt(a1/b1) = {smallest:.6g} in tau, and positive"
     # The printed scheme divides by the square of the step.
     checked = check("step", step, lambda h: (h >= 1e-12) & (h < limit), allowed)
-    damping.damper.check_step(checked, damping.parameters, curve)
+    damping.damper.check_step(checked, damping, curve)
     return checked
 
 
