@@ -45,6 +45,6 @@ BLOCK_RESTITUTION_DEVIATION = 0.024
 
 RELEASES = "0.3 to 0.5 u_ins"  # amplitudes of the releases that a constant e is meant for
 # A constant e measured in small releases, 0.1 u_ins, overstates the intensity that a wall survives
-# by this share, if walls lose energy as measured blocks do. Here g is the loss exponent of
-# `Damping`. A test keeps the text equal to the table of docs/earthquakes.md.
-SMALL_RELEASE_OVERSTATES = "5 to 15 % with g = 0.13 to 0.39"
+# by this share, if walls lose energy as measured blocks do. A test keeps the text equal to the
+# table of docs/earthquakes.md.
+SMALL_RELEASE_OVERSTATES = "5 to 15 %"

@@ -18,6 +18,8 @@ WALL = ("--thickness", "25cm", "--height", 3, "--preset", "new", "--restitution"
 BUILT = rd.Wall(0.25, 3.0)
 NEW = rd.TrilinearCurve.preset("new")
 G = 9.80665
+BUILDING = ("--building-period", "0.25s", "--storeys", 3, "--storey", 3)
+FLOOR = ("--diaphragm-period", 0.4)
 
 
 @pytest.fixture(scope="module")
@@ -163,14 +165,47 @@ def test_report_has_the_wall_and_the_answer(outputs, answer):
 
 
 def test_supports_move_with_a_building_and_a_flexible_floor():
-    building = ("--building-period", "0.25s", "--storeys", 3, "--storey", 3)
-    values = printed(
-        "assess", *WALL, *RECORDS, "--pga", "0.25g", *building, "--diaphragm-period", 0.4
-    )
+    values = printed("assess", *WALL, *RECORDS, "--pga", "0.25g", *BUILDING, *FLOOR)
     diaphragm = rd.Diaphragm(0.4)
     motions = rd.floor_motions(RECORD_NAMES, rd.Building(0.25, 3, 3), diaphragm=diaphragm)
     expected = rd.assess(BUILT, NEW, motions, pga=0.25 * G, restitution=0.85)
     assert values["models"][0]["median_intensity"] == float(expected["median_pga"][0])
+
+
+def page_text(path):
+    html = path.read_text(encoding="utf-8")
+    return " ".join(Page(html).all("body")[0]["text"].replace("\xa0", " ").split())
+
+
+@pytest.mark.parametrize(
+    ("supports", "words"),
+    [
+        ((*BUILDING, *FLOOR), "the building and the flexible floor"),
+        (BUILDING, "the building"),
+        (FLOOR, "the flexible floor"),
+    ],
+    ids=["both", "building", "floor"],
+)
+def test_report_states_building_and_floor(supports, words, tmp_path):
+    path = tmp_path / "a.html"
+    run("assess", *WALL, *RECORDS, "--pga", "0.25g", *supports, "--report", path)
+    text = page_text(path)
+    assert f"ground acceleration, not that at the wall, which is moved by {words}." in text
+    building = "building period 0.25 s storeys of the building 3 storey of the wall 3"
+    assert (building in text) is (BUILDING[0] in supports)
+    assert ("period of the flexible floor 0.4 s" in text) is (FLOOR[0] in supports)
+
+
+def test_report_on_the_ground_names_no_building_or_floor(outputs):
+    text = page_text(outputs["report"])
+    assert "building" not in text and "floor" not in text
+
+
+def test_sensitivity_begins_with_the_given_inputs(outputs, answer):
+    rows = Page(outputs["report"].read_text(encoding="utf-8")).all("tr")
+    (given,) = [row["text"].split() for row in rows if row["text"].split()[:2] == ["as", "given"]]
+    cr = answer.sel(damping_model="CR")
+    assert f"{float(cr['median_pgv'].item()):.3g}" in given
 
 
 def test_loss_may_depend_on_the_amplitude():

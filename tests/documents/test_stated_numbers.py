@@ -179,7 +179,7 @@ def test_small_releases_overstate_the_intensity(loss_law):
     )
     assert_stated(EARTHQUAKES, words, *values)
     stated = [float(number) for number in re.findall(r"[\d.]+", SMALL_RELEASE_OVERSTATES)]
-    assert stated == pytest.approx(values, abs=0.51)
+    assert stated == pytest.approx(values[:2], abs=0.51)
 
 
 def test_good_releases_change_the_intensity_little(loss_law):

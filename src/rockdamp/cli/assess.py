@@ -124,7 +124,8 @@ def assess(**inputs: Any) -> None:
     if inputs["report"] is not None:
         from rockdamp.report.wall_page import write_wall_page
 
-        write_wall_page(wall, curve, motions, answer, inputs["report"], scale.unit)
+        supports = build.build_supports(inputs)
+        write_wall_page(wall, curve, motions, answer, inputs["report"], scale.unit, **supports)
         printing.announce(inputs["report"])
     if inputs["as_json"]:
         printing.print_json(assessed_values(answer) | damping)

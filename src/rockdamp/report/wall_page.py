@@ -18,14 +18,28 @@ from rockdamp import __version__, units
 from rockdamp.assessment.answers import measure_name, reasons
 from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
 from rockdamp.assessment.sensitivity import sensitivity
-from rockdamp.constants import RELEASES, SMALL_RELEASE_OVERSTATES, STANDARD_GRAVITY
+from rockdamp.constants import (
+    BLOCK_RESTITUTION_DEVIATION,
+    RELEASES,
+    SMALL_RELEASE_OVERSTATES,
+    STANDARD_GRAVITY,
+    WALL_RESTITUTION_DEVIATION,
+)
 from rockdamp.equivalence.programs import REQUIREMENT, describe_damping
 from rockdamp.figures.commands import fragility_figure
 from rockdamp.mechanics.curve import TrilinearCurve
+from rockdamp.mechanics.floors import Building, Diaphragm
 from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.storage.files import replace_file
-from rockdamp.text import DASH, number, percent, plain
+from rockdamp.text import DASH, join_words, number, percent, plain
+
+# The cases of e, in a sentence.
+CASES = {
+    "e - s": "e reduced by the scatter of tests",
+    "e + s": "e increased by the scatter of tests",
+    "impulsive": "e by the rule impulsive (with impulses at the supports)",
+}
 
 
 def write_wall_page(
@@ -35,6 +49,8 @@ def write_wall_page(
     answer: xr.Dataset,
     path: Path,
     unit: str | None = None,
+    building: Building | None = None,
+    diaphragm: Diaphragm | None = None,
 ) -> None:
     """Write inputs, probability of collapse, damper and sensitivity of a wall, self-contained.
 
@@ -48,6 +64,10 @@ def write_wall_page(
         File to write, complete or not at all.
     unit : str, optional
         Unit of the intensities on the page; by default g for a PGA, m/s for a PGV.
+    building : Building, optional
+        Building whose floors move the wall in `motions`.
+    diaphragm : Diaphragm, optional
+        Flexible floor that moves the wall in `motions`.
     """
     measure = measure_name(answer)
     si_unit = "m s-2" if measure == "pga" else "m s-1"
@@ -62,10 +82,19 @@ def write_wall_page(
     models = answer["damping_model"].values.tolist()
     curves = [answer.sel(damping_model=model) for model in models]
     all_reasons = [reason for model in models for reason in reasons(answer, model)]
+    is_wall = isinstance(wall, Wall)
     html = load_template().render(
-        kind="parapet" if isinstance(wall, Parapet) else "wall",
-        inputs=list_inputs(wall, curve, float(answer["rocking_onset"])),
+        kind="wall" if is_wall else "parapet",
+        inputs=[
+            *list_inputs(wall, curve, float(answer["rocking_onset"])),
+            *list_supports(building, diaphragm),
+        ],
+        supports=name_supports(building, diaphragm),
         answer=answer,
+        cases=CASES,
+        is_wall=is_wall,
+        histories=int(answer["records"]) * answer[f"stripe_{measure}"].size,
+        scatter=WALL_RESTITUTION_DEVIATION if is_wall else BLOCK_RESTITUTION_DEVIATION,
         cr=answer.sel(damping_model="CR"),
         levels=[write_level(level / size, unit) for level in answer[measure].values],
         fragility=[list_fragility(curve, measure, unit, size) for curve in curves],
@@ -104,13 +133,13 @@ def list_inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> li
         ("height h", wall.height, "m"),
         ("width", wall.width, "m"),
         ("density", wall.density, "kg/m³"),
-        ("overburden over weight O/W", wall.overburden_ratio, ""),
+        ("overburden / weight O/W", wall.overburden_ratio, ""),
         ("eccentricity of the overburden", wall.eccentricity, "m"),
     ]
     if isinstance(wall, Wall):
         inputs += [
             ("height of the hinge h₁/h", wall.hinge_ratio, ""),
-            ("overburden that is a mass", wall.overburden_mass, ""),
+            ("share of the overburden with mass", wall.overburden_mass, ""),
         ]
     inputs += [
         ("yield displacement ratio a₁", curve.yield_displacement_ratio, ""),
@@ -122,10 +151,38 @@ def list_inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> li
         ("strength of the rigid wall F₀", float(wall.rigid_strength) / 1000, "kN"),
         ("instability displacement", 1000 * float(wall.instability_displacement), "mm"),
         ("frequency parameter p", float(wall.frequency_parameter), "rad/s"),
-        ("acceleration at which rocking starts", onset / STANDARD_GRAVITY, "g"),
+        ("acceleration at the wall at which rocking starts", onset / STANDARD_GRAVITY, "g"),
     ]
     rows = [(name, f"{plain(value)} {unit}") for name, value, unit in inputs]
     return rows + [(name, f"{number(value)} {unit}") for name, value, unit in derived]
+
+
+def list_supports(building: Building | None, diaphragm: Diaphragm | None) -> list[tuple[str, str]]:
+    """Return names and values of the building and of the flexible floor that move a wall."""
+    rows = []
+    if building is not None:
+        rows += [
+            ("building period", f"{plain(building.period)} s"),
+            ("storeys of the building", plain(building.storeys)),
+            ("storey of the wall", plain(building.storey)),
+            ("damping ratio of the building", percent(building.damping_ratio)),
+        ]
+    if diaphragm is not None:
+        rows += [
+            ("period of the flexible floor", f"{plain(diaphragm.period)} s"),
+            ("damping ratio of the flexible floor", percent(diaphragm.damping_ratio)),
+        ]
+    return rows
+
+
+def name_supports(building: Building | None, diaphragm: Diaphragm | None) -> str:
+    """Return the structures that move a wall, in words; an empty text on the ground."""
+    names = []
+    if building is not None:
+        names.append("the building")
+    if diaphragm is not None:
+        names.append("the flexible floor")
+    return join_words(names)
 
 
 def list_fragility(curve: xr.Dataset, measure: str, unit: str, size: float) -> dict[str, Any]:
