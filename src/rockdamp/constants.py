@@ -35,9 +35,9 @@ SOFTENING = ("steeper", "translated")
 DEFAULT_RESPONSE_LENGTH = 8.0
 
 # ASSUME: standard deviation of e of one wall from the rule for it. The tests of walls that the
-# paper quotes have 0.85 to 0.91 of Eq. (7), mean 0.86; reports of other walls and blocks,
-# second-hand, 0.90 to 0.97 of theory. Two deviations of 0.03 about 0.90 cover 0.84 to 0.96, all
-# these ratios but the largest.
+# paper quotes have 0.85 to 0.91 of Eq. (7), mean 0.86; reports of other walls and blocks, from a
+# secondary source, 0.90 to 0.97 of theory. Two deviations of 0.03 about 0.90 cover 0.84 to 0.96,
+# all these ratios but the largest.
 WALL_RESTITUTION_DEVIATION = 0.03
 # Standard deviation of ln e of one block in measured free-rocking trials, over all slendernesses; a
 # test keeps it equal to results/measured_rocking.nc.

@@ -214,7 +214,7 @@ def test_share_of_a_case_is_that_of_its_e(wall, curve, motions):
 def test_a_rule_gives_the_restitution(wall, curve, motions):
     answer = rd.assess(wall, curve, motions[0], pgv=0.8, restitution="rigid")
     assert float(answer["restitution"]) == float(wall.restitution_rigid)
-    assert "Eq. 7" in answer.attrs["restitution_reason"]
+    assert "Eq. (7)" in answer.attrs["restitution_reason"]
 
 
 # --- one-sided walls ------------------------------------------------------------------------------

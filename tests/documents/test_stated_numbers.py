@@ -70,7 +70,7 @@ def test_error_with_the_closed_form():
     assert_stated(ACCURACY, words, *values)
 
 
-# Peaks [mm] of two nominally identical walls, second-hand: docs/earthquakes.md names the source.
+# Peaks [mm] of two nominally identical walls. docs/earthquakes.md names the secondary source.
 TWIN_PEAKS = {
     "first": [0.30, 0.41, 1.24, 2.57, 8.48, 16.37, 3.65, 13.15, 29.48],
     "second": [0.11, 0.39, 0.85, 1.93, 5.19, 10.11, 2.38, 5.26, 7.58],

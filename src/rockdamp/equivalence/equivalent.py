@@ -45,7 +45,7 @@ def equivalent(
     -------
     list of dict
         A row for each e, in ascending order, and each model: ``restitution``, ``damping_model``,
-        ``damping_ratio`` (global minimum of Eq. 17), ``rms_error`` (sqrt(Err/k) in u/u_ins),
+        ``damping_ratio`` (global minimum of Eq. (17)), ``rms_error`` (sqrt(Err/k) in u/u_ins),
         ``damping_ratio_energy`` (closed form; exact for ECD and BAND) and ``damping_ratio_fit``
         (the shipped polynomials of the reference curve with b1 = 0.85 and u0 = 0.5 u_ins, linear
         in a1 between them; None outside their range of e and a1).

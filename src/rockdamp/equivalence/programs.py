@@ -55,7 +55,7 @@ def describe_damping(
         ``initial_frequency`` w1 [rad s-1] and ``initial_period`` T1 [s] of the first branch,
         ``damping_restitution`` e, ``damping_coefficient`` C = 2 xi m_eff w1 of CDC [N s m-1],
         ``rayleigh_alpha_m`` = 2 xi w1 of CDC [s-1], and in ``damping`` a row for each viscous
-        damper: ``damping_ratio`` of least Err (Eq. 17) for a release from half of a3, with its
+        damper: ``damping_ratio`` of least Err, Eq. (17), for a release from half of a3, with its
         ``rms_error`` in u/u_ins, or by the closed form where no ratio has the least error;
         ``damping_coefficient``, None where it varies with u or v; and ``missed_collapse_rate``,
         the share of the collapses under restitution that the damper misses at the nearest e of

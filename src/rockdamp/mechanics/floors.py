@@ -83,7 +83,7 @@ class Building:
 
     @property
     def modes(self) -> Modes:
-        """Modes with a period of at least `RIGID_PERIOD`, at the floors below and above the wall."""
+        """Modes of at least `RIGID_PERIOD`, at the floors below and above the wall."""
         gamma = (np.arange(1, self.storeys + 1) - 0.5) * np.pi
         period = self.period / (gamma / gamma[0])
         flexible = period >= RIGID_PERIOD

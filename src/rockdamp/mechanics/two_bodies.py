@@ -2,7 +2,7 @@
 
 Fig. 4 compares the tri-linear wall with both. A decay is a chain of half cycles. Nothing is lost
 between impacts, so that each half cycle is a fall from rest, run backwards and then forwards. An
-impact multiplies the velocity by e (Eq. 8), and therefore the energy by e^2. Impacts follow each
+impact multiplies the velocity by e by Eq. (8), and therefore the energy by e^2. Impacts follow each
 other ever faster, and the wall is at rest after a finite time.
 """
 

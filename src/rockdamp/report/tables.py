@@ -41,8 +41,8 @@ ORDER_COLUMNS = {
     "Error of the peak, median": "log_error_median",
     "Error of the peak, 90 %": "log_error_90",
     "Peaks off by more than 5 %": "share_above",
-    "Collapses missed": "missed_collapse_rate",
-    "Collapses added": "added_collapse_rate",
+    "Missed collapses": "missed_collapse_rate",
+    "Added collapses": "added_collapse_rate",
 }
 PROGRAM_COLUMNS = ("log_error_median", "log_error_90", "missed_collapse_rate")
 # Formulas as HTML; docs/theory.md derives those of ECD and BAND.
@@ -200,7 +200,7 @@ def selection(compared: xr.Dataset) -> str:
 
 
 def ratios(fits: xr.Dataset) -> dict[str, Any]:
-    """Return xi of least error for the sliders: axes e and a1, and for each model rows by a1. [-]"""
+    """Return xi of least error for the sliders: axes e and a1, and rows by a1 of each model. [-]"""
     xi = fits["damping_ratio"].sortby(["yield_displacement_ratio", "restitution"])
     xi = xi.transpose("damping_model", "yield_displacement_ratio", "restitution")
     rows = {}
