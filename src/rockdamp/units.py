@@ -44,6 +44,7 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "N m-1": {"N/m": 1.0, "kN/m": 1000.0, "lb/ft": POUND * STANDARD_GRAVITY / FOOT},
 }
+INTENSITY_UNITS = {"PGV": "m s-1", "PGA": "m s-2"}  # SI units of the intensity measures
 
 _NUMBER_AND_UNIT = re.compile(
     r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(.*?)\s*", re.IGNORECASE | re.ASCII
@@ -146,6 +147,21 @@ def stated_unit(text: str, unit: str) -> str:
     match = _NUMBER_AND_UNIT.fullmatch(text.partition(",")[0])
     name = spelling(match[2], unit) if match and match[2] else None
     return next(iter(UNITS[unit])) if name is None else name
+
+
+def intensity_unit(measure: str, unit: str | None = None) -> tuple[str, float]:
+    """Return the unit of an intensity measure, and its size in SI.
+
+    Parameters
+    ----------
+    measure : {"pga", "pgv"}
+        Intensity measure.
+    unit : str, optional
+        Unit. Default: g for a PGA and m/s for a PGV.
+    """
+    if unit is None:
+        unit = "g" if measure == "pga" else "m/s"
+    return unit, quantity(f"1 {unit}", INTENSITY_UNITS[measure.upper()])
 
 
 def name_and_unit(head: str) -> tuple[str, str]:

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from rockdamp.assessment.collapses import FEWEST_STATIONS, INTENSITY_UNITS, STRIPES
+from rockdamp.assessment.collapses import FEWEST_STATIONS, STRIPES
 from rockdamp.statistics.fragility import fit_fragility
 from rockdamp.text import count_noun
+from rockdamp.units import INTENSITY_UNITS
 
 # Values of each damping model in the answer for one wall.
 MODEL_VALUES = (

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from rockdamp.arrays import Array
 from rockdamp.assessment.collapses import (
-    INTENSITY_UNITS,
     choose_dampings,
     find_intervals,
     run_intensities,
@@ -33,6 +32,7 @@ from rockdamp.mechanics.specimen import AnyWall, Specimen
 from rockdamp.mechanics.wall import OneSidedWall, Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.storage.dataset import describe
+from rockdamp.units import INTENSITY_UNITS
 
 DEFAULT_STEP = 0.05  # of the solver, times the first branch's angular frequency; less near collapse
 DEFAULT_TAIL = 3.0  # rest after a record [s]

@@ -35,7 +35,6 @@ from rockdamp.statistics.fragility import (
     wilson,
 )
 
-INTENSITY_UNITS = {"PGV": "m s-1", "PGA": "m s-2"}
 # Intensities, lambda PGV/(p u_ins), with the excitation factor lambda of the wall. The medians of
 # the eight walls of config/default.yaml lie between 0.57 and 2.0, and twice their dispersions span
 # a factor of 2.6 to either side: a test checks that the stripes reach beyond it.

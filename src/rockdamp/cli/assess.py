@@ -1,6 +1,4 @@
-"""`assess` and `batch`: collapse probability of one wall, and of the walls of a table, under
-records.
-"""
+"""`assess` and `batch`: collapse probability of one wall, and of many walls, under records."""
 
 from __future__ import annotations
 
@@ -10,18 +8,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 import rockdamp as rd
-from rockdamp import units
 from rockdamp.cli import inputs as build
 from rockdamp.cli import options, printing
 from rockdamp.cli.command import command, examples
 from rockdamp.cli.inputs import Inputs
 from rockdamp.cli.printing import percent, span
 from rockdamp.text import count_noun
+from rockdamp.units import intensity_unit
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SI_UNITS = {"pga": "m s-2", "pgv": "m s-1"}
 BATCH_HEADS = {
     "id": "wall",
     "damping_model": "damper",
@@ -34,9 +31,7 @@ BATCH_HEADS = {
 
 
 class IntensityScale(NamedTuple):
-    """The intensity measure, pga or pgv, and the unit that it was asked for in: its name, and its
-    size in SI.
-    """
+    """Intensity measure, pga or pgv, and the unit of its option: name, and size in SI."""
 
     measure: str
     unit: str
@@ -54,8 +49,7 @@ class IntensityScale(NamedTuple):
 def intensity_scale(inputs: Inputs) -> IntensityScale:
     """Return the measure and the unit of the option that was given."""
     measure = "pga" if inputs["pga"] is not None else "pgv"
-    unit = inputs[measure].unit
-    return IntensityScale(measure, unit, units.quantity(f"1 {unit}", SI_UNITS[measure]))
+    return IntensityScale(measure, *intensity_unit(measure, inputs[measure].unit))
 
 
 @command(
@@ -84,13 +78,13 @@ def assess(**inputs: Any) -> None:
 
     Each record is scaled to the given intensities, and to 16 levels for the fragility curve. With a
     building or a flexible floor, the intensities are those of the ground. The table gives the share
-    of records that collapse the wall for several e: the given one (by default the rule "measured",
-    0.90 times Eq. 7), that e minus and plus the scatter of tests, and the rule "impulsive". Shares
-    have Wilson intervals, fragility curves have intervals from a bootstrap over stations.
+    of records that collapse the wall for several e: the given one (by default from the rule
+    "measured"), that e minus and plus the scatter of tests, and the rule "impulsive". Shares have
+    Wilson intervals, fragility curves have intervals from a bootstrap over stations.
     """
     from rockdamp.assessment.answers import assessed_values
     from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
-    from rockdamp.equivalence.programs import describe_damping
+    from rockdamp.equivalence.programs import REQUIREMENT, describe_damping
 
     if inputs["report"] is not None and (inputs["one_sided"] or inputs["exponent"]):
         raise click.UsageError("--report cannot be combined with --one-sided or --exponent")
@@ -140,16 +134,10 @@ def assess(**inputs: Any) -> None:
     _print_fragilities(answer, scale)
     click.echo()
     if damping:
-        supported = [row for row in damping["damping"] if row["damping_model"] in _program_models()]
-        printing.print_dampers(damping, supported)
+        dampers = [row for row in damping["damping"] if row["damping_model"] in REQUIREMENT]
+        printing.print_dampers(damping, dampers)
         click.echo()
     _print_result(answer, scale)
-
-
-def _program_models() -> list[str]:
-    from rockdamp.equivalence.programs import REQUIREMENT
-
-    return list(REQUIREMENT)
 
 
 def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
@@ -173,9 +161,7 @@ def _count_stations(answer: xr.Dataset) -> str:
 
 
 def _share_row(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> dict[str, Any]:
-    """Return the collapse probability at one intensity for each e, ascending, and the peaks with
-    the e asked for.
-    """
+    """Return the collapse probability for each e, ascending, and the peaks with the e asked for."""
     e = float(answer["restitution"])
     cr = answer.sel(damping_model="CR")
     cases = []
@@ -199,9 +185,7 @@ def _share_row(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> dict[str
 
 
 def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
-    """Print the fragility curve under restitution and under a damper, and the reasons for missing
-    numbers.
-    """
+    """Print the fragility curve of each damping model, and the reasons for missing numbers."""
     from rockdamp.assessment.answers import reasons
 
     models = answer["damping_model"].values.tolist()
@@ -317,7 +301,7 @@ def batch(**inputs: Any) -> None:
 
 
 def _print_walls(table: list[dict[str, Any]], scale: IntensityScale, wall_count: int) -> None:
-    """Print the errors, and a row for each wall and damper."""
+    """Print the errors, and a row for each wall and damping model."""
     errors = [row for row in table if row["error"]]
     for row in errors:
         click.echo(f"{row['id']}: {row['error']}")
@@ -330,8 +314,8 @@ def _print_walls(table: list[dict[str, Any]], scale: IntensityScale, wall_count:
             rows.append(printed)
     done = wall_count - len(errors)
     click.echo(
-        f"{done} of {wall_count} walls computed: collapses among the records, "
-        f"and the median collapse {scale.head()}:"
+        f"{done} of {wall_count} walls computed, with restitution (CR) and with a damper that "
+        f"replaces it: collapses among the records and median collapse {scale.head()}:"
     )
     if rows:
         printing.print_table(rows)

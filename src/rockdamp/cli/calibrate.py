@@ -132,7 +132,8 @@ def calibrate(**inputs: Any) -> None:
     if free_rocking:
         _print_losses(values)
     elif "damping_models" in values:
-        _print_dampers(values, "Fit of every damper, each with its own curve:")
+        caption = "Fit of every damper, each with its own curve (log-likelihood: less the best's):"
+        _print_dampers(values["damping_models"], caption)
 
 
 def _deviations(inputs: Inputs) -> dict[str, float]:
@@ -148,9 +149,7 @@ def _values(fitted: xr.Dataset) -> dict[str, Any]:
 
 
 def _rows(dataset: xr.Dataset, dim: str) -> list[dict[str, Any]]:
-    """Return a row for each place along a dimension: the variables along it, and the interval of
-    one of them.
-    """
+    """Return a row for each place along a dimension: its variables, and the interval of one."""
     keys = {}
     for name in sorted(map(str, dataset.variables), key=lambda name: name != dim):
         if dataset[name].dims == (dim,):
@@ -180,11 +179,11 @@ def _print_fit(values: dict[str, Any]) -> None:
     click.echo(f"{misfit}.")
 
 
-def _print_dampers(values: dict[str, Any], caption: str) -> None:
+def _print_dampers(dampers: list[dict[str, Any]], caption: str) -> None:
     """Print a row for each damper."""
     answers = {True: "yes", False: "no"}
     rows = []
-    for damper in values["damping_models"]:
+    for damper in dampers:
         row = {head: damper[name] for name, head in DAMPER_HEADS.items() if name in damper}
         if "excluded" in row:
             row["excluded"] = answers[bool(row["excluded"])]
@@ -262,9 +261,7 @@ def _free_rocking_values(fitted: xr.Dataset) -> dict[str, Any]:
 
 
 def _describe_times(elapsed: Array) -> str:
-    """Return the samples and the duration of a test, and its gaps: intervals of more than 1.5 times
-    the median.
-    """
+    """Return samples, duration and gaps of a test: intervals of over 1.5 times the median."""
     intervals = elapsed[1:] - elapsed[:-1]
     usual = sorted(intervals)[intervals.size // 2]
     gaps = int((intervals > 1.5 * usual).sum())
@@ -324,7 +321,12 @@ def _print_losses(values: dict[str, Any]) -> None:
             f" (e at {REFERENCE_AMPLITUDE:g} u_ins)."
         )
     click.echo(f"The loss is proportional to the energy to the power -g, with g = {exponent}.")
-    _print_dampers(values, "Fit of each damper, and whether the test excludes it:")
+    threshold = values["log_likelihood_threshold"]
+    _print_dampers(
+        values["damping_models"],
+        "Fit of each damper: the g that it would show, its log-likelihood less the best's, and"
+        f" whether the test excludes it (90 %: less than {threshold:.2g}):",
+    )
     heads = {
         "impact_elapsed": "time [s]",
         "impact_amplitude": "u/u_ins before",

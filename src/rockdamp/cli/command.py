@@ -1,5 +1,6 @@
-"""Commands whose options stand under headings, which never overwrite a file that they read, with
-errors of one line.
+"""Commands with options under headings and errors of one line.
+
+They never overwrite a file that they read.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From options to a wall, its curve, dampers and ground motions, with warnings of unusual values."""
+"""A wall, its curve, dampers and ground motions from options; warnings of unusual values."""
 
 from __future__ import annotations
 
@@ -52,9 +52,7 @@ def build_curve(inputs: Inputs) -> rd.TrilinearCurve:
 
 
 def choose_restitution(wall: Any, restitution: float | str) -> tuple[float, str]:
-    """Return e, and the rule that gives it in words; warn of a number above that of rigid
-    mechanics.
-    """
+    """Return e and its rule in words; warn of a number well above that of rigid mechanics."""
     from rockdamp.assessment.restitution import find_restitution
 
     e, reason = find_restitution(wall, restitution)
@@ -136,9 +134,7 @@ def build_supports(inputs: Inputs) -> dict[str, Any]:
 
 
 def read_support_motions(inputs: Inputs) -> Sequence[rd.GroundMotion]:
-    """Return the motions of the supports: those of --records, or those of a building and a floor
-    under them.
-    """
+    """Return the motions of the supports: of --records, or of a building and a floor under them."""
     supports = build_supports(inputs)
     if supports and inputs["one_sided"]:
         raise click.UsageError("--one-sided cannot be combined with a building or a flexible floor")

@@ -224,7 +224,8 @@ def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
         wall_option(
             "--overburden-mass",
             type=NUMBER,
-            help="Share of the overburden, 0 to 1, that has mass and moves vertically.  [default: 0]",
+            help="Share of the overburden, 0 to 1, that has mass and moves vertically.  "
+            "[default: 0]",
         ),
         wall_option(
             "--eccentricity",

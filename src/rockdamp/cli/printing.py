@@ -71,9 +71,7 @@ def describe_wall(
 
 
 def describe_records(motions: Iterable[rd.GroundMotion]) -> str:
-    """Return the number, length, step and PGA of records: ``1 record (5366 samples, 0.005 s, PGA
-    0.28 g)``.
-    """
+    """Return number and size of records: ``1 record (5366 samples, 0.005 s, PGA 0.28 g)``."""
     from rockdamp.text import count_noun
 
     records = [motion.intensity_record for motion in motions]
@@ -130,7 +128,7 @@ def print_table(rows: Sequence[Inputs], caption: str = "") -> None:
 
 
 def print_dampers(damping: Inputs, rows: Iterable[Inputs]) -> None:
-    """Print dampers in the order of preference, each with the feature that a program needs for it."""
+    """Print dampers in the order of preference, each with the feature that it needs."""
     from rockdamp.equivalence.programs import REQUIREMENT
 
     e = damping["damping_restitution"]
@@ -184,9 +182,7 @@ def write_csv(rows: Iterable[Inputs], path: Path) -> None:
 
 
 def write_dataset(dataset: xr.Dataset, kind: str, inputs: Inputs, **contents: Any) -> None:
-    """Write the dataset of --output, if it is one; its config has the inputs, and contents in place
-    of file names.
-    """
+    """Write the dataset of --output, if it is one, with the inputs; `contents` replace files."""
     from rockdamp.storage.dataset import write
 
     output = inputs["output"]

@@ -190,7 +190,7 @@ def equivalent(**inputs: Any) -> None:
     """Damping ratios equivalent to a coefficient of restitution, or vice versa.
 
     The table has a row for each e and viscous damper. Use xi, which has the smallest error in free
-    decay (Eq. 17). Beside it are the ratios by the closed form of the energy and by the paper's
+    decay, Eq. (17). Beside it are the ratios by the closed form of the energy and by the paper's
     polynomials, which hold for b1 = 0.85 and have no value outside their range of a1 and e.
     """
     e = inputs["restitution"]

@@ -37,7 +37,7 @@ from rockdamp.figures.style import (
 from rockdamp.mechanics.damping import DAMPERS
 from rockdamp.mechanics.free_motion import rigid_period
 from rockdamp.text import number
-from rockdamp.units import quantity
+from rockdamp.units import intensity_unit
 
 PARAMETER_SYMBOLS = {
     "yield_displacement_ratio": "$a_1$",
@@ -110,10 +110,7 @@ def fragility_figure(answer: xr.Dataset, unit: str | None = None) -> Figure:
     Intensities are in `unit`; by default a PGA is in g and a PGV in m/s.
     """
     measure = str(answer.attrs["intensity_measure"]).lower()  # pgv or pga
-    if unit is None:
-        unit = "g" if measure == "pga" else "m/s"
-    # One unit in SI; the dataset is in SI.
-    size = quantity(f"1 {unit}", "m s-2" if measure == "pga" else "m s-1")
+    unit, size = intensity_unit(measure, unit)
     names = (measure, f"stripe_{measure}", f"median_{measure}")
     answer = answer.assign({name: answer[name] / size for name in names})
     figure, ((axes,),) = panels(1, 1, 72.0)
@@ -227,7 +224,7 @@ def draw_half_periods(axes: Axes, fitted: xr.Dataset) -> None:
 
 
 def draw_impacts(axes: Axes, fitted: xr.Dataset) -> None:
-    """Draw e of each impact, their mean, that of rigid bodies, and the e that dampers would show."""
+    """Draw e of each impact, their mean, that of rigid bodies, and that expected with dampers."""
     is_rocking = (fitted["impact_rocking"] == 1).values
     rocking = fitted.isel(impact=is_rocking).sortby("impact_amplitude")
     amplitude = rocking["impact_amplitude"].values

@@ -37,10 +37,12 @@ LOSS_EXPONENTS = {"SDR": -0.5, "CR": 0.0, "CDC": 0.5}
 
 def record_title(dataset: xr.Dataset) -> str:
     """Return the record's specimen or source, whether it is synthetic, and the factor on it."""
-    specimen = str(dataset.attrs.get("record_specimen", "not stated"))
-    source = str(dataset.attrs.get("record_source", "not stated"))
-    name = source if specimen in ("none", "not stated") else specimen
-    title = f"{record_name(dataset)}: {' '.join(name.split())}"
+    title = record_name(dataset)
+    for key in ("record_specimen", "record_source"):
+        name = " ".join(str(dataset.attrs.get(key, "not stated")).split())
+        if name not in ("none", "not stated"):
+            title += f": {name}"
+            break
     factor = float(dataset.get("scale_factor", 1.0))
     if factor != 1:
         title += f" (times {factor:g})"

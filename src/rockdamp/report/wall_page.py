@@ -14,7 +14,7 @@ import xarray as xr
 from jinja2 import Environment, StrictUndefined
 from matplotlib.figure import Figure
 
-from rockdamp import __version__, units
+from rockdamp import __version__
 from rockdamp.assessment.answers import measure_name, reasons
 from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
 from rockdamp.assessment.sensitivity import sensitivity
@@ -33,6 +33,7 @@ from rockdamp.mechanics.wall import Parapet, Wall
 from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.storage.files import replace_file
 from rockdamp.text import DASH, join_words, number, percent, plain
+from rockdamp.units import intensity_unit
 
 # The cases of e, in a sentence.
 CASES = {
@@ -70,11 +71,7 @@ def write_wall_page(
         Flexible floor that moves the wall in `motions`.
     """
     measure = measure_name(answer)
-    si_unit = "m s-2" if measure == "pga" else "m s-1"
-    if unit is None:
-        unit = "g" if measure == "pga" else "m/s"
-    # One unit in SI; the answer is in SI.
-    size = units.quantity(f"1 {unit}", si_unit)
+    unit, size = intensity_unit(measure, unit)
     restitution = max(float(answer["restitution"]), LEAST_DAMPER_RESTITUTION)
     damping = describe_damping(wall, curve, restitution)
     dampers = {row["damping_model"]: row for row in damping["damping"]}
