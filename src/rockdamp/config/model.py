@@ -15,9 +15,12 @@ from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 
 
-def _drop_required(schema: dict[str, Any]) -> None:
-    """Let the schema accept a file of a few keys; the default config states the others."""
+def _adapt_schema(schema: dict[str, Any]) -> None:
+    """Accept a file of a few keys, as the default config states the others; unwrap descriptions."""
     schema.pop("required", None)
+    for entry in (schema, *schema["properties"].values()):
+        if "description" in entry:
+            entry["description"] = " ".join(entry["description"].split())
 
 
 class Section(BaseModel):
@@ -28,7 +31,7 @@ class Section(BaseModel):
         frozen=True,
         allow_inf_nan=False,
         use_attribute_docstrings=True,
-        json_schema_extra=_drop_required,
+        json_schema_extra=_adapt_schema,
     )
 
     def check_rules(self) -> None:
@@ -394,8 +397,7 @@ class Earthquakes(Section):
     """Number of records that one job runs. A smaller number makes more jobs, for more cores."""
     check: Sample
     """Sample of histories that the event-driven solver repeats, with equal numbers for each
-    distance
-    to collapse."""
+    distance to collapse."""
 
 
 class Comparison(Section):
@@ -504,8 +506,7 @@ class Config(Section):
     COMPONENT a or b, and *, ? and [...] as in a shell; or a CSV or PEER AT2 file; or a pattern of
     such files, with ** for any depth of folders; or a folder. No motion may be named twice."""
     earthquakes: Earthquakes
-    """Walls under earthquakes, which are scaled up to collapse, with restitution and each damper.
-    """
+    """Walls under earthquakes scaled up to collapse, with restitution and each damper."""
     comparison: Comparison
     """Comparison of dampers with restitution under earthquakes, from stored histories."""
     order: Order
@@ -520,8 +521,8 @@ class Config(Section):
     figures: Figures
     """Format of the figures. The config does not change their content."""
     amplitude: Amplitude
-    """Dependence of the damping ratio on the amplitude, from peaks, Err (Eq. 17) and closed form.
-    """
+    """Dependence of the damping ratio on the amplitude, from peaks, from Err, Eq. (17), and
+    from the closed form."""
     convergence: Convergence
     """The random walls with which the order of both schemes is measured."""
 

@@ -157,11 +157,11 @@ def check_lists(config: Config) -> None:
     a3 = config.curve.ultimate_displacement_ratio
     _require(amplitudes[-1] < a3, "studies.amplitude", amplitudes, f"less than a3, {a3:g}")
     names = [wall.name for wall in config.earthquakes.walls]
-    differ = len(set(names)) == len(names)
-    _require(differ, "earthquakes.walls", names, "walls of different names")
+    are_unique = len(set(names)) == len(names)
+    _require(are_unique, "earthquakes.walls", names, "walls of different names")
     e = config.restitution.values()
-    fits = e.size >= 3 and e[-1] <= 1
-    _require(fits, "restitution", e.tolist(), "at least three values up to 1")
+    is_fittable = e.size >= 3 and e[-1] <= 1  # by polynomials of three coefficients
+    _require(is_fittable, "restitution", e.tolist(), "at least three values up to 1")
     for key, section in (("earthquakes", config.earthquakes), ("order", config.order)):
         change = section.restitution_change
         room = min(section.restitution[0], 1 - section.restitution[-1])
@@ -181,10 +181,10 @@ def _check_fits(config: Config) -> None:
     fits = config.validation.fit_yield_displacement_ratios
     expected = config.validation.curve.yield_displacement_ratio
     allowed = f"within the a1 of the polynomials, {a1}"
-    within = len(a1) > 0 and a1[0] <= fits[0] and fits[-1] <= a1[-1]
-    _require(within, "validation.fit_yield_displacement_ratios", fits, allowed)
-    within = a1[0] <= expected <= a1[-1]
-    _require(within, "validation.curve.yield_displacement_ratio", expected, allowed)
+    contains_fits = len(a1) > 0 and a1[0] <= fits[0] and fits[-1] <= a1[-1]
+    _require(contains_fits, "validation.fit_yield_displacement_ratios", fits, allowed)
+    contains_expected = a1[0] <= expected <= a1[-1]
+    _require(contains_expected, "validation.curve.yield_displacement_ratio", expected, allowed)
 
 
 def check_floors(config: Config) -> None:
