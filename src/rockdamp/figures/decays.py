@@ -27,7 +27,8 @@ from rockdamp.figures.style import (
 def model_label(history: xr.Dataset, model: str) -> str:
     """Return the name of a model with its parameter."""
     if model == "CR":
-        return f"CR, $e = {float(history['restitution'].max()):g}$"
+        e = float(history["restitution"].max())  # one number, or NaN for every model but CR
+        return f"CR, $e = {e:g}$"
     xi = float(history["damping_ratio"].sel(damping_model=model))
     return f"{model}, $\\xi = {xi:.4f}$"
 

@@ -110,8 +110,8 @@ def draw_wall(axes: Axes, wall: xr.Dataset) -> None:
     axes.fill_between(level, low, high, color=PALE, linewidth=0, label=label)
     for model in (*VISCOUS_MODELS, "CR"):
         curve = wall.sel(damping_model=model)
-        depth = np.log(level / float(curve["wall_median_velocity_ratio"]))
-        probability = ndtr(depth / float(curve["wall_dispersion"]))
+        log_ratio = np.log(level / float(curve["wall_median_velocity_ratio"]))
+        probability = ndtr(log_ratio / float(curve["wall_dispersion"]))
         axes.plot(level, probability, label=model, **look(model, marker=""))
     points = look("CR", linestyle="none", markersize=2.8, markerfacecolor="white")
     axes.plot(stripes, cr["collapse_fraction"], label="CR, share of the records", **points)
@@ -121,10 +121,9 @@ def draw_wall(axes: Axes, wall: xr.Dataset) -> None:
 def envelope(intensity: Array, medians: Array, dispersions: Array) -> tuple[Array, Array]:
     """Return lowest and highest probability over the curves with parameters in two intervals.
 
-    `medians` and `dispersions` are the ends of the intervals.
-    Each interval contains 95 % of the replicates, so at least nine in ten replicates lie in both.
-    The probability is monotone in the median, and in the dispersion at one median, so its extremes
-    are at corners.
+    `medians` and `dispersions` are the ends of the intervals. Each interval contains 95 % of the
+    replicates, so at least nine in ten replicates lie in both. The probability is monotone in the
+    median, and in the dispersion at one median, so its extremes are at corners.
     """
     corners = []
     for median in medians:

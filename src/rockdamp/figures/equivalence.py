@@ -122,14 +122,16 @@ def fig6(slenderness: xr.Dataset, overburden: xr.Dataset, cracked_stiffness: xr.
 
 
 def fig6_error(amplitude: xr.Dataset) -> Figure:
-    """Draw the root of Err at the best match against e, and where CDR has the least in the paper."""
+    """Draw the root of Err at the best match against e, and where CDR is best in the paper."""
+    # The paper's release and, from section 6, its range of e in which CDR has the smallest error.
+    cdr_range = (0.80, 0.91)
     study = amplitude.sel(release_amplitude=0.5, method="nearest")
     figure, ((axes,),) = panels(1, 1, 80.0, COLUMN)
     for model in PAPER_MODELS:
         root = study["error"].sel(damping_model=model) ** 0.5
         axes.plot(study["restitution"], root, label=model, **look(model, markevery=4))
     band: dict[str, Any] = {"color": PALE, "alpha": 0.6, "linewidth": 0, "zorder": 0}
-    axes.axvspan(0.80, 0.91, label="CDR lowest in the paper", **band)
+    axes.axvspan(*cdr_range, label="CDR lowest in the paper", **band)
     restitution_axis(axes, study["restitution"])
     release = float(study["release_amplitude"])
     length = float(study["response_length"])
@@ -146,7 +148,7 @@ def fig7(equivalence: xr.Dataset) -> Figure:
     fits = equivalence["damping_ratio_fit"]
     figure, grid = panels(1, 4, 92.0, sharex=True, sharey=True, width_ratios=[1.5, 1, 1, 1])
     all_models, *columns = grid[0]
-    paper_fit = fits.sel({a1: 0.04}, method="nearest")
+    paper_fit = fits.sel({a1: 0.04}, method="nearest")  # the paper's reference curve
     points: dict[str, Any] = {"linestyle": "none", "markersize": 2.6}
     for axes, model in zip(columns, PAPER_MODELS, strict=True):
         low = fits.min(a1).sel(damping_model=model)

@@ -25,7 +25,7 @@ from rockdamp.statistics.paired import (
 )
 
 STATISTIC_DIMS = ("restitution", "damping_model", "damping_ratio_source")
-VARIED_STATISTICS = (*("median_ratio", "median_ratio_interval", "log_error", "log_error_interval"),)
+VARIED_STATISTICS = ("median_ratio", "median_ratio_interval", "log_error", "log_error_interval")
 
 
 def compare_dampers(config: Config, earthquakes: xr.Dataset) -> xr.Dataset:
@@ -203,7 +203,7 @@ def _subtract_errors(sums: list[Array], weights: Array) -> Array:
 
 
 def _fit_fragilities(collapsed: xr.DataArray, weights: Array) -> xr.Dataset:
-    """Fit the fragility under each damper, of all walls together, and divide the medians by CR's."""
+    """Fit the fragility of all walls under each damper, and divide the medians by CR's."""
     outcomes = collapsed.transpose("record", *STATISTIC_DIMS, "velocity_ratio", "wall").values
     cr = _find_cr(collapsed)
     fitted = compare_fragilities(

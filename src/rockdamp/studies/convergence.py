@@ -136,7 +136,9 @@ def run_ensemble(
     if model == REFERENCE:
         damping = Damping(model, e)
     else:
-        damping = Damping(model, Damping.from_restitution(e, "ECD").value)
+        # Any damping ratio would do; this one loses about as much as e.
+        xi = Damping.from_restitution(e, "ECD").value
+        damping = Damping(model, xi)
     load_factor = ensemble.load_factor if excitation == "forced" else 0.0
     histories = simulate(
         ensemble.curve,

@@ -76,8 +76,12 @@ def walls(config: Config, equivalence: xr.Dataset) -> xr.Dataset:
     polynomials = Polynomials.from_dataset(equivalence)
     ratio[:, :, 1:] = _find_damping_ratios(config, stack_parts(curves), e, polynomials)
     sizes = (
-        *("thickness", "height", "slenderness", "overburden_ratio"),
-        *("instability_displacement", "frequency_parameter"),
+        "thickness",
+        "height",
+        "slenderness",
+        "overburden_ratio",
+        "instability_displacement",
+        "frequency_parameter",
     )
     columns = {name: [float(getattr(wall, name)) for wall in bodies] for name in sizes}
     for name in ("yield_displacement_ratio", "strength_ratio"):

@@ -82,7 +82,8 @@ def _restitution_by_slenderness() -> xr.Dataset:
 def effective_mass_ratio(hinge_ratio: Quantity, slenderness: Quantity) -> Array:
     r"""Return the effective mass at u = 0 over the wall's mass, for bodies with a thickness. [-]
 
-    .. math:: \frac{m_\mathrm{eff}}{m} = \frac{2}{3} \left[1 + \frac{t^2}{h^2} \frac{3 - 2r}{r^2 (1 - r)}\right]
+    .. math:: \frac{m_\mathrm{eff}}{m}
+              = \frac{2}{3} \left[1 + \frac{t^2}{h^2} \frac{3 - 2r}{r^2 (1 - r)}\right]
 
     The first term is Eq. (2), for slender bodies, which do not rise as they turn; r = h1/h. The
     inverse of the ratio is lambda.

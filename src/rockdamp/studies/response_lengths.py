@@ -98,6 +98,7 @@ def uncertainty(decays: Cases, lengths: Array, damping_ratio: xr.DataArray) -> x
     """Return twice the largest change of the damping ratios at coarser steps, or the resolution."""
     models = damping_ratio["damping_model"].values.tolist()
     changes = []
+    # Steps that are coarser by two factors, as the change at one of them may vanish by chance.
     for factor in (1.6, 2.0):
         coarser = decays.refine(decays.steps, 1 / factor)
         steps = np.round(lengths / coarser.step).astype(int)
