@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +21,11 @@ from rockdamp.arrays import Array
 from rockdamp.errors import check
 from rockdamp.laboratory.record_fit import strength_bounds
 from rockdamp.laboratory.releases import Release
-from rockdamp.laboratory.uncertainty import covariance_by_sensor
+from rockdamp.laboratory.uncertainty import (
+    DIFFERENCE_STEP,
+    covariance_by_sensor,
+    differentiate,
+)
 from rockdamp.mechanics.curve import TrilinearCurve, plateau_end
 from rockdamp.mechanics.free_motion import displacement_from_peak
 
@@ -30,7 +34,6 @@ RATIO_RANGE = (0.004, 0.90)
 STRENGTH_RANGE = (0.30, 0.98)
 SMALLEST_AMPLITUDE = 1e-6  # u/u_ins, whose logarithm is finite
 LARGEST_SHARE = 1 - 1e-6  # of an amplitude over a3, where the period is infinite
-DIFFERENCE_STEP = 1e-5  # of a parameter, for central differences
 
 
 class Excursions(NamedTuple):
@@ -143,13 +146,15 @@ class FreeDecay:
         side = np.where(excursion % 2 == 0, 1, -1)
         return np.sign(release.peaks[0]) * side * displacement
 
+    def sensed(self, points: Array, index: int) -> Array:
+        """Return the displacement as the sensor shows it, shape (batch, samples). [u_ins]"""
+        return self.computed(points, index) + self.trend(points, index)
+
     def residual(self, point: Array) -> Array:
         """Return computed less measured displacements of all releases in order. [u_ins]"""
-        points = point[None]
         residuals = []
         for index, measured in enumerate(self.measured):
-            sensor = self.computed(points, index) + self.trend(points, index)
-            residuals.append(sensor[0] - measured)
+            residuals.append(self.sensed(point[None], index)[0] - measured)
         return np.concatenate(residuals)
 
     def derivative(self, point: Array) -> Array:
@@ -157,11 +162,8 @@ class FreeDecay:
         blocks = []
         for index, part in enumerate(self.slices):
             columns = [0, 1, *range(part.start, part.stop)]
-            h = DIFFERENCE_STEP * np.eye(point.size)[columns]
-            points = np.concatenate([point + h, point - h])
-            sides = self.computed(points, index) + self.trend(points, index)
-            block = np.zeros((sides.shape[1], point.size))
-            block[:, columns] = ((sides[: len(h)] - sides[len(h) :]) / (2 * DIFFERENCE_STEP)).T
+            block = np.zeros((self.measured[index].size, point.size))
+            block[:, columns] = differentiate(partial(self.sensed, index=index), point, columns)
             blocks.append(block)
         return np.concatenate(blocks)
 
@@ -172,6 +174,7 @@ class FreeDecay:
 
         The grid is compared by the half periods between crossings.
         """
+        # Inside the bounds, and fine enough for the descent to find the minimum.
         ratios = np.geomspace(0.006, 0.8, 24)
         strengths = np.clip(np.linspace(0.32, 0.97, 40), *self.strength_bounds)
         grid = np.meshgrid(ratios, strengths, indexing="ij")
@@ -191,6 +194,7 @@ class FreeDecay:
             release_points += [first_crossing, 0.0, 0.0, *np.log(amplitude)]
         best = int(np.argmin(misfit))
         best_quotients = np.concatenate(quotients, axis=1)[best]
+        # ASSUME: beyond this range sizes or units are wrong, not the shape of the curve.
         check(
             "half periods over the half periods of the nearest curve",
             float(np.median(best_quotients)),
@@ -226,15 +230,17 @@ class FreeDecay:
         inner_high = high - DIFFERENCE_STEP
         best = least_squares(
             self.residual,
-            np.clip(start, low + 1e-9, high - 1e-9),
+            np.clip(start, low + 1e-9, high - 1e-9),  # a start must lie inside the bounds
             lambda point: self.derivative(np.clip(point, inner_low, inner_high)),
             bounds=(low, high),
+            # The curve's a1/a2 and b1 are known less well than times and amplitudes.
             x_scale=np.where(np.arange(start.size) < 2, 0.1, 0.01),
             max_nfev=200,
             xtol=1e-10,
             ftol=1e-12,
             gtol=None,
         )
+        # The search stops just inside a bound.
         ratio_margin, strength_margin = 1e-3 * (high - low)[:2]
         check(
             "a1/a2 of the best fit",

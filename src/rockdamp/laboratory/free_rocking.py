@@ -22,7 +22,7 @@ from rockdamp.laboratory.free_rocking_file import FreeRocking
 from rockdamp.laboratory.losses import fit_law, loss_at, regress
 from rockdamp.laboratory.record_fit import PARAMETERS
 from rockdamp.laboratory.releases import find_releases, rest_deviation
-from rockdamp.laboratory.uncertainty import NORMAL_QUANTILE, check_deviations
+from rockdamp.laboratory.uncertainty import NORMAL_QUANTILE, check_deviations, differentiate
 from rockdamp.mechanics.curve import CURVE_RULES, TrilinearCurve
 from rockdamp.mechanics.damping import DAMPERS, REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
@@ -280,10 +280,7 @@ def _curve_and_losses(decay: FreeDecay, point: Array, covariance: Array) -> tupl
             [curve.yield_displacement_ratio, curve.strength_ratio, *losses], axis=1
         )
 
-    h = 1e-5
-    steps = h * np.eye(point.size)
-    sides = derive(np.concatenate([point + steps, point - steps]))
-    gradient = ((sides[: point.size] - sides[point.size :]) / (2 * h)).T
+    gradient = differentiate(derive, point)
     return derive(point[None])[0], gradient @ covariance @ gradient.T
 
 

@@ -19,10 +19,11 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import least_squares, minimize_scalar
 
 from rockdamp.arrays import Array
+from rockdamp.laboratory.uncertainty import differentiate
 
-STOPPING_LOSS = 10.0  # loss of an impact that stops the wall
-SMALLEST_LOSS = 1e-6
-SMALLEST_SCATTER = 1e-6
+STOPPING_LOSS = 10.0  # loss of an impact that stops the wall: e is 5e-5
+SMALLEST_LOSS = 1e-6  # of a law, as a loss is positive
+SMALLEST_SCATTER = 1e-6  # as no covariance may be singular
 
 
 class Regression(NamedTuple):
@@ -179,11 +180,10 @@ def loss_at(point: Array, covariance: Array, log_energy: float) -> tuple[float, 
         ln(E/E_r).
     """
     energies = np.array([log_energy])
-    h = 1e-5
-    gradient = np.empty(2)
-    for index, step in enumerate(h * np.eye(2)):
-        larger = law_of_loss(energies, *(point + step))
-        smaller = law_of_loss(energies, *(point - step))
-        gradient[index] = (larger - smaller)[0] / (2 * h)
+
+    def predict(points: Array) -> Array:
+        return np.array([law_of_loss(energies, *parameters) for parameters in points])
+
+    (gradient,) = differentiate(predict, point)
     loss = float(law_of_loss(energies, *point)[0])
     return loss, float(np.sqrt(gradient @ covariance @ gradient))

@@ -19,8 +19,9 @@ Indices: TypeAlias = NDArray[np.int64]
 
 # ASSUME: a release has at least three impacts, of which two leave a peak to compare.
 FEWEST_PEAKS = 4
-FEWEST_SAMPLES = 50  # of a test, and of its part at rest
-MOST_LOST_FRAMES = 5  # in a row
+FEWEST_SAMPLES = 50  # of a test, and of its part at rest: a deviation is known to a tenth
+# ASSUME: lost frames in a row over which a motion can be interpolated.
+MOST_LOST_FRAMES = 5
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,7 @@ def rocking_zero(displacement: Array, noise: float) -> float:
     amplitude = np.abs(peaks[:-2] - 2 * peaks[1:-1] + peaks[2:]) / 4
     # A robust slope, as some peaks of several releases follow from a pull.
     slope = float(theilslopes(middle, amplitude)[0])
+    # The slope is 0 for rocking to both sides, and 1 for rocking to one side.
     check(
         "shift of the middle between peaks over their amplitude",
         slope,
@@ -204,6 +206,7 @@ def _check_gaps(elapsed: Array, crossings: Array) -> None:
     half_periods = np.diff(crossings)
     middles = crossings[:-1] + half_periods / 2
     local_half_periods = np.interp(elapsed[:-1], middles, half_periods)
+    # Without n frames there are n + 1 intervals; half of one allows for uneven times.
     longest_loss = (MOST_LOST_FRAMES + 1.5) * np.median(intervals)
     allowed = np.maximum(longest_loss, 0.25 * local_half_periods)
     worst = int(np.argmax(intervals - allowed))

@@ -30,7 +30,8 @@ from scipy.special import gammaln, log_ndtr, logsumexp, softmax
 from rockdamp.arrays import Array
 from rockdamp.laboratory.trials import FIRST_LOSSES, Predict, Trials
 
-# Numbers of nodes for each trial's loss, alternation and level of noise.
+# Numbers of nodes for each trial's loss, alternation and level of noise: tests compare the
+# quadrature with sums over fine grids.
 LOSS_NODES = 15
 ALTERNATION_NODES = 5
 LEVEL_NODES = 5
@@ -165,8 +166,9 @@ class Likelihood:
         alternation = _moments(nodes.alternation.nodes, share.sum(axis=(1, 3)))
         level = _moments(nodes.level.nodes, share.sum(axis=(1, 2)))
         unit_nodes, weights = np.polynomial.legendre.leggauss(LOSS_NODES)
-        low = np.maximum(loss_mean - 5.0 * loss_deviation, 0.0)
-        high = loss_mean + 5.0 * loss_deviation
+        reach = 5.0 * loss_deviation  # the density beyond it is negligible
+        low = np.maximum(loss_mean - reach, 0.0)
+        high = loss_mean + reach
         half = ((high - low) / 2)[:, None]
         loss_nodes = ((high + low) / 2)[:, None] + half * unit_nodes
         return Nodes(
@@ -281,13 +283,14 @@ class Likelihood:
             previous = largest
             point = minimum.x * scale
             largest = -float(minimum.fun)
-            if abs(largest - previous) < 0.02:
+            if abs(largest - previous) < 0.02:  # decides no comparison of likelihoods
                 break
         return TrialsFit(largest, point, nodes)
 
     def standard_errors(self, fitted: TrialsFit) -> Array:
         """Return the standard errors of the parameters by the observed information."""
         scales = np.array([search_range.scale for search_range in SEARCH_RANGES.values()])
+        # A fifth of about a standard error: the log-likelihood is nearly a parabola there.
         h = 0.2 * scales[: fitted.point.size]
         steps = np.diag(h)
 
@@ -311,4 +314,4 @@ def _moments(nodes: Array, share: Array) -> tuple[Array, Array]:
     """Return the mean and the standard deviation of each trial's nodes, by their shares."""
     mean = (share * nodes).sum(axis=1)
     variance = (share * (nodes - mean[:, None]) ** 2).sum(axis=1)
-    return mean, np.sqrt(np.maximum(variance, 1e-10))
+    return mean, np.sqrt(np.maximum(variance, 1e-10))  # nodes must stay apart

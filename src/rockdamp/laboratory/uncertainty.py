@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -20,6 +20,28 @@ from rockdamp.solvers.newmark import Load
 
 NORMAL_QUANTILE = float(ndtri(0.95))  # for an interval of 90 %
 MOTION_DRAWS = 1024  # draws of the motion's noise
+DIFFERENCE_STEP = 1e-5  # of a coordinate, for central differences
+
+
+def differentiate(
+    function: Callable[[Array], Array], point: Array, coordinates: Sequence[int] | None = None
+) -> Array:
+    """Return central differences of a function at a point, shape (values, coordinates).
+
+    Parameters
+    ----------
+    function : callable
+        Takes points, shape (batch, coordinates). Returns values, shape (batch, values).
+    point : ndarray, shape (coordinates,)
+        Point.
+    coordinates : sequence of int, optional
+        Coordinates to differentiate by. Default: all.
+    """
+    steps = DIFFERENCE_STEP * np.eye(point.size)
+    if coordinates is not None:
+        steps = steps[list(coordinates)]
+    forward, backward = np.split(function(np.concatenate([point + steps, point - steps])), 2)
+    return ((forward - backward) / (2 * DIFFERENCE_STEP)).T
 
 
 def covariance_by_sensor(derivative: Array, residual: Array) -> Array:
