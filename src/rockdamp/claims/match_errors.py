@@ -19,7 +19,7 @@ from rockdamp.claims.judgement import (
     several,
     spans,
 )
-from rockdamp.claims.ratios import select_amplitudes, select_fits
+from rockdamp.claims.ratios import amplitude_spread, select_fits
 from rockdamp.storage.dataset import Datasets
 from rockdamp.text import percent, plain
 
@@ -95,7 +95,7 @@ def err_e(data: Datasets, limits: Limits) -> Judgement:
 def cdc_poor(data: Datasets, limits: Limits) -> Judgement:
     """Compare dependence on the amplitude and error of CDC with those of the others."""
     error = matched_error(data).mean("restitution")
-    amplitude = mean_spread(select_amplitudes(data, limits), RELEASE)
+    amplitude = amplitude_spread(data, limits)
     parts = {
         "most dependent on amplitude": bool(is_largest(amplitude, "CDC")),
         "largest error": bool(is_largest(error, "CDC")),
@@ -110,7 +110,7 @@ def cdc_poor(data: Datasets, limits: Limits) -> Judgement:
 
 def best_cdr(data: Datasets, limits: Limits) -> Judgement:
     """Compare the dependence of CDR on amplitude and stiffness with that of the others."""
-    amplitude = mean_spread(select_amplitudes(data, limits), RELEASE)
+    amplitude = amplitude_spread(data, limits)
     stiffness = mean_spread(select_fits(data, limits), A1)
     error = matched_error(data).mean("restitution")
     errors = data["response_lengths"]["rms_error"].sel(damping_model=MODELS).mean("restitution")

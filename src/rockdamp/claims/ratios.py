@@ -48,6 +48,11 @@ def select_amplitudes(data: Datasets, limits: Limits) -> xr.DataArray:
     return several(select_paper_values(xi, RELEASE, limits["release_amplitudes"]), RELEASE)
 
 
+def amplitude_spread(data: Datasets, limits: Limits) -> xr.DataArray:
+    """Return each model's spread over the amplitudes of Fig. 5, averaged over e."""
+    return mean_spread(select_amplitudes(data, limits), RELEASE)
+
+
 def select_fits(data: Datasets, limits: Limits) -> xr.DataArray:
     """Select the polynomials at the a1 that the paper names with Fig. 7."""
     fits = data["equivalence"]["damping_ratio_fit"].sel(damping_model=MODELS)
@@ -70,7 +75,7 @@ def list_ends(xi: xr.DataArray, dim: str) -> dict[str, str]:
 def amp_cdc(data: Datasets, limits: Limits) -> Judgement:
     """Compare CDC's spread over the amplitude with the others'."""
     xi = select_amplitudes(data, limits)
-    spreads = mean_spread(xi, RELEASE)
+    spreads = amplitude_spread(data, limits)
     parts = {"CDC": bool(is_largest(spreads, "CDC"))}
     numbers = list_models(spreads)
     finding = (
@@ -81,8 +86,7 @@ def amp_cdc(data: Datasets, limits: Limits) -> Judgement:
 
 def amp_cdr(data: Datasets, limits: Limits) -> Judgement:
     """Compare CDR's spread over the amplitude with a limit."""
-    spreads = mean_spread(select_amplitudes(data, limits), RELEASE)
-    cdr = spreads.sel(damping_model="CDR")
+    cdr = amplitude_spread(data, limits).sel(damping_model="CDR")
     all_releases = ratios(data["match/amplitude"])
     wide = mean_spread(all_releases, RELEASE).sel(damping_model="CDR")
     parts = {"CDR": bool(cdr <= limits["slight"])}

@@ -10,9 +10,14 @@ from rockdamp.storage.dataset import Datasets
 from rockdamp.text import number, percent, plain
 
 
+def by_hinge(data: Datasets, variable: str) -> xr.DataArray:
+    """Return a variable of the mechanism over the hinge's height and slenderness, ascending."""
+    order = ("hinge_height_ratio", "slenderness")
+    return data["mechanism"][variable].transpose(*order).sortby(list(order))
+
+
 def hinge_mass(data: Datasets, limits: Limits) -> Judgement:
     """Compare effective mass and excitation factor at rest between the lowest and highest hinge."""
-    mechanism = data["mechanism"].sortby(["slenderness", "hinge_height_ratio"])
     variables = {
         "effective mass": "effective_mass_ratio",
         "excitation factor": "excitation_factor",
@@ -20,14 +25,14 @@ def hinge_mass(data: Datasets, limits: Limits) -> Judgement:
     parts = {}
     changes = []
     for name, variable in variables.items():
-        by_hinge = mechanism[variable].transpose("hinge_height_ratio", "slenderness").values
-        change = by_hinge[-1] / by_hinge[0] - 1
+        ratio = by_hinge(data, variable)
+        change = ratio.values[-1] / ratio.values[0] - 1
         size = np.abs(change)
         is_slight = (size > limits["none"]) & (size <= limits["slight"])
         parts[name] = bool(is_slight.all())
         changes.append(f"{name} {percent(change[0])} to {percent(change[-1])}")
-    hinge = extremes(mechanism["hinge_height_ratio"], plain)
-    slenderness = extremes(mechanism["slenderness"], plain)
+    hinge = extremes(ratio["hinge_height_ratio"], plain)
+    slenderness = extremes(ratio["slenderness"], plain)
     numbers = ", ".join(changes)
     finding = (
         f"The change at rest from h1/h = {hinge}, over h/t = {slenderness}. Eqs (2) and (4), for"
@@ -78,10 +83,8 @@ def paired_ratio(pairs: xr.Dataset) -> xr.DataArray:
 
 def ean_slender(data: Datasets, limits: Limits) -> Judgement:
     """Compare e of Eq. (7) at each slenderness with that at the next."""
-    mechanism = data["mechanism"].sortby(["slenderness", "hinge_height_ratio"])
-    order = ("hinge_height_ratio", "slenderness")
-    rigid = mechanism["restitution_rigid"].transpose(*order)
-    impulsive = mechanism["restitution_impulsive"].transpose(*order)
+    rigid = by_hinge(data, "restitution_rigid")
+    impulsive = by_hinge(data, "restitution_impulsive")
     steps = rigid.diff("slenderness")
     parts = {"e": bool((steps > 0).all())}
     numbers = f"e {extremes(rigid[0], number)}"
