@@ -1,8 +1,7 @@
-"""Measure speed and memory on a quiet machine and write README.md beside this file: `make
-benchmark`.
+"""Measure speed and memory on a quiet machine, and write README.md beside this file.
 
-Loops are timed in turn in one process, by its processor time, the best of seven.
-The pipeline runs in a folder of its own.
+`make benchmark` runs it. Loops are timed in turn in one process, by its processor time. The
+pipeline runs in a folder of its own.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ import time
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
+from typing import NamedTuple
 
 import opensees_wall
 from c_loop import FLAGS, c_peaks, compile_scheme
@@ -23,6 +23,8 @@ from walls import MODELS, STEPS, Walls
 
 ROOT = Path(__file__).resolve().parents[1]
 COUNT = 4096  # walls of a kernel's row
+ROUNDS = 7  # of calls of each loop, of which the best counts
+CORES = os.cpu_count() or 1
 SAME = 1e-9  # largest difference between the peaks of two loops [u/u_ins]
 PAGE = """# How fast it is
 
@@ -31,7 +33,7 @@ PAGE = """# How fast it is
 {table}
 
 Kernel rows: processor time of one step of one wall, peaks alone, {count} random walls under one
-record, one thread, best of seven. C has the same scheme, compiled by gcc with `{flags}`; JAX has it
+record, one thread, best of {rounds}. C has the same scheme, compiled by gcc with `{flags}`; JAX has it
 as `lax.scan`. All three loops return the same peaks to {same:g}. A call of BAND first solves for
 the strength of each wall. OpenSeesPy runs one wall at a time; rockdamp's number is its share of
 {count}. Pipeline rows: a rebuild in an environment that is set up, on {cores} cores. Memory: the
@@ -48,8 +50,10 @@ other machines.
 
 def best_times(functions: dict[str, Callable[[], object]]) -> dict[str, float]:
     """Return the best processor time of each of several functions, called in turn [s]."""
+    for function in functions.values():  # compiles, and fills the caches
+        function()
     best = dict.fromkeys(functions, float("inf"))
-    for _ in range(8):  # the first warms up
+    for _ in range(ROUNDS):
         for name, function in functions.items():
             start = time.process_time()
             function()
@@ -74,51 +78,59 @@ def kernel_times() -> dict[str, dict[str, float]]:
     return times
 
 
-def usage(*command: str) -> tuple[float, float, float]:
-    """Run a command; return its seconds, its processor time [s] and the memory of its largest
-    process [MiB].
-    """
-    code = (
-        "import resource, subprocess, sys, time; start = time.perf_counter();"
-        "subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL);"
-        "used = resource.getrusage(resource.RUSAGE_CHILDREN);"
-        "print(time.perf_counter() - start, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)"
-    )
-    run = subprocess.run(
-        [sys.executable, "-c", code, *command], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    seconds, processor, memory = map(float, run.stdout.split())
-    return seconds, processor, memory
+# A process of its own runs a command, as the children of this one count together.
+MEASURE = """
+import resource, subprocess, sys, time
+
+start = time.perf_counter()
+subprocess.run(sys.argv[1:], check=True, capture_output=True)
+seconds = time.perf_counter() - start
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(seconds, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
+"""
+
+
+class Usage(NamedTuple):
+    """Duration and processor time of a command [s], and memory of its largest process [MiB]."""
+
+    seconds: float
+    processor: float
+    memory: float
+
+
+def measure(*arguments: str) -> Usage:
+    """Run Python with some arguments, and return its usage."""
+    command = [sys.executable, "-c", MEASURE, sys.executable, *arguments]
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    return Usage(*map(float, run.stdout.split()))
 
 
 def program_rows() -> list[list[str]]:
     """Return the rows of the pipeline, the command line and memory."""
     rows = []
-    snakemake = f"{sys.executable} -m snakemake --cores 2 --forceall --config results=build/benchmarks -- ".split()
+    build = ["-m", "snakemake", "--cores", str(CORES), "--forceall"]
+    build += ["--config", "results=build/benchmarks", "--"]
     for target in ("paper", "all"):
-        seconds, processor, memory = usage(*snakemake, target)
+        used = measure(*build, target)
         rows.append(
             [
                 f"`snakemake {target}`, rebuilt [s]",
-                f"{seconds:.0f} ({processor:.0f} of processor time, {memory:.0f} MiB)",
+                f"{used.seconds:.0f} ({used.processor:.0f} of processor time,"
+                f" {used.memory:.0f} MiB)",
             ]
         )
-    _, processor, _ = usage(
-        sys.executable,
-        "-m",
-        "rockdamp",
-        *"equivalent --restitution 0.85 --a1 0.04 --b1 0.85".split(),
-    )
-    rows.append(["`rockdamp equivalent`, processor time [s]", f"{processor:.1f}"])
+    equivalent = ["equivalent", "--restitution", "0.85", "--a1", "0.04", "--b1", "0.85"]
+    used = measure("-m", "rockdamp", *equivalent)
+    rows.append(["`rockdamp equivalent`, processor time [s]", f"{used.processor:.1f}"])
     code = (
         "import sys; sys.path.insert(0, 'benchmarks'); "
         "from walls import Walls; Walls.draw('BAND', 1_000_000).peaks()"
     )
-    seconds, processor, memory = usage(sys.executable, "-c", code)
+    used = measure("-c", code)
     rows.append(
         [
             f"peaks of a million BAND walls, {STEPS} steps, one thread [s]",
-            f"{processor:.0f} ({memory:.0f} MiB)",
+            f"{used.processor:.0f} ({used.memory:.0f} MiB)",
         ]
     )
     return [[*row, "", "", ""] for row in rows]
@@ -127,29 +139,29 @@ def program_rows() -> list[list[str]]:
 def machine() -> str:
     """Describe the machine and the versions."""
     names = ("numpy", "numba", "scipy", "snakemake", "openseespy", "jax")
-    with open("/proc/cpuinfo", encoding="utf-8") as lines:
-        processor = next(
-            line.partition(":")[2].strip() for line in lines if line.startswith("model name")
-        )
+    processor_info = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    processor = processor_info.partition("model name")[2].partition(":")[2].splitlines()[0].strip()
     versions = ", ".join(f"{name} {version(name)}" for name in names)
-    return f"Machine: {processor}, {os.cpu_count()} cores, Python {platform.python_version()}, {versions}."
+    python = platform.python_version()
+    return f"Machine: {processor}, {CORES} cores, Python {python}, {versions}."
 
 
 def main() -> None:
     """Measure and write."""
     times = kernel_times()
     columns = ["", "rockdamp", "C", "JAX", "OpenSeesPy"]
-    rows = [
-        [f"{model}, a step [ns]", *(f"{times[model][name] * 1e9:.2f}" for name in columns[1:4]), ""]
-        for model in MODELS
-    ]
+    rows = []
+    for model in MODELS:
+        nanoseconds = [f"{1e9 * times[model][name]:.2f}" for name in columns[1:4]]
+        rows.append([f"{model}, a step [ns]", *nanoseconds, ""])
     opensees = opensees_wall.rows(times["CDC"]["rockdamp"])
-    c, jax = (
-        [times[model]["rockdamp"] / times[model][peer] for model in MODELS] for peer in ("C", "JAX")
-    )
+    ranges = {}
+    for peer in ("C", "JAX"):
+        ratios = [times[model]["rockdamp"] / times[model][peer] for model in MODELS]
+        ranges[peer] = f"{min(ratios):.2f} to {max(ratios):.2f}"
     claim = (
-        f"rockdamp's step takes {min(c):.2f} to {max(c):.2f} times that of C,"
-        f" and {min(jax):.2f} to {max(jax):.2f} times that of JAX."
+        f"rockdamp's step takes {ranges['C']} times that of C, and {ranges['JAX']} times that of"
+        " JAX."
     )
     lines = [columns, ["---"] + ["---:"] * 4, *rows, *opensees, *program_rows()]
     page = PAGE.format(
@@ -158,7 +170,8 @@ def main() -> None:
         count=f"{COUNT:,}",
         flags=" ".join(FLAGS),
         same=SAME,
-        cores=2,
+        rounds=ROUNDS,
+        cores=CORES,
         machine=machine(),
     )
     Path(__file__).with_name("README.md").write_text(page, encoding="utf-8")
