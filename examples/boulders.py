@@ -76,7 +76,7 @@ def read_motion(path):
 
 
 def read_tests(folder):
-    """Read the tables of tests, one row a test: its record, PGA [g], PGV [m/s], and the outcomes."""
+    """Read the tables of tests, one row each: its record, PGA [g], PGV [m/s], and the outcomes."""
     outcomes = pd.read_excel(folder / "Results_Granite.xlsx", index_col="Test Number")
     motions = pd.read_excel(folder / "Earthquake_Records_Info.xlsx", header=1)
     motions = motions.rename(columns=str.strip).set_index("Test No.")
@@ -178,7 +178,8 @@ def overturns(load, step, restitution, coefficient):
     coefficient : float
         Damping coefficient c between impacts [p].
     """
-    x, v = 0.0, 0.0
+    x = 0.0
+    v = 0.0
     side = 0.0  # at rest
     whole_step = propagator(coefficient, step)
     for sample in range(load.size - 1):
@@ -286,7 +287,7 @@ def fit_grid(training, shares, outcome):
 
 
 def fit_logistic(training, features, outcome):
-    """Return the probabilities of a logistic regression; features have the shape (tests, features)."""
+    """Return the probabilities of a logistic regression on features, shape (tests, features)."""
     sign = np.where(outcome, 1.0, -1.0)[training]
 
     def objective(weights):
@@ -298,7 +299,7 @@ def fit_logistic(training, features, outcome):
 
 
 def fit_columns(training, columns, outcome):
-    """Return the probabilities that predictions 0 and 1 have in training, by the likeliest column."""
+    """Return the probabilities of predictions 0 and 1 in training, by the likeliest column."""
     probability = np.empty(columns.shape)
     for column, predicted in enumerate(columns.T):
         for value in (0, 1):

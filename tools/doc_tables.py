@@ -43,7 +43,7 @@ def read(name: str) -> xr.Dataset:
 
 
 def read_comparison() -> xr.Dataset:
-    """Open the comparison of dampers with CR at one restitution, for all bands of peaks together."""
+    """Open the comparison of dampers with CR at one restitution, for all bands together."""
     return read("comparison").sel(restitution=E, band=0)
 
 
@@ -152,7 +152,7 @@ def by_program() -> str:
 
 
 def closed_form() -> str:
-    """Return the spread of xi over the amplitude, and the error of the closed form at each e [%]."""
+    """Return the spread of xi over the amplitude, and the closed form's error at each e [%]."""
     study = read("amplitude")
     measures = {
         "closed form": "damping_ratio_energy",
