@@ -1,6 +1,4 @@
-"""One CDC wall under a record by OpenSeesPy and by rockdamp: time of a step, and time for the same
-error.
-"""
+"""One CDC wall by OpenSeesPy and by rockdamp: time of a step, and time for the same error."""
 
 from __future__ import annotations
 
@@ -91,9 +89,7 @@ def opensees_step() -> float:
 
 
 def rows(rockdamp_step: float) -> list[list[str]]:
-    """Return the rows of the table; `rockdamp_step` is the seconds of a step of one wall among
-    many.
-    """
+    """Return the rows of the table; `rockdamp_step` is one wall's share of a step [s]."""
     times = SAMPLING * np.arange(SAMPLES + 1)
     truth = exact_history(
         CURVE, Damping("CDC", XI), times, load=GROUND, sampling=SAMPLING

@@ -61,9 +61,7 @@ REFERENCES = {"Housner's e": HOUSNER, "e fitted": FREE_RESTITUTION}
 
 
 def read_motion(path):
-    """Read a file of the table; return its acceleration [g], filtered and decimated, and the step
-    [s].
-    """
+    """Return the acceleration of a file of the table [g], filtered and decimated, and the step [s]."""
     columns = pd.read_csv(path, sep=r"\s+", header=None, skiprows=1, usecols=[0, 1])
     elapsed, acceleration = columns.to_numpy(dtype=float).T
     step = (elapsed[-1] - elapsed[0]) / (elapsed.size - 1)
@@ -94,9 +92,7 @@ def read_tests(folder):
 
 
 def read_campaign(clone):
-    """Return the table of the tests whose motions can be had, their motions, and how many tests
-    there are.
-    """
+    """Return the tests whose motions are available, their motions, and the number of all tests."""
     folder = Path(clone) / FOLDER
     tests = read_tests(folder)
     paths = {number: folder / f"Test{number:03}.txt" for number in tests.index}
@@ -278,9 +274,7 @@ def log_probability(probability, outcome):
 
 
 def fit_grid(training, shares, outcome):
-    """Return the probabilities of the likeliest point of a grid; shares have the shape (tests,
-    points).
-    """
+    """Return the probabilities of a grid's likeliest point; shares are of shape (tests, points)."""
     probability = LAPSE + (1 - 2 * LAPSE) * shares
     likelihood = log_probability(probability[training], outcome[training, None]).sum(axis=0)
     return probability[:, likelihood.argmax()]
@@ -427,9 +421,7 @@ def compare_models(tests, shares, boulder):
 
 
 def likeliest_block(shares, outcome):
-    """Return the angle [rad], p [rad/s] and log-likelihood of the block that fits all outcomes
-    best.
-    """
+    """Return angle [rad], p [rad/s] and log-likelihood of the block that fits best."""
     probability = LAPSE + (1 - 2 * LAPSE) * shares
     likelihood = log_probability(probability, outcome[:, None, None]).sum(axis=0)
     row, column = np.unravel_index(likelihood.argmax(), likelihood.shape)

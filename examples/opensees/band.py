@@ -68,9 +68,7 @@ def make_joint(tag, nodes, dof, corners, strength, mass, restitution, t_c=0.2):
 
 
 def analyze(joints, steps, dt):
-    """Take `steps` steps of `dt` [s], at most c/4, as `ops.analyze` does; return what it returns, 0
-    for success.
-    """
+    """Take `steps` steps of `dt` [s], at most c/4; return 0 for success, as `ops.analyze` does."""
     for _ in range(steps):
         for joint in joints:
             u, v, a = joint.state()

@@ -1,6 +1,4 @@
-"""Command line. Its modules import click alone; a command imports the rest when it runs, so that
-`--help` is quick.
-"""
+"""Command line: modules import only click, and commands the rest, so that `--help` is quick."""
 
 from __future__ import annotations
 

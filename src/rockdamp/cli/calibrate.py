@@ -324,8 +324,8 @@ def _print_losses(values: dict[str, Any]) -> None:
     threshold = values["log_likelihood_threshold"]
     _print_dampers(
         values["damping_models"],
-        "Fit of each damper: the g that it would show, its log-likelihood less the best's, and"
-        f" whether the test excludes it (90 %: less than {threshold:.2g}):",
+        "Fit of each damper: the g expected with it, and its log-likelihood less the best's"
+        f" (below {threshold:.2g} the test excludes it, at 90 %):",
     )
     heads = {
         "impact_elapsed": "time [s]",

@@ -82,9 +82,7 @@ def decay(**inputs: Any) -> None:
 
 
 def _half_cycle_rows(decay: xr.Dataset) -> list[dict[str, Any]]:
-    """Return a row for each half cycle that ends, the release first: its peak and the number of
-    impacts before it.
-    """
+    """Return peak, time and impacts before of each half cycle that ends, the release first."""
     from math import isnan
 
     from rockdamp.histories.half_cycles import LEAST_PEAK, half_cycles

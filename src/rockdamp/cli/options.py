@@ -1,6 +1,4 @@
-"""Options: numbers with units, damping models, files to write, and the groups that several commands
-share.
-"""
+"""Options: numbers with units, damping models, files to write, and groups of options."""
 
 from __future__ import annotations
 
@@ -53,8 +51,7 @@ class QuantityList(list[float]):
 
 
 class Quantity(click.ParamType):
-    """A number in SI, or with one of the units of `units.UNITS`; a list of them, or one of some
-    words.
+    """A number in SI or with a unit of `units.UNITS`; a list of them, or one of some words.
 
     Parameters
     ----------
@@ -195,9 +192,7 @@ curve_option = partial(option, section="Force-displacement curve")
 
 
 def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
-    """Return the sizes of a wall; `kind` is the type of those that a test may state with a standard
-    deviation.
-    """
+    """Return the sizes of a wall; those of the type `kind` may have a standard deviation."""
     return options(
         wall_option("--thickness", type=kind("m"), required=True, help="Thickness t."),
         wall_option("--height", type=kind("m"), required=True, help="Height h between supports."),

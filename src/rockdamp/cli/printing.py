@@ -105,13 +105,13 @@ def span(bounds: Iterable[float], digits: int = 3, unit: str = "") -> str:
 # --- tables ------------------------------------------------------------------------------------
 
 
-def cell(value: Any, digits: int = 3) -> str:
+def cell(value: Any) -> str:
     """Return the text of a value in a table; a dash if it is not known."""
     if value is None or value != value:  # NaN
         return "-"
     if isinstance(value, str | int):
         return str(value)
-    return f"{value + 0:.{digits}g}"  # + 0 makes 0 of -0
+    return f"{value + 0:.3g}"  # + 0 makes 0 of -0
 
 
 def print_table(rows: Sequence[Inputs], caption: str = "") -> None:

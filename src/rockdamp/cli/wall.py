@@ -1,6 +1,4 @@
-"""`wall` and `equivalent`: properties of a wall, and equivalent damping ratios, without time
-histories.
-"""
+"""`wall` and `equivalent`: properties of a wall and equivalent damping ratios."""
 
 from __future__ import annotations
 
