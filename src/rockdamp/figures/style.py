@@ -105,9 +105,9 @@ def zero_line(axes: Axes) -> None:
     axes.axhline(0, color=PALE, linewidth=0.6, zorder=0)
 
 
-def unit_line(axes: Axes, linewidth: float = 0.6) -> None:
+def unit_line(axes: Axes) -> None:
     """Draw a grey line at one, below the curves."""
-    axes.axhline(1.0, color=GREY, linewidth=linewidth, zorder=0)
+    axes.axhline(1.0, color=GREY, linewidth=0.6, zorder=0)
 
 
 def log_ticks(axis: XAxis | YAxis, ticks: Any = None) -> None:

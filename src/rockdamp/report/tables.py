@@ -94,9 +94,9 @@ def write_interval(cell: xr.Dataset, name: str, write: Callable[..., str] = numb
     return Markup("{} <small>({} to {})</small>").format(value, low, high)
 
 
-def write_range(values: Any, write: Callable[..., str] = plain) -> str:
+def write_range(values: Any) -> str:
     """Write the first and the last value: "0.3 to 0.5"."""
-    return f"{write(values[0])} to {write(values[-1])}"
+    return f"{plain(values[0])} to {plain(values[-1])}"
 
 
 def verdicts(claims: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:

@@ -25,6 +25,7 @@ from rockdamp.progress import track
 from rockdamp.solvers.exact import exact_history
 from rockdamp.studies.earthquakes import HISTORY_DIMS
 
+EDGE_OF_COLLAPSE = 0.8  # peak of a survivor, u/u_ins
 STRATA = ("far", "near", "edge", "just collapsed", "unconverged")
 
 
@@ -76,15 +77,13 @@ def _solve_sample(config: Config, sample: xr.Dataset) -> tuple[Array, NDArray[np
     return np.array(peaks), np.array(collapses, dtype=np.int8)
 
 
-def find_strata(earthquakes: xr.Dataset, edge: float = 0.8) -> list[NDArray[np.bool_]]:
+def find_strata(earthquakes: xr.Dataset) -> list[NDArray[np.bool_]]:
     """Return the histories of each of `STRATA`, over `HISTORY_DIMS`.
 
     Parameters
     ----------
     earthquakes : xarray.Dataset
         Peaks and collapses of the study.
-    edge : float
-        Peak from which a survivor is at the edge, u/u_ins. Default: 0.8. [-]
     """
     peak = earthquakes["peak"]
     collapsed = earthquakes["collapsed"]
@@ -98,8 +97,8 @@ def find_strata(earthquakes: xr.Dataset, edge: float = 0.8) -> list[NDArray[np.b
     collapsed_at_lower = collapsed.shift(velocity_ratio=1, fill_value=0)
     strata = [
         survives & (peak < NEAR_COLLAPSE),
-        survives & (peak >= NEAR_COLLAPSE) & (peak < edge),
-        survives & (peak >= edge),
+        survives & (peak >= NEAR_COLLAPSE) & (peak < EDGE_OF_COLLAPSE),
+        survives & (peak >= EDGE_OF_COLLAPSE),
         collapses & (collapsed_at_lower != 1),
         is_run & (converged == 0),
     ]

@@ -90,7 +90,7 @@ class Case:
 
 
 class Solver(NamedTuple):
-    """What cases must share to run as one batch, beside the kind of their specimens."""
+    """Settings that cases must share to run as one batch."""
 
     move_supports: MoveSupports
     step: float
