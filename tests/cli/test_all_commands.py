@@ -239,15 +239,21 @@ CR = ("--restitution", 0.85)
 @pytest.mark.parametrize(
     ("command", "name"),
     [
-        (("wall", "--thickness", 0.05, "--height", 3), "height over thickness"),
+        (("wall", "--thickness", 0.05, "--height", 3), "height/thickness"),
         (("wall", *WALL, "--overburden", 15), "--overburden is 0.015 kN/m"),
         (("decay", *CURVE, "--damping-model", "CDR", "--damping-ratio", 0.85), "damping_ratio"),
         (
             ("wall", "--thickness", 1.0, "--height", 3, *CURVE, "--restitution", 0.9),
-            "restitution over that of rigid",
+            "restitution divided by that of the rule rigid",
         ),
-        (("respond", *WALL, *CURVE, *CR, "--scale", 0.05, "--record", "pulse.csv"), "peak over a1"),
-        (("respond", *WALL, *CURVE, *CR, "--record", "cut.csv"), "velocity at the end over PGV"),
+        (
+            ("respond", *WALL, *CURVE, *CR, "--scale", 0.05, "--record", "pulse.csv"),
+            "largest peak divided by the yield displacement u1",
+        ),
+        (
+            ("respond", *WALL, *CURVE, *CR, "--record", "cut.csv"),
+            "velocity at the end divided by PGV",
+        ),
         (("respond", *WALL, *CURVE, *CR, "--scale", 1e4, "--record", "weak.csv"), "PGA in g"),
     ],
 )

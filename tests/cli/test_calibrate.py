@@ -9,7 +9,7 @@ from command_line import printed, refused, run
 from repository import ROOT
 
 import rockdamp as rd
-from rockdamp.cli.calibrate import _reason_against
+from rockdamp.cli.calibrate import _print_fit, _reason_against
 from rockdamp.cli.options import MeasuredQuantity
 from rockdamp.storage import dataset
 
@@ -99,7 +99,7 @@ def test_releases_of_a_specimen_are_fitted_together(released):
 def test_wrong_size_gives_no_restitution():
     sizes = ("--thickness", "250mm", "--height", "3m", "--hinge-ratio", "0.8")
     text = run("calibrate", "--free-rocking", FIRST, *sizes).stdout
-    assert "times the noise): do not use e" in text
+    assert "times the noise): do not use this e" in text
     assert "use --restitution" not in text
 
 
@@ -107,7 +107,42 @@ def test_wide_interval_gives_no_restitution(released):
     values, _ = released
     assert not _reason_against(values)
     wide = {"parameter": "restitution", "interval_90": [0.65, 1.3]}
-    assert "passes 1" in _reason_against(values | {"parameters": [wide]})
+    assert "extends beyond 1" in _reason_against(values | {"parameters": [wide]})
+
+
+@pytest.fixture(scope="module")
+def released_text():
+    return run("calibrate", "--free-rocking", FIRST, SECOND, *BLOCK).stdout
+
+
+def test_columns_of_each_test_are_stated(released_text):
+    first, second = released_text.splitlines()[:2]
+    assert first.startswith("my-free-rocking-1.csv: elapsed_s, displacement_m; 4867 samples")
+    assert second.startswith("my-free-rocking-2.csv: elapsed_s, displacement_m; 4725 samples")
+
+
+def test_impacts_of_several_tests_are_told_apart(released_text, released):
+    table = released_text.partition("Restitution of each impact (releases in the order")[2]
+    heads, *rows = table.splitlines()[1:13]
+    assert heads.split()[:3] == ["release", "time", "[s]"]
+    values, _ = released
+    rocking = [impact for impact in values["impacts"] if impact["impact_rocking"]]
+    expected = [str(impact["impact_release"]) for impact in rocking]
+    assert [row.split()[0] for row in rows] == expected[: len(rows)]
+
+
+def test_likelihoods_say_what_they_are_relative_to(released_text, released):
+    threshold = released[0]["log_likelihood_threshold"]
+    assert f"(a 90 % test excludes it below {threshold:.3g}):" in released_text
+    assert "ln L minus the best" in released_text
+
+
+@pytest.mark.parametrize(("ratio", "is_warned_of"), [(0.3, True), (1.0, False), (np.nan, False)])
+def test_motion_at_the_end_of_a_file_is_warned_of(ratio, is_warned_of, released, capsys):
+    """A residual far below the noise at rest shows that the wall still moved there."""
+    _print_fit(released[0] | {"residual_over_rest": ratio})
+    warning = "probably ends before the wall is at rest"
+    assert (warning in capsys.readouterr().err) == is_warned_of
 
 
 def test_test_excludes_the_constant_damper(released):

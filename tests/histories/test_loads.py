@@ -118,8 +118,8 @@ def test_pga_is_that_of_the_scaled_record(rows):
     assert [row["pga"] for row in rows] == pytest.approx([expected] * 4)
 
 
-def test_completed_history_ends_with_its_tail(rows):
-    ends = [row["outcome_elapsed"] for row in rows if row["outcome"] == "completed"]
+def test_survival_ends_with_the_tail(rows):
+    ends = [row["outcome_elapsed"] for row in rows if row["outcome"] == "survived"]
     assert ends
     assert ends == pytest.approx([2.0 + 0.5] * len(ends))
 

@@ -164,7 +164,7 @@ def test_table_has_a_row_for_each_record_scale_and_damper(table):
 
 
 def test_table_states_outcomes(table):
-    outcomes = ["completed", "completed", "collapsed", "collapsed"]
+    outcomes = ["survived", "survived", "collapsed", "collapsed"]
     assert [row["outcome"] for row in table] == 2 * outcomes
 
 

@@ -1,5 +1,7 @@
 """Files of free-rocking tests: read as sensors and videos write them, or refused in one line."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -99,8 +101,8 @@ def test_video_has_frames_and_pixels(text, read):
     ("head", "factor"),
     [
         ("rotation_rad", 1),
-        ("rotation", 1),
         ("rotation_deg", np.pi / 180),
+        ("angle [deg]", np.pi / 180),
         ("theta (deg)", np.pi / 180),
         ("a [mrad]", 1e-3),
     ],
@@ -108,6 +110,35 @@ def test_video_has_frames_and_pixels(text, read):
 def test_angles_are_rotations(head, factor, read):
     test = read(f"t,{head}\n{ROWS}")
     np.testing.assert_allclose(test.rotation, factor * np.array(VALUES), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["angle", "Theta", "rotation", "rot_x", "φ", "lower tilt"])
+@pytest.mark.parametrize("options", [{}, {"pixel": 0.001}], ids=["", "pixel"])
+def test_angle_without_a_unit_is_refused(name, options, read):
+    message = re.escape(f"column '{name}' has no unit; write {name} [rad] or {name} [deg]")
+    with pytest.raises(rd.InputError, match=message):
+        read(f"t,{name}\n{ROWS}", **options)
+
+
+@pytest.mark.parametrize("name", ["x", "prototype", "position", "displacement", "u_hinge"])
+def test_other_names_without_a_unit_are_displacements_in_metres(name, read):
+    test = read(f"t,{name}\n{ROWS}")
+    np.testing.assert_array_equal(test.displacement, VALUES)
+    assert test.columns == f"t [s assumed], {name} [m assumed]"
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "columns"),
+    [
+        (f"elapsed_s,displacement_m\n{ROWS}", {}, "elapsed_s, displacement_m"),
+        (f"t [s],theta (deg)\n{ROWS}", {}, "t[s], theta(deg)"),
+        (ROWS, {}, "column 1 [s assumed], column 2 [m assumed]"),
+        ("frame,x\n0,50\n1,49.9\n2,49.5\n", VIDEO, "frame, x"),
+    ],
+    ids=["units", "brackets", "no heads", "video"],
+)
+def test_columns_are_stated_with_their_units(text, options, columns, read):
+    assert read(text, **options).columns == columns
 
 
 def test_header_describes_the_test(read):

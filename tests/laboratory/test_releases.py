@@ -102,5 +102,7 @@ def test_clean_test_has_no_lost_samples(frame_rate, noise):
 def test_gap_that_hides_an_impact_is_refused():
     frames = np.delete(np.arange(420) / 60, range(48, 63))
     displacement = free_motion(frames)
-    with pytest.raises(rd.InputError, match="gap after 0.783"):
+    with pytest.raises(
+        rd.InputError, match=r"gap after 0\.783[0-9]* s is [0-9.]+ s; it must be at most [0-9.]+ s"
+    ):
         find_releases(frames, displacement + white_noise(frames.size))

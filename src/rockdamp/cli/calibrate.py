@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isnan
+from math import inf, isnan
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -32,19 +32,17 @@ PARAMETER_HEADS = {
     "estimate": "estimate",
     "standard_error": "standard error",
     "interval_90": "90 % interval",
-    "true_value": "true value",
+    "true_value": "true value (synthetic)",
 }
-
+SYMBOLS = {"yield_displacement_ratio": "a1", "strength_ratio": "b1", "restitution": "e"}
 DAMPER_HEADS = {
     "damping_model": "damper",
     "residual_over_noise": "misfit/noise",
     "expected_exponent": "expected g",
-    "relative_log_likelihood": "log-likelihood",
-    "log_likelihood": "log-likelihood",
-    "weight": "weight",
-    "yield_displacement_ratio": "a1",
-    "strength_ratio": "b1",
-    "restitution": "e",
+    "relative_log_likelihood": "ln L minus the best",
+    "log_likelihood": "ln L minus the best",
+    "weight": "relative likelihood",
+    **SYMBOLS,
     "excluded": "excluded",
 }
 
@@ -69,7 +67,7 @@ DAMPER_HEADS = {
 @option(
     "--free-rocking",
     is_flag=True,
-    help="Fit FILES, pull-and-release tests; alternative to --record.",
+    help="Treat FILES as pull-and-release tests; alternative to --record.",
     section="Measured test",
 )
 @option(
@@ -81,13 +79,13 @@ DAMPER_HEADS = {
 @option(
     "--pixel",
     type=LENGTH,
-    help="Size of a pixel, or of another unit, if FILES are not in metres.",
+    help="Length of one pixel (or other unit) of FILES, if they are not in metres.",
     section="Measured test",
 )
 @option(
     "--least-peak",
     type=LENGTH,
-    help="Smallest peak of FILES to use.  [default: ten times the noise]",
+    help="Ignore smaller peaks of FILES.  [default: ten times the noise]",
     section="Measured test",
 )
 @click.argument("files", nargs=-1, type=options.INPUT_FILE)
@@ -99,11 +97,11 @@ DAMPER_HEADS = {
 def calibrate(**inputs: Any) -> None:
     """Fit a1, b1 and e to measured records or free-rocking tests.
 
-    The fit is by least squares, with a 90 % interval for each parameter. A record must have the
-    ground acceleration and the measured displacement, with rest before the motion. With
+    The fit is by least squares, with a 90 % interval for each parameter. A record must contain the
+    ground acceleration and the measured displacement, and begin with the wall at rest. With
     --free-rocking, FILES are tests without ground motion. Several tests of one wall give one
-    estimate. Thickness, height, hinge and O/W may have a standard deviation, such as 110mm±2mm or
-    0.11+-0.002.
+    estimate. Thickness, height, hinge and O/W may be given with a standard deviation, such as
+    110mm±2mm or 0.11+-0.002.
     """
     free_rocking = inputs["free_rocking"]
     if free_rocking is not bool(inputs["files"]) or free_rocking is bool(inputs["records"]):
@@ -164,7 +162,9 @@ def _print_fit(values: dict[str, Any]) -> None:
     """Print the parameters, and how far the best fit is from the measured motion."""
     rows = []
     for parameter in values["parameters"]:
-        row = parameter | {"interval_90": span(parameter["interval_90"], 4)}
+        interval = span(parameter["interval_90"], 4)
+        symbol = SYMBOLS[parameter["parameter"]]
+        row = parameter | {"parameter": symbol, "interval_90": interval}
         rows.append({head: row[name] for name, head in PARAMETER_HEADS.items() if name in row})
     click.echo()
     printing.print_table(rows, "Best fit of the curve (a1, b1) and the restitution e:")
@@ -175,6 +175,8 @@ def _print_fit(values: dict[str, Any]) -> None:
     noise_name = "residual_over_rest" if "releases" in values else "residual_over_noise"
     noise_ratio = values[noise_name]
     if not isnan(noise_ratio):
+        remark = "the file probably ends before the wall is at rest"
+        build.warn("residual over the noise at rest", noise_ratio, 0.5, inf, remark)
         misfit += f", {noise_ratio:.3g} times the noise at rest"
     click.echo(f"{misfit}.")
 
@@ -230,7 +232,7 @@ def _fit_free_rocking(
     tests = [rd.read_free_rocking(path, **video) for path in inputs["files"]]
     lines = []
     for path, test in zip(inputs["files"], tests, strict=True):
-        lines.append(f"{path.name}: {_describe_times(test.elapsed)}")
+        lines.append(f"{path.name}: {test.columns}; {_describe_times(test.elapsed)}")
     fitted = rd.fit_free_rocking(tests, wall, **settings, least_peak=inputs["least_peak"])
     digests = " ".join(test.digest for test in tests)
     uncertain = settings["uncertain"]
@@ -278,9 +280,9 @@ def _reason_against(values: dict[str, Any]) -> str:
     over_rest = values["residual_over_rest"]
     is_visible = values["residual_over_peak"] > LEAST_RESIDUAL_OVER_PEAK
     if is_visible and over_rest > MOST_RESIDUAL_OVER_REST:
-        return f"{over_rest:.2g} times the noise"
+        return f"residual {over_rest:.2g} times the noise"
     if values["parameters"][-1]["interval_90"][1] >= 1:
-        return "the interval of e passes 1"
+        return "the interval of e extends beyond 1"
     return ""
 
 
@@ -290,11 +292,11 @@ def _print_losses(values: dict[str, Any]) -> None:
 
     rigid = values["restitution_rigid"]
     ratio = values["parameters"][-1]["estimate"] / rigid
-    exponent = f"{values['loss_exponent']:.2f} ({span(values['loss_exponent_interval_90'], 2)})"
+    exponent = round(values["loss_exponent"], 2) + 0.0  # + 0 makes 0 of -0
     impacts = [impact for impact in values["impacts"] if impact["impact_rocking"]]
     click.echo(
-        f"e is {ratio:.3f} times that of rigid mechanics ({rigid:.3f}), from {len(impacts)} impacts"
-        f" (standard deviation of ln e: {values['restitution_scatter']:.2g})."
+        f"e is {ratio:.3f} times that of the rule rigid ({rigid:.3f}), from {len(impacts)} impacts"
+        f" (standard deviation of ln e: {values['restitution_scatter']:.3f})."
     )
     by_amplitude = [
         {
@@ -312,7 +314,7 @@ def _print_losses(values: dict[str, Any]) -> None:
     reason = _reason_against(values)
     if reason:
         click.echo(
-            f"The fit is bad ({reason}): do not use e."
+            f"The fit is poor ({reason}): do not use this e."
             " Check --thickness, --height, --parapet, --hinge-ratio and --pixel."
         )
     else:
@@ -320,23 +322,35 @@ def _print_losses(values: dict[str, Any]) -> None:
             f"For an assessment, use --restitution {assessed['restitution']:.3f}"
             f" (e at {REFERENCE_AMPLITUDE:g} u_ins)."
         )
-    click.echo(f"The loss is proportional to the energy to the power -g, with g = {exponent}.")
+    click.echo(
+        "The relative energy loss at an impact varies as (energy)^-g, with"
+        f" g = {exponent:.2f} (90 % interval {span(values['loss_exponent_interval_90'], 2)})."
+    )
     threshold = values["log_likelihood_threshold"]
     _print_dampers(
         values["damping_models"],
-        "Fit of each damper: the g expected with it, and its log-likelihood less the best's"
-        f" (below {threshold:.2g} the test excludes it, at 90 %):",
+        "Fit of each damper: the g expected with it, and its log-likelihood"
+        f" (a 90 % test excludes it below {threshold:.3g}):",
     )
+    _print_impacts(impacts, len(values["releases"]))
+
+
+def _print_impacts(impacts: list[dict[str, Any]], release_count: int) -> None:
+    """Print e of the first impacts; of several releases, each impact with its release."""
     heads = {
         "impact_elapsed": "time [s]",
         "impact_amplitude": "u/u_ins before",
         "impact_restitution": "e",
     }
+    caption = "Restitution of each impact:"
+    if release_count > 1:
+        heads = {"impact_release": "release"} | heads
+        caption = "Restitution of each impact (releases in the order of FILES):"
     rows = []
     for impact in impacts[:IMPACTS_PRINTED]:
         row = {head: impact[name] for name, head in heads.items()}
         rows.append(row | {"90 % interval": span(impact["interval_90"])})
     click.echo()
-    printing.print_table(rows, "Restitution of each impact:")
+    printing.print_table(rows, caption)
     if len(impacts) > IMPACTS_PRINTED:
         click.echo(f"and {len(impacts) - IMPACTS_PRINTED} more impacts; --json prints all")

@@ -53,9 +53,9 @@ if TYPE_CHECKING:
 def decay(**inputs: Any) -> None:
     """Free decay after a release from rest.
 
-    The table gives the peak of each half cycle, u/u_ins, and its dimensionless time tau = p t; the
-    command `rockdamp wall` prints p as frequency_parameter. In Python, rockdamp.free_decay takes a
-    wall and gives metres and seconds.
+    The table gives the peak of each half cycle, u/u_ins, and its dimensionless time tau = p t.
+    `rockdamp wall` prints p, the frequency parameter. In Python, rockdamp.free_decay takes a wall
+    and gives metres and seconds.
     """
     curve = build.build_curve(inputs)
     release = inputs["release"]
@@ -167,7 +167,7 @@ def respond(**inputs: Any) -> None:
     one_history = len(motions) == len(next(iter(target.values()))) == 1 and not inputs["one_sided"]
     if _saves_histories(inputs) and not one_history:
         raise click.UsageError(
-            "a plot or a .nc file needs one record, one scale and no --one-sided"
+            "--plot and .nc output need one record and one scale, and exclude --one-sided"
         )
     rows = _respond_rows(inputs, motions, wall, curve, dampings, target)
     if _saves_histories(inputs):

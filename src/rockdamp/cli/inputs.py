@@ -19,14 +19,15 @@ def warn(name: str, value: SupportsFloat, least: float, most: float, remark: str
     number = float(value)
     if least <= number <= most:
         return
-    limit = f"less than {least:g}" if number < least else f"more than {most:g}"
+    limit = f"below {least:g}" if number < least else f"above {most:g}"
     click.echo(f"warning: {name} is {number:.3g}, {limit}: {remark}", err=True)
 
 
 def warn_of_rest(peak: SupportsFloat, curve: rd.TrilinearCurve) -> None:
     """Warn of a wall that does not rock."""
     ratio = float(peak) / float(curve.yield_displacement_ratio)
-    warn("peak over a1", ratio, 1.0, inf, "the wall does not rock")
+    name = "largest peak divided by the yield displacement u1"
+    warn(name, ratio, 1.0, inf, "the wall does not rock")
 
 
 def build_wall(inputs: Inputs) -> Any:
@@ -35,7 +36,7 @@ def build_wall(inputs: Inputs) -> Any:
 
     wall: Any = make_wall(inputs)
     slenderness = getattr(wall, "mechanism", wall).slenderness
-    warn("height over thickness", slenderness, 0.0, 40.0, "tests of walls reached 28")
+    warn("height/thickness", slenderness, 0.0, 40.0, "tested walls had at most 28")
     if inputs["overburden"]:
         body = getattr(wall, "mechanism", wall)
         load = inputs["overburden"] / 1000
@@ -52,7 +53,7 @@ def build_curve(inputs: Inputs) -> rd.TrilinearCurve:
 
 
 def choose_restitution(wall: Any, restitution: float | str) -> tuple[float, str]:
-    """Return e and its rule in words; warn of a number well above that of rigid mechanics."""
+    """Return e and its rule in words; warn of a number well above that of the rule rigid."""
     from rockdamp.assessment.restitution import find_restitution
 
     e, reason = find_restitution(wall, restitution)
@@ -61,7 +62,7 @@ def choose_restitution(wall: Any, restitution: float | str) -> tuple[float, str]
     if hasattr(wall, "restitution_rigid"):  # a wall against a stop has none
         ratio = e / wall.restitution_rigid
         remark = "tests of walls and blocks gave 0.85 to 1.03"
-        warn("restitution over that of rigid mechanics", ratio, 0.0, 1.1, remark)
+        warn("restitution divided by that of the rule rigid", ratio, 0.0, 1.1, remark)
     return e, reason
 
 
@@ -116,7 +117,7 @@ def read_motions(inputs: Inputs) -> list[rd.GroundMotion]:
         velocity_ratio = abs(measures.end_velocity) / measures.pgv
         remark = "the ground is still moving when the record ends:"
         remark += " correct the baseline before you trust the peak"
-        warn(f"{motion.name}: velocity at the end over PGV", velocity_ratio, 0.0, 0.1, remark)
+        warn(f"{motion.name}: velocity at the end divided by PGV", velocity_ratio, 0.0, 0.1, remark)
     return motions
 
 

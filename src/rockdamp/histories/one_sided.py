@@ -30,7 +30,7 @@ def add_reversed(motions: Iterable[GroundMotion]) -> list[GroundMotion]:
     Parameters
     ----------
     motions : iterable of GroundMotion
-        Ground motions. The reversed motion has the same name, followed by ``turned``.
+        Ground motions. The reversed motion has the same name, followed by ``reversed``.
     """
     directions = []
     for motion in motions:
@@ -38,7 +38,7 @@ def add_reversed(motions: Iterable[GroundMotion]) -> list[GroundMotion]:
             motion.record, ground_acceleration=-motion.record.ground_acceleration, displacement=None
         )
         directions.append(motion)
-        directions.append(replace(motion, name=f"{motion.name} turned", record=reversed_record))
+        directions.append(replace(motion, name=f"{motion.name} reversed", record=reversed_record))
     return directions
 
 
@@ -126,6 +126,6 @@ def respond_one_sided(
                 "peak_displacement": u_ins * history.peak,
                 "peak": history.peak,
                 "peak_elapsed": start + history.peak_tau / p,
-                "outcome": "collapsed" if history.collapsed else "completed",
+                "outcome": "collapsed" if history.collapsed else "survived",
                 "outcome_elapsed": start + history.end_tau / p,
             }

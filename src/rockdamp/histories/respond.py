@@ -371,6 +371,6 @@ def summarise(history: xr.Dataset) -> dict[str, Any]:
         "damping_model": history["damping_model"].item(),
         "damping_ratio": None if np.isnan(xi) else xi,
         **{name: history[name].item() for name in peaks},
-        "outcome": "collapsed" if history["collapsed"] else "completed",
+        "outcome": "collapsed" if history["collapsed"] else "survived",
         "outcome_elapsed": history["end_elapsed"].item(),
     }

@@ -14,7 +14,7 @@ from scipy.stats import t as student
 from rockdamp.arrays import Array
 from rockdamp.constants import MODELS, REFERENCE, SOFTENING
 from rockdamp.equivalence.closed_form import equivalence_factor
-from rockdamp.errors import check, check_choice, check_list, check_number, check_type
+from rockdamp.errors import InputError, check, check_choice, check_list, check_number, check_type
 from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.calibration import true_values
 from rockdamp.laboratory.free_decay import FreeDecay
@@ -175,12 +175,12 @@ def _make_decay(
     for test, displacement in zip(tests, displacements, strict=True):
         releases += find_releases(test.elapsed, displacement, least_peak)
     u_ins = float(wall.instability_displacement)
-    check(
-        "largest peak",
-        max(float(np.abs(release.peaks).max()) for release in releases),
-        lambda u: u < a3 * u_ins,
-        f"less than {a3 * u_ins:.4g} m, where the wall collapses",
-    )
+    largest_peak = max(float(np.abs(release.peaks).max()) for release in releases)
+    if largest_peak >= a3 * u_ins:
+        raise InputError(
+            f"largest peak is {largest_peak:.3g} m; it must be less than {a3 * u_ins:.3g} m, where"
+            " the wall collapses: check the unit of the column and the sizes of the wall"
+        )
     return FreeDecay(releases, float(wall.frequency_parameter), u_ins, a3, softening)
 
 

@@ -20,6 +20,10 @@ from rockdamp.storage.files import read_text
 
 # Units that the columns of measured values may have, by their names.
 MEASURED_KINDS = {"displacement": ("m",), "rotation": ("rad",)}
+# Names of angles, whole or as words of a longer name. Without a unit they could be rad or degrees.
+ANGLE = re.compile(
+    r"angle|theta|rotation|tilt|inclin|[θϑφϕ]|(?<![a-z])(rot|ang|phi|alpha)(?![a-z])"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +44,8 @@ class FreeRocking:
         keys. Default: empty.
     digest : str, optional
         SHA-256 of the file that the test was read from. Default: empty.
+    columns : str, optional
+        Columns that were read from the file, with their units. Default: empty.
 
     Raises
     ------
@@ -62,6 +68,7 @@ class FreeRocking:
     rotation: Array | None = None
     header: Mapping[str, str] = field(default_factory=dict)
     digest: str = ""
+    columns: str = ""
 
     __repr__ = short_repr
 
@@ -105,9 +112,9 @@ def read_free_rocking(
     ``displacement`` or ``rotation``, in any position. Without these names they are in the first two
     columns; a column without a name, such as the index that pandas writes, is ignored.
 
-    A name ends with its unit, as in ``elapsed_s``, ``displacement [mm]`` or ``angle (deg)``. Values
-    without a unit are in s, m, or, in the column ``rotation``, rad. Rows without a value are
-    skipped.
+    A name ends with its unit, as in ``elapsed_s``, ``displacement [mm]`` or ``angle (deg)``.
+    Without a unit, times are in s and displacements in m; the name of an angle must have a unit.
+    Rows without a value are skipped.
 
     Parameters
     ----------
@@ -152,8 +159,15 @@ def read_free_rocking(
         times, values = _read_rows(lines, start, (time_column, value_column), len(heads))
         elapsed = _elapsed(times, heads[time_column], frame_rate)
         measured = _measured(values, heads[value_column], pixel)
-        digest = sha256(text.encode()).hexdigest()
-        return FreeRocking(elapsed, **measured, header=header, digest=digest)
+        time_text = _describe_column(heads[time_column], time_column, "s", frame_rate)
+        value_text = _describe_column(heads[value_column], value_column, "m", pixel)
+        return FreeRocking(
+            elapsed,
+            **measured,
+            header=header,
+            digest=sha256(text.encode()).hexdigest(),
+            columns=f"{time_text}, {value_text}",
+        )
     except InputError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from None
 
@@ -234,6 +248,14 @@ def _unit(head: str, *kinds: str) -> tuple[str, float]:
     raise InputError(f"the unit of {head!r} is {unit!r}; it must be one of {allowed}")
 
 
+def _describe_column(head: str, column: int, assumed_unit: str, size: float | None) -> str:
+    """Return the head of a column, with its number if it has none and the unit if it is assumed."""
+    name = head or f"column {column + 1}"
+    if size is not None or _name_and_unit(head)[1]:
+        return name
+    return f"{name} [{assumed_unit} assumed]"
+
+
 def _elapsed(times: Array, head: str, frame_rate: float | None) -> Array:
     if frame_rate is None:
         return times * _unit(head, "s")[1]
@@ -244,10 +266,13 @@ def _elapsed(times: Array, head: str, frame_rate: float | None) -> Array:
 
 def _measured(values: Array, head: str, pixel: float | None) -> dict[str, Array]:
     """Return the measured values in SI, by the field of `FreeRocking` that they belong to."""
+    name, unit = _name_and_unit(head)
+    if ANGLE.search(name) and not unit:
+        raise InputError(f"column {head!r} has no unit; write {head} [rad] or {head} [deg]")
     if pixel is not None:
         size = check_number("pixel", pixel, lambda pixel: pixel > 0, "greater than 0 [m]")
         return {"displacement": size * values}
-    kinds = MEASURED_KINDS.get(_name_and_unit(head)[0], ("m", "rad"))
+    kinds = MEASURED_KINDS.get(name, ("m", "rad"))
     kind, size = _unit(head, *kinds)
     return {"displacement" if kind == "m" else "rotation": size * values}
 

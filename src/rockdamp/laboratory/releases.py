@@ -133,12 +133,10 @@ def find_releases(elapsed: Array, displacement: Array, least: float | None = Non
         If there are too few samples or peaks, a sample lies far off its neighbours, frames are
         lost, or the specimen rocks to one side only.
     """
-    check(
-        "samples of the test",
-        displacement.size,
-        lambda count: count >= FEWEST_SAMPLES,
-        f"at least {FEWEST_SAMPLES}",
-    )
+    if displacement.size < FEWEST_SAMPLES:
+        raise InputError(
+            f"the test has {displacement.size} samples; it must have at least {FEWEST_SAMPLES}"
+        )
     noise = sensor_noise(displacement)
     _check_spikes(elapsed, displacement, CLEAR_OF_NOISE * noise)
     clear = CLEAR_OF_NOISE * noise if least is None else least
@@ -210,13 +208,11 @@ def _check_gaps(elapsed: Array, crossings: Array) -> None:
     longest_loss = (MOST_LOST_FRAMES + 1.5) * np.median(intervals)
     allowed = np.maximum(longest_loss, 0.25 * local_half_periods)
     worst = int(np.argmax(intervals - allowed))
-    check(
-        f"gap after {elapsed[worst]:.6g} s",
-        intervals[worst],
-        lambda gap: gap <= allowed[worst],
-        f"at most {allowed[worst]:.3g}: {MOST_LOST_FRAMES} frames,"
-        " or 0.25 of the half period there",
-    )
+    if intervals[worst] > allowed[worst]:
+        raise InputError(
+            f"gap after {elapsed[worst]:.6g} s is {intervals[worst]:.3g} s; it must be at most"
+            f" {allowed[worst]:.3g} s: {MOST_LOST_FRAMES} frames, or 0.25 of the half period there"
+        )
 
 
 def _check_spikes(elapsed: Array, displacement: Array, clear: float) -> None:
