@@ -130,7 +130,7 @@ def calibrate(**inputs: Any) -> None:
     if free_rocking:
         _print_losses(values)
     elif "damping_models" in values:
-        caption = "Fit of every damper, each with its own curve (log-likelihood: less the best's):"
+        caption = "Fit of every damper, each with its own curve:"
         _print_dampers(values["damping_models"], caption)
 
 
