@@ -38,13 +38,13 @@ class Joint:
 
 
 def make_joint(tag, nodes, dof, corners, strength, mass, restitution, t_c=0.2):
-    """Add element `tag`, materials `tag` and `tag + 1`, and parameter `tag`: a joint along `dof`
-    between two nodes.
+    """Add a joint along `dof` between two nodes.
 
-    `corners` are u1, u2, u3 of the tri-linear curve [m]: ends of the first branch, of the plateau,
-    and zero force. `strength` is the plateau [N], `mass` that of the mechanism for a unit
-    displacement [kg], `t_c` the width of the band [rad]. Beyond u3 the wall has collapsed: the
-    force is zero, and nothing stops it.
+    It has the element `tag`, the materials `tag` and `tag + 1`, and the parameter `tag`. `corners`
+    are u1, u2, u3 of the tri-linear curve [m]: ends of the first branch, of the plateau, and zero
+    force. `strength` is the plateau [N], `mass` that of the mechanism for a unit displacement [kg],
+    `t_c` the width of the band [rad]. Beyond u3 the wall has collapsed: the force is zero, and
+    nothing stops it.
     """
     if not (0 < corners[0] <= corners[1] < corners[2] and strength > 0 and mass > 0):
         raise ValueError(
@@ -54,7 +54,8 @@ def make_joint(tag, nodes, dof, corners, strength, mass, restitution, t_c=0.2):
         raise ValueError(
             f"restitution from 0.5 to 1 and t_c up to 0.4 rad, not {restitution}, {t_c}"
         )
-    d, c = -log(restitution), t_c / sqrt(strength / corners[0] / mass)
+    d = -log(restitution)
+    c = t_c / sqrt(strength / corners[0] / mass)
     band_strength = d * (1 + 0.4 * t_c**2 - 0.097 * t_c**4 - 0.043 * d**2)
     # The material goes on along its last slope: the far point keeps the force at zero beyond u3.
     u = [0.0, *corners, 1000 * corners[-1]]
@@ -83,8 +84,9 @@ def analyze(joints, steps, dt):
 
 
 def peak_of_half_sine(dt=0.001):
-    """Return the first peak of the dimensionless wall a1 = 0.04, b1 = 0.85 at e = 0.85, under 2
-    sin(pi t/0.7).
+    """Return the first peak of a wall under 2 sin(pi t/0.7), from rest.
+
+    The wall is dimensionless, with a1 = 0.04, b1 = 0.85 and e = 0.85.
     """
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)

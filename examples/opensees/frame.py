@@ -10,27 +10,30 @@ from math import pi, sin
 import openseespy.opensees as ops
 from band import analyze, make_joint
 
-T, H, R, DENSITY, E = (
-    0.25,
-    3.0,
-    0.5,
-    1800.0,
-    0.85,
-)  # thickness, height [m], hinge over height, [kg/m3], restitution
+T = 0.25  # thickness [m]
+H = 3.0  # height [m]
+R = 0.5  # height of the hinge over that of the wall
+DENSITY = 1800.0  # [kg/m3]
+E = 0.85  # restitution
 MASS = DENSITY * T * H  # of one metre of wall [kg]
-U_INS, STRENGTH = (
-    T,
-    2 * MASS * 9.80665 * T / (R * H),
-)  # of the wall as an oscillator of one coordinate u [m], [N]
-A1, B1 = 0.04, 0.85
+# The wall as an oscillator of one coordinate u: instability displacement [m] and strength [N].
+U_INS = T
+STRENGTH = 2 * MASS * 9.80665 * T / (R * H)
+A1 = 0.04
+B1 = 0.85
 # Turning of the joint for a unit displacement of the hinge, and the moment of half the force: the
 # oscillator has the mass 2 m/3 and the force F, twice what the coordinate u of the real bodies has.
 TURN = 1 / (R * H) + 1 / ((1 - R) * H)  # [rad/m]
 CORNERS = tuple(TURN * x * U_INS for x in (A1, 1 - B1, 1.0))  # [rad]
 MOMENT = B1 * STRENGTH / 2 / TURN  # of the plateau [N m]
 INERTIA = MASS / 3 / TURN**2  # of the mechanism for a unit *relative* rotation [kg m2]
-BASE, FLOORS = 1, (2, 3)
-FOOT, LOWER, UPPER, HEAD = 4, 5, 6, 7  # nodes of the wall; the joint turns between LOWER and UPPER
+# Nodes: the frame, then the wall, whose joint turns between LOWER and UPPER.
+BASE = 1
+FLOORS = (2, 3)
+FOOT = 4
+LOWER = 5
+UPPER = 6
+HEAD = 7
 JOINT = 100  # its element
 
 
