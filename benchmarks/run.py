@@ -33,8 +33,8 @@ PAGE = """# How fast it is
 {table}
 
 Kernel rows: processor time of one step of one wall, peaks alone, {count} random walls under one
-record, one thread, best of {rounds}. C has the same scheme, compiled by gcc with `{flags}`; JAX has it
-as `lax.scan`. All three loops return the same peaks to {same:g}. A call of BAND first solves for
+record, one thread, best of {rounds}. C has the same scheme, compiled by gcc with `{flags}`; JAX has
+it as `lax.scan`. All three loops return the same peaks to {same:g}. A call of BAND first solves for
 the strength of each wall. OpenSeesPy runs one wall at a time; rockdamp's number is its share of
 {count}. Pipeline rows: a rebuild in an environment that is set up, on {cores} cores. Memory: the
 largest process.

@@ -61,7 +61,7 @@ REFERENCES = {"Housner's e": HOUSNER, "e fitted": FREE_RESTITUTION}
 
 
 def read_motion(path):
-    """Return the acceleration of a file of the table [g], filtered and decimated, and the step [s]."""
+    """Return the acceleration of the table [g], filtered and decimated, and the step [s]."""
     columns = pd.read_csv(path, sep=r"\s+", header=None, skiprows=1, usecols=[0, 1])
     elapsed, acceleration = columns.to_numpy(dtype=float).T
     step = (elapsed[-1] - elapsed[0]) / (elapsed.size - 1)

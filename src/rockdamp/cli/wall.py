@@ -249,5 +249,6 @@ def _print_ratios(rows: list[dict[str, Any]], release: float) -> None:
     if known_errors:
         best = min(known_errors, key=lambda model: known_errors[model])
         click.echo(
-            f"{best} has the smallest error. Use xi; rockdamp wall gives the constants for a program."
+            f"{best} has the smallest error."
+            " Use xi; rockdamp wall gives the constants for a program."
         )
