@@ -15,9 +15,9 @@ from rockdamp.constants import STANDARD_GRAVITY
 POUND = 0.45359237  # [kg]
 FOOT = 0.3048  # [m]
 # For each SI unit, the spellings of the units that a number may have, in capital or small letters,
-# and the size of each in the SI unit.
+# and the size of each in the SI unit. The first spelling is that of the SI unit.
 UNITS: dict[str, dict[str, float]] = {
-    "": {"%": 0.01, "-": 1.0},
+    "": {"-": 1.0, "%": 0.01},
     "m": {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": FOOT / 12, "ft": FOOT},
     "s": {"s": 1.0, "ms": 0.001, "min": 60.0},
     "rad": {"rad": 1.0, "mrad": 0.001, "deg": pi / 180},

@@ -214,5 +214,5 @@ def test_bad_input_of_a_response_is_named(name, arguments):
 
 
 def test_an_intensity_of_zero_is_named():
-    with pytest.raises(rd.InputError, match="--to-pgv"):
+    with pytest.raises(rd.InputError, match="pgv is 0; it must be greater than 0"):
         scale_factors(pulse(), {"pgv": [0.2, 0.0]})

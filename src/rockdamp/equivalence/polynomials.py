@@ -73,8 +73,10 @@ class Polynomials:
             return np.full(e.shape, np.nan)
         a1 = self.yield_displacement_ratio
         columns = self.coefficient[damping_model].T
-        terms = np.array([np.interp(yield_displacement_ratio, a1, column) for column in columns])
-        xi = (terms * e[..., None] ** np.arange(terms.size)).sum(axis=-1)
+        coefficients = np.array(
+            [np.interp(yield_displacement_ratio, a1, column) for column in columns]
+        )
+        xi = (coefficients * e[..., None] ** np.arange(coefficients.size)).sum(axis=-1)
         has_fit = _is_within(e, *self.restitution)
         has_fit &= _is_within(yield_displacement_ratio, a1[0], a1[-1])
         return np.where(has_fit, xi, np.nan)

@@ -306,7 +306,7 @@ def scale_factors(record: Record, target: Mapping[str, Sequence[float]]) -> Arra
     ((name, values),) = target.items()
     if name == "scale":
         return np.asarray(values, dtype=float)
-    levels = check(f"--to-{name}", values, lambda level: level > 0, "greater than 0")
+    levels = check(name, values, lambda level: level > 0, "greater than 0")
     return levels / getattr(intensity_measures(record), name)
 
 

@@ -115,7 +115,8 @@ def make_trials(rows: pd.DataFrame, impacts: int) -> Trials:
 # falls with the displacement.
 BLOCK_CURVE = TrilinearCurve(0.01, 0.98)
 BLOCK_RELEASE = 0.5
-RESTING_LOSS = 3.0  # loss of an impact after which the block all but rests; no prediction is larger
+# Largest loss of a prediction, e = 0.05: after such an impact the block all but rests.
+RESTING_LOSS = 3.0
 # First losses among which a trial's is searched: fine near 0, where slender blocks are, up to more
 # than any trial's.
 FIRST_LOSSES = 0.35 * np.linspace(0.0, 1.0, 61) ** 1.5 + 1e-4

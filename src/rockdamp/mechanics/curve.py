@@ -81,13 +81,15 @@ class TrilinearCurve:
         if self.softening == "steeper":
             smallest = 1 - b1
             allowed = "greater than 1 - b1"
+            end = "1 - b1"
         else:
             smallest = a1 + b1
             allowed = "greater than a1 + b1"
+            end = "a3 - b1"
         has_softening = a3 > smallest + SHORTEST_BRANCH
         check("ultimate_displacement_ratio", a3, lambda a3: has_softening, allowed)
         has_plateau = a1 < self.plateau_end - SHORTEST_BRANCH
-        allowed = "less than a2, where the plateau ends (1 - b1)"
+        allowed = f"less than a2 = {end}, where the plateau ends"
         check("yield_displacement_ratio", a1, lambda a1: has_plateau, allowed)
 
     @classmethod
@@ -197,20 +199,20 @@ class TrilinearCurve:
             Energy V, from 0 to V(a3). [-]
         """
         k1, b1, ks, a1, a2, a3 = self.parameters()
-        at_a1 = self.energy(a1)
-        at_a2 = self.energy(a2)
+        v1 = self.energy(a1)
+        v2 = self.energy(a2)
         largest = self.energy(a3)
         v = check(
             "energy",
             energy,
             lambda v: (v >= 0) & (v <= largest),
-            "between 0 and V(a3), what the curve stores",
+            "from 0 to V(a3), the largest energy that the curve stores",
         )
         rising = np.sqrt(2 * v / k1)
-        plateau = a1 + (v - at_a1) / b1
+        plateau = a1 + (v - v1) / b1
         falling = a3 - np.sqrt(np.maximum(2 * (largest - v) / ks, 0))
-        outer = np.where(v <= at_a2, plateau, falling)
-        return np.where(v <= at_a1, rising, outer)
+        outer = np.where(v <= v2, plateau, falling)
+        return np.where(v <= v1, rising, outer)
 
     def period(self, x0: ArrayLike) -> Array:
         r"""Return the period of undamped free vibration in tau = p t, in closed form. [-]

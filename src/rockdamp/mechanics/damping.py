@@ -288,8 +288,8 @@ class Damper:
             Damping with the other parameters; its value is not read.
         """
         raise InputError(
-            f"damping_model is {self.name}; it must be CR, ECD, BAND or CQD: for others use "
-            "equivalent"
+            f"damping_model is {self.name}; it must be CR, ECD, BAND or CQD, as the ratio of "
+            "others depends on the curve: use equivalent"
         )
 
     def kernel_arguments(self, damping: Damping, curve: TrilinearCurve) -> KernelArguments:
@@ -315,7 +315,7 @@ class CR(Damper):
             "restitution",
             damping.value,
             lambda e: (e > 0) | (g == 0),
-            "above 0 with an exponent",
+            "greater than 0 with a loss exponent",
         )
 
     def value_from_restitution(self, e: ArrayLike, damping: Damping) -> ArrayLike:

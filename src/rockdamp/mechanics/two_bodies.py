@@ -111,11 +111,12 @@ def large_rotation_decay(
 
     def fall(number: int) -> Fall:
         peak = find_peak(number)
-        # Under a force that is never less than that at the peak, the fall cannot last longer.
-        longest = 2 * np.sqrt(2 * peak * bodies.inertia(0.0) / bodies.potential_slope(peak)) * p
+        # Force and inertia are never less favourable than the force at the peak and the inertia at
+        # u = 0, with which the fall would last `slowest`.
+        slowest = np.sqrt(2 * peak * bodies.inertia(0.0) / bodies.potential_slope(peak)) * p
         solution = solve_ivp(
             rates,
-            (0.0, longest),
+            (0.0, 2 * slowest),  # the crossing ends it before
             (peak, 0.0),
             events=crossing,
             method="DOP853",
@@ -202,7 +203,8 @@ class TwoBodies:
         s, d1, d2 = self._heights(u)
         m1, m2 = self._masses
         # M is quadratic in y_i = s/D_i, and dy_i/ds = R_i^2/D_i^3.
-        y1, y2 = s / d1, s / d2
+        y1 = s / d1
+        y2 = s / d2
         slope1 = (1 + y1**2) / d1
         slope2 = (1 + y2**2) / d2
         mixed = m2 * (y1 * slope2 + y2 * slope1)
@@ -224,7 +226,8 @@ class TwoBodies:
         """Return dU/du: half of the force at the hinge, as Eq. (1) counts it. [N]"""
         s, d1, d2 = self._heights(u)
         w1, w2 = self._weights
-        y1, y2 = s / d1, s / d2
+        y1 = s / d1
+        y2 = s / d2
         return -w1 * y1 / 2 - w2 * (y1 + y2 / 2) + self._overburden * self._rise(s, d1, d2)
 
     def _rise(self, s: float, d1: float, d2: float) -> float:

@@ -295,7 +295,7 @@ class Wall(_Mechanism):
         r = self.hinge_ratio
         q = 1 / self.slenderness**2
         numerator = 2 * r**2 * (1 - r) - (6 - 5 * r) * q
-        e = np.maximum(numerator / (2 * self._scaled_energy), 0.0)
+        e = np.maximum(numerator / (2 * self._scaled_inertia), 0.0)
         has_mass = self.overburden_mass * self.overburden_ratio > 0
         return np.where(has_mass, np.nan, e)
 
@@ -311,24 +311,24 @@ class Wall(_Mechanism):
     def inertia_ratio(self) -> Array:
         r"""Effective mass divided by 2/3 m, the effective mass of slender blocks. [-]
 
-        .. math:: 3 \, (H + U) \left(1 + \frac{\psi c^2}{H + U}\right), \qquad
-            3 \, (H + U) = 1 + \frac{3 - 2 r}{r^2 (1 - r)} \, \frac{t^2}{h^2}, \qquad
+        .. math:: B \left(1 + \frac{3 \psi c^2}{B}\right), \qquad
+            B = 1 + \frac{3 - 2 r}{r^2 (1 - r)} \, \frac{t^2}{h^2}, \qquad
             c = \frac{t}{h} \left(\frac{1}{r} + \frac{1/2 + d/t}{1 - r}\right)
 
-        (H + U)/2 is the kinetic energy of the bodies at u = 0, over m and for a unit rate of u; the
-        mass psi m of the overburden rises by c for each unit of u (docs/theory.md, section 1).
-        Without `own_inertia` the first factor is 1, the limit of slender blocks.
+        B is that of the bodies alone. The mass psi m of the overburden rises by c for each unit of
+        u (docs/theory.md, section 1). Without `own_inertia` the first factor is 1, the limit of
+        slender blocks.
         """
         r = self.hinge_ratio
         q = 1 / self.slenderness**2
-        bodies = np.where(self.own_inertia, self._scaled_energy / (r**2 * (1 - r)), 1.0)
+        bodies = np.where(self.own_inertia, self._scaled_inertia / (r**2 * (1 - r)), 1.0)
         psi = self.overburden_mass * self.overburden_ratio
         rise = 1 / r + (0.5 + self.eccentricity / self.thickness) / (1 - r)  # c over t/h
-        return bodies * (1 + 3 * r**2 * (1 - r) * psi * q * rise**2 / self._scaled_energy)
+        return bodies * (1 + 3 * r**2 * (1 - r) * psi * q * rise**2 / self._scaled_inertia)
 
     @property
-    def _scaled_energy(self) -> Array:
-        """H + U times 3 r^2 (1 - r). [-]"""
+    def _scaled_inertia(self) -> Array:
+        """Inertia ratio B of the bodies alone times r^2 (1 - r). [-]"""
         r = self.hinge_ratio
         q = 1 / self.slenderness**2
         return np.asarray(r**2 * (1 - r) + (3 - 2 * r) * q)

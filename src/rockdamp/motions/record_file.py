@@ -134,7 +134,10 @@ def _read_samples(lines: Sequence[str], options: _Options) -> _Samples:
         _refuse_column(options)
         return _read_csv(lines, first, header, options)
     if any(name.startswith(ACCELERATION_PREFIX) for name in names):
-        raise InputError(f"column {names[0]!r} is not known; the times must be {RECORD_COLUMNS[0]}")
+        given_names = ", ".join(names)[:50]
+        raise InputError(
+            f"columns are {given_names}; the column of times must be {RECORD_COLUMNS[0]}"
+        )
     for index, line in enumerate(lines[:AT2_HEAD_LINES]):
         counts = _samples_and_step(line)
         if counts is not None:
@@ -258,7 +261,7 @@ def _read_plain(lines: Sequence[str], options: _Options) -> _Samples:
         )
     if options.unit_size is None:
         raise InputError(
-            f"states no unit; unit must be given (--unit g or --unit cm/s2), or {NAMED_COLUMNS}"
+            f"states no unit; unit must be given, such as g or cm/s2, or {NAMED_COLUMNS}"
         )
     head = rows[0].numbers
     if options.column is None and _states_count(rows):

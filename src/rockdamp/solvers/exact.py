@@ -40,7 +40,11 @@ from rockdamp.solvers.machine_code import compile_cached
 STAGES = DOP853.n_stages
 TABLES = (DOP853.A, DOP853.B, DOP853.C, DOP853.E3, DOP853.E5)
 A, B, C, E3, E5 = (np.ascontiguousarray(table) for table in TABLES)
-LIFTING = 1e-12  # load that lifts a wall from its stop [F0]
+# A wall rests at its stop after a blow slower than this: it would rise by less than 1e-6 u_ins.
+RESTING_SPEED = 1e-6
+LIFTING = (
+    1e-12  # load that lifts it again [F0]: far above the rounding of loads, and far below them
+)
 
 CR, SECANT, ECD, BAND, CQD = range(5)  # numbers of the laws in `coefficient`
 VELOCITY, ACCELERATION, DISPLACEMENT = range(3)  # quantities whose sign changes at an event
@@ -498,8 +502,8 @@ def impact(law, one_sided, v, p):
         e, g, double_reference, _ = law.parameters
         v *= restitution_factor(v, e, g, double_reference)
     if one_sided:
-        is_pressed = -v <= 1e-6 and p <= LIFTING  # so slow a wall rests at its stop
-        return 0.0 if is_pressed else -v
+        rests = -v <= RESTING_SPEED and p <= LIFTING
+        return 0.0 if rests else -v
     return v if abs(v) > law.rest else 0.0
 
 

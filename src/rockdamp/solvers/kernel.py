@@ -314,7 +314,10 @@ def impact_step(restitution):
 
 @register_jitable
 def linear_acceleration(v, a, h, load_change, k, c):
-    """Return increments of x and v by linear acceleration, stiffness k and C frozen in the step."""
+    """Return increments of x and v by linear acceleration, stiffness k and C frozen in the step.
+
+    This is Newmark's method (1959, J. Eng. Mech. Div. ASCE 85(EM3)) with beta = 1/6, gamma = 1/2.
+    """
     force_change = load_change + 6.0 * v / h + 3.0 * a + c * (3.0 * v + 0.5 * h * a)
     dx = force_change / (k + 3.0 * c / h + 6.0 / (h * h))
     dv = 3.0 * dx / h - 3.0 * v - 0.5 * h * a
@@ -523,8 +526,8 @@ def lane_status(w, i, impulse):
 
     Dampers and impacts only take energy, and a load p raises sqrt(v^2 + 2V(x)) by at most its
     impulse, the integral of |p| from now to the end. If the sum of both, larger by a hundredth for
-    the errors of the scheme, is less than sqrt(2V(peak)), the rest is not needed. With steps
-    w1 h > 0.1 the corners of the curve feed energy in, and no lane may leave early.
+    the errors of the scheme, is less than sqrt(2V(peak)), the rest is not needed. No lane leaves
+    early if w1 h > 0.1: at such steps the corners of the curve add more energy than the hundredth.
     """
     if w[PEAK + i] > w[A3 + i]:
         return COLLAPSED
@@ -572,7 +575,9 @@ def retire_finished(
     for b in range((running + width - 1) // width):
         w = blocks[b]
         for i in range(min(width, running - b * width)):
-            status = COLLAPSED if w[PEAK + i] > w[A3 + i] else COMPLETED if is_end else RUNNING
+            status = COMPLETED if is_end else RUNNING
+            if w[PEAK + i] > w[A3 + i]:
+                status = COLLAPSED
             if status == RUNNING and not compares:  # Eq. (17) is a sum up to the end
                 impulse = remaining_impulse(w, i, factors[b], remaining, substeps)
                 status = lane_status(w, i, impulse)

@@ -61,8 +61,8 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     -------
     Fragility
         ``median`` and ``dispersion``, of shape (...). They are NaN, and ``reason`` states why,
-        where no curve is the most likely: if no intensity with a collapse lies below one with a
-        survival, any small dispersion fits equally well.
+        where no curve is the most likely or Newton's method does not converge. If no intensity with
+        a collapse lies below one with a survival, any small dispersion fits equally well.
 
     Raises
     ------
@@ -89,17 +89,21 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     x = np.log(s)
     center = x.mean()
     spread = max(float(x.std()), 1e-12)  # of a single stripe it is 0
-    a, b = _maximize_likelihood((x - center) / spread, k[defined], n[defined])
-    median = np.full(k.shape[:-1], np.nan)
-    dispersion = np.full(k.shape[:-1], np.nan)
+    a, b, converged = _maximize_likelihood((x - center) / spread, k[defined], n[defined])
+    rises = np.zeros(defined.shape, dtype=bool)
+    rises[defined] = b > LEAST_SLOPE
+    fitted = converged & rises[defined]
+    median = np.full(defined.shape, np.nan)
+    dispersion = np.full(defined.shape, np.nan)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        median[defined] = np.where(b > LEAST_SLOPE, np.exp(center - spread * a / b), np.nan)
-        dispersion[defined] = np.where(b > LEAST_SLOPE, spread / b, np.nan)
+        median[defined] = np.where(fitted, np.exp(center - spread * a / b), np.nan)
+        dispersion[defined] = np.where(fitted, spread / b, np.nan)
     reasons = {
         "": np.isfinite(median),
         "no fragility: nothing was run": np.all(n == 0, axis=-1),
         "no fragility: no run collapses": np.all(k == 0, axis=-1),
         "no fragility: every run collapses": np.all(k == n, axis=-1),
+        "no fragility: the fit does not converge": rises,
         "no fragility: the share of collapses does not rise with intensity": defined,
         "no fragility: only one intensity has both collapses and survivals": (
             lowest_collapse == highest_survival
@@ -144,13 +148,17 @@ def _outcome_stripes(k: Array, n: Array) -> tuple[NDArray[np.int64], NDArray[np.
     return lowest_collapse, highest_survival
 
 
-def _maximize_likelihood(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
-    """Return a and b of the most likely P = Phi(a + b z), for counts of shape (curves, stripes)."""
+def _maximize_likelihood(z: Array, k: Array, n: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return a and b of the most likely P = Phi(a + b z), and whether they converged.
+
+    The counts have the shape (curves, stripes).
+    """
     total = np.maximum(n.sum(axis=-1), _TINY)
     # A start that rises with the share of collapses; Newton's method needs no better one.
     a = 2 * k.sum(axis=-1) / total - 1
     b = np.ones(k.shape[0])
-    for _ in range(50):
+    converged = np.zeros(k.shape[0], dtype=bool)
+    for _ in range(50):  # counts drawn from a curve need fewer than 20, but for 1 in 100
         eta = a[:, None] + b[:, None] * z
         # The normal density over Phi(eta), and over Phi(-eta).
         collapse_ratio = np.sqrt(2 / np.pi) / erfcx(-eta / np.sqrt(2))
@@ -173,9 +181,10 @@ def _maximize_likelihood(z: Array, k: Array, n: Array) -> tuple[Array, Array]:
         step_b = shortening * step_b
         a = a + step_a
         b = b + step_b
-        if not a.size or max(np.abs(step_a).max(), np.abs(step_b).max()) < 1e-10:
+        converged = np.maximum(np.abs(step_a), np.abs(step_b)) < 1e-10
+        if converged.all():
             break
-    return a, b
+    return a, b, converged
 
 
 # --- the bootstrap -----------------------------------------------------------------------------
