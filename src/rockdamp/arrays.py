@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 Quantity: TypeAlias = Any  # a number or an array of numbers; NumPy's ArrayLike has no arithmetic
 
-LONGEST_LISTED = 6  # size of the largest array whose values the text lists
-
 
 def short_repr(instance: Any, defaults: Mapping[str, Any] | None = None) -> str:
     """Return the call that makes a dataclass, as text, without the fields that have their defaults.
@@ -36,6 +34,6 @@ def short_repr(instance: Any, defaults: Mapping[str, Any] | None = None) -> str:
 def _format_value(value: Any) -> str:
     if not isinstance(value, np.ndarray):
         return repr(value)
-    if value.size <= LONGEST_LISTED:
+    if value.size <= 6:  # a longer list is hard to read
         return repr(value.tolist())
     return f"<array of shape {value.shape}>"

@@ -6,7 +6,6 @@ from experimental_style import ricker
 
 from rockdamp.errors import InputError
 from rockdamp.histories.record_rest import (
-    QUIET_SHARE,
     measured_displacement,
     motion_noise,
     quiet_level,
@@ -31,7 +30,7 @@ def rest(noise, seed=1):
 
 
 def test_rest_ends_at_a_share_of_the_peak():
-    assert quiet_level(make_record(1e-4)) == pytest.approx(QUIET_SHARE, rel=1e-3)
+    assert quiet_level(make_record(1e-4)) == pytest.approx(0.02, rel=1e-3)
     assert rest(1e-4) == pytest.approx(rest(0), abs=0.01)
 
 

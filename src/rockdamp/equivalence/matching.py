@@ -37,14 +37,6 @@ Key = TypeVar("Key", bound=Hashable)
 
 SCAN = np.geomspace(0.3, 3.0, 200)  # damping ratios of the scan, divided by the closed form's
 RESOLUTION = 3e-5  # of the minimiser, as a fraction of xi
-REFINEMENT = 8  # steps of the last minimisation for each step of the solver
-# Steps of the last minimisations, divided by the finest step. They are not all multiples of each
-# other, so that the ripples of Err do not agree by chance.
-COARSER = (2.0, 1.6, 1.0)
-# Basins of the scan whose Err is at most this times the lowest are refined and compared: the ripple
-# and the longer step of the scan change Err by less.
-RIVAL_ERROR = 1.5
-LENGTHS_AT_ONCE = 8  # response lengths that are refined together: each runs to the longest of them
 # Damping ratios about the minimum of the integral, in parts of the half width of their range.
 CUBIC_NODES = np.linspace(-1.0, 1.0, 13)
 INNER_NODES = slice(3, 10)  # the nodes from -0.5 to 0.5
@@ -233,7 +225,7 @@ def match_dampers(
     damping_models: Sequence[str],
     steps: int,
     *,
-    refinement: int = REFINEMENT,
+    refinement: int = 8,
     description: str = "",
 ) -> dict[str, Matched]:
     """Match viscous models to decays under restitution.
@@ -251,7 +243,7 @@ def match_dampers(
     steps : int
         Number of steps of the decays over which Err is summed.
     refinement : int
-        Steps of the last minimisation for each step of the solver.
+        Steps of the last minimisation for each step of the solver. The default is 8.
     description : str
         Text of the progress bar; without it no progress is shown.
 
@@ -267,7 +259,9 @@ def match_dampers(
     """
     first, index = cases.unique()
     unique = cases.take(first)
-    refined = [unique.refine(steps, refinement / coarser) for coarser in COARSER]
+    # These steps are not all multiples of each other, so that the ripples of Err do not agree by
+    # chance.
+    refined = [unique.refine(steps, refinement / coarser) for coarser in (2.0, 1.6, 1.0)]
     finest = refined[-1]
 
     def match_model(model: str) -> Matched:
@@ -373,15 +367,16 @@ def global_minima(cases: Cases, damping_model: str, response_length_steps: Array
     minima.local_minima[:, lossy] = is_minimum.sum(axis=-1)
     minima.error[:, lossy] = np.inf
     lowest = scanned.min(axis=-1)[..., None]
-    rivals = is_minimum & (inner <= RIVAL_ERROR * lowest)
-    for start in range(0, lengths.size, LENGTHS_AT_ONCE):
-        part = slice(start, start + LENGTHS_AT_ONCE)
+    # The ripple and the longer step of the scan change Err by less than half.
+    rivals = is_minimum & (inner <= 1.5 * lowest)
+    at_once = 8  # response lengths that are refined together: each runs to the longest of them
+    for start in range(0, lengths.size, at_once):
+        part = slice(start, start + at_once)
         length, case, point = np.nonzero(rivals[part])
         bracket = np.stack([trial[case, point + shift] for shift in range(3)])
         ratio, error = _refine(cases, damping_model, lengths[part], length, case, bracket)
         # In ascending order of xi, so that of equal errors the first stays.
-        for place in zip(start + length, lossy[case], ratio, error, strict=True):
-            row, column, xi, value = place
+        for row, column, xi, value in zip(start + length, lossy[case], ratio, error, strict=True):
             if value < minima.error[row, column]:
                 minima.damping_ratio[row, column] = xi
                 minima.error[row, column] = value
@@ -427,7 +422,7 @@ def _require_interior(
             f"Err of {model} at e = {cases.restitution[case]:.6g}, "
             f"u0/u_ins = {cases.release_amplitude[case]:.6g} and "
             f"response_length {lengths[row] * cases.step:.6g} is lowest at the edge of the scan, "
-            f"xi = {trial[case, lowest[row, case]]:.6g}"
+            f"xi = {trial[case, lowest[row, case]]:.6g}; use damping_ratio_energy, which needs none"
         )
 
 
@@ -441,18 +436,8 @@ def _refine(
 ) -> tuple[Array, Array]:
     """Return damping ratio and Err at the minimum of each bracket of the scan, shape (brackets,).
 
-    Parameters
-    ----------
-    cases : Cases
-        Decays.
-    model : str
-        Viscous model.
-    lengths : ndarray of int
-        Response lengths in steps, ascending.
-    length, case : ndarray of int, shape (brackets,)
-        Place of each bracket among the lengths and the cases.
-    bracket : ndarray, shape (3, brackets)
-        Damping ratio of the lowest point of the scan, between its neighbours. [-]
+    `length` and `case` are the place of each bracket among the lengths and the cases; `bracket`,
+    shape (3, brackets), has the damping ratio of its lowest point between its neighbours.
     """
     from scipy.optimize import elementwise  # slow to import
 
@@ -474,7 +459,10 @@ def _refine(
 
 
 def _not_bracketed(model: str, xi: float) -> InputError:
-    return InputError(f"the minimum of Err of {model} near xi = {xi:.6g} could not be bracketed")
+    return InputError(
+        f"Err of {model} has no minimum near xi = {xi:.6g}; use damping_ratio_energy, which needs "
+        "none"
+    )
 
 
 # --- the minimum of the integral, free of the ripple of its steps --------------------------------

@@ -19,9 +19,6 @@ from rockdamp.arrays import Array
 if TYPE_CHECKING:
     import xarray as xr
 
-SHIPPED_STRENGTH_RATIO = 0.85  # b1 of the curve whose decays the shipped polynomials are fitted to
-GRID_ROUNDING = 1e-12  # by which a1 and e may pass the ends of the fits
-
 
 @dataclass(frozen=True)
 class Polynomials:
@@ -83,8 +80,9 @@ class Polynomials:
 
 
 def _is_within(value: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
+    rounding = 1e-12  # of values on a grid
     value = np.asarray(value, dtype=float)
-    return np.asarray((low - GRID_ROUNDING <= value) & (value <= high + GRID_ROUNDING))
+    return np.asarray((low - rounding <= value) & (value <= high + rounding))
 
 
 @cache

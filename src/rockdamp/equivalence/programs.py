@@ -62,19 +62,19 @@ def describe_damping(
         the study of earthquakes.
     """
     w1 = float(wall.frequency_parameter * curve.initial_frequency)
-    ratios = _match_or_close(curve, restitution)
+    ratios = _least_error_or_closed_form(curve, restitution)
     (xi,) = (row["damping_ratio"] for row in ratios if row["damping_model"] == "CDC")
     alpha = 2 * xi * w1
     coefficient = float(alpha * wall.effective_mass)
     missed = missed_collapses(restitution)[1]
     rows = []
-    for row in ratios:
-        model = row["damping_model"]
+    for ratio in ratios:
+        model = ratio["damping_model"]
         row = {
             "damping_model": model,
-            "damping_ratio": row["damping_ratio"],
-            "rms_error": row["rms_error"],
-            "damping_ratio_energy": row["damping_ratio_energy"],
+            "damping_ratio": ratio["damping_ratio"],
+            "rms_error": ratio["rms_error"],
+            "damping_ratio_energy": ratio["damping_ratio_energy"],
             "refers_to": REFERENCE_QUANTITY[model],
             "damping_coefficient": coefficient if model == "CDC" else None,
             "missed_collapse_rate": missed[model],
@@ -90,7 +90,7 @@ def describe_damping(
     }
 
 
-def _match_or_close(curve: TrilinearCurve, restitution: float) -> list[dict[str, Any]]:
+def _least_error_or_closed_form(curve: TrilinearCurve, restitution: float) -> list[dict[str, Any]]:
     """Return the rows of `equivalent`, or those of the closed form where Err has no minimum."""
     x0 = 0.5 * float(curve.ultimate_displacement_ratio)
     try:

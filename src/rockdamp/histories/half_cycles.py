@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from rockdamp.arrays import Array
 
-# ASSUME: the paper does not define the smallest half cycle.
-CLEAR_OF_NOISE = 10  # standard deviations of the sensor at rest, the least peak that is measured
-LEAST_PEAK = 1e-3  # u/u_ins, the least peak of a computed half cycle
+# ASSUME: the smallest half cycle, which the paper does not define.
+CLEAR_OF_NOISE = 10  # smallest measured peak, in standard deviations of the sensor at rest
+LEAST_PEAK = 1e-3  # smallest computed peak, u/u_ins
 
 
 @dataclass(frozen=True)

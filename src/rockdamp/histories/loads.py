@@ -32,9 +32,9 @@ class SupportRecord(Record):
         Displacement of the top support relative to the base. [m]
     """
 
-    base_acceleration: Array = field(default_factory=lambda: np.empty(0))
-    top_acceleration: Array = field(default_factory=lambda: np.empty(0))
-    drift: Array = field(default_factory=lambda: np.empty(0))
+    base_acceleration: Array = field(kw_only=True)
+    top_acceleration: Array = field(kw_only=True)
+    drift: Array = field(kw_only=True)
 
     @property
     def motions(self) -> Array:

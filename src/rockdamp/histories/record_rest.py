@@ -8,8 +8,6 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check
 from rockdamp.motions.record import Record
 
-# ASSUME: the paper defines neither the rest before a motion nor the noise of its sensors.
-QUIET_SHARE = 0.02  # of the peak acceleration, up to which the ground counts as at rest
 SHORTEST_REST = 10  # samples
 
 
@@ -30,9 +28,10 @@ def quiet_level(record: Record) -> float:
     first_differences = np.diff(record.ground_acceleration[:SHORTEST_REST])
     # A difference of two samples has twice the variance of one.
     noise = float(np.std(first_differences) / np.sqrt(2))
-    # Five standard deviations hold practically all noise. Beyond 0.3 of the peak the ground moves,
+    # ASSUME: the paper defines neither the rest before a motion nor the noise of its sensors. Five
+    # standard deviations hold practically all noise. Beyond 0.3 of the peak the ground moves,
     # however noisy the sensor is.
-    return max(QUIET_SHARE * peak, min(5.0 * noise, 0.3 * peak))
+    return max(0.02 * peak, min(5.0 * noise, 0.3 * peak))
 
 
 def motion_noise(record: Record) -> float:

@@ -22,7 +22,6 @@ from rockdamp.motions.record import Record
 Outcomes: TypeAlias = NDArray[np.bool_]
 
 NEAR_COLLAPSE = 0.5  # a wall that survives with such a peak, u/u_ins, is near collapse
-NEAR_HALVINGS = 2  # of the step of histories near collapse, after the halvings of all histories
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ def run_refined(
         peak = np.stack([peaks.peak for peaks in runs])
         return peak, np.stack([peaks.collapsed for peaks in runs])
 
-    finest = halvings + NEAR_HALVINGS
+    finest = halvings + 2  # of the histories near collapse
     peak, collapsed = halve(specimen, factor, range(halvings + 1))
     refined = summarise_runs(peak, collapsed)
     has_large_peak = ~collapsed[-1] & (peak[-1] >= NEAR_COLLAPSE)

@@ -22,10 +22,6 @@ from rockdamp.motions.record import Record, append_rest
 from rockdamp.solvers.newmark import Histories, default_step, simulate
 from rockdamp.storage.dataset import describe
 
-CURVE_RATIOS = ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
-WALL_SIZES = ("thickness", "height", "frequency_parameter", "instability_displacement")
-OVER_TAU = ("displacement", "velocity")  # results at every step; others are one value a history
-
 
 def free_decay(
     curve: TrilinearCurve,
@@ -246,7 +242,7 @@ def _name_results(
         }
     results["collapsed"] = results["collapsed"].astype(np.int8)
     variables = {
-        name: ((*dims, "tau") if name in OVER_TAU else dims, values)
+        name: ((*dims, "tau") if name in ("displacement", "velocity") else dims, values)
         for name, values in results.items()
     }
     return xr.Dataset(variables, coords)
@@ -254,13 +250,15 @@ def _name_results(
 
 def _add_curve(history: xr.Dataset, curve: TrilinearCurve) -> xr.Dataset:
     """Add the ratios of a curve to its history."""
-    ratios = {name: float(getattr(curve, name)) for name in CURVE_RATIOS}
+    names = ("yield_displacement_ratio", "strength_ratio", "ultimate_displacement_ratio")
+    ratios = {name: float(getattr(curve, name)) for name in names}
     return history.assign(ratios).assign_attrs(softening=curve.softening)
 
 
 def _add_dimensions(history: xr.Dataset, wall: Wall | Parapet, start: float = 0.0) -> xr.Dataset:
     """Add the wall's sizes and the results in metres and seconds; `start` is the first time. [s]"""
-    sizes = {name: float(getattr(wall, name)) for name in WALL_SIZES}
+    names = ("thickness", "height", "frequency_parameter", "instability_displacement")
+    sizes = {name: float(getattr(wall, name)) for name in names}
     if isinstance(wall, Wall):
         sizes["hinge_ratio"] = float(wall.hinge_ratio)
     history = history.assign(sizes)

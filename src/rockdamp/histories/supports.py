@@ -56,12 +56,12 @@ class FloorMotion(GroundMotion):
     True
     """
 
-    ground: Record | None = None
+    ground: Record
 
     @property
     def intensity_record(self) -> Record:
         """The motion of the ground, whose intensity counts."""
-        return self.ground or self.record
+        return self.ground
 
 
 def floor_motions(

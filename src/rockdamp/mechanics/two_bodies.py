@@ -22,7 +22,6 @@ from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import check
 from rockdamp.mechanics.wall import Wall
 
-SMALLEST_PEAK = 1e-10  # divided by the release amplitude: the decay is zero below it
 TOLERANCE = 1e-12  # relative, of DOP853
 
 
@@ -134,7 +133,7 @@ def _chain_half_cycles(times: Array, fall: Callable[[int], Fall]) -> Array:
     """Return the decay at ascending times; `fall(n)` is the fall from the n-th peak."""
     displacement = np.zeros(times.shape)
     current = fall(0)
-    smallest = SMALLEST_PEAK * current.peak
+    smallest = 1e-10 * current.peak  # far below the accuracy of the falls; the decay is 0 then
     number = 0
     peak_time = 0.0
     while current.peak > smallest and times.size and peak_time - current.duration <= times[-1]:

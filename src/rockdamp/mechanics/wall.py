@@ -16,7 +16,6 @@ SORRENTINO_RATIO = 0.90  # e measured over e of Eq. (7), section 4.1
 # ASSUME: where tests found the hinge, section 2. Without these bounds F0 of Eq. (5) would be least
 # with the hinge at the top, for a wall without overburden.
 HINGE_RANGE = (0.5, 0.7)
-WEAKEST = "weakest"  # `hinge_ratio` may be this text in place of a number
 
 MECHANISM_RULES: dict[str, Rule] = {
     "thickness": (
@@ -217,7 +216,7 @@ class Wall(_Mechanism):
     def __post_init__(self) -> None:
         super().__post_init__()
         if isinstance(self.hinge_ratio, str):
-            check_choice("hinge_ratio", self.hinge_ratio, (WEAKEST,))
+            check_choice("hinge_ratio", self.hinge_ratio, ("weakest",))
             object.__setattr__(self, "hinge_ratio", self.weakest_hinge_ratio)
         check_fields(self, HINGE_RULES)
         check("height over thickness", self.slenderness, lambda ratio: ratio >= 1, "at least 1")

@@ -28,7 +28,6 @@ RECORD_SETS = {
     "near-field-pulse": ("nearfield_pulse.hdf5", range(1, 15)),
     "near-field-no-pulse": ("nearfield_no_pulse.hdf5", range(15, 29)),
 }
-RECORD_SUFFIXES = (".at2", ".csv")  # of the files that a folder stands for, in small letters
 
 # PEER begins the names of all components of a station's record with its sequence number.
 _PEER_STATION = re.compile(r"RSN\d+(?=_)")
@@ -220,7 +219,7 @@ def _paths(pattern: str) -> list[str]:
         return [pattern]  # even where its name has a bracket
     if os.path.isdir(pattern):
         entries = glob.glob(os.path.join(glob.escape(pattern), "[!_]*"))
-        paths = [path for path in entries if path.lower().endswith(RECORD_SUFFIXES)]
+        paths = [path for path in entries if path.lower().endswith((".at2", ".csv"))]
     else:
         paths = glob.glob(pattern, recursive=True)
     return sorted(path for path in paths if os.path.isfile(path))

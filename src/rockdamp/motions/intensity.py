@@ -11,9 +11,6 @@ from rockdamp.constants import STANDARD_GRAVITY
 from rockdamp.errors import InputError, check_type
 from rockdamp.motions.record import Record
 
-# The significant duration D5-95 lies between these shares of the Arias intensity.
-SIGNIFICANT_SHARES = (0.05, 0.95)
-
 
 class IntensityMeasures(NamedTuple):
     """Measures of the strength of a ground motion, and its final velocity.
@@ -89,7 +86,7 @@ def intensity_measures(record: Record) -> IntensityMeasures:
     velocity = _integrate(acceleration, record.step)
     displacement = _integrate(velocity, record.step)
     energy = _integrate(acceleration**2, record.step)
-    start, end = np.interp(SIGNIFICANT_SHARES, energy / energy[-1], record.elapsed)
+    start, end = np.interp((0.05, 0.95), energy / energy[-1], record.elapsed)
     return IntensityMeasures(
         pga=_peak(acceleration),
         pgv=_peak(velocity),

@@ -12,8 +12,6 @@ from rockdamp.arrays import Array, short_repr
 from rockdamp.errors import InputError, check, check_choice, check_type
 
 UNIFORM_SHARE = 0.01  # of a step; a time may be so far from its place, however printed
-SHORTEST_STEP = 1e-4  # [s]; loggers of ground motion sample at 50 to 1000 Hz
-LONGEST_STEP = 0.1  # [s]
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,8 +105,9 @@ def check_step(step: float) -> None:
 
     Times that are indices, or in another unit, have steps outside the range.
     """
-    # Times are rounded, so that a step of 0.1 s may be a bit longer.
-    if not 0.999 * SHORTEST_STEP <= step <= 1.001 * LONGEST_STEP:
+    # Loggers of ground motion sample at 50 to 1000 Hz. Times are rounded, so that a step of 0.1 s
+    # may be a bit longer.
+    if not 0.999e-4 <= step <= 0.1001:
         raise InputError(f"step is {step:g} s; it must be from 0.0001 to 0.1 s")
 
 

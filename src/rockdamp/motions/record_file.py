@@ -30,10 +30,6 @@ from rockdamp.storage.files import read_text, replace_file
 
 RECORD_COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")
 ACCELERATION_PREFIX = "ground_acceleration_"  # the rest of the name is the unit: m_s2, cm_s2 or g
-AT2_HEAD_LINES = 10  # among which one states NPTS and DT
-# The strongest horizontal accelerations recorded are below 3 g; more is a wrong unit, or no
-# acceleration.
-LARGEST_PGA = 5 * STANDARD_GRAVITY
 
 _AT2_WORD = re.compile(r"\bNPTS\b|\bDT\b|[-+]?(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")
 _UNIT_PHRASE = re.compile(
@@ -138,7 +134,7 @@ def _read_samples(lines: Sequence[str], options: _Options) -> _Samples:
         raise InputError(
             f"columns are {given_names}; the column of times must be {RECORD_COLUMNS[0]}"
         )
-    for index, line in enumerate(lines[:AT2_HEAD_LINES]):
+    for index, line in enumerate(lines[:10]):
         counts = _samples_and_step(line)
         if counts is not None:
             _refuse_column(options)
@@ -383,11 +379,11 @@ def _check_agreement(name: str, given: float | None, stated: float) -> None:
 
 
 def _check_peak(record: Record) -> None:
-    """Refuse accelerations that no ground motion has."""
-    peak = float(np.abs(record.ground_acceleration).max())
-    if peak > LARGEST_PGA:
+    """Refuse accelerations that no ground motion has: the strongest recorded are below 3 g."""
+    peak = float(np.abs(record.ground_acceleration).max()) / STANDARD_GRAVITY
+    if peak > 5:
         raise InputError(
-            f"has a peak of {peak / STANDARD_GRAVITY:.3g} g; it must be at most 5 g: "
+            f"has a peak of {peak:.3g} g; it must be at most 5 g: "
             "check the unit, and that the numbers are accelerations"
         )
 

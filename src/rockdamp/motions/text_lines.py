@@ -10,9 +10,6 @@ from typing import NamedTuple
 from rockdamp.errors import InputError
 
 NAMED_COLUMNS = "the columns elapsed_s, ground_acceleration_m_s2"
-# A message stays short where it shows a line, or a cell, of a file.
-SHOWN_LINE = 30
-SHOWN_CELL = 20
 
 _LIKE_A_NUMBER = re.compile(r"[-+]?\.?\d")
 _WORD = re.compile(r"[^\W\d_]{2}")
@@ -103,16 +100,17 @@ def refused_line(lines: Sequence[str], index: int, reason: str) -> InputError:
     text = lines[index].strip()
     if _DECIMAL_COMMAS.fullmatch(text):
         reason = "the decimal sign must be a point"
-    return InputError(f"line {index + 1} is {text[:SHOWN_LINE]!r}; {reason}")
+    return InputError(f"line {index + 1} is {text[:30]!r}; {reason}")
 
 
 def unreadable_line(lines: Sequence[str], index: int) -> InputError:
     """Return the error that names a line and its first cell that is not a finite number."""
     cells = split_cells(lines[index]) or [""]
     wrong_cell = next((cell for cell in cells if not math.isfinite(parse_number(cell))), cells[0])
-    shown_cell = wrong_cell[:SHOWN_CELL]
     return refused_line(
-        lines, index, f"{shown_cell!r} is not a finite number; the file must have {NAMED_COLUMNS}"
+        lines,
+        index,
+        f"{wrong_cell[:20]!r} is not a finite number; the file must have {NAMED_COLUMNS}",
     )
 
 

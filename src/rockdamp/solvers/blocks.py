@@ -21,8 +21,6 @@ MOST_VALUES = 2**28  # of one array: 2 GiB
 # Steps of one call of the kernel, summed over its blocks: they take a fraction of a second, so that
 # Ctrl-C is noticed.
 STEPS_PER_CALL = 2**18
-# A thread costs more than it saves for fewer steps of a block.
-LEAST_STEPS_OF_THREAD = 2**13
 
 
 def available_threads() -> int:
@@ -110,7 +108,8 @@ class Blocks:
             Threads to use; by default as many as the process may use.
         """
         stopped = Event()
-        workers = min(available_threads(), self.count * steps // LEAST_STEPS_OF_THREAD)
+        # For fewer than 2^13 steps of a block, a thread costs more than it saves.
+        workers = min(available_threads(), self.count * steps // 2**13)
         if threads is not None:
             workers = int(check_number("threads", threads, *WHOLE))
         workers = min(workers, self.count)

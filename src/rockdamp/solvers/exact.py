@@ -40,11 +40,7 @@ from rockdamp.solvers.machine_code import compile_cached
 STAGES = DOP853.n_stages
 TABLES = (DOP853.A, DOP853.B, DOP853.C, DOP853.E3, DOP853.E5)
 A, B, C, E3, E5 = (np.ascontiguousarray(table) for table in TABLES)
-# A wall rests at its stop after a blow slower than this: it would rise by less than 1e-6 u_ins.
-RESTING_SPEED = 1e-6
-LIFTING = (
-    1e-12  # load that lifts it again [F0]: far above the rounding of loads, and far below them
-)
+LIFTING = 1e-12  # load that lifts a wall from its stop [F0]; only rounding is smaller
 
 CR, SECANT, ECD, BAND, CQD = range(5)  # numbers of the laws in `coefficient`
 VELOCITY, ACCELERATION, DISPLACEMENT = range(3)  # quantities whose sign changes at an event
@@ -502,7 +498,8 @@ def impact(law, one_sided, v, p):
         e, g, double_reference, _ = law.parameters
         v *= restitution_factor(v, e, g, double_reference)
     if one_sided:
-        rests = -v <= RESTING_SPEED and p <= LIFTING
+        # At this speed a wall would leave its stop by less than 1e-6 u_ins.
+        rests = -v <= 1e-6 and p <= LIFTING
         return 0.0 if rests else -v
     return v if abs(v) > law.rest else 0.0
 
@@ -800,9 +797,11 @@ def exact_history(
     )
     finite = "a finite number"
     v = check_number("release_velocity", release_velocity, np.isfinite, finite)
-    times = np.atleast_1d(check("times", times, np.isfinite, finite))
+    times = np.atleast_1d(check("times", times, lambda t: t >= 0, "at least 0"))
+    check("step from one time to the next", np.diff(times), lambda h: h >= 0, "at least 0")
     load = check("load", np.empty(0) if load is None else load, np.isfinite, finite)
-    sampling = check_number("sampling", sampling, lambda h: h >= 0, "at least 0")
+    allowed = "greater than 0 with a load"
+    sampling = check_number("sampling", sampling, lambda h: (h > 0) | (load.size < 2), allowed)
     law, constants = LAWS[damping.model](curve, damping)
     branches = curve_branches(curve, law, constants)
     if one_sided:

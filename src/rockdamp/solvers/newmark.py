@@ -442,6 +442,7 @@ def _check_problem(
         np.isfinite,
         "a finite number",
     )
+    row_load = factors[0] if len(factors) == 1 else start_load
     displacements, case, checkpoints = _check_reference(reference, steps)
     lanes = (step, x, v, curve, damping, factors[0], case)
     return _Problem(
@@ -455,7 +456,7 @@ def _check_problem(
         ground,
         substeps,
         factors,
-        factors[0] if len(factors) == 1 else start_load,
+        row_load,
         displacements,
         case,
         checkpoints,
@@ -473,7 +474,7 @@ def _check_steps(
         limit = int(load.substeps) * (load.ground.shape[1] - 1)
         steps = limit if steps is None else steps
     if step is None or steps is None:
-        raise InputError("a free decay needs a step and steps; a load has its own")
+        raise InputError(f"step is {step!r} and steps is {steps!r}; a free decay must have both")
     checked = check_number(
         "steps",
         steps,

@@ -16,9 +16,6 @@ from rockdamp.arrays import Array
 from rockdamp.errors import InputError, check
 
 INTERVAL_ENDS = (0.025, 0.975)  # probabilities at the ends of a 95 % interval
-# An interval is given where this share of the replicates of a bootstrap define the value.
-LEAST_DEFINED_SHARE = 0.9
-LEAST_SLOPE = 1e-9  # less than this is the rounding of a share that does not rise
 
 _TINY = 1e-300  # keeps divisions by zero away; the quotients are not used
 
@@ -77,8 +74,10 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     (0.676, 0.401)
     """
     s = check("intensity", intensity, lambda s: s > 0, "greater than 0")
-    if s.ndim != 1 or np.any(np.diff(s) <= 0):
-        raise InputError("intensity must be ascending and have one dimension")
+    if s.ndim != 1:
+        raise InputError(f"intensity has {s.ndim} dimensions; it must have one")
+    rises_by = np.diff(s)
+    check("step from one intensity to the next", rises_by, lambda h: h > 0, "greater than 0")
     runs = check("runs", runs, lambda n: n >= 0, "at least 0")
     collapses = check(
         "collapses", collapses, lambda k: (k >= 0) & (k <= runs), "at least 0 and at most the runs"
@@ -91,7 +90,7 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     spread = max(float(x.std()), 1e-12)  # of a single stripe it is 0
     a, b, converged = _maximize_likelihood((x - center) / spread, k[defined], n[defined])
     rises = np.zeros(defined.shape, dtype=bool)
-    rises[defined] = b > LEAST_SLOPE
+    rises[defined] = b > 1e-9  # a smaller slope is the rounding of a share that does not rise
     fitted = converged & rises[defined]
     median = np.full(defined.shape, np.nan)
     dispersion = np.full(defined.shape, np.nan)
@@ -278,7 +277,7 @@ def interval(drawn: Array) -> Array:
         place = (probability * (count - 1)).round().astype(int)
         place = np.clip(place, 0, len(drawn) - 1)
         bounds.append(np.take_along_axis(ordered, place[None], axis=0)[0])
-    enough = count >= LEAST_DEFINED_SHARE * len(drawn)
+    enough = count >= 0.9 * len(drawn)
     return np.where(enough[..., None], np.stack(bounds, axis=-1), np.nan)
 
 

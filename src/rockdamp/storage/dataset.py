@@ -22,8 +22,6 @@ PAPER = (
     "Energy dissipation involved in the out-of-plane response of unreinforced masonry walls"
     " (conference paper); equation and figure numbers are its own"
 )
-LARGE = 10_000  # values; compressing smaller variables saves nothing
-ATTRIBUTES = ("units", "long_name", "symbol")
 
 Entry: TypeAlias = dict[str, Any]
 Datasets: TypeAlias = "Mapping[str, xr.Dataset]"  # by the name of their file
@@ -73,7 +71,7 @@ def _find_entry(name: str) -> Entry:
 
 
 def _select_attributes(entry: Entry) -> Entry:
-    return {key: entry[key] for key in ATTRIBUTES if key in entry}
+    return {key: entry[key] for key in ("units", "long_name", "symbol") if key in entry}
 
 
 def describe(dataset: xr.Dataset, kind: str) -> xr.Dataset:
@@ -148,7 +146,8 @@ def write(
         variable = dataset[name]
         variable.attrs = _select_attributes(expected[name])
         encoding[name] = _encode(variable, expected[name], name in dataset.coords)
-        if variable.size > LARGE and entry_of_kind.get("compressed", True):
+        # Compressing smaller variables saves nothing.
+        if variable.size > 10_000 and entry_of_kind.get("compressed", True):
             encoding[name] |= {"zlib": True, "complevel": 1, "shuffle": True}
     dataset.attrs |= {
         "title": entry_of_kind["title"],
@@ -190,9 +189,8 @@ def _encode(variable: xr.DataArray, entry: Entry, is_coordinate: bool) -> dict[s
     if "missing" in entry:
         encoding["_FillValue"] = entry["missing"]
     elif is_coordinate or variable.dtype.kind != "f":
-        encoding["_FillValue"] = (
-            None  # xarray's default would be NaN, which CF forbids on coordinates
-        )
+        # xarray's default would be NaN, which CF forbids on coordinates.
+        encoding["_FillValue"] = None
     return encoding
 
 
