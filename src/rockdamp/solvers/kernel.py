@@ -31,7 +31,7 @@ VECTOR = 8  # lanes computed at once; the width of a block of four or more lanes
 ROWS = 21
 X, V, A, ALIVE, END, PEAK, PEAK_STEP, CROSSINGS, ERROR = range(0, 9 * LANES, LANES)
 K1, B1, KS, A1, A2, A3 = range(9 * LANES, 15 * LANES, LANES)  # as `TrilinearCurve.parameters`
-# Step; load factor, or the load itself where several motions add up; the latter at the step's start
+# Step; for one motion the load factor, twice; for several the loads at the step's end and start
 H, G, G_START = range(15 * LANES, 18 * LANES, LANES)
 P0, P1, P2 = range(18 * LANES, ROWS * LANES, LANES)  # parameters of the damper
 LANE = CROSSINGS  # number of the lane, in the march of peaks
@@ -138,7 +138,7 @@ def phase_coefficient(size, f, double_v, v, inverse, has_phase):
     The phase has tan(phi) = sqrt(V/T), and `size` is kappa cos(phi)^2m. `inverse` is 1/(2T + 2V).
     """
     root = np.sqrt(double_v)
-    # The largest subtrahend is `dampers.CAP`, with which half cycles still end.
+    # The largest subtrahend is `half_cycle_loss.CAP`, with which half cycles still end.
     return size * f / (root * (1.0 - np.minimum(size * v * root * inverse, 0.95) * has_phase))
 
 

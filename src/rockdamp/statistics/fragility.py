@@ -76,8 +76,8 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
     s = check("intensity", intensity, lambda s: s > 0, "greater than 0")
     if s.ndim != 1:
         raise InputError(f"intensity has {s.ndim} dimensions; it must have one")
-    rises_by = np.diff(s)
-    check("step from one intensity to the next", rises_by, lambda h: h > 0, "greater than 0")
+    steps = np.diff(s)
+    check("step from one intensity to the next", steps, lambda step: step > 0, "greater than 0")
     runs = check("runs", runs, lambda n: n >= 0, "at least 0")
     collapses = check(
         "collapses", collapses, lambda k: (k >= 0) & (k <= runs), "at least 0 and at most the runs"
