@@ -62,7 +62,7 @@ def areas_under(corners, force, end):
 def minimal(tmp_path_factory, worker_id):
     """Folder of the minimal results; tests/support/minimal_build.py says how it is made and reused."""
     if FINISHED_BUILD in os.environ:
-        return Path(os.environ[FINISHED_BUILD])
+        return Path(os.environ[FINISHED_BUILD]).resolve()
     base = tmp_path_factory.getbasetemp()
     folder = base if worker_id == "master" else base.parent
     with open(folder / "build.lock", "w", encoding="utf-8") as lock:

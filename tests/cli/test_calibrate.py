@@ -96,9 +96,12 @@ def test_releases_of_a_specimen_are_fitted_together(released):
     assert [row["amplitude"] for row in values["restitution_at"]] == [0.1, 0.3, 0.5]
 
 
-def test_wrong_size_gives_no_restitution():
-    sizes = ("--thickness", "250mm", "--height", "3m", "--hinge-ratio", "0.8")
-    text = run("calibrate", "--free-rocking", FIRST, *sizes).stdout
+def test_bad_fit_gives_no_restitution(released, monkeypatch):
+    _, folder = released
+    fitted = dataset.read(folder / "fit.nc")
+    bad = fitted.assign(residual_rms=20 * fitted["residual_rms"])
+    monkeypatch.setattr(rd, "fit_free_rocking", lambda *_, **__: bad)
+    text = run("calibrate", "--free-rocking", FIRST, SECOND, *BLOCK).stdout
     assert "times the noise): do not use this e" in text
     assert "use --restitution" not in text
 
@@ -184,7 +187,9 @@ def test_frames_without_a_rate_are_no_times(video):
     assert "step is 1 s" in refused(*video)
 
 
-def test_longest_gap_of_a_test_is_named(tmp_path):
+def test_longest_gap_of_a_test_is_named(released, tmp_path, monkeypatch):
+    fitted = dataset.read(released[1] / "fit.nc")
+    monkeypatch.setattr(rd, "fit_free_rocking", lambda *_, **__: fitted)
     text = (ROOT / "examples/my-free-rocking-1.csv").read_text(encoding="utf-8")
     lines = text.splitlines(keepends=True)
     path = tmp_path / "gap.csv"

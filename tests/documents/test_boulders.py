@@ -111,8 +111,14 @@ def campaign(tmp_path_factory):
     return clone
 
 
-def test_motions_lose_offset_and_keep_pulse(campaign):
-    tests, motions, number = boulders.read_campaign(campaign)
+@pytest.fixture(scope="module")
+def contents(campaign):
+    """Tests, motions and their number, as the example reads them."""
+    return boulders.read_campaign(campaign)
+
+
+def test_motions_lose_offset_and_keep_pulse(contents):
+    tests, motions, number = contents
     assert number == 120
     assert 12 not in tests.index
     acceleration, step = motions[tests.index.get_loc(11 + 12 * 9)]
@@ -120,13 +126,13 @@ def test_motions_lose_offset_and_keep_pulse(campaign):
     np.testing.assert_allclose(acceleration, pulse(1.6, 0.12)[::4], atol=0.002)
 
 
-def test_scalings_of_a_station_are_one_record(campaign):
-    tests, _, _ = boulders.read_campaign(campaign)
+def test_scalings_of_a_station_are_one_record(contents):
+    tests, _, _ = contents
     assert tests["record"].value_counts().to_dict()["RSN3"] == AMPLITUDES.size
 
 
-def test_fit_recovers_the_block_of_the_outcomes(campaign):
-    tests, motions, _ = boulders.read_campaign(campaign)
+def test_fit_recovers_the_block_of_the_outcomes(contents):
+    tests, motions, _ = contents
     shares = boulders.share_overturned(boulders.rigid_blocks, motions)
     outcome = tests["Experimental Results for response-Specimen 1"].to_numpy() == 1
     angle, frequency_parameter, _ = boulders.likeliest_block(shares, outcome)
@@ -164,7 +170,8 @@ def test_fits_never_see_the_record_they_predict():
     assert boulders.cross_validate(fit, records).tolist() == [0.3] * 5
 
 
-def test_program_prints_a_row_for_each_model(campaign, monkeypatch, capsys):
+def test_program_prints_a_row_for_each_model(campaign, contents, monkeypatch, capsys):
+    monkeypatch.setattr(boulders, "read_campaign", {campaign: contents}.get)
     monkeypatch.setattr(boulders, "RESTITUTIONS", (0.98,))
     monkeypatch.setattr(boulders, "COEFFICIENTS", (0.05,))
     monkeypatch.setattr(boulders, "YIELD_DISPLACEMENT_RATIOS", (0.02,))

@@ -1,6 +1,4 @@
-"""Docstrings: their examples run; the public ones name every argument and field, and each number
-its unit.
-"""
+"""Docstrings: their examples run, and those of public names describe parameters and units."""
 
 import doctest
 import inspect
@@ -20,54 +18,77 @@ MODULES = [
     if not module.name.endswith(".__main__")
 ]
 PUBLIC = {name: getattr(rd, name) for name in rd.__all__}
-CLASSES = {name: thing for name, thing in PUBLIC.items() if inspect.isclass(thing)}
-MEMBERS = {
-    f"{name}.{attribute}": getattr(value, "__func__", value)
-    for name, owner in CLASSES.items()
-    for attribute, value in inspect.getmembers_static(owner)
-    if not attribute.startswith("_")
-}
+CLASSES = {name: value for name, value in PUBLIC.items() if inspect.isclass(value)}
+
+
+def list_members():
+    """Return the public methods and properties of the public classes, by their full names."""
+    members = {}
+    for class_name, public_class in CLASSES.items():
+        for name, member in inspect.getmembers_static(public_class):
+            if not name.startswith("_"):
+                members[f"{class_name}.{name}"] = getattr(member, "__func__", member)
+    return members
+
+
+def list_getters(members):
+    """Return the functions behind properties."""
+    getters = {}
+    for name, member in members.items():
+        if isinstance(member, property):
+            getters[name] = member.fget
+        elif isinstance(member, cached_property):
+            getters[name] = member.func
+    return getters
+
+
+MEMBERS = list_members()
 FUNCTIONS = {
-    name: thing
-    for name, thing in (PUBLIC | MEMBERS).items()
-    if inspect.isfunction(thing) and thing.__module__.startswith("rockdamp")
+    name: value
+    for name, value in (PUBLIC | MEMBERS).items()
+    if inspect.isfunction(value) and value.__module__.startswith("rockdamp")
 }
-PROPERTIES = {name: member.fget for name, member in MEMBERS.items() if isinstance(member, property)}
-PROPERTIES |= {
-    name: member.func for name, member in MEMBERS.items() if isinstance(member, cached_property)
+NUMBERS = {
+    name: getter
+    for name, getter in list_getters(MEMBERS).items()
+    if inspect.signature(getter).return_annotation in ("Array", "Quantity", "float")
 }
+
+
+def find_undescribed(names, text):
+    return [name for name in names if not re.search(rf"\b{name}\b", text)]
 
 
 @pytest.mark.parametrize("name", ["rockdamp", *MODULES])
-def test_the_examples_of_a_module_print_what_they_say(name):
+def test_examples_of_a_module_print_their_values(name):
     runner = doctest.DocTestRunner(Checker(), optionflags=doctest.NORMALIZE_WHITESPACE)
     for example in doctest.DocTestFinder().find(import_module(name)):
         assert runner.run(example).failed == 0
 
 
+@pytest.mark.parametrize("name", [name for name in PUBLIC if name in FUNCTIONS])
+def test_public_function_has_an_example(name):
+    assert ">>> " in inspect.getdoc(FUNCTIONS[name])
+
+
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_argument_of_a_public_function_is_described(name):
+def test_every_parameter_is_described(name):
     text = inspect.getdoc(FUNCTIONS[name])
-    assert name not in PUBLIC or ">>> " in text
-    arguments = set(inspect.signature(FUNCTIONS[name]).parameters) - {"self", "cls"}
-    if "parameters are those of `" not in text:
-        assert {
-            argument for argument in arguments if not re.search(rf"\b{argument}\b", text)
-        } == set()
+    parameters = inspect.signature(FUNCTIONS[name]).parameters.keys() - {"self", "cls"}
+    assert find_undescribed(parameters, text) == []
 
 
 @pytest.mark.parametrize("name", CLASSES)
-def test_every_field_of_a_public_class_is_described(name):
-    """In the docstring of the class or of one that it is made from, or at the head of the module."""
+def test_every_field_is_described(name):
+    """The docstrings of the class, of its bases and of their modules count."""
     bases = [base for base in CLASSES[name].__mro__ if base.__module__.startswith("rockdamp")]
-    fields = {
-        field for base in bases for field in base.__annotations__ if not field.startswith("_")
-    }
     text = "\n".join(f"{inspect.getdoc(base)}\n{inspect.getmodule(base).__doc__}" for base in bases)
-    assert {field for field in fields if not re.search(rf"\b{field}\b", text)} == set()
+    for base in bases:
+        fields = [field for field in base.__annotations__ if not field.startswith("_")]
+        assert find_undescribed(fields, text) == []
 
 
-@pytest.mark.parametrize("name", PROPERTIES)
-def test_a_property_that_is_a_number_states_its_unit(name):
-    if inspect.signature(PROPERTIES[name]).return_annotation in ("Array", "Quantity", "float"):
-        assert re.search(r"\[(?:-|[\w -]+)\]", inspect.getdoc(PROPERTIES[name]).split("\n\n")[0])
+@pytest.mark.parametrize("name", NUMBERS)
+def test_numeric_property_states_its_unit(name):
+    summary = inspect.getdoc(NUMBERS[name]).split("\n\n")[0]
+    assert re.search(r"\[(?:-|[\w -]+)\]", summary)

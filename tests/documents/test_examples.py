@@ -1,6 +1,6 @@
 """The programs of `examples` that make records."""
 
-import subprocess
+import runpy
 import sys
 
 import numpy as np
@@ -9,67 +9,95 @@ import pytest
 from repository import ROOT
 
 import rockdamp as rd
+from rockdamp.constants import STANDARD_GRAVITY
 
 
-def test_raw_channels_become_a_record(tmp_path):
-    """The noise of 100 Hz is gone, the wall is relative to the table, and zeros are those of the
-    rest.
-    """
+@pytest.fixture
+def run_example(monkeypatch):
+    """Run a program of `examples` as from the command line."""
+
+    def run_example(name, *arguments):
+        monkeypatch.setattr(sys, "argv", [name, *map(str, arguments)])
+        runpy.run_path(str(ROOT / "examples" / name), run_name="__main__")
+
+    return run_example
+
+
+def test_raw_channels_become_a_record(tmp_path, run_example):
+    """The program removes offsets and noise, and takes the table's motion from the wall's."""
     elapsed = np.arange(1024) / 256
-    shaken = np.sin(4 * np.pi * elapsed) * np.exp(-(((elapsed - 2) / 0.4) ** 2))
+    motion = np.sin(4 * np.pi * elapsed) * np.exp(-(((elapsed - 2) / 0.4) ** 2))
     noise = 0.01 * np.sin(200 * np.pi * elapsed)
     channels = {
         "t": elapsed,
-        "a": 0.5 * shaken + noise + 0.012,
-        "wall": 30 * shaken + 5,
-        "table": 10 * shaken + 3.1,
+        "a": 0.5 * motion + noise + 0.012,
+        "wall": 30 * motion + 5,
+        "table": 10 * motion + 3.1,
     }
     pd.DataFrame(channels).to_csv(tmp_path / "raw.csv", index=False)
-    files = [str(tmp_path / name) for name in ("raw.csv", "test.csv")]
-    subprocess.run([sys.executable, str(ROOT / "examples/raw_channels.py"), *files], check=True)
-    record = rd.read_record(files[1])
+    run_example("raw_channels.py", tmp_path / "raw.csv", tmp_path / "test.csv")
+    record = rd.read_record(tmp_path / "test.csv")
     np.testing.assert_allclose(record.elapsed, elapsed, atol=1e-12)
-    inside = slice(50, -50)
-    np.testing.assert_allclose(
-        record.ground_acceleration[inside], 0.5 * 9.80665 * shaken[inside], atol=1e-3
-    )
-    np.testing.assert_allclose(record.displacement[inside], 0.02 * shaken[inside], atol=1e-6)
+    inner = slice(50, -50)  # the filter is less accurate at the ends
+    acceleration = 0.5 * STANDARD_GRAVITY * motion
+    np.testing.assert_allclose(record.ground_acceleration[inner], acceleration[inner], atol=1e-3)
+    np.testing.assert_allclose(record.displacement[inner], 0.02 * motion[inner], atol=1e-6)
 
 
-ESM = "STATION_CODE: X\nSAMPLING_INTERVAL_S: 0.010000\nUNITS: cm/s^2\n0.0\n-150.0\n25.0\n"
-KNET = (
-    "Origin Time       2011/03/11 14:46:00\nSampling Freq(Hz) 100Hz\nScale Factor      2000(gal)/8000000\nMemo.\n"
-    "    1000     4000\n   -2000\n"
-)
-V2 = (
-    "Corrected accelerogram\n    3 points of accel data equally spaced at  .010 sec, in cm/sec2. (UNITS)\n"
-    "     .000  -150.000    25.000\n    3 points of veloc data equally spaced at  .010 sec, in cm/sec.\n 1.0 2.0 3.0\n"
-)
+ESM = """\
+STATION_CODE: X
+SAMPLING_INTERVAL_S: 0.010000
+UNITS: cm/s^2
+0.0
+-150.0
+25.0
+"""
+KNET = """\
+Origin Time       2011/03/11 14:46:00
+Sampling Freq(Hz) 100Hz
+Scale Factor      2000(gal)/8000000
+Memo.
+    1000     4000
+   -2000
+"""
+V2 = """\
+Corrected accelerogram
+    3 points of accel data equally spaced at  .010 sec, in cm/sec2. (UNITS)
+     .000  -150.000    25.000
+    3 points of veloc data equally spaced at  .010 sec, in cm/sec.
+ 1.0 2.0 3.0
+"""
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "expected", "written"),
+    ("name", "text", "expected", "converted_name"),
     [
         ("a.ASC", ESM, [0.0, -1.5, 0.25], "a.csv"),
         ("a.V2", V2, [0.0, -1.5, 0.25], "a.V2.csv"),
-        (
-            "a.EW",
-            KNET,
-            [0.0, 0.0075, -0.0075],
-            "a.EW.csv",
-        ),  # a mean of 1000 counts, each 2.5e-6 m s-2
+        # A count is 2.5e-6 m s-2, and the mean is 1000 counts.
+        ("a.EW", KNET, [0.0, 0.0075, -0.0075], "a.EW.csv"),
     ],
+    ids=["ESM", "CSMIP", "K-NET"],
 )
-def test_records_of_networks_are_converted(tmp_path, name, text, expected, written):
+def test_network_record_is_converted(tmp_path, run_example, name, text, expected, converted_name):
     (tmp_path / name).write_text(text, encoding="utf-8")
-    command = [sys.executable, str(ROOT / "examples/convert_records.py"), str(tmp_path / name)]
-    assert subprocess.run(command, capture_output=True, check=False).returncode == 0
-    record = rd.read_record(tmp_path / written)
+    run_example("convert_records.py", tmp_path / name)
+    record = rd.read_record(tmp_path / converted_name)
     np.testing.assert_allclose(record.ground_acceleration, expected, atol=1e-15)
     assert record.step == pytest.approx(0.01)
-    other = text.replace("UNITS", "UNIT").replace("Scale", "Scales").replace("3 points", "4 points")
-    (tmp_path / name).write_text(other, encoding="utf-8")
-    refused = subprocess.run(command, capture_output=True, check=False, text=True)
-    assert refused.returncode == 1 and (
-        "no record of ESM" in refused.stderr or "states 4" in refused.stderr
-    )
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.ASC", ESM.replace("UNITS", "UNIT"), "no record of ESM"),
+        ("a.EW", KNET.replace("Scale", "Scales"), "no record of ESM"),
+        ("a.V2", V2.replace("3 points", "4 points"), "states 4"),
+    ],
+    ids=["ESM", "K-NET", "CSMIP"],
+)
+def test_unreadable_network_record_is_refused(tmp_path, run_example, name, text, message):
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    with pytest.raises(SystemExit, match=message):
+        run_example("convert_records.py", tmp_path / name)
+    assert [path.name for path in tmp_path.iterdir()] == [name]

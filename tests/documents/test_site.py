@@ -1,6 +1,4 @@
-"""The documents as a site: it builds without a warning, needs no network, and has every key,
-command and name.
-"""
+"""The documents as a site: a whole build, pages without network, and complete references."""
 
 import os
 import re
@@ -18,60 +16,78 @@ import rockdamp
 from rockdamp.cli import main
 
 NOTEBOOK = ROOT / "docs/notebooks/explore.ipynb"
+LOADED = re.compile(r'<(?:script|img|iframe|link)\b[^>]*?\b(?:src|href)="([^"]+)"')
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """The documents as HTML; every broken reference and link within them is an error."""
+    """Folder of the site; any broken reference or link within it is an error."""
     folder = tmp_path_factory.mktemp("site")
-    options = [
-        "-W",
-        "--keep-going",
-        "--quiet",
-        "-D",
-        "nb_execution_mode=off",
-        "-d",
-        str(folder / "doctrees"),
-    ]
-    command = [sys.executable, "-m", "sphinx", *options, "-b", "html", "docs", str(folder / "html")]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
-    run = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    options = ["-W", "--keep-going", "--quiet", "-b", "html", "-D", "nb_execution_mode=off"]
+    folders = ["-d", folder / "doctrees", "docs", folder / "html"]
+    run = subprocess.run(
+        [sys.executable, "-m", "sphinx", *options, *folders],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
+        capture_output=True,
+        text=True,
+    )
     assert run.returncode == 0, run.stdout + run.stderr
     return folder / "html"
 
 
-def find_keys(config, path=()):
+def read_page(site, name):
+    return (site / f"{name}.html").read_text(encoding="utf-8")
+
+
+def find_keys(config, prefix=""):
+    """Return the full names of the keys in nested values."""
+    keys = []
     for name, value in config.items():
-        yield from (
-            find_keys(value, (*path, name))
-            if isinstance(value, dict)
-            else [".".join((*path, name))]
-        )
+        if isinstance(value, dict):
+            keys += find_keys(value, f"{prefix}{name}.")
+        else:
+            keys.append(prefix + name)
+    return keys
 
 
-def test_the_site_is_whole_without_a_network(site):
-    for page in site.rglob("*.html"):
-        loaded = re.findall(
-            r'<(?:script|img|iframe|link)\b[^>]*?\b(?:src|href)="([^"]+)"', page.read_text("utf-8")
-        )
-        assert not [address for address in loaded if re.match(r"(?:https?:)?//", address)], page
-    theory, python, shell, config = (
-        (site / f"{page}.html").read_text("utf-8")
-        for page in ("theory", "reference/python", "reference/cli", "reference/config")
-    )
-    assert theory.count("<math ") > 50 and "\\frac" not in theory
-    assert all(f'id="rockdamp.{name}"' in python for name in rockdamp.__all__)
-    assert all(f'id="rockdamp-{name}"' in shell for name in main.commands)
-    text = re.sub(r"<[^>]+>", "", config)
-    assert all(
-        key in text
-        for key in find_keys(yaml.safe_load((ROOT / "config/default.yaml").read_text("utf-8")))
-    )
+def test_pages_load_nothing_from_the_network(site):
+    for path in site.rglob("*.html"):
+        for address in LOADED.findall(path.read_text(encoding="utf-8")):
+            assert not re.match(r"(?:https?:)?//", address), path
 
 
-def test_the_notebook_runs(tmp_path, request, monkeypatch):
+def test_formulas_are_in_mathml(site):
+    theory = read_page(site, "theory")
+    assert theory.count("<math ") > 50
+    assert "\\frac" not in theory
+
+
+def test_reference_has_every_public_name(site):
+    text = read_page(site, "reference/python")
+    assert [name for name in rockdamp.__all__ if f'id="rockdamp.{name}"' not in text] == []
+
+
+def test_reference_has_every_command(site):
+    text = read_page(site, "reference/cli")
+    assert [name for name in main.commands if f'id="rockdamp-{name}"' not in text] == []
+
+
+def test_reference_has_every_key_of_the_config(site):
+    text = re.sub(r"<[^>]+>", "", read_page(site, "reference/config"))
+    config = yaml.safe_load((ROOT / "config/default.yaml").read_text(encoding="utf-8"))
+    assert [key for key in find_keys(config) if key not in text] == []
+
+
+@pytest.fixture
+def tree(tmp_path, request):
+    """A copy of the tree with the results of a build."""
     tree = make_tree(tmp_path / "tree")
     link_results(tree, ROOT / "results" if FULL else request.getfixturevalue("minimal"))
+    return tree
+
+
+def test_notebook_runs_and_draws_two_figures(tree, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
     monkeypatch.setenv("PYTHONWARNINGS", "error::FutureWarning")
     notebook = nbformat.read(NOTEBOOK, as_version=4)

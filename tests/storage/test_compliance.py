@@ -24,10 +24,15 @@ RECORD = ["--record", ROOT / "data/sin-03-00-synthetic.csv"]
 COMMANDS = {"decay": CURVE, "respond": [*CURVE, *WALL, *RECORD]}
 
 
-def find_errors(paths):
+@pytest.fixture
+def find_errors():
     """Return the checker's errors; its warnings ask for a history, which would state a date."""
     reason = "compliance-checker is absent: `make peers` installs it"
     pytest.importorskip("compliance_checker", reason=reason)
+    return run_checker
+
+
+def run_checker(paths):
     checker = Path(sys.executable).with_name("compliance-checker")
     command = [checker, "--test=cf:1.11", "--criteria=lenient", *paths]
     check = subprocess.run(command, capture_output=True, text=True)
@@ -35,12 +40,12 @@ def find_errors(paths):
 
 
 @needs_build
-def test_built_datasets_have_no_error():
+def test_built_datasets_have_no_error(find_errors):
     assert find_errors(BUILT) == ""
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_output_of_a_command_has_no_error(command, tmp_path):
+def test_output_of_a_command_has_no_error(command, find_errors, tmp_path):
     path = tmp_path / "output.nc"
     options = [*COMMANDS[command], "--output", path]
     program = [sys.executable, "-m", "rockdamp", command, *options]
