@@ -75,7 +75,7 @@ BAD_VALUES = {
     "ragged": [[0.1], [0.2, 0.3]],
     "masked": np.ma.masked_greater([0.1, 0.2], 0.15),
 }
-TEXTS = {"digest", "path"}  # may be any text; the system checks a path
+TEXTS = {"columns", "digest", "path"}  # may be any text; the system checks a path
 FLAGS = {"parapet", "one_sided"}  # truth of any value
 
 
