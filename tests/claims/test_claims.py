@@ -282,9 +282,9 @@ def test_untestable_claim_states_its_reason(data, name):
 
 
 def test_inferred_claim_still_counts_its_cases(data):
-    assert judge("err-range", data)["measured"] == "CDR 3 of 3 e, SDR 2 of 2"
+    assert judge("err-range", data)["measured"] == "CDR 3 of 3 values of e, SDR 2 of 2"
     scale("response_lengths error", 9, "CDR", response_length=8, restitution=0.8)(data)
-    assert judge("err-range", data)["measured"] == "CDR 2 of 3 e, SDR 2 of 2"
+    assert judge("err-range", data)["measured"] == "CDR 2 of 3 values of e, SDR 2 of 2"
 
 
 @pytest.mark.parametrize(
@@ -399,9 +399,9 @@ def test_a1_beside_those_of_fig_7_stay_out(data):
 
 
 def test_rank_is_counted_at_each_e(data):
-    assert "at 5 of 5 e" in judge("a1-rank", data)["finding"]
+    assert "at all 5 values of e" in judge("a1-rank", data)["finding"]
     scale(A1, 0.2, "CDR", **SOFT, restitution=0.75)(data)
-    assert "at 4 of 5 e" in judge("a1-rank", data)["finding"]
+    assert "at 4 of 5 values of e" in judge("a1-rank", data)["finding"]
 
 
 def test_peaks_begin_after_the_release():

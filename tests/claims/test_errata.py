@@ -112,8 +112,9 @@ def test_no_response_length_bears_both_claims():
     all_rise = rises.all("damping_model")
     in_range = lengths["misclassified"] == 0
     by_model = [f"{model} {spans(rises.sel(damping_model=model, drop=True))}" for model in MODELS]
-    words = f"at {spans(in_range)} in tau, the second at {spans(all_rise)} ({', '.join(by_model)})"
-    assert words in EVIDENCE["err-range-and-err-e"]
+    evidence = EVIDENCE["err-range-and-err-e"]
+    assert f"holds for a response length of tau = {spans(in_range)}," in evidence
+    assert f"the second for tau = {spans(all_rise)} ({', '.join(by_model)});" in evidence
     assert not bool((in_range & all_rise).any())
 
 

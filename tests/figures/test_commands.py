@@ -55,6 +55,18 @@ def test_each_collapse_has_a_cross(response):
     assert sum(line.get_marker() == "x" for line in axes.get_lines()) == 2
 
 
+@pytest.mark.parametrize(
+    ("collapsed", "outcomes"),
+    [([0, 0], {"peak"}), ([0, 1], {"peak", "collapse"}), ([1, 1], {"collapse"})],
+    ids=["survived", "both", "collapsed"],
+)
+def test_legend_explains_dot_and_cross(response, collapsed, outcomes):
+    outcome = response.assign(collapsed=("damping_model", collapsed))
+    (legend,) = response_figure(outcome).legends
+    labels = {text.get_text() for text in legend.get_texts()}
+    assert labels & {"peak", "collapse"} == outcomes
+
+
 def test_second_axis_is_over_the_instability_displacement(response):
     figure = response_figure(response)
     axes = figure.axes[1]
@@ -122,4 +134,4 @@ def test_fragility_is_in_the_unit_asked_for(answer):
 def test_fragility_names_measure_and_records(answer):
     (axes,) = fragility_figure(answer).axes
     assert answer.attrs["intensity_measure"] in axes.get_xlabel()
-    assert "40 records" in axes.get_ylabel()
+    assert axes.get_ylabel() == "share of 40 records that cause collapse"

@@ -29,7 +29,7 @@ from rockdamp.text import join_words, number, percent
 def half_cycle_areas(
     histories: xr.Dataset, model: str, response_length: float, inner: float = 1.0
 ) -> Array:
-    """Return the work of the damping force in each half cycle of a decay, over K0 u_ins^2.
+    """Return the work of the damping force in each half cycle of a decay, divided by K0 u_ins^2.
 
     It counts only half cycles that end within `response_length`, and in each only displacements up
     to `inner` times the peak from which the half cycle starts.
@@ -130,9 +130,9 @@ def fig4_rigid(data: Datasets, limits: Limits) -> Judgement:
     )
     finding = (
         "The root mean square difference from two bodies with finite rotations, and the largest"
-        f" difference of the first {limits['peaks']} peaks, over the release. From bodies with"
-        f" small rotations, as in Eq. (1), they are {percent(history['slender'])} and"
-        f" {percent(peaks['slender'])}."
+        f" difference of the first {limits['peaks']} peaks, both divided by the release amplitude."
+        " Compared with bodies with small rotations, as in Eq. (1), they are"
+        f" {percent(history['slender'])} and {percent(peaks['slender'])}."
     )
     return Judgement(parts, numbers, finding)
 
@@ -170,7 +170,7 @@ def fig4_smooth(data: Datasets, limits: Limits) -> Judgement:
     parts = {"smooth": step <= limits["jump"], "follows CR": follows}
     numbers = f"step {percent(step)} of CR's, displacement {percent(difference['displacement'])}"
     finding = (
-        "The largest change of velocity in a step, and the root mean square difference of the"
+        "Largest change of velocity in a step, and the root mean square difference of the"
         f" displacement. The velocity differs by {percent(difference['velocity'])} of CR's"
         " largest."
     )
@@ -198,9 +198,9 @@ def fig8_sdr(data: Datasets, limits: Limits) -> Judgement:
     }
     numbers = f"logarithmic decrement {list_models(decrement, number)}"
     finding = (
-        f"SDR has {percent(excess)} more than the mean of the others, and {percent(next_excess)}"
-        " more than the next. The models are compared with each other, under the motion of the"
-        " config's record."
+        f"The decrement of SDR is {percent(excess)} larger than the mean of the others and"
+        f" {percent(next_excess)} larger than the next largest. The models are compared with each"
+        " other, under the motion of the config's record."
     )
     return Judgement(parts, numbers, finding)
 

@@ -67,8 +67,9 @@ def spans(holds: xr.DataArray) -> str:
 
 
 def count_cases(holds: xr.DataArray) -> str:
-    """Count the e at which a condition holds: ``28 of 29 e``."""
-    return f"{int(holds.sum())} of {holds.size} e"
+    """Count the values of e at which a condition holds: ``28 of 29 values of e``."""
+    count = "all" if holds.all() else f"{int(holds.sum())} of"
+    return f"{count} {holds.size} values of e"
 
 
 # --- statistics --------------------------------------------------------------------------------

@@ -25,7 +25,7 @@ from rockdamp.text import percent, plain
 
 
 def matched_error(data: Datasets) -> xr.DataArray:
-    """Return the rms error over the release, at the reference amplitude (damping_model, e)."""
+    """Return the rms error / release, at the reference amplitude (damping_model, e)."""
     release = float(data["damping_force"][RELEASE])
     errors = data["match/amplitude"]["rms_error"].sel({RELEASE: release}, method="nearest")
     return errors.sel(damping_model=MODELS).sortby("restitution") / release
@@ -41,9 +41,9 @@ def err_secant(data: Datasets, limits: Limits) -> Judgement:
     parts = {"CDR": bool(cdr_below.all()), "SDR": bool(sdr_below.all())}
     numbers = list_models(error.mean("restitution"))
     finding = (
-        "Root mean square error over the release, averaged over e. Both are lower than CDC's at"
-        f" {count_cases(cdr_below & sdr_below)}, and so at every e for {int(lengths.sum())} of"
-        f" {lengths.size} lengths of the response."
+        "Root mean square error, divided by the release amplitude and averaged over e. Both are"
+        f" lower than that of CDC at {count_cases(cdr_below & sdr_below)}; at all values of e they"
+        f" are lower for {int(lengths.sum())} of {lengths.size} response lengths."
     )
     return Judgement(parts, numbers, finding)
 
@@ -63,10 +63,10 @@ def err_range(data: Datasets, limits: Limits) -> Judgement:
     sdr = best_model[~is_inside] == "SDR"
     other_lengths = lengths["misclassified"].drop_sel(response_length=inferred["response_length"])
     parts = {"CDR within": bool(cdr.all()), "SDR outside": bool(sdr.all())}
-    numbers = f"CDR {cdr.sum()} of {cdr.size} e, SDR {sdr.sum()} of {sdr.size}"
+    numbers = f"CDR {cdr.sum()} of {cdr.size} values of e, SDR {sdr.sum()} of {sdr.size}"
     finding = (
         f"At a response length of τ = {plain(inferred['response_length'])}. At every other length"
-        f" of the study the claim fails at {int(other_lengths.min())} e or more."
+        f" of the study the claim fails at {int(other_lengths.min())} or more values of e."
     )
     return Judgement(parts, numbers, finding)
 
@@ -86,8 +86,8 @@ def err_e(data: Datasets, limits: Limits) -> Judgement:
     parts = {model: int(rising.sel(damping_model=model)) == steps for model in MODELS}
     numbers = list_models(rising, write_count)
     finding = (
-        "The steps from one e to the next lower one at which the error rises. It rises at all of"
-        f" them, for all three models, only for response lengths of τ = {spans(all_rise)}."
+        "Number of steps to the next lower e at which the error rises. The errors of all three"
+        f" models rise at every step only for response lengths of τ = {spans(all_rise)}."
     )
     return Judgement(parts, numbers, finding)
 
@@ -102,8 +102,8 @@ def cdc_poor(data: Datasets, limits: Limits) -> Judgement:
     }
     numbers = f"spread {list_models(amplitude)}; error {list_models(error)}"
     finding = (
-        "The spread of ξ over the amplitudes of Fig. 5, and the root mean square error over the"
-        " release; both are averaged over e."
+        "The spread of ξ over the amplitudes of Fig. 5, and the root mean square error divided by"
+        " the release amplitude; both are averaged over e."
     )
     return Judgement(parts, numbers, finding)
 
@@ -127,14 +127,14 @@ def best_cdr(data: Datasets, limits: Limits) -> Judgement:
 
 
 def good_sdr(data: Datasets, limits: Limits) -> Judgement:
-    """Compare the error of SDR with a limit and with CDC's."""
+    """Compare the error of SDR with a limit and with that of CDC."""
     error = matched_error(data).mean("restitution")
     sdr = error.sel(damping_model="SDR")
     cdc = error.sel(damping_model="CDC")
     parts = {"error": bool(sdr <= limits["small"]) and bool(sdr < cdc)}
     numbers = f"SDR {percent(sdr)}"
     finding = (
-        "Root mean square error over the release, averaged over e. The error of CDC is"
-        f" {percent(cdc)}."
+        "Root mean square error, divided by the release amplitude and averaged over e. The error"
+        f" of CDC is {percent(cdc)}."
     )
     return Judgement(parts, numbers, finding)

@@ -119,15 +119,16 @@ def amp_sign(data: Datasets, limits: Limits) -> Judgement:
 
 
 def amp_dispersion(data: Datasets, limits: Limits) -> Judgement:
-    """Divide the dispersion over the amplitude at high e by that at low e, on Fig. 5's axis."""
+    """Divide the dispersion over the amplitude at high e by that at low e, in absolute values."""
     xi = select_amplitudes(data, limits)
     growth = 1 / low_over_high_restitution(dispersion(xi, RELEASE))
     relative_growth = 1 / low_over_high_restitution(spread(xi, RELEASE))
     parts = {"dispersion": bool((growth > limits["more"]).all())}
     numbers = list_models(growth, short)
     finding = (
-        "Dispersion of ξ at high e over that at low e, in the axis of Fig. 5. Relative to the mean"
-        f" ξ it is {list_models(relative_growth, short)}."
+        "Ratio of the dispersion of ξ (in absolute values, as plotted in Fig. 5) at high e to that"
+        " at low e. For the dispersion divided by the mean ξ it is"
+        f" {list_models(relative_growth, short)}."
     )
     return Judgement(parts, numbers, finding)
 
@@ -212,8 +213,8 @@ def a1_rank(data: Datasets, limits: Limits) -> Judgement:
     }
     numbers = list_models(mean)
     finding = (
-        f"Spread of ξ over a1 from {extremes(xi[A1], plain)}, averaged over e. The models have this"
-        f" rank at {count_cases(is_ranked)}."
+        f"Spread of ξ over a1 from {extremes(xi[A1], plain)}, averaged over e. The ranking is the"
+        f" same at {count_cases(is_ranked)}."
     )
     return Judgement(parts, numbers, finding)
 
@@ -226,22 +227,23 @@ def a1_sign(data: Datasets, limits: Limits) -> Judgement:
     parts = {"CDC less": bool(rises(cdc, A1).all()), "CDR less": bool(rises(cdr, A1).all())}
     numbers = f"CDC {ends['CDC']}, CDR {ends['CDR']}"
     finding = (
-        "Mean ξ at the lowest and at the highest a1. The text says both for SDR: it needs more at"
-        f" lower a1 at {count_cases(falls(sdr, A1))}."
+        "Mean ξ at the lowest and at the highest a1. For SDR the paper states both; here it needs"
+        f" more damping at lower a1, at {count_cases(falls(sdr, A1))}."
     )
     return Judgement(parts, numbers, finding)
 
 
 def a1_low_e(data: Datasets, limits: Limits) -> Judgement:
-    """Divide the dispersion over a1 at low e by that at high e, on the axis of Fig. 6."""
+    """Divide the dispersion over a1 at low e by that at high e, in absolute values."""
     xi = ratios(data["match/cracked_stiffness"])
     growth = low_over_high_restitution(dispersion(xi, A1))
     relative_growth = low_over_high_restitution(spread(xi, A1))
     parts = {"dispersion": bool((growth > limits["more"]).all())}
     numbers = list_models(growth, short)
     finding = (
-        "Dispersion of ξ over a1 at low e over that at high e, in the axis of Fig. 6. Relative to"
-        f" the mean ξ it is {list_models(relative_growth, short)}."
+        "Ratio of the dispersion of ξ with a1 (in absolute values, as plotted in Fig. 6) at low e"
+        " to that at high e. For the dispersion divided by the mean ξ it is"
+        f" {list_models(relative_growth, short)}."
     )
     return Judgement(parts, numbers, finding)
 
@@ -261,7 +263,7 @@ def fit_order(data: Datasets, limits: Limits) -> Judgement:
     }
     numbers = f"CDC {extremes(cdc)}, CDR {extremes(cdr)}, SDR {extremes(sdr)}"
     finding = (
-        f"The polynomials less Eq. (15), over a1 from {extremes(fits[A1], plain)}. CDR differs from"
-        f" Eq. (15) by {percent(difference)} in the mean."
+        "Relative difference of the polynomials from Eq. (15), for a1 from"
+        f" {extremes(fits[A1], plain)}. CDR differs by {percent(difference)} on average."
     )
     return Judgement(parts, numbers, finding)

@@ -35,7 +35,7 @@ def hinge_mass(data: Datasets, limits: Limits) -> Judgement:
     slenderness = extremes(ratio["slenderness"], plain)
     numbers = ", ".join(changes)
     finding = (
-        f"The change at rest from h1/h = {hinge}, over h/t = {slenderness}. Eqs (2) and (4), for"
+        f"The change at rest from h1/h = {hinge}, for h/t = {slenderness}. Eqs (2) and (4), for"
         " slender bodies, show no change."
     )
     return Judgement(parts, numbers, finding)
@@ -60,7 +60,7 @@ def bilinear_demand(data: Datasets, limits: Limits) -> Judgement:
     pairs = ratio.notnull().sum()
     numbers = f"median ratio {number(ratio.median())}"
     finding = (
-        "The peak with the bi-linear curve over that with the tri-linear one. It is above 1 in"
+        "Peak with the bi-linear curve, divided by that with the tri-linear one. It is above 1 in"
         f" {percent((ratio > 1).sum() / pairs)} of the pairs in which the tri-linear wall rocks and"
         " at least one wall survives."
     )
@@ -68,7 +68,7 @@ def bilinear_demand(data: Datasets, limits: Limits) -> Judgement:
 
 
 def paired_ratio(pairs: xr.Dataset) -> xr.DataArray:
-    """Return the peak with the bi-linear curve over that with the tri-linear one.
+    """Return the peak with the bi-linear curve divided by that with the tri-linear one.
 
     A collapse counts as larger than any peak. NaN where the tri-linear wall does not rock or both
     walls collapse.
@@ -89,7 +89,7 @@ def ean_slender(data: Datasets, limits: Limits) -> Judgement:
     parts = {"e": bool((steps > 0).all())}
     numbers = f"e {extremes(rigid[0], number)}"
     finding = (
-        f"With the hinge at {plain(rigid['hinge_height_ratio'][0])} h, over h/t ="
+        f"With the hinge at {plain(rigid['hinge_height_ratio'][0])} h, for h/t ="
         f" {extremes(rigid['slenderness'], plain)}. With the impulses of all supports, e is"
         f" {extremes(impulsive[0], number)}."
     )
@@ -126,8 +126,8 @@ def sdr_collapse(data: Datasets, limits: Limits) -> Judgement:
     parts = {"very low": bool(close <= limits["very_low"])}
     numbers = f"{percent(close)} of ξ"
     finding = (
-        f"The secant frequency over ω1 at {plain(amplitudes[1])} u_ins, on the paper's curve: under"
-        f" SDR the damping ratio is proportional to it. At {plain(amplitudes[0])} u_ins it is"
-        f" {percent(reference)}."
+        f"Secant frequency at {plain(amplitudes[1])} u_ins, divided by ω1, on the paper's curve:"
+        " under SDR the damping ratio is proportional to it. At"
+        f" {plain(amplitudes[0])} u_ins it is {percent(reference)}."
     )
     return Judgement(parts, numbers, finding)

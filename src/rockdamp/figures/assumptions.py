@@ -28,13 +28,29 @@ from rockdamp.figures.style import (
 )
 
 MEDIANS = "ratio of the median intensities [-]"
-ALL_WALLS: dict[str, Any] = {**POINTS, "label": "all walls, 95 %"}
+ALL_WALLS: dict[str, Any] = {**POINTS, "label": "all walls, 95 % interval"}
+
+# The assumptions whose names in ``supports.nc`` are too short to read alone.
+ASSUMPTIONS = {
+    "own inertia": "bodies' own rotational inertia",
+    "e of Eq. (7)": "e = Eq. (7), not 0.90 times it",
+    "e impulsive": "e by the rule impulsive",
+    "vertical shaking": "vertical ground motion",
+    "eccentric overburden, fixed side": "overburden always eccentric to the same side",
+}
+
+
+def describe_assumption(name: str) -> str:
+    """Return an assumption in words: ``flexible floor with a period of 0.3 s``."""
+    words = ASSUMPTIONS.get(name, name)
+    return words.replace("floor of", "flexible floor with a period of")
+
 
 # --- a loss that depends on the amplitude ------------------------------------------------------
 
 
 def fig_loss_law(loss_law: xr.Dataset) -> Figure:
-    """Draw the median intensity of collapse, and the peaks, over those with a constant e."""
+    """Draw the median intensity of collapse and the peaks, divided by those with a constant e."""
     study = loss_law.isel(wall=0)  # all walls together
     figure, ((collapse, peaks),) = panels(1, 2, 76.0)
     draw_collapse(collapse, study)
@@ -44,7 +60,7 @@ def fig_loss_law(loss_law: xr.Dataset) -> Figure:
 
 
 def draw_collapse(axes: Axes, study: xr.Dataset) -> None:
-    """Draw the ratio of the median intensities against the amplitude that e belongs to."""
+    """Draw the ratio of the median intensities against the amplitude of the measured e."""
     amplitudes = study["reference_amplitude"].values
     exponents = study["loss_exponent"].values
     for index, g in enumerate(exponents):
@@ -56,7 +72,7 @@ def draw_collapse(axes: Axes, study: xr.Dataset) -> None:
         error_bars(axes, x, ratio, interval, **series(index, label=f"(a) $g = {g:g}$"))
     unit_line(axes)
     axes.set(title=f"(a) collapse, $e = {float(study['restitution']):g}$", ylabel=MEDIANS)
-    axes.set_xlabel(r"amplitude that $e$ belongs to, $u/u_\mathrm{ins}$ [-]")
+    axes.set_xlabel(r"amplitude at which $e$ was measured, $u/u_\mathrm{ins}$ [-]")
     axes.margins(x=0.08)
 
 
@@ -127,7 +143,8 @@ def draw_assumptions(axes: Axes, study: xr.Dataset) -> None:
         axes.axhline(border, color=PALE, linewidth=0.6, zorder=0)
     log_ticks(axes.xaxis, [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.4, 1.6, 2.0, 2.4, 2.8])
     axes.margins(x=0.05)
-    axes.set_yticks(row, [fill(name, 22) for name in study["assumption"].values.tolist()])
+    names = [describe_assumption(name) for name in study["assumption"].values.tolist()]
+    axes.set_yticks(row, [fill(name, 22) for name in names])
     axes.set(title="(b) other assumptions", xlabel=MEDIANS)
 
 
@@ -137,12 +154,13 @@ def draw_assumptions(axes: Axes, study: xr.Dataset) -> None:
 def fig_convergence(convergence: xr.Dataset) -> Figure:
     """Draw the error against the step for each scheme, excitation and model, with slopes."""
     figure, grid = panels(2, 2, 108.0, COLUMN, sharex=True, sharey=True)
-    schemes = {"newmark": "Newmark", "paper": "as printed"}
+    schemes = {"newmark": "default scheme", "paper": "scheme of the paper"}
+    excitations = {"free": "free decay", "forced": "under a load"}
     for row, (scheme, words) in zip(grid, schemes.items(), strict=True):
-        for axes, excitation in zip(row, ("free", "forced"), strict=True):
+        for axes, excitation in zip(row, excitations, strict=True):
             errors = convergence["solver_error"].sel(scheme=scheme, excitation=excitation)
             draw_convergence(axes, errors)
-            axes.set_title(f"{words}, {excitation}")
+            axes.set_title(f"{words},\n{excitations[excitation]}")
         row[0].set_ylabel(r"error of $u/u_\mathrm{ins}$ [-]")
     for axes in grid[-1]:
         axes.set_xlabel(r"step $p\,\Delta t$ [-]")

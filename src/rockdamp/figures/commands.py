@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from scipy.special import ndtr
 
 from rockdamp.constants import PAPER_MODELS
@@ -45,6 +46,9 @@ PARAMETER_SYMBOLS = {
     "restitution": "$e$",
 }
 
+PEAK: dict[str, Any] = {"marker": "o", "markersize": 4}
+COLLAPSE: dict[str, Any] = {"marker": "x", "markersize": 6}
+
 # --- histories ---------------------------------------------------------------------------------
 
 
@@ -59,14 +63,14 @@ def decay_figure(decay: xr.Dataset) -> Figure:
         line = look(history["damper_family"].item(), marker="", label=model_label(decay, model))
         axes.plot(time, history["displacement"], **line)
     zero_line(axes)
-    axes.set(xlabel=TIME if has_seconds else TAU, ylabel=DISPLACEMENT)
+    axes.set(xlabel=TIME if has_seconds else TAU, ylabel=f"displacement {DISPLACEMENT}")
     legend(figure, handles(axes), columns=min(3, len(models)))
     return figure
 
 
 def response_figure(response: xr.Dataset) -> Figure:
     """Draw the ground's motion and the response under each model, up to a collapse."""
-    figure, ((ground,), (axes,)) = panels(2, 1, 112.0, sharex=True, height_ratios=[1.0, 2.2])
+    figure, ((ground,), (axes,)) = panels(2, 1, 116.0, sharex=True, height_ratios=[1.0, 2.2])
     motion = response["ground_acceleration"]
     ground.plot(response["elapsed"], motion, color="black", linewidth=0.8)
     models = response["damping_model"].values.tolist()
@@ -74,13 +78,25 @@ def response_figure(response: xr.Dataset) -> Figure:
         draw_response(axes, response.sel(damping_model=model), model_label(response, model))
     for panel in (ground, axes):
         zero_line(panel)
-    ground.set_ylabel("ground [m s$^{-2}$]")
+    ground.set_ylabel("acceleration of\nthe ground [m/s$^2$]")
     axes.set(xlabel=TIME, ylabel="displacement $u$ [mm]")
     over_u_ins(axes, response)
     figure.align_ylabels()
     figure.suptitle(record_title(response), fontsize=8)
-    legend(figure, handles(axes), columns=1 if len(models) <= 3 else 2)
+    keys = [*handles(axes), *outcome_keys(response)]
+    legend(figure, keys, columns=1 if len(models) <= 3 else 2)
     return figure
+
+
+def outcome_keys(response: xr.Dataset) -> list[Line2D]:
+    """Return an entry of a legend, in grey, for the dot of a peak and the cross of a collapse."""
+    collapsed = response["collapsed"].values.astype(bool)
+    keys = []
+    if not collapsed.all():
+        keys.append(Line2D([], [], **PEAK, color=GREY, linestyle="none", label="peak"))
+    if collapsed.any():
+        keys.append(Line2D([], [], **COLLAPSE, color=GREY, linestyle="none", label="collapse"))
+    return keys
 
 
 def draw_response(axes: Axes, history: xr.Dataset, label: str) -> None:
@@ -91,11 +107,11 @@ def draw_response(axes: Axes, history: xr.Dataset, label: str) -> None:
     if history["collapsed"]:
         outcome = f"collapse at {float(history['end_elapsed']):.2f} s"
         sample = int(np.flatnonzero(np.isfinite(displacement))[-1])
-        marker = look(family, marker="x", markersize=6, clip_on=False)
+        marker = look(family, clip_on=False, **COLLAPSE)
     else:
         outcome = f"peak {1000 * float(history['peak_displacement']):.3g} mm"
         sample = int(np.argmax(np.abs(displacement)))
-        marker = look(family, marker="o", markersize=4)
+        marker = look(family, **PEAK)
     axes.plot(elapsed[sample], displacement[sample], **marker)
     text = f"{DAMPERS[family].title} ({label}): {outcome}"
     axes.plot(elapsed, displacement, **look(family, marker="", label=text))
@@ -105,7 +121,7 @@ def draw_response(axes: Axes, history: xr.Dataset, label: str) -> None:
 
 
 def fragility_figure(answer: xr.Dataset, unit: str | None = None) -> Figure:
-    """Draw the fragility under each model, with its stripes and the intensities asked for.
+    """Draw the fragility under each model, with its stripes and the given intensities.
 
     Intensities are in `unit`; by default a PGA is in g and a PGV in m/s.
     """
@@ -117,9 +133,9 @@ def fragility_figure(answer: xr.Dataset, unit: str | None = None) -> Figure:
     stripes = answer[f"stripe_{measure}"].values
     models = answer["damping_model"].values.tolist()
     for model in models:
-        draw_fragility(axes, answer.sel(damping_model=model), measure)
+        draw_fragility(axes, answer.sel(damping_model=model), measure, unit)
     reference = answer.isel(damping_model=0)
-    label = f"{models[0]} at the intensity asked for, 95 %"
+    label = f"{models[0]} at the given intensity, 95 % interval"
     probability = reference["collapse_probability"].values
     interval = reference["collapse_probability_interval"]
     bars: dict[str, Any] = {"fmt": "_", "color": GREY, "label": label}
@@ -127,12 +143,13 @@ def fragility_figure(answer: xr.Dataset, unit: str | None = None) -> Figure:
     log_ticks(axes.xaxis)
     axes.set(xlim=stripes[[0, -1]], ylim=(-0.03, 1.03), xlabel=f"{measure.upper()} [{unit}]")
     runs = "histories" if len(models) == 1 else "records"  # CR alone: a stop
-    axes.set_ylabel(f"share of {int(answer['records'])} {runs} that collapse")
+    outcome = "with collapse" if len(models) == 1 else "that cause collapse"
+    axes.set_ylabel(f"share of {int(answer['records'])} {runs} {outcome}")
     legend(figure, handles(axes), columns=3)
     return figure
 
 
-def draw_fragility(axes: Axes, curve: xr.Dataset, measure: str) -> None:
+def draw_fragility(axes: Axes, curve: xr.Dataset, measure: str, unit: str) -> None:
     """Draw the shares of one model at the stripes, and its lognormal curve."""
     model = curve["damping_model"].item()
     family = curve["damper_family"].item()
@@ -147,7 +164,7 @@ def draw_fragility(axes: Axes, curve: xr.Dataset, measure: str) -> None:
     dispersion = float(curve["dispersion"])
     label = f"{model}: no lognormal curve"
     if np.isfinite(median):
-        label = f"{model}: median {median:.3g}, dispersion {dispersion:.2f}"
+        label = f"{model}: median {median:.3g} {unit}, dispersion {dispersion:.2f}"
     levels = np.geomspace(stripes[0], stripes[-1], 200)
     probability = ndtr(np.log(levels / median) / dispersion)
     axes.plot(levels, probability, **look(family, marker="", label=label))
@@ -224,7 +241,7 @@ def draw_half_periods(axes: Axes, fitted: xr.Dataset) -> None:
 
 
 def draw_impacts(axes: Axes, fitted: xr.Dataset) -> None:
-    """Draw e of each impact, their mean, that of rigid bodies, and that expected with dampers."""
+    """Draw e of each impact, the fitted and analytical e, and that expected with dampers."""
     is_rocking = (fitted["impact_rocking"] == 1).values
     rocking = fitted.isel(impact=is_rocking).sortby("impact_amplitude")
     amplitude = rocking["impact_amplitude"].values
@@ -232,9 +249,9 @@ def draw_impacts(axes: Axes, fitted: xr.Dataset) -> None:
     points = series(0, linestyle="none", label="impacts")
     error_bars(axes, amplitude, e, rocking["impact_restitution_interval"], **points)
     low, high = fitted["interval"].sel(parameter="restitution").values
-    axes.axhspan(low, high, color=PALE, linewidth=0, label="mean, 90 %", zorder=0)
+    axes.axhspan(low, high, color=PALE, linewidth=0, label="fitted $e$, 90 % interval", zorder=0)
     rigid = float(fitted["restitution_rigid"])
-    axes.axhline(rigid, color=GREY, linestyle="dashed", label="$e$ of rigid bodies")
+    axes.axhline(rigid, color=GREY, linestyle="dashed", label="analytical $e$")
     for model in PAPER_MODELS:
         expected = rocking["expected_restitution"].sel(damping_model=model)
         axes.plot(amplitude, expected, **look(model, marker="", label=model))
@@ -242,7 +259,9 @@ def draw_impacts(axes: Axes, fitted: xr.Dataset) -> None:
     axes.margins(x=0.04)
     axes.set(xlabel=f"peak before the impact, {DISPLACEMENT}", ylabel="$e$ [-]")
     g_low, g_high = (number(bound, 2) for bound in fitted["loss_exponent_interval"].values)
-    axes.set_title(f"(c) {write_estimate(fitted, 'restitution')}, $g$ = {g_low} to {g_high}")
+    g = number(fitted["loss_exponent"], 2)
+    e_words = write_estimate(fitted, "restitution")
+    axes.set_title(f"(c) {e_words},\n$g$ = {g} (90 %: {g_low} to {g_high})")
 
 
 def write_estimate(fitted: xr.Dataset, name: str) -> str:

@@ -43,7 +43,7 @@ def fig_earthquakes(comparison: xr.Dataset) -> Figure:
     low = max(0.98 * float(limits.min()), 0.5)
     high = min(1.02 * float(limits.max()), 2.0)
     ratio.set(ylim=(low, high), title=f"(a) median ratio, $e = {e:g}$")
-    ratio.set_ylabel("median of $r$, peak over that of CR [-]")
+    ratio.set_ylabel("median of $r$ = peak / peak with CR [-]")
     draw_bands(error, study, "log_error")
     error.set(ylim=(0, None), title=f"(b) error, $e = {e:g}$")
     error.set_ylabel(r"root mean square of $\ln\,r$ [-]")
@@ -106,7 +106,7 @@ def draw_wall(axes: Axes, wall: xr.Dataset) -> None:
     medians = cr["wall_median_velocity_ratio_interval"].values
     dispersions = cr["wall_dispersion_interval"].values
     low, high = envelope(level, medians, dispersions)
-    label = "CR, at least 90 % band"
+    label = "CR, confidence band (at least 90 %)"
     axes.fill_between(level, low, high, color=PALE, linewidth=0, label=label)
     for model in (*VISCOUS_MODELS, "CR"):
         curve = wall.sel(damping_model=model)

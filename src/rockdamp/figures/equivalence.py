@@ -135,7 +135,7 @@ def fig6_error(amplitude: xr.Dataset) -> Figure:
     restitution_axis(axes, study["restitution"])
     release = float(study["release_amplitude"])
     length = float(study["response_length"])
-    axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {release:g}$, $\\tau = {length:g}$")
+    axes.set_title(f"$u_0/u_\\mathrm{{ins}} = {release:g}$, response length $\\tau = {length:g}$")
     axes.set(ylim=(0, None), ylabel=r"$\sqrt{\mathrm{Err}}$, Eq. (17) [-]")
     legend(figure, handles(axes), columns=2)
     return figure
@@ -173,7 +173,7 @@ def fig7(equivalence: xr.Dataset) -> Figure:
 
 
 def fig_amplitude(amplitude: xr.Dataset) -> Figure:
-    """Draw the damping ratio over ECD's, which does not depend on the amplitude."""
+    """Draw the damping ratio divided by that of ECD, which does not depend on the amplitude."""
     ratio = amplitude["damping_ratio_peaks"].sel(restitution=RESTITUTION, method="nearest")
     figure, ((axes,),) = panels(1, 1, 80.0, COLUMN)
     for model in amplitude["damping_model"].values.tolist():

@@ -91,7 +91,7 @@ def fig8(validation: xr.Dataset) -> Figure:
     last = elapsed[is_large(record.values)][-1]
     margin = 0.1 * (last - first)
     motion.set(ylabel=ACCELERATION, xlim=(first - margin, last + margin))
-    response.set(xlabel=TIME, ylabel="mid-height displacement $u$ [mm]")
+    response.set(xlabel=TIME, ylabel="displacement at the hinge $u$ [mm]")
     over_u_ins(response, validation)
     figure.align_ylabels()
     figure.suptitle(record_title(validation), fontsize=8)
@@ -108,7 +108,7 @@ def is_large(values: Array) -> Array:
 
 
 def fig_measured_rocking(measured_rocking: xr.Dataset) -> Figure:
-    """Draw exponent of the amplitude, likelihood of each damper, and e over Housner's."""
+    """Draw exponent of the energy, likelihood of each damper, and e divided by Housner's."""
     figure, grid = panels(1, 3, 76.0, width_ratios=[1.0, 1.1, 1.1])
     exponent, likelihood, restitution = grid[0]
     draw_exponent(exponent, measured_rocking)
@@ -119,22 +119,24 @@ def fig_measured_rocking(measured_rocking: xr.Dataset) -> Figure:
 
 
 def draw_exponent(axes: Axes, study: xr.Dataset) -> None:
-    """Draw the exponent of the amplitude by the number of impacts, and those of the dampers."""
+    """Draw the exponent of the energy by the number of impacts, and those of the dampers."""
     impacts = study["impacts_used"]
     place = np.arange(impacts.size)
     for model, power in LOSS_EXPONENTS.items():
         axes.axvline(power, **look(model, marker=""))
     gamma = study["amplitude_exponent"].values
     interval = study["amplitude_exponent_interval"]
-    error_bars(axes, gamma, place, interval, upright=False, label="measured, 90 %", **POINTS)
+    error_bars(
+        axes, gamma, place, interval, upright=False, label="measured, 90 % interval", **POINTS
+    )
     axes.set(yticks=place, yticklabels=impacts.values, ylim=(place[-1] + 0.6, -0.6))
-    axes.set(xlim=(-0.75, 0.75), xticks=[-0.5, 0, 0.5], title="(a) exponent of the amplitude")
-    axes.set_xlabel(r"$\gamma$: loss $\propto$ energy$^\gamma$ [-]")
+    axes.set(xlim=(-0.75, 0.75), xticks=[-0.5, 0, 0.5], title="(a) exponent of the energy")
+    axes.set_xlabel(r"$\gamma$: relative loss $\propto$ energy$^\gamma$ [-]")
     axes.set_ylabel("impacts used of each trial [-]")
 
 
 def draw_likelihood(axes: Axes, study: xr.Dataset) -> None:
-    """Draw the log likelihood of each damper, less that of a power law."""
+    """Draw the log likelihood of each damper, minus that of the power law."""
     impacts = study["impacts_used"]
     likelihood = study["log_likelihood"]
     relative = likelihood - likelihood.sel(damping_model="power law")
@@ -143,14 +145,16 @@ def draw_likelihood(axes: Axes, study: xr.Dataset) -> None:
     axes.axhline(0, color=GREY, linewidth=0.8)
     axes.set_xticks(impacts.values)
     axes.set(title="(b) dampers", xlabel="impacts used of each trial [-]")
-    axes.set_ylabel(r"$\ln L$ less that of a power law [-]")
+    axes.set_ylabel(r"$\ln L$ minus that of the power law [-]")
 
 
 def draw_restitution(axes: Axes, study: xr.Dataset) -> None:
-    """Draw measured e over Housner's, with the range of single trials."""
+    """Draw measured e divided by that of Housner, with the range of single trials."""
     slenderness = study["geometry"]
     low, high = study["trial_over_housner_interval"].transpose("bound", ...).values
-    axes.fill_between(slenderness, low, high, color=PALE, linewidth=0, label="one trial, 90 %")
+    axes.fill_between(
+        slenderness, low, high, color=PALE, linewidth=0, label="one trial, 90 % interval"
+    )
     axes.axhline(1.0, color=GREY, linewidth=0.8)
     ratio = study["restitution_over_housner"].values
     interval = study["restitution_over_housner_interval"]
@@ -158,4 +162,4 @@ def draw_restitution(axes: Axes, study: xr.Dataset) -> None:
     axes.margins(x=0.05)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(title="(c) restitution", xlabel="$H/B$ of the block [-]")
-    axes.set_ylabel("$e$ over Housner's [-]")
+    axes.set_ylabel("$e$ / $e$ of Housner [-]")

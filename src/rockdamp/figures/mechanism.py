@@ -53,7 +53,7 @@ def wall_corners(
     thickness, height : float
         Size of the wall. [m]
     hinge_ratio : float
-        Height of the hinge over that of the wall. [-]
+        Height of the hinge, divided by that of the wall. [-]
     offset : float
         Displacement of the hinge, at least 0. [m]
     """

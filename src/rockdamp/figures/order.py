@@ -25,14 +25,14 @@ FAMILIES = {"ECD": "ECD of order $m$", "BAND": "BAND of width $t_c$", "CQD": "CQ
 
 
 def fig_order(order: xr.Dataset) -> Figure:
-    """Draw error over force, and force and velocity about the first crossing of a decay."""
+    """Draw error against force, and force and velocity about the first crossing of a decay."""
     figure, ((median, quantile), (force, velocity)) = panels(2, 2, 136.0)
     study = order.sel(restitution=RESTITUTION, method="nearest")
     title = f"{int(order['records'])} records, $e = {float(study['restitution']):g}$"
     draw_errors(median, study, "log_error_median")
     median.set(title=f"(a) median, {title}", ylabel=r"median of $|\ln r|$ [-]")
     draw_errors(quantile, study, "log_error_90")
-    quantile.set(title=f"(b) 90 % quantile, {title}", ylabel=r"90 % quantile of $|\ln r|$ [-]")
+    quantile.set(title=f"(b) 90th percentile, {title}", ylabel=r"90th percentile of $|\ln r|$ [-]")
     draw_crossing(force, velocity, order)
     e = float(order["crossing_restitution"])
     force.set_title(f"(c) damping force at the first crossing, $e = {e:g}$")
@@ -42,7 +42,7 @@ def fig_order(order: xr.Dataset) -> Figure:
 
 
 def draw_errors(axes: Axes, study: xr.Dataset, name: str) -> None:
-    """Draw the error of each family over its force, and CR with another e as a band."""
+    """Draw the error of each family against its force, and CR with another e as a band."""
     families = study["damper_family"].values
     other_restitution = study[name].isel(damper=(families == "restitution"))
     low = float(other_restitution.min())
@@ -58,7 +58,7 @@ def draw_errors(axes: Axes, study: xr.Dataset, name: str) -> None:
     log_ticks(axes.xaxis)
     log_ticks(axes.yaxis)
     axes.margins(0.1)
-    axes.set_xlabel(r"damping force at the crossing over $F_0$ [-]")
+    axes.set_xlabel(r"damping force at the crossing / $F_0$ [-]")
 
 
 def annotate_points(axes: Axes, family: str, x: Any, y: Any, numbers: list[str]) -> None:

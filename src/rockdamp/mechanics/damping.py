@@ -361,10 +361,10 @@ class CDR(ScaledDamper):
 
 
 class SDR(ScaledDamper):
-    """Stiffness proportional damping ratio: C = 2 xi w^2/w1 of the secant frequency w, Eq. (12)."""
+    """Stiffness-proportional damping ratio: C = 2 xi w^2/w1 of the secant frequency w, Eq. (12)."""
 
     name = "SDR"
-    title = "stiffness proportional damping ratio"
+    title = "stiffness-proportional damping ratio"
 
     def scale(self, xi: Array, w1: Array) -> Array:
         return 2 * xi / w1

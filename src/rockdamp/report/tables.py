@@ -24,6 +24,7 @@ from rockdamp.constants import (
     VISCOUS_MODELS,
 )
 from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
+from rockdamp.figures.assumptions import describe_assumption
 from rockdamp.figures.style import RESTITUTION
 from rockdamp.mechanics.damping import DAMPERS
 from rockdamp.text import DASH, count_noun, join_words, number, percent, plain
@@ -39,7 +40,7 @@ RECOMMENDED_BAND = "BAND0.2"  # the damper to use, by its name in the dataset ``
 ORDER_DAMPERS = ("ECD", "ECD16", "ECD64", "BAND0.4", RECOMMENDED_BAND, "BAND0.1", "CQD0.25")
 ORDER_COLUMNS = {
     "Error of the peak, median": "log_error_median",
-    "Error of the peak, 90 %": "log_error_90",
+    "Error of the peak, 90th percentile": "log_error_90",
     "Peaks off by more than 5 %": "share_above",
     "Missed collapses": "missed_collapse_rate",
     "Added collapses": "added_collapse_rate",
@@ -64,7 +65,7 @@ SYMBOLS = {
     "a<sub>1</sub>": "end of the first, stiff branch of the force-displacement curve, divided"
     " by u<sub>ins</sub>",
     "b<sub>1</sub>": "height of the curve's plateau, divided by F<sub>0</sub>",
-    "ω<sub>1</sub>": "angular frequency of the first branch",
+    "ω<sub>1</sub>": "initial frequency, that of the first branch",
     "τ": "dimensionless time p t, with the frequency parameter p of the wall",
     "V": "area under the curve from 0 to u",
 }
@@ -313,7 +314,8 @@ def supports(study: xr.Dataset) -> list[tuple[str, str, str]]:
             side = "unsafe"
         elif low > 1:
             side = "safe"
-        rows.append((str(name), write_interval(case, "median_intensity_ratio"), side))
+        ratio = write_interval(case, "median_intensity_ratio")
+        rows.append((describe_assumption(str(name)), ratio, side))
     return rows
 
 
