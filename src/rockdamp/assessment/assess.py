@@ -34,7 +34,7 @@ from rockdamp.motions.catalogue import GroundMotion
 from rockdamp.storage.dataset import describe
 from rockdamp.units import INTENSITY_UNITS
 
-DEFAULT_STEP = 0.05  # of the solver, times the first branch's angular frequency; less near collapse
+DEFAULT_STEP = 0.05  # of the solver, times the initial frequency; less near collapse
 DEFAULT_TAIL = 3.0  # rest after a record [s]
 # Values of a row with an error, and of the second damper of a one-sided wall; others are NaN.
 MISSING_COUNTS = {"records": -1, "collapses": -1, "unconverged": -1, "stripe_collapses": -1}
@@ -93,14 +93,14 @@ def assess(
         block also takes ``measured``, the e of blocks that hit return walls. Use an e from
         amplitudes of 0.3 to 0.5 u_ins; one from 0.1 u_ins is unsafe (docs/earthquakes.md). [-]
     loss_exponent : float
-        Exponent g of a loss that falls with the amplitude, less than 0.5; 0, the default, is a
-        constant loss. With an exponent, the second damper is ECD16. [-]
+        Exponent g, less than 0.5, of a relative loss that is larger at small amplitudes; 0, the
+        default, is a constant loss. With an exponent, the second damper is ECD16. [-]
     reference_amplitude : float
         Amplitude u/u_ins at which e holds, if the loss has an exponent. The default is 0.3. [-]
     tail : float
         Time at rest after each record, 3 by default and at most 1000. [s]
     step : float
-        Longest step of the solver times the angular frequency of the curve's first branch, 0.05 by
+        Longest step of the solver times the initial frequency w1, 0.05 by
         default; a quarter of this is used near collapse. [-]
 
     Returns
@@ -263,7 +263,7 @@ def assess_rows(
     diaphragm : Diaphragm, optional
         Flexible floor at the top of the walls whose row states none.
     loss_exponent, reference_amplitude : float
-        Loss that falls with the amplitude, as in `assess`. [-]
+        Relative loss that is larger at small amplitudes, as in `assess`. [-]
     step, tail : float
         Longest step of the solver [-] and rest after each record [s], as in `assess`.
     chunk : int

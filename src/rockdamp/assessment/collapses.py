@@ -96,7 +96,7 @@ def run_intensities(
     intensity : ndarray, shape (intensities,)
         Levels asked for. [m s-1 or m s-2]
     step : float
-        Longest step of the solver, times the angular frequency of the first branch; it is refined
+        Longest step of the solver, times the initial frequency w1; it is refined
         near collapse. [-]
     tail : float
         Rest after each record. [s]
@@ -189,7 +189,7 @@ def run_outcomes(
     factor : ndarray, shape (walls, factors)
         Factors on the acceleration. [-]
     step : float
-        Longest step of the solver, times the angular frequency of the first branch; it is refined
+        Longest step of the solver, times the initial frequency w1; it is refined
         near collapse. [-]
     tail : float
         Rest after the record. [s]

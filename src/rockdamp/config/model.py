@@ -136,9 +136,9 @@ class WallSizes(Section):
     slenderness: Positive
     """Slenderness h/t. [-]"""
     hinge_ratio: Fraction
-    """Height h1 of the hinge over the height h of the wall. [-]"""
+    """Height h1 of the hinge divided by the height h of the wall. [-]"""
     overburden_ratio: OverburdenRatio
-    """Vertical force on top over the wall's weight, O/W. [-]"""
+    """Vertical force on top divided by the wall's weight, O/W. [-]"""
     eccentricity: float
     """Distance of the overburden from mid-thickness, positive towards the top contact corner.
     [m]"""
@@ -161,7 +161,7 @@ class Curve(Section):
     yield_displacement_ratio: Positive
     """Start of the plateau, a1 = u1/u_ins; less than a2, the end of the plateau. [-]"""
     strength_ratio: Fraction
-    """Force of the plateau over the strength of rigid blocks, b1 = F_y/F0. [-]"""
+    """Plateau force divided by the strength of rigid blocks, b1 = F_y/F0. [-]"""
     ultimate_displacement_ratio: UpToOne
     """Displacement at which the force is zero again, a3 = u3/u_ins; more than 1 - b1 (steeper) or
     a1 + b1 (translated). [-]"""
@@ -186,7 +186,7 @@ class Studies(Section):
     slenderness: Ascending
     """Slenderness h/t, for the top of Fig. 6. [-]"""
     overburden: AscendingOverburdens
-    """Overburden over weight, O/W, for the centre of Fig. 6. [-]"""
+    """Overburden divided by weight, O/W, for the centre of Fig. 6. [-]"""
     cracked_stiffness: Ascending
     """Values of a1, at least two, for the bottom of Fig. 6 and the fits of Fig. 7. The range of
     those with curve.strength_ratio contains the a1 of the validation. [-]"""
@@ -196,7 +196,7 @@ class SofterPlateau(Section):
     yield_displacement_ratio: Positive
     """Smallest a1 with this plateau. [-]"""
     strength_ratio: Fraction
-    """Force of the plateau over the strength of rigid blocks, b1 = F_y/F0. [-]"""
+    """Plateau force divided by the strength of rigid blocks, b1 = F_y/F0. [-]"""
 
 
 class Matching(Section):
@@ -212,7 +212,7 @@ class RigidWall(Section):
     height: Positive
     """Height h. [m]"""
     hinge_ratio: Fraction
-    """Height h1 of the hinge over the height h of the wall. [-]"""
+    """Height h1 of the hinge divided by the height h of the wall. [-]"""
     restitution: UpToOne
     """Coefficient of restitution e. [-]"""
     release_amplitude: Fraction
@@ -220,7 +220,7 @@ class RigidWall(Section):
     yield_displacement_ratio: Positive
     """Start of the plateau, a1 = u1/u_ins; less than a2, the end of the plateau. [-]"""
     strength_ratio: Fraction
-    """Force of the plateau over the strength of rigid blocks, b1 = F_y/F0. [-]"""
+    """Plateau force divided by the strength of rigid blocks, b1 = F_y/F0. [-]"""
 
     @property
     def wall(self) -> Wall:
@@ -268,14 +268,14 @@ class Bilinear(Section):
     velocity_ratio: GeometricGrid
     """Intensities of each record, lambda PGV/(p u_ins), with the peak ground velocity PGV. [-]"""
     step: ScaledStep
-    """Longest step, times the angular frequency of the first branch. [-]"""
+    """Longest step, times the initial frequency w1. [-]"""
     tail: Tail
     """Time without ground motion after a record. [s]"""
 
 
 class Amplitude(Section):
     release_share: Fractions
-    """Release amplitudes over the displacement of zero force, u0/u3. [-]"""
+    """Release amplitudes divided by the displacement of zero force, u0/u3. [-]"""
     restitution: Fractions
     """Coefficients of restitution e, ascending. [-]"""
     refinement: Refinement
@@ -324,18 +324,18 @@ class NamedWall(Section):
     slenderness: Positive
     """Slenderness h/t. [-]"""
     overburden_ratio: OverburdenRatio
-    """Vertical force on top over the wall's weight, O/W. [-]"""
+    """Vertical force on top divided by the wall's weight, O/W. [-]"""
     parapet: bool = False
     """Whether the wall is one block that rocks on its base; otherwise it spans between two
     floors."""
     hinge_ratio: Fraction | None = None
-    """Height h1 of the hinge over the height h of the wall. [-]"""
+    """Height h1 of the hinge divided by the height h of the wall. [-]"""
     preset: Literal["new", "moderate", "severe"] | None = None
     """Condition of the joints by Doherty, which gives a1 and b1."""
     yield_displacement_ratio: Positive | None = None
     """Start of the plateau, a1 = u1/u_ins; less than a2, the end of the plateau. [-]"""
     strength_ratio: Fraction | None = None
-    """Force of the plateau over the strength of rigid blocks, b1 = F_y/F0. [-]"""
+    """Plateau force divided by the strength of rigid blocks, b1 = F_y/F0. [-]"""
 
     @property
     def wall(self) -> Wall | Parapet:
@@ -390,7 +390,7 @@ class Earthquakes(Section):
     velocity_ratio: GeometricGrid
     """Intensities of each record, lambda PGV/(p u_ins), with the peak ground velocity PGV. [-]"""
     step: ScaledStep
-    """Longest step, times the angular frequency of the first branch. [-]"""
+    """Longest step, times the initial frequency w1. [-]"""
     tail: Tail
     """Time without ground motion after a record. [s]"""
     chunk: Count
@@ -402,7 +402,7 @@ class Earthquakes(Section):
 
 class Comparison(Section):
     bands: Annotated[list[Positive], Field(min_length=2, max_length=1000), AscendingValidator]
-    """Edges of the bands in which peaks are compared, as peaks under restitution over u_ins. [-]"""
+    """Edges of the bands in which peaks are compared, as u/u_ins under restitution. [-]"""
     bootstrap: Bootstrap
     """The bootstrap, which resamples stations."""
 
@@ -413,7 +413,7 @@ class Order(Section):
     band_width: Fractions
     """Half widths t_c of BAND, as a phase on the first branch, including 0.2 and 0.4. [rad]"""
     length_width: Fractions
-    """Half widths of CQD over a1. [-]"""
+    """Half widths of CQD divided by a1. [-]"""
     restitution: Fractions
     """Coefficients of restitution e, ascending. [-]"""
     restitution_change: Positive
@@ -421,7 +421,7 @@ class Order(Section):
     loss_change: Fraction
     """Fraction by which the loss delta = -ln e is lowered and raised. [-]"""
     step: ScaledStep
-    """Longest step, times the angular frequency of the first branch. [-]"""
+    """Longest step, times the initial frequency w1. [-]"""
     ladder: AscendingSteps
     """Steps, scaled like `step`, from which the largest converged step is chosen. [-]"""
     finest_step: ScaledStep
@@ -439,7 +439,7 @@ class LossLaw(Section):
     """Amplitudes u/u_ins at which the law has the restitution e; the report compares the first with
     the others. [-]"""
     step: ScaledStep
-    """Longest step, times the angular frequency of the first branch. [-]"""
+    """Longest step, times the initial frequency w1. [-]"""
 
 
 class Supports(Section):
@@ -451,11 +451,11 @@ class Supports(Section):
     """Factor on a station's other horizontal component, which replaces the vertical component.
     [-]"""
     eccentricity: Annotated[float, Field(gt=0, le=0.5)]
-    """Distance of the overburden from mid-thickness, over the thickness. [-]"""
+    """Distance of the overburden from mid-thickness, divided by the thickness. [-]"""
     velocity_ratio: GeometricGrid
     """Intensities of each record, lambda PGV/(p u_ins), with the peak ground velocity PGV. [-]"""
     step: ScaledStep
-    """Longest step, times the angular frequency of the first branch. [-]"""
+    """Longest step, times the initial frequency w1. [-]"""
 
 
 class Figures(Section):

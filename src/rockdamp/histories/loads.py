@@ -178,7 +178,7 @@ def run_record(
         Factors on the acceleration. Levels come first, so that neighbouring lanes of the solver
         collapse together. [-]
     step : float
-        Longest step, times the angular frequency of the curve's first branch. [-]
+        Longest step, times the initial frequency w1. [-]
     tail : float
         Rest after the record, at most 1000. [s]
     halvings : int

@@ -79,7 +79,7 @@ def run_refined(
         Takes the outcomes of all histories, shape (runs, levels, walls), the coarsest run first,
         and returns which outcomes are doubtful, shape (levels, walls).
     step : float
-        Longest step, times the angular frequency of the curve's first branch. [-]
+        Longest step, times the initial frequency w1. [-]
     tail : float
         Rest after the record. [s]
     halvings : int

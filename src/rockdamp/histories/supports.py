@@ -6,7 +6,7 @@ of supports that move alike with the acceleration
 .. math:: \frac{2 - r}{3} a_\mathrm{base} + \frac{1 + r}{3} a_\mathrm{top}
           - g \frac{u_\mathrm{top} - u_\mathrm{base}}{h}
 
-where r is the height of the hinge over h. The last term is the tilt of the line of supports; it
+where r is h1/h of the hinge. The last term is the tilt of the line of supports; it
 does not depend on the overburden. Left out: the joints at base, hinge and top close at
 displacements that differ by ``r |u_top - u_base|`` or less; in the model all close at once.
 

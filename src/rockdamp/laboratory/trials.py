@@ -41,7 +41,7 @@ class Trials:
     Parameters
     ----------
     ratio : ndarray, shape (trials, impacts)
-        Angular velocity after an impact over that before it, NaN after a trial's last impact. [-]
+        Ratio of the angular velocities after and before an impact, NaN after a trial's last impact. [-]
     geometry : ndarray of int, shape (trials,)
         Index of each trial's block.
     housner : ndarray, shape (geometries,)

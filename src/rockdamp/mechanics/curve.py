@@ -133,7 +133,7 @@ class TrilinearCurve:
 
     @property
     def initial_frequency(self) -> Array:
-        """w1 = sqrt(k1), the angular frequency of the first branch divided by p. [-]"""
+        """w1 = sqrt(k1), the initial frequency divided by p. [-]"""
         return np.asarray(np.sqrt(self.initial_stiffness))
 
     @property

@@ -74,9 +74,9 @@ class Damping:
         For BAND t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad]. For CQD the half
         width over a1, 0.25 by default [-].
     loss_exponent : float or ndarray
-        Exponent g of CR and ECD. With g > 0 the loss falls with the amplitude: an impact at the
-        energy E- leaves E+^g = E-^g - E_r^g (1 - e^2g), or stops the wall. For ECD less than 0.5.
-        The default is 0. [-]
+        Exponent g of CR and ECD. With g > 0 the relative loss is larger at small amplitudes: an
+        impact at the energy E- leaves E+^g = E-^g - E_r^g (1 - e^2g), or stops the wall. For ECD
+        less than 0.5. The default is 0. [-]
     reference_amplitude : float or ndarray
         Amplitude u/u_ins that the value refers to, with the energy E_r = V(u); less than a3 of the
         curve. The default is 0.3. [-]
@@ -138,10 +138,10 @@ class Damping:
             Order m of ECD. The default is 0. [-]
         width : float or ndarray, optional
             For BAND t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad]. For CQD the
-            half width over a1, 0.25 by default [-].
+            half width divided by a1, 0.25 by default [-].
         loss_exponent : float or ndarray
-            Exponent g of CR and ECD; with g > 0 the loss falls with the amplitude. The default is
-            0. [-]
+            Exponent g of CR and ECD; with g > 0 the relative loss is larger at small amplitudes.
+            The default is 0. [-]
         reference_amplitude : float or ndarray
             Amplitude u/u_ins that e refers to, where the loss depends on the amplitude. The default
             is 0.3. [-]
@@ -332,7 +332,7 @@ class ScaledDamper(Damper):
     """A viscous damper whose formula in the kernel has its own name and one factor, `scale`."""
 
     def scale(self, xi: Array, w1: Array) -> Array:
-        """Return the factor from the damping ratio and the first branch's frequency over p."""
+        """Return the factor from the damping ratio and the initial frequency divided by p."""
         raise NotImplementedError
 
     def kernel_arguments(self, damping: Damping, curve: TrilinearCurve) -> KernelArguments:

@@ -140,7 +140,7 @@ class _Mechanism:
         Parameters
         ----------
         strength_ratio : float or ndarray
-            Strength b1 of the cracked wall over F0, 1 for the rigid wall; broadcasts. [-]
+            Strength b1 of the cracked wall divided by F0, 1 for the rigid wall; broadcasts. [-]
         """
         return np.asarray(np.asarray(strength_ratio) / np.abs(self.load_factor))
 
@@ -359,7 +359,7 @@ class Parapet(_Mechanism):
         0. [m]
     own_inertia : bool or ndarray of bool
         False for the effective mass of a slender block, 2/3 m, as in the paper. True for that of a
-        block with a thickness, 2/3 m (1 + (t/h)^2).
+        block of finite thickness, 2/3 m (1 + (t/h)^2).
 
     Raises
     ------
@@ -506,6 +506,6 @@ class OneSidedWall:
         Parameters
         ----------
         strength_ratio : float or ndarray
-            Strength b1 of the cracked wall over F0, 1 for the rigid wall; broadcasts. [-]
+            Strength b1 of the cracked wall divided by F0, 1 for the rigid wall; broadcasts. [-]
         """
         return self.mechanism.rocking_onset(strength_ratio)

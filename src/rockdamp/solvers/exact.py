@@ -10,7 +10,7 @@ step of DOP853 (Hairer, Norsett and Wanner, Solving Ordinary Differential Equati
 II.10) with a tolerance near rounding. An event inside a piece is located by bisection, to the last
 bits of its time.
 
-Everything is dimensionless: x = u/u_ins, tau = p t, unit mass, forces over F0.
+Everything is dimensionless: x = u/u_ins, tau = p t, unit mass, forces divided by F0.
 
 Numba keeps compiled code by the content of this one file. So each function that `integrate`
 compiles is here, and so is each number that it reads, but for the published coefficients of DOP853,
@@ -276,7 +276,7 @@ def advance(branch, law, start, h, rates):
 
 @register_jitable
 def step_error(start, end, h, rates):
-    """Return the estimated error of a step over the tolerance, as in Hairer et al.
+    """Return the estimated error of a step divided by the tolerance, as in Hairer et al.
 
     It is h F/sqrt(2 (F + 0.01 T)), with the squared norms F of the fifth-order and T of the
     third-order estimate of the two rates.

@@ -1,6 +1,6 @@
 """The batched solver: any number of walls, dampers and releases advance together.
 
-Everything is dimensionless: displacements over u_ins, times tau = p t.
+Everything is dimensionless: displacements divided by u_ins, times tau = p t.
 """
 
 from __future__ import annotations

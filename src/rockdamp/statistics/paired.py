@@ -195,6 +195,6 @@ def root_mean_square(squares: Any, count: Any) -> Array:
 
 
 def quotient(part: Any, whole: Any) -> Any:
-    """Return part over whole; NaN where the whole is not above 0."""
+    """Return part / whole; NaN where the whole is not above 0."""
     part, whole = np.broadcast_arrays(part, whole)
     return np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)

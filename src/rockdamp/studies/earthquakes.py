@@ -309,7 +309,7 @@ def bound_error(refined: RefinedPeaks, record: Record, specimen: Specimen, step:
     It is the largest change of the peak by a halving of the step, plus w1h^2/3 of the peak, an
     error that no halving may show: three times the median error of 8000 histories, whose changes,
     plus this, bounded 99.97 % of their errors. w1h is the finest step of a history, times the
-    angular frequency of the first branch.
+    initial frequency w1.
 
     Parameters
     ----------

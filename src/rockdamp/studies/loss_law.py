@@ -1,4 +1,4 @@
-"""The cost of a constant e where the loss of an impact falls with the amplitude.
+"""The cost of a constant e where the relative loss of an impact is larger at small amplitudes.
 
 The law has e at one amplitude and an exponent g (docs/theory.md, section 8). It is compared with
 the constant e under earthquakes.

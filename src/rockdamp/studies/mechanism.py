@@ -80,7 +80,7 @@ def _restitution_by_slenderness() -> xr.Dataset:
 
 
 def effective_mass_ratio(hinge_ratio: Quantity, slenderness: Quantity) -> Array:
-    r"""Return the effective mass at u = 0 over the wall's mass, for bodies with a thickness. [-]
+    r"""Return effective mass / mass of the wall at u = 0, for bodies of finite thickness. [-]
 
     .. math:: \frac{m_\mathrm{eff}}{m}
               = \frac{2}{3} \left[1 + \frac{t^2}{h^2} \frac{3 - 2r}{r^2 (1 - r)}\right]

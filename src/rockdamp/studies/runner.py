@@ -64,7 +64,7 @@ class Case:
         Takes a wall and a curve of the study. Returns the specimen, whose values are numbers, or
         None where the case has none.
     step : float
-        Longest step, times the angular frequency of the first branch. [-]
+        Longest step, times the initial frequency w1. [-]
     reference : str, optional
         Name of the case that this one is compared with. Default: none.
     coordinates : mapping, optional

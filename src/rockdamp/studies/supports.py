@@ -258,14 +258,14 @@ def find_other_component(motion: GroundMotion, motions: Sequence[GroundMotion]) 
 
 
 def change_strength(wall: Wall | Parapet, eccentricity: float) -> float:
-    """Return the strength with an eccentric overburden, over that without. [-]
+    """Return the strength with an eccentric overburden, divided by that without. [-]
 
     Parameters
     ----------
     wall : Wall or Parapet
         One wall.
     eccentricity : float
-        Distance of the overburden from mid-thickness, over the thickness. [-]
+        Distance of the overburden from mid-thickness, divided by the thickness. [-]
     """
     eccentric = replace(wall, eccentricity=eccentricity * float(wall.thickness))
     return float(eccentric.rigid_strength / wall.rigid_strength)
