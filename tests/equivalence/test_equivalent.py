@@ -179,6 +179,12 @@ def test_dashpot_damps_the_first_branch_by_its_ratio():
     assert damping["rayleigh_alpha_m"] == pytest.approx(float(expected / WALL.effective_mass))
 
 
+def test_ratio_of_band_is_its_closed_form():
+    """It is exact; the least error would differ by the tolerance of the search."""
+    ratios = by_model(programs.describe_damping(WALL, CURVE, 0.85)["damping"], "damping_ratio")
+    assert ratios["BAND"] == pytest.approx(-np.log(0.85) / np.pi, rel=1e-12)
+
+
 def test_missed_collapses_stand_beside_each_damper():
     damping = programs.describe_damping(WALL, CURVE, 0.85)
     missed = by_model(damping["damping"], "missed_collapse_rate")

@@ -8,6 +8,8 @@ import numpy as np
 import xarray as xr
 
 from rockdamp.assessment.collapses import FEWEST_STATIONS, STRIPES
+from rockdamp.constants import STANDARD_GRAVITY
+from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.statistics.fragility import fit_fragility
 from rockdamp.text import count_noun
 from rockdamp.units import INTENSITY_UNITS
@@ -117,6 +119,40 @@ def _case_values(answer: xr.Dataset, case: xr.DataArray) -> dict[str, Any]:
     }
 
 
+def largest_peak_over_yield(answer: xr.Dataset, curve: TrilinearCurve) -> float:
+    """Return the largest peak under CR at the last intensity over u1; NaN if a record collapses."""
+    peaks = answer["peak"].sel(damping_model="CR").isel(intensity=-1)
+    return float(peaks.max(skipna=False) / curve.yield_displacement_ratio)
+
+
+def explain_rest(answer: xr.Dataset, curve: TrilinearCurve) -> str:
+    """Return the answer for a wall that no record makes rock; empty if it rocks.
+
+    Parameters
+    ----------
+    answer : xarray.Dataset
+        Answer of `assess`.
+    curve : TrilinearCurve
+        Force-displacement curve of the wall.
+    """
+    ratio = largest_peak_over_yield(answer, curve)
+    if not ratio < 1:
+        return ""
+    onset = float(answer["rocking_onset"]) / STANDARD_GRAVITY
+    text = (
+        f"No record makes this wall rock: the largest peak is {ratio:.3g} times the yield"
+        f" displacement u1, and rocking starts at a static acceleration of {onset:.3g} g."
+        " The model gives no collapse."
+    )
+    bounds = answer["collapse_probability_interval"].sel(damping_model="CR").isel(intensity=-1)
+    most = float(bounds.sel(bound="upper"))
+    if np.isfinite(most):
+        stations = count_noun(int(np.unique(answer["station"].values).size), "station")
+        limit = f"The upper bound of {100 * most:.3g} %"
+        text += f" {limit} is only what {stations} can exclude without the model."
+    return f"{text} Check the curve, the eccentricity and the floors."
+
+
 def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
     """Return why intervals, or the fragility, of a damping model are missing; empty if none is.
 
@@ -134,7 +170,7 @@ def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
     texts = []
     if has_few_stations:
         texts.append(
-            f"{count_noun(stations, 'station')}; intervals need at least {FEWEST_STATIONS}"
+            f"no intervals: {count_noun(stations, 'station')}, at least {FEWEST_STATIONS} are needed"
         )
     if not np.isfinite(model[median]):
         counts = model["stripe_collapses"].values
@@ -143,7 +179,7 @@ def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
     intervals = model[[f"{median}_interval", "dispersion_interval"]].to_array()
     if not has_few_stations and not np.isfinite(intervals).all():
         texts.append(
-            "no interval of the fragility: fewer than 90 % of the bootstrap replicates define one"
+            "no interval of the fragility curve: fewer than 90 % of the bootstrap samples give one"
         )
     return texts
 

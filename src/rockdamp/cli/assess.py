@@ -82,7 +82,7 @@ def assess(**inputs: Any) -> None:
     "measured"), that e minus and plus the scatter of tests, and the rule "impulsive". Shares have
     Wilson intervals, fragility curves have intervals from a bootstrap over stations.
     """
-    from rockdamp.assessment.answers import assessed_values
+    from rockdamp.assessment.answers import assessed_values, explain_rest
     from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
     from rockdamp.equivalence.programs import REQUIREMENT, describe_damping
 
@@ -104,9 +104,6 @@ def assess(**inputs: Any) -> None:
         reference_amplitude=inputs["at"],
     )
     scale = intensity_scale(inputs)
-    peaks = answer["peak"].sel(damping_model="CR").isel(intensity=-1)
-    if peaks.notnull().all():
-        build.warn_of_rest(peaks.max(), curve)
     damping: dict[str, Any] = {}
     if not inputs["one_sided"]:
         damping = describe_damping(wall, curve, max(e, LEAST_DAMPER_RESTITUTION))
@@ -121,7 +118,10 @@ def assess(**inputs: Any) -> None:
         supports = build.build_supports(inputs)
         write_wall_page(wall, curve, motions, answer, inputs["report"], scale.unit, **supports)
         printing.announce(inputs["report"])
+    rest = explain_rest(answer, curve)
     if inputs["as_json"]:
+        if rest:
+            click.echo(f"warning: {rest}", err=True)
         printing.print_json(assessed_values(answer) | damping)
         return
     levels = ", ".join(scale.level(level) for level in answer[scale.measure].values)
@@ -137,7 +137,7 @@ def assess(**inputs: Any) -> None:
         dampers = [row for row in damping["damping"] if row["damping_model"] in REQUIREMENT]
         printing.print_dampers(damping, dampers)
         click.echo()
-    _print_result(answer, scale)
+    click.echo(rest or _describe_result(answer, scale))
 
 
 def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
@@ -145,13 +145,14 @@ def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
     records = int(answer["records"])
     stations = _count_stations(answer)
     one_sided = answer.sizes["damping_model"] == 1
-    runs = count_noun(records, "record")
+    runs = f"{count_noun(records, 'record')} ({stations})"
     if one_sided:
-        runs = f"{records} runs in both directions"
+        directions = f"{count_noun(records // 2, 'record')}, each in both directions"
+        runs = f"{records} runs ({directions}; {stations})"
     levels = [answer.isel(intensity=index) for index in range(answer.sizes["intensity"])]
     printing.print_table(
         [_share_row(level, scale, wall) for level in levels],
-        f"Collapse probability from {runs} ({stations}), for each e:",
+        f"Collapse probability from {runs}, for each e:",
     )
 
 
@@ -175,10 +176,10 @@ def _share_row(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> dict[str
     interval = span(100 * cr["collapse_probability_interval"], 3, " %")
     row = {scale.head(): answer[scale.measure].item() / scale.size} | lower_case
     head = f"e = {e:.3g}"
-    row |= {head: percent(cr["collapse_probability"].item()), f"95 % at {head}": interval}
+    row |= {head: percent(cr["collapse_probability"].item()), f"95 % interval at {head}": interval}
     for case_share in upper_cases:
         row |= case_share
-    for head, name in (("median peak", "peak_median"), ("84 % peak", "peak_upper")):
+    for head, name in (("median peak", "peak_median"), ("84th-percentile peak", "peak_upper")):
         peak = 1000 * float(wall.instability_displacement * cr[name])
         row[head] = f"{peak:.3g} mm" if isfinite(peak) else "collapse"
     return row
@@ -200,7 +201,7 @@ def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
                 scale.head("median "): curve[median].item() / scale.size,
                 "95 % interval": span(curve[f"{median}_interval"] / scale.size),
                 "dispersion": curve["dispersion"].item(),
-                "95 % of dispersion": span(curve["dispersion_interval"]),
+                "95 % interval of dispersion": span(curve["dispersion_interval"]),
             }
         )
     caption = "Fragility curve with restitution (CR)"
@@ -212,24 +213,25 @@ def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
         click.echo(note)
 
 
-def _print_result(answer: xr.Dataset, scale: IntensityScale) -> None:
-    """Print the answer at the last intensity, and its range."""
+def _describe_result(answer: xr.Dataset, scale: IntensityScale) -> str:
+    """Return the answer at the last intensity, and its range, in words."""
     cr = answer.sel(damping_model="CR").isel(intensity=-1)
     share = float(cr["collapse_probability"])
     shares = [share, *cr["case_collapse_probability"].values.tolist()]
     level = scale.level(float(cr[scale.measure]))
-    runs = "runs" if answer.sizes["damping_model"] == 1 else "records"
+    one_sided = answer.sizes["damping_model"] == 1
+    runs = "runs" if one_sided else "records"
     count = f"{int(cr['collapses'])} of {int(answer['records'])} {runs}"
     if max(shares) > 0:
-        click.echo(
-            f"{level}: {count} collapse the wall ({percent(share)}); "
-            f"report the range over e: {percent(min(shares))} to {percent(max(shares))}"
-        )
-        return
+        spread = f"{percent(min(shares))} to {percent(max(shares))}"
+        advice = f"report the range for all values of e: {spread}"
+        if one_sided:  # tests of its e are few and differ more than the scatter s
+            advice = f"{spread} for these values of e; also run --restitution 0.3 and 0.7"
+        return f"{level}: {count} collapse the wall ({percent(share)}); {advice}"
     bound = float(cr["collapse_probability_interval"].sel(bound="upper"))
     limit = f"up to {100 * bound:.3g} %" if isfinite(bound) else "above zero"
-    click.echo(
-        f"{level}: {count} collapse the wall, for every e of the range; "
+    return (
+        f"{level}: {count} collapse the wall, for any of these values of e; "
         f"do not report zero: with {_count_stations(answer)} a share {limit} is possible"
     )
 
@@ -305,17 +307,19 @@ def _print_walls(table: list[dict[str, Any]], scale: IntensityScale, wall_count:
     errors = [row for row in table if row["error"]]
     for row in errors:
         click.echo(f"{row['id']}: {row['error']}")
+    median_head = scale.head("median ")
+    heads = BATCH_HEADS | {"median_intensity": median_head}
     rows = []
     for row in table:
         if not row["error"]:
-            printed = {head: row[name] for name, head in BATCH_HEADS.items()}
-            if row["median_intensity"] is not None:
-                printed["median"] = row["median_intensity"] / scale.size
-            rows.append(printed)
+            median = row["median_intensity"]
+            if median is not None:
+                row = row | {"median_intensity": median / scale.size}
+            rows.append({head: row[name] for name, head in heads.items()})
     done = wall_count - len(errors)
     click.echo(
         f"{done} of {wall_count} walls computed, with restitution (CR) and with a damper that "
-        f"replaces it: collapses among the records and median collapse {scale.head()}:"
+        f"replaces it: number of records that collapse the wall, and {median_head} at collapse:"
     )
     if rows:
         printing.print_table(rows)

@@ -71,15 +71,15 @@ def describe_wall(
 
 
 def describe_records(motions: Iterable[rd.GroundMotion]) -> str:
-    """Return number and size of records: ``1 record (5366 samples, 0.005 s, PGA 0.28 g)``."""
+    """Return number and size of records: ``1 record (5366 samples, step 0.005 s, PGA 0.28 g)``."""
     from rockdamp.text import count_noun
 
     records = [motion.intensity_record for motion in motions]
     pgas = [rd.intensity_measures(record).pga / STANDARD_GRAVITY for record in records]
     samples = _range([record.elapsed.size for record in records], 9)
-    step = _range([record.step for record in records], 9)
+    step = _range([record.step for record in records], 3)
     pga = _range(pgas, 2)
-    return f"{count_noun(len(records), 'record')} ({samples} samples, {step} s, PGA {pga} g)"
+    return f"{count_noun(len(records), 'record')} ({samples} samples, step {step} s, PGA {pga} g)"
 
 
 def _range(values: Sequence[float], digits: int) -> str:
@@ -137,17 +137,18 @@ def print_dampers(damping: Inputs, rows: Iterable[Inputs]) -> None:
     table = {
         row["damping_model"]: {
             "damper": row["damping_model"],
-            "xi": row["damping_ratio"],
-            "xi refers to": row["refers_to"],
-            "the program needs": REQUIREMENT.get(row["damping_model"], "-"),
-            "missed collapses of the study": percent(row["missed_collapse_rate"]),
+            "xi": None if row["damping_model"] == "BAND" else row["damping_ratio"],
+            "frequency of xi": row["refers_to"],
+            "the program needs": REQUIREMENT.get(row["damping_model"], "(not ranked)"),
+            "missed collapses": percent(row["missed_collapse_rate"]),
         }
         for row in rows
     }
     print_table(
         [table[model] for model in dict.fromkeys([*REQUIREMENT, *table])],
         "If you use another program, take the first damper that it supports "
-        f"(e = {e:.3g}, w1 = {w1:.3g} rad/s, T1 = {period:.3g} s):",
+        f"(e = {e:.3g}, w1 = {w1:.3g} rad/s, T1 = {period:.3g} s; missed collapses are those of the "
+        "study of eight walls, not of this wall):",
     )
 
 

@@ -31,10 +31,13 @@ RATIO_HEADS = {
     "restitution": "e",
     "damping_model": "damper",
     "damping_ratio": "xi",
-    "rms_error": "error [u/u_ins]",
-    "damping_ratio_energy": "xi by energy",
-    "damping_ratio_fit": "xi by the paper's fit",
+    "rms_error": "rms error [u/u_ins]",
+    "damping_ratio_energy": "xi by the closed form",
+    "damping_ratio_fit": "xi by the polynomial",
 }
+ONE_SIDED = (
+    "a one-sided wall has no damping ratio: a viscous damper would damp it before its first impact"
+)
 
 
 @command(
@@ -53,7 +56,7 @@ def wall(**inputs: Any) -> None:
 
     With a curve (--preset, or --a1 and --b1) it also lists the viscous dampers that can replace one
     e, by default that of the rule "measured": the damping ratio xi of each, the share of collapses
-    that it misses, and the constants of CDC for a program: C, and alphaM of OpenSees.
+    that it missed in our study of eight walls, and for CDC the coefficient C and OpenSees' alphaM.
     """
     restitution = inputs["restitution"]
     has_curve = any(inputs[name] is not None for name in ("preset", "a1", "b1"))
@@ -74,7 +77,7 @@ def wall(**inputs: Any) -> None:
         printing.print_json(values | {"periods": periods} | damping)
         return
     click.echo(printing.describe_wall(body, curve))
-    _print_constants(values)
+    _print_constants(body, values)
     _print_restitutions(body, values)
     _print_periods(periods)
     if damping:
@@ -110,27 +113,29 @@ def _period_rows(body: Any, curve: rd.TrilinearCurve | None) -> list[dict[str, A
     return rows
 
 
-def _print_constants(values: dict[str, float]) -> None:
-    click.echo("\nConstants of the wall:")
+def _print_constants(body: Any, values: dict[str, float]) -> None:
+    click.echo(f"\nConstants of {float(body.width):g} m of wall:")
     for name, (label, unit, size) in WALL_LINES.items():
         click.echo(f"  {label:34s}{printing.cell(values[name] / size):>8s} {unit}")
 
 
 def _print_restitutions(body: Any, values: dict[str, float]) -> None:
     click.echo("\nCoefficient of restitution e, by rule:")
-    for rule in RULE_WORDS:
-        e = values[f"restitution_{rule}"]
+    is_parapet = isinstance(body, rd.Parapet)
+    for rule in ["every rule"] if is_parapet else RULE_WORDS:
+        name = "measured" if is_parapet else rule
+        e = values[f"restitution_{name}"]
         reason = "not known for an overburden with mass"
         if e == e:  # not NaN
-            reason = build.choose_restitution(body, rule)[1].partition(": ")[2]
-        click.echo(f"  {rule:34s}{printing.cell(e):>8s} {reason}")
+            reason = build.choose_restitution(body, name)[1].partition(": ")[2]
+        click.echo(f"  {rule:34s}{printing.cell(e):>8s}  ({reason})")
 
 
 def _print_periods(periods: list[dict[str, Any]]) -> None:
     heads = {
         "amplitude": "u0/u_ins",
-        "rigid_period": "rigid wall [s]",
-        "period": "with the curve [s]",
+        "rigid_period": "rigid body [s]",
+        "period": "tri-linear curve [s]",
     }
     rows = [{heads[name]: value for name, value in row.items()} for row in periods]
     click.echo()
@@ -140,11 +145,10 @@ def _print_periods(periods: list[dict[str, Any]]) -> None:
 def _print_damping(damping: dict[str, Any]) -> None:
     click.echo()
     printing.print_dampers(damping, damping["damping"])
-    missed = {row["damping_model"]: row["missed_collapse_rate"] for row in damping["damping"]}
     click.echo(
         f"CDC: C = {damping['damping_coefficient']:.4g} N s/m; in OpenSees"
-        f" rayleigh {damping['rayleigh_alpha_m']:.4g} 0 0 0 (alphaM = 2 xi w1);"
-        f" it misses {printing.percent(missed['CDC'])} of the collapses of the study"
+        f" rayleigh {damping['rayleigh_alpha_m']:.4g} 0 0 0 (alphaM = 2 xi w1), for an oscillator"
+        " of mass m_eff alone"
     )
 
 
@@ -187,16 +191,16 @@ def _print_damping(damping: dict[str, Any]) -> None:
 def equivalent(**inputs: Any) -> None:
     """Damping ratios equivalent to a coefficient of restitution, or vice versa.
 
-    The table has a row for each e and viscous damper. Use xi, which has the smallest error in free
-    decay, Eq. (17). Beside it are the ratios by the closed form of the energy and by the paper's
-    polynomials, which hold for b1 = 0.85 and have no value outside their range of a1 and e.
+    The table has a row for each e and viscous damper. Use the column xi: it has the smallest error
+    in free decay, Eq. (17) of the paper. The other columns are the closed form of the energy and
+    the polynomials, which are fitted for b1 = 0.85 and empty outside their range of a1 and e.
     """
     e = inputs["restitution"]
     xi = inputs["damping_ratio"]
     walls = inputs["walls"]
     release = inputs["release"]
     if [e, xi, walls].count(None) != 2:
-        raise click.UsageError("give one of --restitution, --damping-ratio and --walls")
+        raise click.UsageError("give exactly one of --restitution, --damping-ratio and --walls")
     if walls is not None:
         rows = _equivalent_walls(walls, release)
     elif xi is not None:
@@ -221,25 +225,37 @@ def _equivalent_restitutions(
     if not any(row["restitution"] for row in rows):
         raise click.UsageError(
             f"--damping-ratio is {xi:g}; it must correspond to an e from 0.60 to 0.99"
+            f" (for {xi:g} % write {xi:g}%)"
         )
     return rows
 
 
 def _equivalent_walls(path: Path, release: float) -> list[dict[str, Any]]:
-    """Return the damping ratios of each wall of a table, by its id."""
+    """Return the damping ratios of each wall of a table by its id, or why it has none."""
     from rockdamp.assessment.table import BadRow, read_walls
 
-    rows = []
+    rows: list[dict[str, Any]] = []
+    errors = []
     for row in read_walls(path):
         if isinstance(row, BadRow):
-            raise rd.InputError(f"{path}: {row.id}: {row.error}")
-        answers = rd.equivalent(row.restitution, row.curve, release_amplitude=release)
-        rows += [{"id": row.id, **answer} for answer in answers]
-    return rows
+            errors.append({"id": row.id, "error": row.error})
+        elif isinstance(row.wall, rd.OneSidedWall):
+            errors.append({"id": row.id, "error": ONE_SIDED})
+        else:
+            answers = rd.equivalent(row.restitution, row.curve, release_amplitude=release)
+            rows += [{"id": row.id, **answer, "error": None} for answer in answers]
+    if not rows:
+        first = errors[0]
+        raise rd.InputError(f"{path}: no wall has a damping ratio; {first['id']}: {first['error']}")
+    return rows + [dict.fromkeys(rows[0]) | error for error in errors]
 
 
 def _print_ratios(rows: list[dict[str, Any]], release: float) -> None:
     """Print the rows, and which damper has the smallest error."""
+    for row in rows:
+        if row.get("error"):
+            click.echo(f"{row['id']}: {row['error']}")
+    rows = [row for row in rows if not row.get("error")]
     table = [{RATIO_HEADS.get(name, name): row[name] for name in row} for row in rows]
     printing.print_table(
         table, f"Damping ratio xi equivalent to e, in free decay from {release:g} u_ins:"
@@ -249,6 +265,6 @@ def _print_ratios(rows: list[dict[str, Any]], release: float) -> None:
     if known_errors:
         best = min(known_errors, key=lambda model: known_errors[model])
         click.echo(
-            f"{best} has the smallest error."
-            " Use xi; rockdamp wall gives the constants for a program."
+            f"{best} has the smallest error. Use the column xi in your program; `rockdamp wall`"
+            " prints the other constants."
         )

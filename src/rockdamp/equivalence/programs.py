@@ -19,13 +19,13 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.wall import Parapet, Wall
 
-# Quantity that xi refers to, by damper.
+# Frequency that xi is multiplied by, by damper.
 REFERENCE_QUANTITY = {
     "CDC": "w1",
     "CDR": "secant frequency",
-    "SDR": "w1, with secant stiffness",
-    "ECD": "V(u)",
-    "BAND": "u, v and w1",
+    "SDR": "w1, times secant over initial stiffness",
+    "ECD": "none: strain energy V(u)",
+    "BAND": "none: takes e and w1",
 }
 # Feature that a program needs for each damper, the damper with the smallest errors first.
 REQUIREMENT = {
@@ -56,7 +56,8 @@ def describe_damping(
         ``damping_restitution`` e, ``damping_coefficient`` C = 2 xi m_eff w1 of CDC [N s m-1],
         ``rayleigh_alpha_m`` = 2 xi w1 of CDC [s-1], and in ``damping`` a row for each viscous
         damper: ``damping_ratio`` of least Err, Eq. (17), for a release from half of a3, with its
-        ``rms_error`` in u/u_ins, or by the closed form where no ratio has the least error;
+        ``rms_error`` in u/u_ins, or by the closed form for BAND, where it is exact, and where no
+        ratio has the least error;
         ``damping_coefficient``, None where it varies with u or v; and ``missed_collapse_rate``,
         the share of the collapses under restitution that the damper misses at the nearest e of
         the study of earthquakes.
@@ -72,7 +73,7 @@ def describe_damping(
         model = ratio["damping_model"]
         row = {
             "damping_model": model,
-            "damping_ratio": ratio["damping_ratio"],
+            "damping_ratio": ratio["damping_ratio_energy" if model == "BAND" else "damping_ratio"],
             "rms_error": ratio["rms_error"],
             "damping_ratio_energy": ratio["damping_ratio_energy"],
             "refers_to": REFERENCE_QUANTITY[model],

@@ -15,7 +15,7 @@ from jinja2 import Environment, StrictUndefined
 from matplotlib.figure import Figure
 
 from rockdamp import __version__
-from rockdamp.assessment.answers import measure_name, reasons
+from rockdamp.assessment.answers import explain_rest, measure_name, reasons
 from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
 from rockdamp.assessment.sensitivity import sensitivity
 from rockdamp.constants import (
@@ -88,6 +88,7 @@ def write_wall_page(
         ],
         supports=name_supports(building, diaphragm),
         answer=answer,
+        rest=explain_rest(answer, curve),
         cases=CASES,
         is_wall=is_wall,
         histories=int(answer["records"]) * answer[f"stripe_{measure}"].size,
