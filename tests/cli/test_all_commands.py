@@ -81,6 +81,16 @@ def test_help_has_options_under_headings(name):
             assert param.opts[0] in text
 
 
+@pytest.mark.parametrize(
+    ("name", "section", "argument"),
+    [("batch", "Wall:", "WALLS.csv"), ("calibrate", "Measured test:", "[FILES]...")],
+)
+def test_help_explains_the_files_that_a_command_reads(name, section, argument):
+    lines = help_text(name).splitlines()
+    (line,) = [number for number, text in enumerate(lines) if text.startswith(f"  {argument}  ")]
+    assert lines.index(section) < line < lines.index("Output:")
+
+
 def test_parameters_are_few():
     counts = {name: len(command.params) for name, command in main.commands.items()}
     assert sum(counts.values()) <= 150

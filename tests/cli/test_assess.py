@@ -319,7 +319,12 @@ ASSESS = ("assess", *WALL, *RECORDS, "--pgv", 0.4)
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        ((*ASSESS, "--pga", 0.2), "pgv"),
+        ((*ASSESS, "--pga", 0.2), "give the intensity, either --pga or --pgv"),
+        (("assess", *WALL, *RECORDS), "give the intensity, either --pga or --pgv"),
+        (
+            ("batch", TABLE_FILE, *RECORDS, "--output", "a.csv"),
+            "give the intensity, either --pga or --pgv",
+        ),
         (("assess", *WALL, "--pgv", 0.4), "--records"),
         (("assess", *WALL, "--records", "none/*.AT2", "--pgv", 0.4), "'none/*.AT2'"),
         ((*ASSESS, "--storeys", 3, "--storey", 3), "--building-period"),

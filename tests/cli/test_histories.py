@@ -99,6 +99,16 @@ def test_records_scales_and_models_have_a_row_each(compared):
     assert ratios == {"CR": None, **matched}
 
 
+@pytest.mark.parametrize(
+    "name", "pga_m_s2 pgv_m_s peak_displacement_m peak_elapsed_s outcome_elapsed_s".split()
+)
+def test_columns_of_the_csv_end_with_their_units(name, compared):
+    rows, stored = compared
+    plain_name = name.replace("_m_s2", "").replace("_m_s", "").removesuffix("_m").removesuffix("_s")
+    values = ["" if row[plain_name] is None else str(row[plain_name]) for row in rows]
+    assert [row[name] for row in stored] == values
+
+
 def test_comparison_of_the_models_asked_for(record):
     damping = ("--restitution", 0.85, "--compare", "--damping-model", "CDC,BAND")
     rows = printed("respond", "--record", record, *WALL, *CURVE, *damping)
@@ -110,6 +120,7 @@ def test_collapse_has_no_peak(compared):
     collapses = [row for row in rows if row["outcome"] == "collapsed"]
     assert collapses and all(row["peak"] is None for row in collapses)
     peaks = ["" if row["peak"] is None else str(row["peak"]) for row in rows]
+    assert {row["outcome"] for row in stored} == {"survived", "collapsed"}
     assert [row["peak"] for row in stored] == peaks
 
 

@@ -119,8 +119,77 @@ def test_two_errors_are_two_lines():
     values = merge_files({"wall": {"thickness": -0.3}, "solver": {"stepp": 0.01}})
     with pytest.raises(InputError) as caught:
         parse_config(values, ROOT)
-    keys = {line.partition(":")[0] for line in str(caught.value).splitlines()}
-    assert keys == {"wall.thickness", "solver.stepp"}
+    assert str(caught.value).splitlines() == [
+        "solver.stepp: unknown key; the keys of solver are scheme, step",
+        "wall.thickness is -0.3; it must be greater than 0",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("wall.slenderness", -3, "wall.slenderness is -3; it must be greater than 0"),
+        ("wall.slenderness", "3m", "wall.slenderness is '3m'; it must be a number"),
+        ("wall.hinge_ratio", 1.5, "wall.hinge_ratio is 1.5; it must be less than 1"),
+        ("solver.scheme", "euler", "solver.scheme is 'euler'; it must be 'newmark' or 'paper'"),
+        ("matching.refinement", 3, "matching.refinement is 3; it must be a multiple of 2"),
+        ("matching.refinement", 2.5, "matching.refinement is 2.5; it must be a whole number"),
+        ("records", [], "records is []; it must be a list of at least 1 values"),
+        ("restitution.stop", 0.6, "restitution: stop should be greater than start"),
+        (
+            "restitution.step",
+            0.03,
+            "restitution: (stop - start)/step should be a whole number below 1000",
+        ),
+        (
+            "studies.amplitude",
+            [0.3, 0.7],
+            "studies.amplitude is [0.3, 0.7]; it must contain release_amplitude, 0.5",
+        ),
+        (
+            "order.band_width",
+            [0.2],
+            "order.band_width is [0.2]; it must contain 0.2 and 0.4",
+        ),
+    ],
+)
+def test_message_is_plain(key, value, message):
+    values = merge_files()
+    replace_value(values, key, value)
+    with pytest.raises(InputError) as caught:
+        parse_config(values, ROOT)
+    assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [
+        ("heigth", "heigth: unknown key; the keys of the config are results, solver, wall,"),
+        ("wall.height", "wall.height: unknown key; the keys of wall are thickness, slenderness,"),
+        (
+            "validation.wall.height",
+            "validation.wall.height: unknown key; the keys of validation.wall are thickness,",
+        ),
+    ],
+)
+def test_unknown_key_lists_the_keys(key, message):
+    values = merge_files()
+    replace_value(values, key, 3.0)
+    with pytest.raises(InputError) as caught:
+        parse_config(values, ROOT)
+    assert str(caught.value).startswith(message)
+
+
+def test_unknown_key_of_a_wall_in_a_list_lists_the_keys():
+    values = merge_files({"earthquakes": {"walls": [{**WALL, "heigth": 3.0}]}})
+    with pytest.raises(InputError, match="the keys of earthquakes.walls.0 are name, thickness,"):
+        parse_config(values, ROOT)
+
+
+def test_message_about_the_fits_names_the_study():
+    values = merge_files({"studies": {"cracked_stiffness": [0.03, 0.04, 0.06]}})
+    with pytest.raises(InputError, match=r"range of studies.cracked_stiffness .*\[0.03, 0.04"):
+        parse_config(values, ROOT)
 
 
 @pytest.mark.parametrize("folder", ["results/data", "results/src", "../elsewhere"])

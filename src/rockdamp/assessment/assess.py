@@ -302,7 +302,7 @@ def assess_rows(
             parts += _solve_rows(rows, numbers[start : start + chunk], supports, solve, errors)
     if not parts:
         reason = f"{rows[0].id}: {errors[0]}" if rows else "there is none"
-        raise InputError(f"no row could be computed; {reason}")
+        raise InputError(f"no wall could be computed. {reason}")
     answer = _join_parts(parts).reindex(wall=range(len(rows)), fill_value=MISSING_COUNTS)
     answer = answer.assign(tail=tail, row_error=("wall", errors), **law)
     answer = answer.assign_coords(wall=[row.id for row in rows])
@@ -421,7 +421,7 @@ def check_intensities(pgv: ArrayLike | None, pga: ArrayLike | None) -> tuple[str
     arguments = {"PGV": pgv, "PGA": pga}
     levels = {measure: level for measure, level in arguments.items() if level is not None}
     if len(levels) != 1:
-        raise InputError("give intensities as either pgv or pga")
+        raise InputError("give the intensity, either pga or pgv")
     ((measure, level),) = levels.items()
     lowest = 1e-6  # below it the factors on records vanish
     allowed = f"at least {lowest:g} [{INTENSITY_UNITS[measure]}]"
@@ -441,7 +441,7 @@ def list_motions(records: Records) -> list[GroundMotion]:
     names: set[str] = set()
     for motion in motions:
         if motion.name in names:
-            raise InputError(f"the record {motion.name!r} is there twice; each must be there once")
+            raise InputError(f"the record {motion.name!r} occurs twice; each must occur once")
         names.add(motion.name)
     return motions
 

@@ -55,7 +55,7 @@ def make_wall(values: Mapping[str, Any]) -> AnyWall:
         kind = Parapet
         for name in ("hinge_ratio", "overburden_mass"):
             if name in parameters:
-                raise InputError(f"{name} is {parameters[name]}; a parapet must have none")
+                raise InputError(f"{name} is {parameters[name]}; a parapet must have no {name}")
     if values.get("overburden") is not None:
         if "overburden_ratio" in parameters:
             raise InputError(
@@ -86,7 +86,7 @@ def make_curve(values: Mapping[str, Any]) -> TrilinearCurve:
     preset = values.get("preset")
     has_one_of_pair = (a1 is None) is not (b1 is None)
     if has_one_of_pair or (preset is None) is (a1 is None):
-        raise InputError("give either preset (new, moderate or severe), or a1 and b1")
+        raise InputError("give either preset (new, moderate or severe), or both a1 and b1")
     options: dict[str, Any] = {}
     if values.get("a3") is not None:
         options["ultimate_displacement_ratio"] = values["a3"]

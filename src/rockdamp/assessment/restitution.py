@@ -42,8 +42,8 @@ def find_restitution(wall: AnyWall, restitution: float | str) -> tuple[float, st
     if isinstance(wall, OneSidedWall):
         if isinstance(wall.mechanism, Wall) or restitution != DEFAULT_RULE:
             raise InputError(
-                f"restitution is {restitution!r}; for a one-sided wall it must be a number, or"
-                " measured for a block"
+                f"restitution is {restitution!r}; it must be a number, as only a one-sided parapet has"
+                " the rule measured"
             )
         e = float(wall.restitution_measured)
         return e, (
@@ -54,8 +54,8 @@ def find_restitution(wall: AnyWall, restitution: float | str) -> tuple[float, st
     e = float(getattr(wall, f"restitution_{restitution}"))
     if np.isnan(e):  # no such rule holds with a mass on the wall
         raise InputError(
-            f"restitution is {restitution!r}; with overburden_mass it must be a number or another"
-            " rule"
+            f"restitution is {restitution!r}; with overburden_mass it must be a number, measured or"
+            " rigid"
         )
     if isinstance(wall, Parapet):
         return e, "Housner: one block that rocks on its base"

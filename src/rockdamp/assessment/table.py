@@ -93,7 +93,7 @@ def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
         identifier = texts.pop("id", f"row {number}")
         if identifier in rows:
             raise InputError(
-                f"{path}: the id {identifier!r} is there twice; each wall must have its own"
+                f"{path}: the id {identifier!r} occurs twice; each wall must have its own"
             )
         try:
             values = {name: _read_value(name, text, units[name]) for name, text in texts.items()}
@@ -101,7 +101,7 @@ def read_walls(path: str | os.PathLike[str]) -> list[Row | BadRow]:
         except InputError as error:
             rows[identifier] = BadRow(identifier, str(error))
     if not rows:
-        raise InputError(f"{path}: has no rows; a wall must stand in each")
+        raise InputError(f"{path} has no rows; it must have a row for each wall")
     return list(rows.values())
 
 
@@ -127,14 +127,16 @@ def _read_heads(path: str | os.PathLike[str], table: pd.DataFrame) -> dict[str, 
     heads = [name_and_unit(str(head)) for head in table.columns]
     units = {name.lower(): unit for name, unit in heads}
     for name in units:
-        check_choice(f"{path}: a column", name, list(DESCRIPTION_UNITS))
+        if name not in DESCRIPTION_UNITS:
+            allowed = ", ".join(DESCRIPTION_UNITS)
+            raise InputError(f"{path}: unknown column {name!r}; it must be one of {allowed}")
     for name in REQUIRED_COLUMNS:
         if name not in units:
             raise InputError(
                 f"{path}: the column {name} is missing; there must be id, thickness and height"
             )
     if len(units) < len(heads):
-        raise InputError(f"{path}: a column is there twice; each must be there once")
+        raise InputError(f"{path}: a column occurs twice")
     return units
 
 

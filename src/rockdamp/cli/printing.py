@@ -32,6 +32,16 @@ NOT_STORED = (
 )
 
 
+# Columns of CSV files, whose names end with their units as those of records do.
+CSV_COLUMNS = {
+    "pga": "pga_m_s2",
+    "pgv": "pgv_m_s",
+    "peak_displacement": "peak_displacement_m",
+    "peak_elapsed": "peak_elapsed_s",
+    "outcome_elapsed": "outcome_elapsed_s",
+    "rocking_onset": "rocking_onset_m_s2",
+}
+
 # --- sentences ---------------------------------------------------------------------------------
 
 
@@ -172,13 +182,13 @@ def _for_json(value: Any) -> Any:
 
 
 def write_csv(rows: Iterable[Inputs], path: Path) -> None:
-    """Write rows as CSV."""
+    """Write rows as CSV; the name of a column that has a dimension ends with its unit."""
     import pandas as pd
 
     from rockdamp.storage.files import replace_file
 
     with replace_file(path) as temporary:
-        pd.DataFrame(list(rows)).to_csv(temporary, index=False)
+        pd.DataFrame(list(rows)).rename(columns=CSV_COLUMNS).to_csv(temporary, index=False)
     announce(path)
 
 

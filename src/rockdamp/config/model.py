@@ -94,11 +94,11 @@ class Grid(Section):
         return np.round(self.start + self.step * np.arange(intervals + 1), 12)
 
     def check_rules(self) -> None:
+        if not self.start < self.stop:
+            raise ValueError("stop should be greater than start")
         intervals = (self.stop - self.start) / self.step
-        if not 0 < intervals < 1000 or abs(intervals - round(intervals)) > 1e-9 * intervals:
-            raise ValueError(
-                "a whole number of steps, less than 1000, should lead from start to stop"
-            )
+        if intervals >= 1000 or abs(intervals - round(intervals)) > 1e-9 * intervals:
+            raise ValueError("(stop - start)/step should be a whole number below 1000")
 
 
 class GeometricGrid(Section):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from pydantic import ValidationError
@@ -15,6 +15,22 @@ from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.floors import Diaphragm
 
+# Allowed values by the type of pydantic's error.
+ALLOWED = {
+    "greater_than": "greater than {gt:g}",
+    "greater_than_equal": "at least {ge:g}",
+    "less_than": "less than {lt:g}",
+    "less_than_equal": "at most {le:g}",
+    "multiple_of": "a multiple of {multiple_of:g}",
+    **dict.fromkeys(("float_type", "float_parsing", "finite_number"), "a number"),
+    **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "a whole number"),
+    "list_type": "a list",
+    "literal_error": "{expected}",
+    **dict.fromkeys(("model_type", "model_attributes_type"), "a section of keys"),
+    "string_type": "a text",
+    "too_long": "a list of at most {max_length} values",
+    "too_short": "a list of at least {min_length} values",
+}
 # Folders of the project, in which results would mix with sources.
 SOURCE_FOLDERS = (
     ".git",
@@ -63,12 +79,30 @@ def parse_config(values: Mapping[str, Any], project: Path) -> Config:
 
 def _describe(problem: Any) -> str:
     """Return the line of one of pydantic's errors."""
+    *sections, name = problem["loc"]
     key = ".".join(map(str, problem["loc"]))
-    message = problem["msg"].removeprefix("Value error, ")
-    line = f"{key}: {message}"
+    if problem["type"] == "extra_forbidden":
+        place = ".".join(map(str, sections)) or "the config"
+        return f"{key}: unknown key; the keys of {place} are {', '.join(_section_keys(sections))}"
+    if problem["type"] == "missing":
+        return f"{key}: missing; it must have a value"
+    if problem["type"] in ALLOWED:
+        allowed = ALLOWED[problem["type"]].format(**problem.get("ctx", {}))
+        return f"{key} is {problem['input']!r:.60}; it must be {allowed}"
+    line = f"{key}: {problem['msg'].removeprefix('Value error, ')}"
     if not isinstance(problem["input"], Mapping):
         line += f", is {problem['input']!r:.60}"
     return line
+
+
+def _section_keys(path: Iterable[str | int]) -> list[str]:
+    """Return the keys of a section, or of a member of a list of sections."""
+    section: Any = Config
+    for name in path:
+        if isinstance(name, str):
+            annotation = section.model_fields[name].annotation
+            (section,) = get_args(annotation) or (annotation,)
+    return list(section.model_fields)
 
 
 def _require(holds: bool, key: str, value: Any, allowed: str) -> None:
@@ -150,10 +184,12 @@ def check_lists(config: Config) -> None:
     shown_impacts = config.measured_rocking.shown_impacts
     used_impacts = config.measured_rocking.impacts_used
     amplitudes = config.studies.amplitude
-    _require_among("order.order", config.order.order, [16])
-    _require_among("order.band_width", config.order.band_width, [0.2, 0.4])
-    _require_among("measured_rocking.impacts_used", used_impacts, [shown_impacts])
-    _require_among("studies.amplitude", amplitudes, [config.release_amplitude])
+    _require_among("order.order", config.order.order, {16: "16"})
+    _require_among("order.band_width", config.order.band_width, {0.2: "0.2", 0.4: "0.4"})
+    shown = {shown_impacts: f"shown_impacts, {shown_impacts}"}
+    _require_among("measured_rocking.impacts_used", used_impacts, shown)
+    release = {config.release_amplitude: f"release_amplitude, {config.release_amplitude:g}"}
+    _require_among("studies.amplitude", amplitudes, release)
     a3 = config.curve.ultimate_displacement_ratio
     _require(amplitudes[-1] < a3, "studies.amplitude", amplitudes, f"less than a3, {a3:g}")
     names = [wall.name for wall in config.earthquakes.walls]
@@ -170,8 +206,10 @@ def check_lists(config: Config) -> None:
     _check_fits(config)
 
 
-def _require_among(key: str, values: list[Any], needed: list[Any]) -> None:
-    _require(set(needed) <= set(values), key, values, f"a list with {needed}")
+def _require_among(key: str, values: list[Any], needed: Mapping[Any, str]) -> None:
+    """Check that a list contains values, which have their names in the message."""
+    if not set(needed) <= set(values):
+        raise InputError(f"{key} is {values!r}; it must contain {' and '.join(needed.values())}")
 
 
 def _check_fits(config: Config) -> None:
@@ -180,7 +218,7 @@ def _check_fits(config: Config) -> None:
     a1 = [value for value in config.studies.cracked_stiffness if value < softer]
     fits = config.validation.fit_yield_displacement_ratios
     expected = config.validation.curve.yield_displacement_ratio
-    allowed = f"within the a1 of the polynomials, {a1}"
+    allowed = f"within the range of studies.cracked_stiffness with this strength_ratio, {a1}"
     contains_fits = len(a1) > 0 and a1[0] <= fits[0] and fits[-1] <= a1[-1]
     _require(contains_fits, "validation.fit_yield_displacement_ratios", fits, allowed)
     contains_expected = a1[0] <= expected <= a1[-1]
