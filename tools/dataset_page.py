@@ -72,7 +72,10 @@ def describe_kind(kind, paths, results):
     for name, entry in variables(kind).items():
         if name in dimensions:
             symbol = f"`{entry['symbol']}`" if "symbol" in entry else ""
-            cells = [f"`{name}`", dimensions[name], entry["units"], entry["long_name"], symbol]
+            meaning = entry["long_name"]
+            if "comment" in entry:
+                meaning += f" ({entry['comment']})"
+            cells = [f"`{name}`", dimensions[name], entry["units"], meaning, symbol]
             row = " | ".join(cell.replace("|", "\\|") for cell in cells)
             section += f"| {row} |\n"
     return section

@@ -93,6 +93,32 @@ def test_variables_have_units_and_names(orders, write):
             assert variable.attrs["long_name"], name
 
 
+ANSWERS = [kind for kind, entry in dataset.glossary()["datasets"].items() if "written_by" in entry]
+
+
+@pytest.mark.parametrize("kind", ANSWERS)
+def test_meanings_fit_the_axes_of_plots(kind):
+    """Plots of xarray label their axes and legends with the long_name."""
+    for name, entry in dataset.variables(kind).items():
+        assert len(entry["long_name"]) <= 60, name
+
+
+@pytest.mark.parametrize("kind", dataset.glossary()["datasets"])
+def test_comment_belongs_to_its_meaning(kind):
+    meanings = dataset.glossary()["datasets"][kind].get("says", {})
+    entries = dataset.variables(kind)
+    for name, meaning in meanings.items():
+        if "long_name" in meaning:
+            assert entries[name].get("comment") == meaning.get("comment"), name
+
+
+def test_comment_is_written():
+    model = xr.Dataset(coords={"damping_model": ["CR"]})
+    attributes = dataset.describe(model, "response")["damping_model"].attrs
+    assert attributes["long_name"] == "damping model"
+    assert attributes["comment"].startswith("CR, CDC, CDR or SDR of the paper")
+
+
 def test_coordinates_have_no_fill_value(orders, write):
     with xr.open_dataset(write(orders)) as stored:
         assert "_FillValue" not in stored["step"].encoding

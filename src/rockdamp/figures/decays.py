@@ -28,7 +28,7 @@ def model_label(history: xr.Dataset, model: str) -> str:
     """Return the name of a model with its parameter."""
     if model == "CR":
         e = float(history["restitution"].max())  # one number, or NaN for every model but CR
-        return f"CR, $e = {e:g}$"
+        return f"CR, $e = {e:.4g}$"
     xi = float(history["damping_ratio"].sel(damping_model=model))
     return f"{model}, $\\xi = {xi:.4f}$"
 

@@ -55,23 +55,29 @@ def variables(kind: str) -> dict[str, Entry]:
     meanings = dataset.get("says", {})
     entries = {}
     for name in dataset["variables"]:
-        entries[name] = _find_entry(name) | meanings.get(name, {})
+        entries[name] = _find_entry(name, meanings)
     for name in dataset.get("optional", []):
-        entries[name] = _find_entry(name) | meanings.get(name, {}) | {"optional": True}
+        entries[name] = _find_entry(name, meanings) | {"optional": True}
     return entries
 
 
-def _find_entry(name: str) -> Entry:
+def _find_entry(name: str, meanings: Mapping[str, Entry]) -> Entry:
+    """Return the entry of a name, with its meaning in this kind in place of the usual one."""
     names = glossary()["names"]
+    meaning = meanings.get(name, {})
     statistic = name.removesuffix("_interval")
     if name in names or name == statistic:
-        return dict(names[name])
-    long_name = f"95 % bootstrap interval of {statistic}"
-    return {"units": names[statistic]["units"], "long_name": long_name}
+        entry = dict(names[name])
+    else:
+        long_name = f"95 % bootstrap interval of {statistic}"
+        entry = {"units": names[statistic]["units"], "long_name": long_name}
+    if "long_name" in meaning:
+        entry.pop("comment", None)  # it belongs to the usual meaning
+    return entry | meaning
 
 
 def _select_attributes(entry: Entry) -> Entry:
-    return {key: entry[key] for key in ("units", "long_name", "symbol") if key in entry}
+    return {key: entry[key] for key in ("units", "long_name", "comment", "symbol") if key in entry}
 
 
 def describe(dataset: xr.Dataset, kind: str) -> xr.Dataset:
