@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import shipped_tables
+from coarse_scan import coarse_scan
 from page_blocks import read
 
 NUMBER = re.compile(r"(?<!\w)\d+(?:\.\d+)?(?:e-\d+)?(?!\w)")
@@ -42,7 +43,8 @@ def test_table_of_the_full_build(name):
 
 def test_coverage_has_the_columns_of_its_page(monkeypatch):
     monkeypatch.setattr(calibration_check, "TESTS", 2)
-    row = calibration_check.coverage_row("CR", first_seed=1000)
+    with coarse_scan():
+        row = calibration_check.coverage_row("CR", first_seed=1000)
     text = read("docs/measured.md").split("<!-- tools/calibration_check.py coverage -->\n")[1]
     page_row = re.search(r"^\| (CR .*) \|$", text, re.MULTILINE)[1]
     signed_number = re.compile(f"-?{NUMBER.pattern}")

@@ -7,7 +7,6 @@ from functools import cached_property
 from importlib import import_module
 from pkgutil import walk_packages
 
-import pytest
 from page_blocks import Checker
 
 import rockdamp as rd
@@ -59,36 +58,35 @@ def find_undescribed(names, text):
     return [name for name in names if not re.search(rf"\b{name}\b", text)]
 
 
-@pytest.mark.parametrize("name", ["rockdamp", *MODULES])
-def test_examples_of_a_module_print_their_values(name):
+def test_examples_of_modules_print_their_values():
     runner = doctest.DocTestRunner(Checker(), optionflags=doctest.NORMALIZE_WHITESPACE)
-    for example in doctest.DocTestFinder().find(import_module(name)):
-        assert runner.run(example).failed == 0
+    for name in ["rockdamp", *MODULES]:
+        for example in doctest.DocTestFinder().find(import_module(name)):
+            assert runner.run(example).failed == 0, example.name
 
 
-@pytest.mark.parametrize("name", [name for name in PUBLIC if name in FUNCTIONS])
-def test_public_function_has_an_example(name):
-    assert ">>> " in inspect.getdoc(FUNCTIONS[name])
+def test_public_functions_have_an_example():
+    functions = [name for name in PUBLIC if name in FUNCTIONS]
+    assert [name for name in functions if ">>> " not in inspect.getdoc(FUNCTIONS[name])] == []
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_parameter_is_described(name):
-    text = inspect.getdoc(FUNCTIONS[name])
-    parameters = inspect.signature(FUNCTIONS[name]).parameters.keys() - {"self", "cls"}
-    assert find_undescribed(parameters, text) == []
+def test_every_parameter_is_described():
+    for name, function in FUNCTIONS.items():
+        parameters = inspect.signature(function).parameters.keys() - {"self", "cls"}
+        assert find_undescribed(parameters, inspect.getdoc(function)) == [], name
 
 
-@pytest.mark.parametrize("name", CLASSES)
-def test_every_field_is_described(name):
+def test_every_field_is_described():
     """The docstrings of the class, of its bases and of their modules count."""
-    bases = [base for base in CLASSES[name].__mro__ if base.__module__.startswith("rockdamp")]
-    text = "\n".join(f"{inspect.getdoc(base)}\n{inspect.getmodule(base).__doc__}" for base in bases)
-    for base in bases:
-        fields = [field for field in base.__annotations__ if not field.startswith("_")]
-        assert find_undescribed(fields, text) == []
+    for public_class in CLASSES.values():
+        bases = [base for base in public_class.__mro__ if base.__module__.startswith("rockdamp")]
+        texts = [f"{inspect.getdoc(base)}\n{inspect.getmodule(base).__doc__}" for base in bases]
+        for base in bases:
+            fields = [field for field in base.__annotations__ if not field.startswith("_")]
+            assert find_undescribed(fields, "\n".join(texts)) == [], public_class
 
 
-@pytest.mark.parametrize("name", NUMBERS)
-def test_numeric_property_states_its_unit(name):
-    summary = inspect.getdoc(NUMBERS[name]).split("\n\n")[0]
-    assert re.search(r"\[(?:-|[\w -]+)\]", summary)
+def test_numeric_properties_state_their_unit():
+    for name, getter in NUMBERS.items():
+        summary = inspect.getdoc(getter).split("\n\n")[0]
+        assert re.search(r"\[(?:-|[\w -]+)\]", summary), name

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from coarse_scan import coarse_scan
 from configs import configured
 from experimental_style import WALL, synthetic_record
 from repository import ROOT
@@ -13,9 +14,9 @@ import rockdamp as rd
 from rockdamp.errors import InputError
 from rockdamp.histories.loads import sample_load
 from rockdamp.histories.record_rest import rest_samples
-from rockdamp.laboratory import record_fit, uncertainty
+from rockdamp.laboratory import uncertainty
 from rockdamp.laboratory.calibration import calibrate, compare_dampers
-from rockdamp.laboratory.record_fit import HIGHEST_POINT, LOWEST_POINT, SCAN_VALUES, RecordFit
+from rockdamp.laboratory.record_fit import HIGHEST_POINT, LOWEST_POINT, RecordFit
 from rockdamp.laboratory.stages import calibration
 from rockdamp.laboratory.uncertainty import covariance_by_sensor
 from rockdamp.motions.record import Record
@@ -26,10 +27,15 @@ STEP = 0.01  # twice the default, for speed: the solver's error stays below the 
 HALF = read_record(ROOT / "tests/data/cr-half.csv")
 NINE_TENTHS = read_record(ROOT / "tests/data/cr-nine-tenths.csv")
 ECD = read_record(ROOT / "tests/data/ecd-quarter.csv")
-EVERY_OTHER = slice(0, 410, 2)  # of the first 1.6 s, for speed
-SHORT = Record(
-    HALF.elapsed[EVERY_OTHER], HALF.ground_acceleration[EVERY_OTHER], HALF.displacement[EVERY_OTHER]
-)
+
+
+def cut(record, samples):
+    """Return some samples of a record, for speed."""
+    columns = (record.elapsed, record.ground_acceleration, record.displacement)
+    return Record(*(column[samples] for column in columns))
+
+
+SHORT = cut(HALF, slice(0, 410, 2))  # every other one of the first 1.6 s
 
 
 @pytest.fixture(scope="module")
@@ -46,15 +52,6 @@ def fitted(record):
 def few_draws(monkeypatch):
     """Few draws of the motion's noise, for tests of estimates: standard errors then mean little."""
     monkeypatch.setattr(uncertainty, "MOTION_DRAWS", 16)
-
-
-@pytest.fixture
-def coarse_scan(monkeypatch):
-    """Fewer points of the first scan, for speed."""
-    ratios, _, restitutions = SCAN_VALUES
-    coarse_values = ratios, np.linspace(0.42, 0.94, 27), restitutions
-    monkeypatch.setattr(record_fit, "SCAN_VALUES", coarse_values)
-    monkeypatch.setattr(record_fit, "SCAN_HALVINGS", 4)
 
 
 # --- estimates ------------------------------------------------------------------------------------
@@ -138,17 +135,19 @@ def test_estimates_keep_their_values(record, estimate, standard_error):
 
 # --- several runs, several dampers ----------------------------------------------------------------
 
-RUNS = [synthetic_record(seed) for seed in (1, 2)]
+RUNS = [cut(synthetic_record(seed), slice(768)) for seed in (1, 2)]  # 3 s
 
 
 @pytest.fixture(scope="module")
 def run_fits():
-    return [calibrate(run, WALL, step=STEP) for run in RUNS]
+    with coarse_scan():
+        return [calibrate(run, WALL, step=STEP) for run in RUNS]
 
 
 @pytest.fixture(scope="module")
 def joint_fit():
-    return calibrate(RUNS, WALL, step=STEP)
+    with coarse_scan():
+        return calibrate(RUNS, WALL, step=STEP)
 
 
 def test_runs_are_weighted_by_their_covariances(run_fits, joint_fit):
@@ -172,7 +171,8 @@ def test_samples_name_their_run(joint_fit):
 
 @pytest.fixture(scope="module")
 def compared():
-    return compare_dampers(ECD, WALL, step=STEP)
+    with coarse_scan():
+        return compare_dampers(ECD, WALL, step=STEP)
 
 
 def test_damper_of_a_record_has_the_largest_weight(compared):
@@ -222,7 +222,8 @@ def test_derivatives_are_those_of_the_event_driven_solver():
 
 
 def test_standard_errors_go_with_the_noise(fitted):
-    half_noise = calibrate(synthetic_record(noise=0.5), WALL)
+    with coarse_scan():
+        half_noise = calibrate(synthetic_record(noise=0.5), WALL)
     ratio = (fitted["standard_error"] / half_noise["standard_error"]).values
     # The bandwidth, the rounding and the point of the fit change with the noise: a third either
     # way.
@@ -268,7 +269,8 @@ def test_drift_and_first_motion_are_no_noise():
     assert still == pytest.approx(1.5e-4, rel=0.3)  # the sensor's noise
 
 
-def test_uncertain_size_adds_its_change_of_estimates(coarse_scan, few_draws):
+@coarse_scan()
+def test_uncertain_size_adds_its_change_of_estimates(few_draws):
     """Half of the difference by a thicker and a thinner wall."""
     exact = calibrate(SHORT, WALL, step=0.03)
     uncertain = calibrate(SHORT, WALL, step=0.03, uncertain={"thickness": 1e-3})
@@ -308,14 +310,16 @@ def test_uncertain_size_adds_its_change_of_estimates(coarse_scan, few_draws):
         ),
     ],
 )
-def test_impossible_record_is_refused(changes, named, coarse_scan):
+@coarse_scan()
+def test_impossible_record_is_refused(changes, named):
     with pytest.raises(InputError, match=named):
         calibrate(replace(SHORT, **changes), WALL, step=0.03)
 
 
+@coarse_scan()
 def test_wall_on_its_first_branch_is_refused():
     with pytest.raises(InputError, match="first branch"):
-        calibrate(synthetic_record(noise=0, pulse_peak=2.0), WALL, step=STEP)
+        calibrate(cut(synthetic_record(noise=0, pulse_peak=2.0), slice(768)), WALL, step=STEP)
 
 
 @pytest.mark.parametrize("factor", [2.0, 0.0], ids=["proportional", "zero"])
@@ -329,9 +333,5 @@ def test_dependent_derivatives_are_refused(factor):
 def test_best_fit_at_a_bound_is_refused():
     whole = synthetic_record(noise=0, restitution=1.0, pulse_peak=12.5)
     # For a wall that loses nothing, the steps' error in the frequency adds up: to 2 s it is small.
-    start = slice(513)
-    record = Record(
-        whole.elapsed[start], whole.ground_acceleration[start], whole.displacement[start]
-    )
     with pytest.raises(InputError, match="restitution"):
-        calibrate(record, WALL, step=STEP)
+        calibrate(cut(whole, slice(513)), WALL, step=STEP)

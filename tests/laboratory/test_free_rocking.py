@@ -334,6 +334,13 @@ def test_half_periods_of_another_wall_are_refused():
         rd.fit_free_rocking(rd.FreeRocking(elapsed, DISPLACEMENT), WALL)
 
 
+@pytest.mark.parametrize("hinge_ratio", [0.5, 0.65])  # that of the test is 0.6
+def test_wrong_wall_leaves_a_large_residual(hinge_ratio):
+    wall = rd.Wall(thickness=0.25, height=3.0, hinge_ratio=hinge_ratio)
+    fit = rd.fit_free_rocking(make_test(DISPLACEMENT), wall)
+    assert float(fit["residual_rms"]) > 4 * NOISE
+
+
 def test_rigid_block_is_refused():
     free = free_motion(STEP * np.arange(3000), curve=rd.TrilinearCurve(0.001, 0.995))
     displacement = np.concatenate([np.full(250, 0.5 * U_INS), free, np.zeros(300)])

@@ -90,25 +90,18 @@ def test_only_restitution_has_no_coefficient(model):
     assert c.any() == (model != "CR")
 
 
-@pytest.mark.parametrize("xi", [0.05, 1.2, 5.0])
 @pytest.mark.parametrize("order", ORDERS)
-def test_formula_of_an_order_is_that_of_any_order(order, xi):
+def test_ecd_of_an_order_is_that_of_any_order_and_no_source(order):
+    """Coefficients are finite and feed no energy in."""
     x = np.linspace(-0.9, 0.9, 181)[:, None]
     v = np.linspace(-2, 2, 81)
-    c = damping_coefficient(CURVE, Damping("ECD", xi, order=order), x, v)
-    mixed_orders = np.array([order, 7.0])[:, None, None]
-    mixed = damping_coefficient(CURVE, Damping("ECD", xi, order=mixed_orders), x, v)
-    np.testing.assert_allclose(c, mixed[0], rtol=1e-12, atol=1e-300)
-
-
-@pytest.mark.parametrize("xi", [0.05, 1.2, 5.0])
-@pytest.mark.parametrize("order", ORDERS)
-def test_ecd_is_finite_and_feeds_no_energy_in(order, xi):
-    x = np.linspace(-0.9, 0.9, 181)[:, None]
-    v = np.linspace(-2, 2, 81)
+    xi = np.array([0.05, 1.2, 5.0])[:, None, None]
     c = damping_coefficient(CURVE, Damping("ECD", xi, order=order), x, v)
     assert np.isfinite(c).all()
     assert (c >= 0).all()
+    mixed_orders = np.array([order, 7.0])[:, None, None, None]
+    mixed = damping_coefficient(CURVE, Damping("ECD", xi, order=mixed_orders), x, v)
+    np.testing.assert_allclose(c, mixed[0], rtol=1e-12, atol=1e-300)
 
 
 # --- ECD in closed form ---------------------------------------------------------------------------
@@ -136,7 +129,7 @@ def test_normalisation_of_order_zero_is_one_to_the_bit():
     assert normalisation(0) == 1.0
 
 
-@pytest.mark.parametrize("order", [0, 0.5, 1, 16])
+@pytest.mark.parametrize("order", [0, 0.5, 1, 8, 64])
 def test_half_cycles_end_below_the_critical_ratio(order):
     """There kappa cos^(2m+1) phi sin phi reaches 1."""
     phi = np.linspace(0, np.pi / 2, 200_001)

@@ -75,7 +75,7 @@ def test_bodies_under_records_have_own_inertia(wall):
 
 @pytest.mark.parametrize("wall", WALLS, ids=["unloaded", "loaded"])
 def test_bodies_under_a_pulse_have_own_inertia(wall):
-    elapsed = 0.01 * np.arange(200)
+    elapsed = 0.01 * np.arange(120)
     pulse = np.where(elapsed < 0.3, np.sin(np.pi * elapsed / 0.3), 0.0)
     record = Record(elapsed, 1.6 * float(wall.rocking_onset()) * pulse)
     u_ins = float(wall.instability_displacement)

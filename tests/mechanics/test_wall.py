@@ -134,21 +134,21 @@ def test_own_inertia_may_differ_among_walls():
     np.testing.assert_array_equal(walls.effective_mass, single)
 
 
-# --- hinge, arrays and text ----------------------------------------------------------------------
+# --- hinge and arrays ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("overburden", [0.0, 0.3, 0.5, 1.0, 2.0, 6.0, 10.0])
 @pytest.mark.parametrize("share", [-0.5, -0.2, 0.0, 0.4])
-def test_weakest_hinge_has_the_least_strength(overburden, share):
-    wall = Wall(0.3, 4.5, overburden_ratio=overburden, eccentricity=0.3 * share)
-    weakest = replace(wall, hinge_ratio="weakest")
+def test_weakest_hinge_has_the_least_strength(share):
+    for overburden in (0.0, 0.3, 0.5, 1.0, 2.0, 6.0, 10.0):
+        wall = Wall(0.3, 4.5, overburden_ratio=overburden, eccentricity=0.3 * share)
+        weakest = replace(wall, hinge_ratio="weakest")
 
-    def strength(r):
-        return float(replace(wall, hinge_ratio=r).rigid_strength)
+        def strength(r, wall=wall):
+            return float(replace(wall, hinge_ratio=r).rigid_strength)
 
-    minimum = minimize_scalar(strength, bounds=HINGE_RANGE, options={"xatol": 1e-9})
-    assert float(weakest.hinge_ratio) == pytest.approx(minimum.x, abs=1e-5)
-    assert float(wall.weakest_hinge_ratio) == float(weakest.hinge_ratio)
+        minimum = minimize_scalar(strength, bounds=HINGE_RANGE, options={"xatol": 1e-9})
+        assert float(weakest.hinge_ratio) == pytest.approx(minimum.x, abs=1e-5)
+        assert float(wall.weakest_hinge_ratio) == float(weakest.hinge_ratio)
 
 
 @pytest.mark.parametrize("name", ["hinge_ratio", "rigid_strength", "frequency_parameter"])
@@ -161,16 +161,6 @@ def test_each_wall_of_an_array_as_alone(name):
         for column, ratio in enumerate(ratios):
             single = Wall(0.3, height, overburden_ratio=ratio, hinge_ratio="weakest")
             assert values[row, column] == getattr(single, name)
-
-
-def test_text_leaves_defaults_out():
-    assert repr(Wall(0.25, 3.0)) == "Wall(thickness=0.25, height=3.0)"
-
-
-def test_text_of_arrays():
-    walls = Wall(np.linspace(0.2, 0.3, 9), [3.0], own_inertia=True)
-    text = "Wall(thickness=<array of shape (9,)>, height=[3.0], own_inertia=True)"
-    assert repr(walls) == text
 
 
 # --- bad input -----------------------------------------------------------------------------------

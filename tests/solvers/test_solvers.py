@@ -287,14 +287,14 @@ def decay_on_first_branch(order, e, step, steps):
     )
 
 
-@pytest.mark.parametrize("step", [0.3, 0.8, 1.2, 1.6, 1.98])
 @pytest.mark.parametrize("order", [0, 1, 16, 64])
 @pytest.mark.parametrize("e", [0.5, 0.95])
-def test_every_order_is_stable_up_to_the_limit(order, e, step):
-    history = decay_on_first_branch(order, e, step, 400)
-    assert np.abs(history.displacement).max() < 0.4
-    last_peaks = np.abs(history.displacement[:, -60:]).max(axis=1)
-    assert (last_peaks <= AMPLITUDES).all()
+def test_every_order_is_stable_up_to_the_limit(order, e):
+    for step in (0.3, 0.8, 1.2, 1.6, 1.98):
+        history = decay_on_first_branch(order, e, step, 400)
+        assert np.abs(history.displacement).max() < 0.4
+        last_peaks = np.abs(history.displacement[:, -60:]).max(axis=1)
+        assert (last_peaks <= AMPLITUDES).all()
 
 
 def largest_decrement_error(order, e):

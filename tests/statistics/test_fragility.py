@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize
 from scipy.stats import norm
@@ -36,6 +36,7 @@ def most_likely(collapses, runs):
     return np.exp(result.x)
 
 
+@settings(max_examples=40)
 @given(st.floats(0.4, 2.5), st.floats(0.15, 1.0), st.integers(0, 10**6))
 def test_fit_agrees_with_a_general_minimiser(median, dispersion, seed):
     probability = norm.cdf(np.log(INTENSITY / median) / dispersion)

@@ -52,21 +52,21 @@ def test_polar_form_under_load():
     assert is_zero(first_order - COS / r / (1 + D * SIN * COS) ** 2)
 
 
-@pytest.mark.parametrize("order", [0, 1, 2.5, 8, 32])
 @pytest.mark.parametrize(("e", "share"), [(0.7, 0.9), (0.9, 0.02)])
 @pytest.mark.parametrize(
     "curve",
     [PAPER, TrilinearCurve(0.20, 0.50), TrilinearCurve(0.06, 0.72, 0.9, "translated")],
     ids=["paper", "severe", "translated"],
 )
-def test_event_driven_peaks_are_exact(curve, e, share, order):
+def test_event_driven_peaks_are_exact(curve, e, share):
     x0 = share * float(curve.ultimate_displacement_ratio)
-    damping = Damping.from_restitution(e, "ECD", order=order)
     end = 1.5 * float(curve.period(x0))
-    history = exact_history(curve, damping, [end], release_amplitude=x0)
-    peaks = np.abs(history.turning_displacement)
-    assert peaks.size >= 2
-    np.testing.assert_allclose(peaks, cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
+    for order in (0, 1, 2.5, 8, 32):
+        damping = Damping.from_restitution(e, "ECD", order=order)
+        history = exact_history(curve, damping, [end], release_amplitude=x0)
+        peaks = np.abs(history.turning_displacement)
+        assert peaks.size >= 2
+        np.testing.assert_allclose(peaks, cr_peaks(curve, e, x0, peaks.size), rtol=1e-9)
 
 
 def test_peaks_of_a_hundred_random_cases():
@@ -89,22 +89,9 @@ def test_coefficient_follows_from_the_loss_by_phase():
     assert is_zero(1 / (1 + solution * SIN * COS) - denominator)  # ds/d phi
 
 
-@pytest.mark.parametrize("order", [0.5, 1, 8, 64])
-def test_half_cycles_end_below_the_critical_ratio(order):
-    """The phase advances while kappa cos^(2m+1) sin stays below 1."""
-    angle = np.linspace(0, np.pi / 2, 400001)
-    largest = np.max(np.sin(angle) * np.cos(angle) ** (2 * order + 1))
-    ratio = (2 * order + 1) / (2 * order + 2)
-    expected = ratio ** (order + 0.5) / np.sqrt(2 * order + 2)
-    assert largest == pytest.approx(expected)
-    critical = float(critical_damping_ratio(order))
-    assert 2 * critical * float(normalisation(order)) * largest == pytest.approx(1, rel=1e-9)
-
-
-@pytest.mark.parametrize("order", [1, 8, 64])
-def test_range_of_the_critical_ratio(order):
-    critical = float(critical_damping_ratio(order))
-    assert 2 / np.sqrt(3) <= critical < np.sqrt(2 * np.e / np.pi)
+def test_range_of_the_critical_ratio():
+    critical = critical_damping_ratio(np.array([1, 8, 64]))
+    assert np.all((critical >= 2 / np.sqrt(3)) & (critical < np.sqrt(2 * np.e / np.pi)))
 
 
 @pytest.mark.parametrize("order", [0.5, 4, 32])

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -105,12 +105,12 @@ def test_fixed_length_loses_less_of_small_motion(x0, share):
 
 
 @pytest.mark.parametrize("e", [0.85, 0.95])
-@pytest.mark.parametrize("r", [0.25, 0.5, 1.0])
-def test_share_of_a_peak_inside_the_fixed_length(e, r):
+def test_share_of_a_peak_inside_the_fixed_length(e):
     delta, damping = -np.log(e), Damping.from_restitution(e, "CQD")
-    x0, x1 = free_peaks(PAPER, damping, 0.01 * r, 1)
-    expected = delta * r * (1 - r * r / 5)
-    assert np.log(x0 / x1) == pytest.approx(expected, abs=0.2 * delta**2)
+    for r in (0.25, 0.5, 1.0):
+        x0, x1 = free_peaks(PAPER, damping, 0.01 * r, 1)
+        expected = delta * r * (1 - r * r / 5)
+        assert np.log(x0 / x1) == pytest.approx(expected, abs=0.2 * delta**2)
 
 
 def test_peaks_inside_the_fixed_length_fall_slowly():
@@ -120,31 +120,12 @@ def test_peaks_inside_the_fixed_length_fall_slowly():
 
 # --- a band of fixed time ------------------------------------------------------------------------
 
-every_width = pytest.mark.parametrize("width", [0.05, 0.1, 0.2, 0.4])
-every_e = pytest.mark.parametrize("e", [0.5, 0.7, 0.85, 0.98])
 
-
-@every_width
-@every_e
-def test_loss_of_a_band_of_fixed_time(width, e):
-    """By quadrature over the phase of the polar form, D = G(tan phi)."""
-    strength = band_strength(-np.log(e), width)
-
-    def rate(phi):
-        d = 0.75 * strength / width * (1 - (np.tan(phi) / width) ** 2)
-        return d * np.cos(phi) ** 2 / (1 + d * np.sin(phi) * np.cos(phi))
-
-    edge = np.arctan(width)
-    loss = quad(rate, -edge, edge, epsrel=1e-13)[0]
-    assert loss == pytest.approx(-np.log(e), rel=1e-12)
-
-
-@every_width
-@every_e
-def test_short_form_of_the_strength(width, e):
-    delta = -np.log(e)
+def test_short_form_of_the_strength():
+    width = np.array([0.05, 0.1, 0.2, 0.4])[:, None]
+    delta = -np.log([0.5, 0.7, 0.85, 0.98])
     short = delta * (1 + 0.4 * width**2 - 0.097 * width**4 - 0.043 * delta**2)
-    assert band_strength(delta, width) == pytest.approx(short, rel=1e-3)
+    np.testing.assert_allclose(band_strength(delta, width), short, rtol=1e-3)
 
 
 @pytest.mark.parametrize(("width", "share"), [(0.1, 0.9971471), (0.2, 0.9854858), (0.4, 0.9428526)])
@@ -241,16 +222,16 @@ def share_of_loss(curve, damper, x0):
 RIGID = TrilinearCurve(1e-4, 0.9998)
 
 
-@pytest.mark.parametrize("x0", [0.02, 0.1, 0.5, 0.75])
 @pytest.mark.parametrize("width", [0.2, 0.4, 1.0])
 @pytest.mark.parametrize(
     "curve",
     [PAPER, TrilinearCurve(0.005, 0.85), RIGID, TrilinearCurve(0.06, 0.72, 0.8, "translated")],
     ids=["paper", "stiff", "rigid", "translated"],
 )
-def test_band_of_energy_loses_delta_in_every_half_cycle(curve, width, x0):
+def test_band_of_energy_loses_delta_in_every_half_cycle(curve, width):
     damper = EnergyBand(float(band_strength(DELTA, width)), width)
-    assert share_of_loss(curve, damper, x0) == pytest.approx(1, abs=2e-7)
+    for x0 in (0.02, 0.1, 0.5, 0.75):
+        assert share_of_loss(curve, damper, x0) == pytest.approx(1, abs=2e-7)
 
 
 def test_band_of_energy_is_band_on_the_first_branch():
@@ -475,13 +456,11 @@ def test_largest_coefficient_of_a_band_of_fixed_time():
     np.testing.assert_allclose(c, [size, 0, size], rtol=1e-14)
 
 
-@pytest.mark.parametrize("width", [0.05, 0.2])
-@pytest.mark.parametrize("e", [0.3, 0.85])
-@pytest.mark.parametrize("a1", [0.005, 0.04])
-def test_band_is_stable_at_two_steps_in_it(a1, width, e):
-    curve = TrilinearCurve(a1, 0.85)
-    damping = Damping.from_restitution(e, "BAND", width=width)
-    step = width / float(curve.initial_frequency)
-    amplitudes = np.linspace(0.2, 0.9, 20) * a1
-    history = simulate(curve, damping, step=step, steps=600, release_amplitude=amplitudes)
-    assert (history.peak <= amplitudes * (1 + 1e-9)).all()
+def test_band_is_stable_at_two_steps_in_it():
+    curve = TrilinearCurve(np.array([0.005, 0.04])[:, None], 0.85)
+    amplitudes = np.linspace(0.2, 0.9, 20) * curve.yield_displacement_ratio
+    for e, width in product((0.3, 0.85), (0.05, 0.2)):
+        damping = Damping.from_restitution(e, "BAND", width=width)
+        step = width / curve.initial_frequency
+        history = simulate(curve, damping, step=step, steps=600, release_amplitude=amplitudes)
+        assert (history.peak <= amplitudes * (1 + 1e-9)).all()

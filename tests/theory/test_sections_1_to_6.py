@@ -32,7 +32,6 @@ SHARES = (0.03, 0.2, 0.5, 0.95)  # of u3: on the first branch, the plateau and t
 THEORY = "docs/theory.md"
 MODELS = ("CDC", "CDR", "SDR")
 every_curve = pytest.mark.parametrize("curve", CURVES.values(), ids=CURVES)
-every_share = pytest.mark.parametrize("share", SHARES)
 every_model = pytest.mark.parametrize("model", [*MODELS, "ECD"])
 
 
@@ -163,12 +162,12 @@ def elementary_integral(curve, model, x0):
 
 @every_curve
 @pytest.mark.parametrize("model", ["CDC", "SDR"])
-@pytest.mark.parametrize("share", [0.01, 0.08, 0.2, 0.5, 0.95])
-def test_elementary_forms_equal_the_quadrature(curve, model, share):
-    x0 = share * end_of(curve)
-    energy, total = elementary_integral(curve, model, x0)
-    expected = float(factor(curve, model, x0))
-    assert float(energy / (2 * total)) == pytest.approx(expected, rel=1e-9)
+def test_elementary_forms_equal_the_quadrature(curve, model):
+    for share in (0.01, 0.08, 0.2, 0.5, 0.95):
+        x0 = share * end_of(curve)
+        energy, total = elementary_integral(curve, model, x0)
+        expected = float(factor(curve, model, x0))
+        assert float(energy / (2 * total)) == pytest.approx(expected, rel=1e-9)
 
 
 X, Z, W1, B1, A1, S1, A3, Z0 = sp.symbols("x z omega_1 b_1 a_1 s_1 a_3 z_0", positive=True)
@@ -210,18 +209,17 @@ def test_elementary_forms_of_the_softening_branch(form, integrand, values):
 
 
 @every_curve
-@every_share
-def test_ecd_solves_abel_s_equation(curve, share):
+def test_ecd_solves_abel_s_equation(curve):
     """The integral of (C/f) dE/sqrt(2 (E0 - E)) from 0 to E0 is delta at every E0."""
     delta = 0.2
     damper = Damping("ECD", delta / np.pi)
-    largest = float(curve.energy(share * end_of(curve)))
+    largest = curve.energy(np.array(SHARES) * end_of(curve))[:, None]
     # With E = E0 sin^2 the integrand has no singularity.
     angle = (np.arange(2000) + 0.5) / 2000 * np.pi / 2
     x = curve.amplitude(largest * np.sin(angle) ** 2)
     ratio = damping_coefficient(curve, damper, x) / curve.force(x)
-    integral = np.mean(ratio * np.sqrt(2 * largest) * np.sin(angle)) * np.pi / 2
-    assert integral == pytest.approx(delta, rel=1e-6)
+    integral = np.mean(ratio * np.sqrt(2 * largest) * np.sin(angle), axis=1) * np.pi / 2
+    np.testing.assert_allclose(integral, delta, rtol=1e-6)
 
 
 def test_abel_s_equation_has_one_solution():
