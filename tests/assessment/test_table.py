@@ -102,7 +102,7 @@ def test_units_stand_in_the_cell_or_in_the_head(head, cells, expected, table):
         ("x,0.25,3,,,,,,,new,,yes,", "restitution"),
         ("x,0.25,3,,yes,,,,,new,0.5,yes,0.4", "diaphragm"),
         ("x,0.25,3,1e9,,,,,,new,,,", "overburden_ratio"),
-        ("x,0.25,3,,,1e-9,0.8,,,,,,", "yield_displacement_ratio"),
+        ("x,0.25,3,,,1e-9,0.8,,,,,,", "a1 is 1e-09"),
         ("x,0.25,3,,,,,,,new,,,1e9", "period"),
         ('x,"0,25",3,,,,,,,new,,,', "the decimal sign must be a point"),
         ('x,"250,5mm",3,,,,,,,new,,,', "the decimal sign must be a point"),

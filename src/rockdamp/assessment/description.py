@@ -31,6 +31,12 @@ WALL_PARAMETERS = (
     "hinge_ratio",
     "overburden_mass",
 )
+# Names in a description of the ratios of `TrilinearCurve`.
+CURVE_NAMES = {
+    "yield_displacement_ratio": "a1",
+    "strength_ratio": "b1",
+    "ultimate_displacement_ratio": "a3",
+}
 
 
 def make_wall(values: Mapping[str, Any]) -> AnyWall:
@@ -92,6 +98,12 @@ def make_curve(values: Mapping[str, Any]) -> TrilinearCurve:
         options["ultimate_displacement_ratio"] = values["a3"]
     if values.get("softening") is not None:
         options["softening"] = values["softening"]
-    if preset is None:
-        return TrilinearCurve(a1, b1, **options)
-    return TrilinearCurve.preset(preset, **options)
+    try:
+        if preset is None:
+            return TrilinearCurve(a1, b1, **options)
+        return TrilinearCurve.preset(preset, **options)
+    except InputError as error:
+        message = str(error)
+        for ratio, name in CURVE_NAMES.items():
+            message = message.replace(ratio, name)
+        raise InputError(message) from error
