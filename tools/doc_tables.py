@@ -211,7 +211,11 @@ def assumed() -> str:
         ("e by the rule `measured`", "e by the rule `impulsive`", "e impulsive"),
         ("e by the rule `measured`", "e of Eq. (7)", "e of Eq. (7)"),
         ("no vertical motion", vertical, "vertical shaking"),
-        ("the worse sign of the eccentricity", "one side only", "eccentric overburden, fixed side"),
+        (
+            "an eccentricity that changes side with the wall, of the worse sign",
+            "an eccentricity that stays on one side",
+            "eccentric overburden, fixed side",
+        ),
     ]
     rows = []
     for assumption, alternative, label in alternatives:
