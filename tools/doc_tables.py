@@ -212,8 +212,8 @@ def assumed() -> str:
         ("e by the rule `measured`", "e of Eq. (7)", "e of Eq. (7)"),
         ("no vertical motion", vertical, "vertical shaking"),
         (
-            "an eccentricity that changes side with the wall, of the worse sign",
-            "an eccentricity that stays on one side",
+            "an eccentricity that changes side with the wall (worse sign)",
+            "one that stays on one side",
             "eccentric overburden, fixed side",
         ),
     ]

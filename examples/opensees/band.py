@@ -43,7 +43,7 @@ def make_joint(tag, nodes, dof, corners, strength, mass, restitution, t_c=0.2):
     It has the element `tag`, the materials `tag` and `tag + 1`, and the parameter `tag`. `corners`
     are u1, u2, u3 of the tri-linear curve [m]: ends of the first branch, of the plateau, and zero
     force. `strength` is the plateau [N], `mass` that of the mechanism for a unit displacement [kg],
-    `t_c` the width of the band [rad]. Beyond u3 the wall has collapsed: the force is zero, and
+    `t_c` the half-width of the band [rad]. Beyond u3 the wall has collapsed: the force is zero, and
     nothing stops it.
     """
     if not (0 < corners[0] <= corners[1] < corners[2] and strength > 0 and mass > 0):
