@@ -7,7 +7,7 @@
 #include <stdio.h>
 
 /* Return C [N s/m] at u [m] and v [m/s]; the damping force is C v.
-   mass: m_eff [kg]; e: restitution; w1: circular frequency of the first branch [rad/s]; t_c: width [rad], 0.2. */
+   mass: m_eff [kg]; e: restitution; w1: circular frequency of the first branch [rad/s]; t_c: half-width [rad], 0.2. */
 static double band_coefficient(double u, double v, double mass, double e, double w1, double t_c) {
     double c = t_c / w1, d = -log(e);
     double strength = d * (1 + 0.4 * t_c * t_c - 0.097 * pow(t_c, 4) - 0.043 * d * d);

@@ -8,7 +8,7 @@ module band
   integer, parameter :: dp = kind(1.0d0)
 contains
   ! Return C [N s/m] at u [m] and v [m/s]; the damping force is C v.
-  ! mass: m_eff [kg]; e: restitution; w1: circular frequency of the first branch [rad/s]; t_c: width [rad], 0.2.
+  ! mass: m_eff [kg]; e: restitution; w1: circular frequency of the first branch [rad/s]; t_c: half-width [rad], 0.2.
   pure function band_coefficient(u, v, mass, e, w1, t_c) result(coefficient)
     real(dp), intent(in) :: u, v, mass, e, w1, t_c
     real(dp) :: coefficient, c, d, strength, r

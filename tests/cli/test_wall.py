@@ -171,6 +171,7 @@ def test_equivalent_gives_one_sided_walls_and_bad_rows_an_error(tmp_path):
     )
     rows = printed("equivalent", "--walls", table)
     errors = {row["id"]: row["error"] for row in rows}
+    assert list(errors) == ["facade", "wall", "bad"]
     assert errors["wall"] is None and "'x'" in errors["bad"]
     assert errors["facade"].startswith("a one-sided wall has no damping ratio")
     ratios = [row["damping_ratio"] for row in rows if row["id"] != "wall"]

@@ -60,10 +60,13 @@ def test_median_scales_with_the_unit_of_the_intensity(median, dispersion, seed):
 @pytest.mark.parametrize(
     ("collapses", "reason"),
     [
-        ([0] * 12, "no run collapses"),
-        ([20] * 12, "every run collapses"),
-        ([0] * 6 + [20] * 6, "all runs collapse from one intensity on, and none below it"),
-        ([0] * 5 + [7] + [20] * 6, "only one intensity has both collapses and survivals"),
+        ([0] * 12, "no record causes collapse"),
+        ([20] * 12, "every record causes collapse"),
+        ([0] * 6 + [20] * 6, "all records cause collapse from one intensity on, and none below it"),
+        (
+            [0] * 5 + [7] + [20] * 6,
+            "at only one intensity do some records cause collapse and others not",
+        ),
         (list(range(12, 0, -1)), "the share of collapses does not rise with intensity"),
         ([10] * 12, "the share of collapses does not rise with intensity"),
     ],
@@ -71,17 +74,17 @@ def test_median_scales_with_the_unit_of_the_intensity(median, dispersion, seed):
 def test_counts_that_define_no_curve_say_why(collapses, reason):
     fit = fit_fragility(INTENSITY, [collapses, range(1, 13)], 20)
     np.testing.assert_array_equal(np.isnan([fit.median, fit.dispersion]), [[True, False]] * 2)
-    assert fit.reason.tolist() == [f"no fragility: {reason}", ""]
+    assert fit.reason.tolist() == [f"no fragility curve: {reason}", ""]
 
 
 def test_counts_without_runs_say_so():
-    assert fit_fragility(INTENSITY, 0, 0).reason == "no fragility: nothing was run"
+    assert fit_fragility(INTENSITY, 0, 0).reason == "no fragility curve: there are no records"
 
 
 def test_fit_that_does_not_converge_says_so():
     intensity = [0.1997, 0.2012, 0.2132, 0.3839, 1.332, 4.9917, 6.3175]
     fit = fit_fragility(intensity, [1, 2, 3, 3, 3, 3, 3], 3)
-    assert fit.reason == "no fragility: the fit does not converge"
+    assert fit.reason == "no fragility curve: the fit does not converge"
     assert np.isnan(fit.median)
 
 
@@ -91,13 +94,13 @@ def true_reasons(collapses, runs):
     mixed = (share > 0) & (share < 1)
     reasons = set()
     if not any(share):
-        reasons.add("no run collapses")
+        reasons.add("no record causes collapse")
     if all(share == 1):
-        reasons.add("every run collapses")
+        reasons.add("every record causes collapse")
     if mixed.sum() == 1:
-        reasons.add("only one intensity has both collapses and survivals")
+        reasons.add("at only one intensity do some records cause collapse and others not")
     if not mixed.any() and (np.diff(share) >= 0).all() and np.ptp(share) == 1:
-        reasons.add("all runs collapse from one intensity on, and none below it")
+        reasons.add("all records cause collapse from one intensity on, and none below it")
     if np.polyfit(np.arange(3), share, 1)[0] <= 1e-12:
         reasons.add("the share of collapses does not rise with intensity")
     return reasons
@@ -106,7 +109,7 @@ def true_reasons(collapses, runs):
 def test_reason_is_true_of_every_three_counts():
     for collapses in product(range(4), repeat=3):
         fit = fit_fragility([1.0, 2.0, 4.0], collapses, 3)
-        reason = str(fit.reason).removeprefix("no fragility: ")
+        reason = str(fit.reason).removeprefix("no fragility curve: ")
         assert (reason == "") == np.isfinite(fit.median), collapses
         assert reason in true_reasons(collapses, 3) | {""}, collapses
 

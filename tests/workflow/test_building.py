@@ -85,7 +85,7 @@ def test_paper_needs_no_study_of_earthquakes(tree):
 REFUSED = {
     "value": ("wall: {thickness: -0.3}", "wall.thickness"),
     "record": ("validation: {record: absent.csv}", "validation.record is 'absent.csv'"),
-    "ground motion": ("records: [absent.csv]", "records: 'absent.csv' matches nothing"),
+    "ground motion": ("records: [absent.csv]", "records: no file or record matches 'absent.csv'"),
 }
 
 

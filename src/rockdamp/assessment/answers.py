@@ -35,12 +35,12 @@ MODEL_INTERVALS = (
     "median_intensity_interval",
     "dispersion_interval",
 )
-# Columns of the table of many walls; median_intensity is median_pgv or median_pga of the dataset.
+# Columns of the table of many walls, with pgv or pga after the first two; median_intensity is
+# median_pgv or median_pga of the dataset.
 ANSWER_COLUMNS = (
     "id",
     "damping_model",
     "restitution",
-    "damping_ratio",
     "rocking_onset",
     "collapses",
     "records",
@@ -140,17 +140,40 @@ def explain_rest(answer: xr.Dataset, curve: TrilinearCurve) -> str:
         return ""
     onset = float(answer["rocking_onset"]) / STANDARD_GRAVITY
     text = (
-        f"No record makes this wall rock: the largest peak is {ratio:.3g} times the yield"
-        f" displacement u1, and rocking starts at a static acceleration of {onset:.3g} g."
+        f"No record makes this wall rock: the largest peak is {ratio:.3g} times u1,"
+        f" where the plateau starts, and rocking starts at a static acceleration of {onset:.3g} g."
         " The model gives no collapse."
     )
     bounds = answer["collapse_probability_interval"].sel(damping_model="CR").isel(intensity=-1)
     most = float(bounds.sel(bound="upper"))
     if np.isfinite(most):
-        stations = count_noun(int(np.unique(answer["station"].values).size), "station")
-        limit = f"The upper bound of {100 * most:.3g} %"
-        text += f" {limit} is only what {stations} can exclude without the model."
+        text += (
+            f" The upper bound of {100 * most:.3g} % reflects only that there are"
+            f" {count_stations(answer)} and ignores that the model predicts no rocking."
+        )
     return f"{text} Check the curve, the eccentricity and the floors."
+
+
+def warn_of_zero(answer: xr.Dataset) -> str:
+    """Return the share that is possible though no record collapses the wall; empty if one does.
+
+    Parameters
+    ----------
+    answer : xarray.Dataset
+        Answer of `assess`, of which the last intensity and the given e count.
+    """
+    cr = answer.sel(damping_model="CR").isel(intensity=-1)
+    if cr["collapses"].item() > 0:
+        return ""
+    bound = float(cr["collapse_probability_interval"].sel(bound="upper"))
+    limit = f"up to {100 * bound:.3g} %" if np.isfinite(bound) else "above zero"
+    stations = count_stations(answer)
+    return f"do not report zero: with {stations} a share {limit} is possible"
+
+
+def count_stations(answer: xr.Dataset) -> str:
+    """Return the number of stations of the records in words: ``22 stations``."""
+    return count_noun(int(np.unique(answer["station"].values).size), "station")
 
 
 def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
@@ -207,7 +230,7 @@ def tabulate_walls(answer: xr.Dataset) -> list[dict[str, Any]]:
         {f"median_{measure}": "median_intensity", "wall": "id", "row_error": "error"}
     )
     law = [name for name in LAW_NAMES if name in answer]
-    columns = [*ANSWER_COLUMNS, *law]
+    columns = [*ANSWER_COLUMNS[:2], measure, *ANSWER_COLUMNS[2:], *law]
     values = answer[columns[2:]].to_dataframe(dim_order=["id", "damping_model"])
     table = values.reset_index()[columns]
     has_error = table["error"] != ""

@@ -13,8 +13,8 @@ from rockdamp.mechanics.wall import SORRENTINO_RATIO, OneSidedWall, Parapet, Wal
 # follow from rigid-body mechanics, as `impulsive` does.
 DEFAULT_RULE = "measured"
 RESTITUTION_RULES = {
-    "measured": f"{SORRENTINO_RATIO:.2f} times Eq. (7)",
-    "rigid": "Eq. (7): angular momentum about the new base pivot",
+    "measured": f"{SORRENTINO_RATIO:.2f} times Eq. (7) of the paper",
+    "rigid": "Eq. (7) of the paper: angular momentum about the new base pivot",
     "impulsive": "rigid bodies, with the impulse of every support",
 }
 
@@ -40,10 +40,14 @@ def find_restitution(wall: AnyWall, restitution: float | str) -> tuple[float, st
         check("restitution", restitution, lambda e: (e >= 0) & (e <= 1), "at least 0 and at most 1")
         return float(restitution), "given"
     if isinstance(wall, OneSidedWall):
-        if isinstance(wall.mechanism, Wall) or restitution != DEFAULT_RULE:
+        if isinstance(wall.mechanism, Wall):
             raise InputError(
-                f"restitution is {restitution!r}; it must be a number, as only a one-sided parapet has"
-                " the rule measured"
+                "restitution is missing, or a rule; a one-sided wall with a hinge needs a number"
+            )
+        if restitution != DEFAULT_RULE:
+            raise InputError(
+                f"restitution is {restitution!r}; it must be a number or measured for a one-sided"
+                " parapet"
             )
         e = float(wall.restitution_measured)
         return e, (

@@ -42,8 +42,8 @@ def err_secant(data: Datasets, limits: Limits) -> Judgement:
     numbers = list_models(error.mean("restitution"))
     finding = (
         "Root mean square error, divided by the release amplitude and averaged over e. Both are"
-        f" lower than that of CDC at {count_cases(cdr_below & sdr_below)}; at all values of e they"
-        f" are lower for {int(lengths.sum())} of {lengths.size} response lengths."
+        f" lower than that of CDC at {count_cases(cdr_below & sdr_below)}; this is so at all"
+        f" values of e for {int(lengths.sum())} of {lengths.size} response lengths."
     )
     return Judgement(parts, numbers, finding)
 
@@ -65,8 +65,9 @@ def err_range(data: Datasets, limits: Limits) -> Judgement:
     parts = {"CDR within": bool(cdr.all()), "SDR outside": bool(sdr.all())}
     numbers = f"CDR {cdr.sum()} of {cdr.size} values of e, SDR {sdr.sum()} of {sdr.size}"
     finding = (
-        f"At a response length of τ = {plain(inferred['response_length'])}. At every other length"
-        f" of the study the claim fails at {int(other_lengths.min())} or more values of e."
+        "Number of values of e at which the model has the smallest error, for a response length of"
+        f" τ = {plain(inferred['response_length'])}. At every other length of the study the claim"
+        f" fails at {int(other_lengths.min())} or more values of e."
     )
     return Judgement(parts, numbers, finding)
 

@@ -92,8 +92,8 @@ def amp_cdr(data: Datasets, limits: Limits) -> Judgement:
     parts = {"CDR": bool(cdr <= limits["slight"])}
     numbers = f"CDR {percent(cdr)}"
     finding = (
-        f"Over all releases of the study, from {extremes(all_releases[RELEASE], plain)} u_ins, it"
-        f" is {percent(wide)}."
+        f"Over all releases of the study, from {extremes(all_releases[RELEASE], plain)} u_ins, the"
+        f" spread of ξ is {percent(wide)}."
     )
     return Judgement(parts, numbers, finding)
 
@@ -153,7 +153,8 @@ def low_amp(data: Datasets, limits: Limits) -> Judgement:
     finding = (
         f"ξ of SDR differs from that of CDR by {percent(high)} at {plain(xi[RELEASE][-1])} u_ins"
         f" and by {percent(low)} at {plain(xi[RELEASE][0])} u_ins, averaged over e. From"
-        f" {plain(reference)} u_ins it is {percent(mean_excess)} larger than from the lowest."
+        f" {plain(reference)} u_ins, ξ of SDR is {percent(mean_excess)} larger than from the"
+        " smallest."
     )
     return Judgement(parts, numbers, finding)
 
@@ -195,8 +196,8 @@ def a1_most(data: Datasets, limits: Limits) -> Judgement:
     parts = {"a1": bool((a1 > largest_other).all())}
     numbers = f"a1 {list_models(a1)}"
     finding = (
-        f"Over slenderness and overburden it is {list_models(largest_other)}, and only for"
-        " responses that are equally long in seconds."
+        f"Spread of ξ over a1. Over slenderness and overburden it is at most"
+        f" {list_models(largest_other)}, and only for responses that are equally long in seconds."
     )
     return Judgement(parts, numbers, finding)
 
@@ -227,8 +228,8 @@ def a1_sign(data: Datasets, limits: Limits) -> Judgement:
     parts = {"CDC less": bool(rises(cdc, A1).all()), "CDR less": bool(rises(cdr, A1).all())}
     numbers = f"CDC {ends['CDC']}, CDR {ends['CDR']}"
     finding = (
-        "Mean ξ at the lowest and at the highest a1. For SDR the paper states both; here it needs"
-        f" more damping at lower a1, at {count_cases(falls(sdr, A1))}."
+        "Mean ξ at the lowest and at the highest a1. For SDR the paper states both trends; here SDR"
+        f" needs more damping at lower a1, at {count_cases(falls(sdr, A1))}."
     )
     return Judgement(parts, numbers, finding)
 

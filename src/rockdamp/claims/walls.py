@@ -124,7 +124,7 @@ def sdr_collapse(data: Datasets, limits: Limits) -> Judgement:
     # omega/omega1 = sqrt(K_sec/K_1), with the secant stiffness K_sec = F/u.
     reference, close = np.sqrt(force / amplitudes / first_stiffness)
     parts = {"very low": bool(close <= limits["very_low"])}
-    numbers = f"{percent(close)} of ξ"
+    numbers = f"{percent(close)} of ξ on the first branch"
     finding = (
         f"Secant frequency at {plain(amplitudes[1])} u_ins, divided by ω1, on the paper's curve:"
         " under SDR the damping ratio is proportional to it. At"

@@ -19,7 +19,8 @@ __all__ = ["main"]
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     invoke_without_command=True,
     epilog="Numbers are in SI or have a unit: --thickness 102mm, --pga 0.3g. "
-    "Begin with: rockdamp wall --help",
+    "Begin with: rockdamp wall --help. The paper that options and outputs quote: Energy "
+    "dissipation involved in the out-of-plane response of unreinforced masonry walls.",
 )
 @click.version_option(__version__, prog_name="rockdamp")
 @click.pass_context

@@ -64,7 +64,7 @@ def intensity_scale(inputs: Inputs) -> IntensityScale:
     ),
 )
 @options.motion_options
-@options.intensity_options
+@options.intensity_options()
 @options.wall_options()
 @options.one_sided_option
 @options.curve_options
@@ -144,8 +144,10 @@ def assess(**inputs: Any) -> None:
 
 def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
     """Print the collapse probability at each intensity, for each e, and the peaks."""
+    from rockdamp.assessment.answers import count_stations
+
     records = int(answer["records"])
-    stations = _count_stations(answer)
+    stations = count_stations(answer)
     one_sided = answer.sizes["damping_model"] == 1
     runs = f"{count_noun(records, 'record')} ({stations})"
     if one_sided:
@@ -154,13 +156,8 @@ def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
     levels = [answer.isel(intensity=index) for index in range(answer.sizes["intensity"])]
     printing.print_table(
         [_share_row(level, scale, wall) for level in levels],
-        f"Collapse probability from {runs}, for each e:",
+        f"Collapse probability from {runs}, for several values of e:",
     )
-
-
-def _count_stations(answer: xr.Dataset) -> str:
-    """Return the number of stations in words: ``22 stations``."""
-    return count_noun(len(set(answer["station"].values.tolist())), "station")
 
 
 def _share_row(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> dict[str, Any]:
@@ -199,7 +196,6 @@ def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
         rows.append(
             {
                 "damper": model,
-                "xi": curve["damping_ratio"].item(),
                 scale.head("median "): curve[median].item() / scale.size,
                 "95 % interval": span(curve[f"{median}_interval"] / scale.size),
                 "dispersion": curve["dispersion"].item(),
@@ -217,25 +213,37 @@ def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
 
 def _describe_result(answer: xr.Dataset, scale: IntensityScale) -> str:
     """Return the answer at the last intensity, and its range, in words."""
+    from rockdamp.assessment.answers import warn_of_zero
+
     cr = answer.sel(damping_model="CR").isel(intensity=-1)
     share = float(cr["collapse_probability"])
-    shares = [share, *cr["case_collapse_probability"].values.tolist()]
+    other_shares = cr["case_collapse_probability"].values.tolist()
+    shares = [share, *other_shares]
     level = scale.level(float(cr[scale.measure]))
     one_sided = answer.sizes["damping_model"] == 1
     runs = "runs" if one_sided else "records"
     count = f"{int(cr['collapses'])} of {int(answer['records'])} {runs}"
-    if max(shares) > 0:
-        spread = f"{percent(min(shares))} to {percent(max(shares))}"
-        advice = f"report the range for all values of e: {spread}"
-        if one_sided:  # tests of its e are few and differ more than the scatter s
-            advice = f"{spread} for these values of e; also run --restitution 0.3 and 0.7"
-        return f"{level}: {count} collapse the wall ({percent(share)}); {advice}"
-    bound = float(cr["collapse_probability_interval"].sel(bound="upper"))
-    limit = f"up to {100 * bound:.3g} %" if isfinite(bound) else "above zero"
-    return (
-        f"{level}: {count} collapse the wall, for any of these values of e; "
-        f"do not report zero: with {_count_stations(answer)} a share {limit} is possible"
-    )
+    result = f"{level}: {count} collapse the wall"
+    warning = warn_of_zero(answer)
+    if max(shares) == 0:
+        return f"{result}, for any of these values of e; {warning}"
+    if warning:
+        e = float(answer["restitution"])
+        others = _describe_shares(other_shares)
+        return f"{result} for e = {e:.3g}, and {others} for the other values of e; {warning}"
+    spread = _describe_shares(shares)
+    advice = f"report the range for all values of e: {spread}"
+    if one_sided:  # tests of its e are few and differ more than the scatter s
+        advice = f"{spread} for these values of e; also run --restitution 0.3 and 0.7"
+    elif " to " not in spread:
+        advice = f"{spread} for every value of e"
+    return f"{result} ({percent(share)}); {advice}"
+
+
+def _describe_shares(shares: list[float]) -> str:
+    """Return the range of shares in per cent; one number if its ends agree."""
+    ends = [percent(min(shares)), percent(max(shares))]
+    return " to ".join(dict.fromkeys(ends))
 
 
 @command(
@@ -252,7 +260,7 @@ def _describe_result(answer: xr.Dataset, scale: IntensityScale) -> str:
     help="Table of walls.",
 )
 @options.motion_options
-@options.intensity_options
+@options.intensity_options(several=False)
 @options.loss_options
 @options.support_options
 @options.output_option(

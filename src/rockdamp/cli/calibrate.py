@@ -278,7 +278,7 @@ def _describe_times(elapsed: Array) -> str:
     if not gaps:
         return text
     place = int(intervals.argmax())
-    longest = f"{intervals[place]:.3g} s after {elapsed[place]:.4g} s"
+    longest = f"of {intervals[place]:.3g} s at t = {elapsed[place]:.4g} s"
     return f"{text}; {count_noun(gaps, 'gap')}, the longest {longest}"
 
 
@@ -299,7 +299,6 @@ def _print_losses(values: dict[str, Any]) -> None:
 
     rigid = values["restitution_rigid"]
     ratio = values["parameters"][-1]["estimate"] / rigid
-    exponent = round(values["loss_exponent"], 2) + 0.0  # + 0 makes 0 of -0
     impacts = [impact for impact in values["impacts"] if impact["impact_rocking"]]
     click.echo(
         f"e is {ratio:.3f} times that of the rule rigid ({rigid:.3f}), from {len(impacts)} impacts"
@@ -329,15 +328,16 @@ def _print_losses(values: dict[str, Any]) -> None:
             f"For an assessment, use --restitution {assessed['restitution']:.3f}"
             f" (e at {REFERENCE_AMPLITUDE:g} u_ins)."
         )
+    interval = span(values["loss_exponent_interval_90"], 2)
     click.echo(
         "The relative energy loss at an impact varies as (energy)^-g, with"
-        f" g = {exponent:.2f} (90 % interval {span(values['loss_exponent_interval_90'], 2)})."
+        f" g = {values['loss_exponent']:.2g} (90 % interval {interval})."
     )
     threshold = values["log_likelihood_threshold"]
     _print_dampers(
         values["damping_models"],
-        "Fit of each damper: the g expected with it, and its log-likelihood"
-        f" (a 90 % test excludes it below {threshold:.3g}):",
+        "Fit of each damper: the exponent g that it predicts, and its log-likelihood relative to the"
+        f" best damper (below {threshold:.3g} it is excluded at the 90 % level):",
     )
     _print_impacts(impacts, len(values["releases"]))
 

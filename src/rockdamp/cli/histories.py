@@ -74,9 +74,9 @@ def decay(**inputs: Any) -> None:
         click.echo("No half cycle ends within this length: give a longer --length.")
     elif inputs["compare"]:
         table = _side_by_side(rows)
-        printing.print_table(table, "Peak u/u_ins after each number of impacts, for each damper:")
+        printing.print_table(table, "Peak u/u_ins after each crossing of u = 0, by damper:")
     else:
-        heads = {"damping_model": "damper", "impacts": "impacts", "tau": "tau", "peak": "peak"}
+        heads = {"damping_model": "damper", "impacts": "crossings", "tau": "tau", "peak": "peak"}
         table = [{head: row[name] for name, head in heads.items()} for row in rows]
         printing.print_table(table, "Peak u/u_ins of each half cycle, at the time tau = p t:")
 
@@ -100,12 +100,12 @@ def _half_cycle_rows(decay: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _side_by_side(rows: list[dict[str, Any]]) -> list[dict[Any, Any]]:
-    """Return a row for each number of impacts before the peak, with a column for each model."""
+    """Return a row for each number of crossings before the peak, with a column for each model."""
     import pandas as pd
 
     models = list(dict.fromkeys(row["damping_model"] for row in rows))
     table = pd.DataFrame(rows).pivot_table(index="impacts", columns="damping_model", values="peak")
-    return table[models].reset_index().to_dict("records")
+    return table[models].rename_axis("crossings").reset_index().to_dict("records")
 
 
 @command(

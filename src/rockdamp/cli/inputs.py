@@ -26,7 +26,7 @@ def warn(name: str, value: SupportsFloat, least: float, most: float, remark: str
 def warn_of_rest(peak: SupportsFloat, curve: rd.TrilinearCurve) -> None:
     """Warn of a wall that does not rock."""
     ratio = float(peak) / float(curve.yield_displacement_ratio)
-    name = "largest peak divided by the yield displacement u1"
+    name = "largest peak divided by u1, where the plateau starts"
     warn(name, ratio, 1.0, inf, "the wall does not rock")
 
 

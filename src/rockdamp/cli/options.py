@@ -240,7 +240,8 @@ def wall_options(kind: type[Quantity] = Quantity) -> Decorator:
             "--eccentricity",
             type=LENGTH,
             default=0.0,
-            help="Offset of the overburden from mid-thickness, positive to the edge where the top turns.",
+            help="Offset of the overburden from mid-thickness, positive where it raises the "
+            "strength.",
         ),
         wall_option("--parapet", is_flag=True, help="A single block that rocks on its base."),
     )
@@ -257,7 +258,8 @@ softening_options = options(
         "--softening",
         type=click.Choice(SOFTENING),
         default="steeper",
-        help="Descending branch for a3 < 1: starts on the rigid line, or is translated (slope -K0).",
+        help="Descending branch for a3 < 1: from the rigid line to u3 (steeper), or parallel "
+        "to it (translated).",
     ),
 )
 _preset_values = "; ".join(f"{name}: {a1:g}, {b1:g}" for name, (b1, a1) in PRESETS.items())
@@ -265,15 +267,15 @@ curve_options = options(
     curve_option(
         "--a1",
         type=NUMBER,
-        help="Yield displacement u1 divided by the instability displacement u_ins.",
+        help="Start of the plateau u1 divided by u_ins (instability).",
     ),
     curve_option(
-        "--b1", type=NUMBER, help="Strength F_y divided by the strength F0 of the rigid wall."
+        "--b1", type=NUMBER, help="Strength F_y divided by the strength F0 of rigid blocks."
     ),
     curve_option(
         "--preset",
         type=click.Choice(list(PRESETS)),
-        help=f"Condition of the joints by Doherty, which sets a1 and b1 ({_preset_values}).",
+        help=f"Condition of the joints according to Doherty; sets a1 and b1 ({_preset_values}).",
     ),
     softening_options,
 )
@@ -309,7 +311,7 @@ loss_options = options(
         "--exponent",
         type=NUMBER,
         default=0.0,
-        help="Exponent g of the decrease of the relative energy loss with the amplitude.",
+        help="Exponent g of the energy: an impact loses a share proportional to (energy)^-g.",
     ),
     damping_option(
         "--at",
@@ -369,19 +371,25 @@ def tail_option(default: float) -> Decorator:
     )
 
 
-intensity_options = options(
-    motion_option(
-        "--pgv",
-        type=Quantity("m s-1", several=True),
-        help="Peak ground velocity to scale each record to; several are separated by commas.",
-    ),
-    motion_option(
-        "--pga",
-        type=Quantity("m s-2", several=True),
-        help="Peak ground acceleration to scale each record to; several are separated by commas.",
-    ),
-    tail_option(3.0),
-)
+def intensity_options(several: bool = True) -> Decorator:
+    """Return the options for the intensity, of which there may be several, and for the tail."""
+
+    def intensity_option(name: str, quantity: str, unit: str) -> Decorator:
+        count = "several are separated by commas" if several else "one number"
+        return motion_option(
+            name,
+            type=Quantity(unit, several=True),
+            metavar=None if several else f"[{unit}]",
+            help=f"Peak ground {quantity} to scale each record to; {count}.",
+        )
+
+    return options(
+        intensity_option("--pgv", "velocity", "m s-1"),
+        intensity_option("--pga", "acceleration", "m s-2"),
+        tail_option(3.0),
+    )
+
+
 support_options = options(
     building_option(
         "--building-period",

@@ -19,8 +19,8 @@ WALL_LINES = {
     "weight": ("weight W", "kN", 1000.0),
     "effective_mass": ("effective mass m_eff", "kg", 1.0),
     "excitation_factor": ("excitation factor lambda", "-", 1.0),
-    "rigid_strength": ("strength of the rigid wall F0", "kN", 1000.0),
-    "rigid_stiffness": ("stiffness of the rigid wall K0", "kN/m", 1000.0),
+    "rigid_strength": ("strength of rigid blocks F0", "kN", 1000.0),
+    "rigid_stiffness": ("slope of the falling branch K0", "kN/m", 1000.0),
     "instability_displacement": ("instability displacement u_ins", "mm", 0.001),
     "frequency_parameter": ("frequency parameter p", "rad/s", 1.0),
     "rocking_onset": ("acceleration that starts rocking", "m/s2", 1.0),
@@ -192,8 +192,8 @@ def equivalent(**inputs: Any) -> None:
     """Damping ratios equivalent to a coefficient of restitution, or vice versa.
 
     The table has a row for each e and viscous damper. Use the column xi: it has the smallest error
-    in free decay, Eq. (17) of the paper. The other columns are the closed form of the energy and
-    the polynomials, which are fitted for b1 = 0.85 and empty outside their range of a1 and e.
+    in free decay, Eq. (17) of the paper. Two more columns give xi by the closed form and by the
+    polynomials, which are fitted for b1 = 0.85 and empty outside their range of a1 and e.
     """
     e = inputs["restitution"]
     xi = inputs["damping_ratio"]
@@ -235,19 +235,20 @@ def _equivalent_walls(path: Path, release: float) -> list[dict[str, Any]]:
     from rockdamp.assessment.table import BadRow, read_walls
 
     rows: list[dict[str, Any]] = []
-    errors = []
     for row in read_walls(path):
         if isinstance(row, BadRow):
-            errors.append({"id": row.id, "error": row.error})
+            rows.append({"id": row.id, "error": row.error})
         elif isinstance(row.wall, rd.OneSidedWall):
-            errors.append({"id": row.id, "error": ONE_SIDED})
+            rows.append({"id": row.id, "error": ONE_SIDED})
         else:
             answers = rd.equivalent(row.restitution, row.curve, release_amplitude=release)
             rows += [{"id": row.id, **answer, "error": None} for answer in answers]
-    if not rows:
-        first = errors[0]
+    ratios = [row for row in rows if row["error"] is None]
+    if not ratios:
+        first = rows[0]
         raise rd.InputError(f"{path}: no wall has a damping ratio; {first['id']}: {first['error']}")
-    return rows + [dict.fromkeys(rows[0]) | error for error in errors]
+    columns = dict.fromkeys(ratios[0])
+    return [columns | row for row in rows]
 
 
 def _print_ratios(rows: list[dict[str, Any]], release: float) -> None:

@@ -140,8 +140,7 @@ class WallSizes(Section):
     overburden_ratio: OverburdenRatio
     """Vertical force on top divided by the wall's weight, O/W. [-]"""
     eccentricity: float
-    """Distance of the overburden from mid-thickness, positive towards the top contact corner.
-    [m]"""
+    """Distance of the overburden from mid-thickness, positive where it raises the strength. [m]"""
     density: Positive
     """Density of the masonry. [kg m-3]"""
     width: Positive
@@ -331,7 +330,7 @@ class NamedWall(Section):
     hinge_ratio: Fraction | None = None
     """Height h1 of the hinge divided by the height h of the wall. [-]"""
     preset: Literal["new", "moderate", "severe"] | None = None
-    """Condition of the joints by Doherty, which gives a1 and b1."""
+    """Condition of the joints according to Doherty; sets a1 and b1."""
     yield_displacement_ratio: Positive | None = None
     """Start of the plateau, a1 = u1/u_ins; less than a2, the end of the plateau. [-]"""
     strength_ratio: Fraction | None = None

@@ -24,14 +24,14 @@ REFERENCE_QUANTITY = {
     "CDC": "w1",
     "CDR": "secant frequency",
     "SDR": "w1, times secant over initial stiffness",
-    "ECD": "none: strain energy V(u)",
+    "ECD": "abs(f)/sqrt(2 V), strain energy V(u)",
     "BAND": "none: takes e and w1",
 }
 # Feature that a program needs for each damper, the damper with the smallest errors first.
 REQUIREMENT = {
     "BAND": "a formula in u and v",
     "CDR": "a secant-based coefficient",
-    "CDC": "a constant",
+    "CDC": "a constant coefficient",
 }
 
 

@@ -56,7 +56,8 @@ def free_decay(
     xarray.Dataset
         ``displacement`` (u/u_ins) and ``velocity`` at each step ``tau``; ``peak``, ``peak_tau``,
         ``impacts``, ``collapsed`` and ``end_tau`` of each history. With a wall also
-        ``control_displacement`` [m], ``control_velocity`` [m s-1], ``elapsed`` [s],
+        ``control_displacement`` [m], that of the hinge or of the top of a parapet,
+        ``control_velocity`` [m s-1], ``elapsed`` [s],
         ``peak_displacement`` [m], ``peak_elapsed`` and ``end_elapsed`` [s]. Every variable states
         its unit and meaning.
 

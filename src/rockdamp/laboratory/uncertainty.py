@@ -67,7 +67,8 @@ def covariance_by_sensor(derivative: Array, residual: Array) -> Array:
     # ASSUME: above this condition number the record does not determine the parameters.
     if not scale.all() or np.linalg.cond(derivative / scale) > 1e4:
         raise InputError(
-            "the record does not determine a1, b1 and e; the wall must leave its first branch"
+            "the test does not determine a1, b1 and e: with these sizes no peak clearly leaves the"
+            " first branch; check thickness, height and the units"
         )
     scores = (derivative / scale) * residual[:, None]
     samples, parameters = scores.shape

@@ -67,12 +67,13 @@ class Damping:
         Name of the model.
     value : float or ndarray
         For CR the coefficient of restitution e, 0 to 1: whenever u changes sign, the velocity is
-        multiplied by e. For the other models the damping ratio xi, at least 0. [-]
+        multiplied by e. For the other models the damping ratio xi, at least 0; that of BAND is
+        -ln(e)/pi: `from_restitution` takes e. [-]
     order : float or ndarray, optional
         Order m of ECD; a larger order is closer to restitution. The default is 0. [-]
     width : float or ndarray, optional
-        For BAND t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad]. For CQD the half
-        width over a1, 0.25 by default [-].
+        For BAND the half-width t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad]. For
+        CQD the half width over a1, 0.25 by default [-].
     loss_exponent : float or ndarray
         Exponent g of CR and ECD. With g > 0 the relative loss is larger at small amplitudes: an
         impact at the energy E- leaves E+^g = E-^g - E_r^g (1 - e^2g), or stops the wall. For ECD
@@ -137,8 +138,8 @@ class Damping:
         order : float or ndarray, optional
             Order m of ECD. The default is 0. [-]
         width : float or ndarray, optional
-            For BAND t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad]. For CQD the
-            half width divided by a1, 0.25 by default [-].
+            For BAND the half-width t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad].
+            For CQD the half width divided by a1, 0.25 by default [-].
         loss_exponent : float or ndarray
             Exponent g of CR and ECD; with g > 0 the relative loss is larger at small amplitudes.
             The default is 0. [-]

@@ -60,7 +60,7 @@ class _Mechanism:
             "eccentricity",
             self.eccentricity,
             lambda d: np.abs(d) <= largest,
-            "at most half the thickness, either way [m]",
+            "from -t/2 to t/2 [m]",
         )
         object.__setattr__(self, "eccentricity", eccentricity)
         object.__setattr__(self, "own_inertia", self.own_inertia.astype(bool))
@@ -169,9 +169,9 @@ class Wall(_Mechanism):
         Vertical force on the top divided by the weight of the wall, O/W, from 0 to 1000. The
         default is 0. [-]
     eccentricity : float or ndarray
-        Distance of the overburden from mid-thickness, positive towards the corner about which the
-        top turns; it changes side with u. At most half the thickness, either way. The default is
-        0. [m]
+        Distance of the overburden from mid-thickness, from -t/2 to t/2, positive where it raises
+        the strength: towards the corner about which the top turns. It changes side with u. The
+        default is 0. [m]
     overburden_mass : float or ndarray
         Part of the overburden, from 0 to 1, that is a mass and moves up and down with the top; the
         rest is a force alone. The floor holds the mass horizontally. The mass makes the wall slower
@@ -354,9 +354,9 @@ class Parapet(_Mechanism):
         Vertical force on the top divided by the weight of the parapet, O/W, from 0 to 1000. The
         default is 0. [-]
     eccentricity : float or ndarray
-        Distance of the overburden from mid-thickness, positive towards the corner about which the
-        top turns; it changes side with u. At most half the thickness, either way. The default is
-        0. [m]
+        Distance of the overburden from mid-thickness, from -t/2 to t/2, positive where it raises
+        the strength: towards the corner about which the top turns. It changes side with u. The
+        default is 0. [m]
     own_inertia : bool or ndarray of bool
         False for the effective mass of a slender block, 2/3 m, as in the paper. True for that of a
         block of finite thickness, 2/3 m (1 + (t/h)^2).

@@ -194,7 +194,7 @@ def _matches(pattern: str) -> list[str]:
         sets = [
             f"{name}/{numbers[0]} to {numbers[-1]}" for name, (_, numbers) in RECORD_SETS.items()
         ]
-        allowed = f"{PACKAGE_PREFIX}SET/NUMBER/COMPONENT of {', '.join(sets)}, each with /a and /b"
+        allowed = f"{PACKAGE_PREFIX}SET/NUMBER/COMPONENT of {', '.join(sets)}, followed by /a or /b"
     else:
         names = _paths(pattern)
         allowed = (
@@ -202,7 +202,7 @@ def _matches(pattern: str) -> list[str]:
             f"or {PACKAGE_PREFIX}SET/NUMBER/COMPONENT"
         )
     if not names:
-        raise InputError(f"records: {pattern!r} matches nothing; it must be {allowed}")
+        raise InputError(f"records: no file or record matches {pattern!r}; it must be {allowed}")
     return names
 
 

@@ -41,7 +41,7 @@ ORDER_DAMPERS = ("ECD", "ECD16", "ECD64", "BAND0.4", RECOMMENDED_BAND, "BAND0.1"
 ORDER_COLUMNS = {
     "Error of the peak, median": "log_error_median",
     "Error of the peak, 90th percentile": "log_error_90",
-    "Peaks off by more than 5 %": "share_above",
+    "Peaks with an error above 5 %": "share_above",
     "Missed collapses": "missed_collapse_rate",
     "Added collapses": "added_collapse_rate",
 }
@@ -362,8 +362,9 @@ def measured_rocking(measured: xr.Dataset) -> dict[str, Any]:
         "p": [number(value, 2) for value in p],
         "trials": int(measured["trials"] - measured["duplicates"]),
         "sentences": [
-            f"ln L of SDR exceeds the larger of CDC's and CDR's by"
-            f" {write_extremes(sdr - np.maximum(cdc, cdr))}, over the numbers of impacts used.",
+            f"ln L of SDR exceeds that of both CDC and CDR by"
+            f" {write_extremes(sdr - np.maximum(cdc, cdr))}, depending on the number of"
+            " impacts used.",
             f"CDR exceeds CDC by {write_extremes(cdr - cdc)}.",
             f"The likelihood ratio test rejects a constant e at 5 % with"
             f" {join_words(rejecting) or 'no number of'} impacts used, in favour of the power law;"

@@ -15,7 +15,7 @@ from jinja2 import Environment, StrictUndefined
 from matplotlib.figure import Figure
 
 from rockdamp import __version__
-from rockdamp.assessment.answers import explain_rest, measure_name, reasons
+from rockdamp.assessment.answers import explain_rest, measure_name, reasons, warn_of_zero
 from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION
 from rockdamp.assessment.sensitivity import sensitivity
 from rockdamp.constants import (
@@ -89,6 +89,7 @@ def write_wall_page(
         supports=name_supports(building, diaphragm),
         answer=answer,
         rest=explain_rest(answer, curve),
+        zero_warning=warn_of_zero(answer),
         cases=CASES,
         is_wall=is_wall,
         histories=int(answer["records"]) * answer[f"stripe_{measure}"].size,
@@ -140,13 +141,13 @@ def list_inputs(wall: Wall | Parapet, curve: TrilinearCurve, onset: float) -> li
             ("share of the overburden with mass", wall.overburden_mass, ""),
         ]
     inputs += [
-        ("yield displacement ratio a₁", curve.yield_displacement_ratio, ""),
+        ("start of the plateau a₁ = u₁/u_ins", curve.yield_displacement_ratio, ""),
         ("strength ratio b₁", curve.strength_ratio, ""),
         ("ultimate displacement ratio a₃", curve.ultimate_displacement_ratio, ""),
     ]
     derived = [
         ("weight W", float(wall.weight) / 1000, "kN"),
-        ("strength of the rigid wall F₀", float(wall.rigid_strength) / 1000, "kN"),
+        ("strength of rigid blocks F₀", float(wall.rigid_strength) / 1000, "kN"),
         ("instability displacement", 1000 * float(wall.instability_displacement), "mm"),
         ("frequency parameter p", float(wall.frequency_parameter), "rad/s"),
         ("acceleration at the wall at which rocking starts", onset / STANDARD_GRAVITY, "g"),

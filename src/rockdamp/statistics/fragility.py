@@ -99,16 +99,18 @@ def fit_fragility(intensity: ArrayLike, collapses: ArrayLike, runs: ArrayLike) -
         dispersion[defined] = np.where(fitted, spread / b, np.nan)
     reasons = {
         "": np.isfinite(median),
-        "no fragility: nothing was run": np.all(n == 0, axis=-1),
-        "no fragility: no run collapses": np.all(k == 0, axis=-1),
-        "no fragility: every run collapses": np.all(k == n, axis=-1),
-        "no fragility: the fit does not converge": rises,
-        "no fragility: the share of collapses does not rise with intensity": defined,
-        "no fragility: only one intensity has both collapses and survivals": (
+        "no fragility curve: there are no records": np.all(n == 0, axis=-1),
+        "no fragility curve: no record causes collapse": np.all(k == 0, axis=-1),
+        "no fragility curve: every record causes collapse": np.all(k == n, axis=-1),
+        "no fragility curve: the fit does not converge": rises,
+        "no fragility curve: the share of collapses does not rise with intensity": defined,
+        "no fragility curve: at only one intensity do some records cause collapse and others not": (
             lowest_collapse == highest_survival
         ),
     }
-    separated = "no fragility: all runs collapse from one intensity on, and none below it"
+    separated = (
+        "no fragility curve: all records cause collapse from one intensity on, and none below it"
+    )
     reason = np.select(list(reasons.values()), list(reasons), separated)
     return Fragility(median, dispersion, reason)
 
