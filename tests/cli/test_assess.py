@@ -317,6 +317,7 @@ def test_batch_prints_in_the_unit_asked_for_and_stores_si(batch):
     assert float(rows[0]["median_intensity"]) == pytest.approx(median)
     assert {row["intensity_unit"] for row in rows if not row["error"]} == {"m s-2"}
     assert "scaled to PGA 0.5 g" in text
+    assert rows[0]["collapses"] == str(values[0]["collapses"])
     assert float(rows[0]["pga_m_s2"]) == pytest.approx(0.5 * G)
     assert "number of records that collapse the wall, and median PGA [g] at collapse:" in text
     assert f"{median / G:.3g}" in text
@@ -336,7 +337,7 @@ def test_batch_has_the_numbers_of_assess(batch):
     values = printed("assess", *third, *RECORDS, "--pga", "0.5g")
     for row, model in zip(rows[3:], values["models"], strict=True):
         assert row["damping_model"] == model["damping_model"]
-        assert int(float(row["collapses"])) == model["collapses"]
+        assert int(row["collapses"]) == model["collapses"]
         assert float(row["median_intensity"]) == pytest.approx(model["median_intensity"], rel=1e-8)
 
 

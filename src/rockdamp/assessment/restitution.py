@@ -13,7 +13,7 @@ from rockdamp.mechanics.wall import SORRENTINO_RATIO, OneSidedWall, Parapet, Wal
 # follow from rigid-body mechanics, as `impulsive` does.
 DEFAULT_RULE = "measured"
 RESTITUTION_RULES = {
-    "measured": f"{SORRENTINO_RATIO:.2f} times Eq. (7) of the paper",
+    "measured": f"{SORRENTINO_RATIO:.2f} times Eq. (7) of the paper, from tests of other walls",
     "rigid": "Eq. (7) of the paper: angular momentum about the new base pivot",
     "impulsive": "rigid bodies, with the impulse of every support",
 }

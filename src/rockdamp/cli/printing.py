@@ -187,8 +187,9 @@ def write_csv(rows: Iterable[Inputs], path: Path) -> None:
 
     from rockdamp.storage.files import replace_file
 
+    table = pd.DataFrame(list(rows), dtype=object)  # counts stay whole beside an empty cell
     with replace_file(path) as temporary:
-        pd.DataFrame(list(rows)).rename(columns=CSV_COLUMNS).to_csv(temporary, index=False)
+        table.rename(columns=CSV_COLUMNS).to_csv(temporary, index=False)
     announce(path)
 
 
