@@ -60,7 +60,7 @@ def areas_under(corners, force, end):
 
 @pytest.fixture(scope="session")
 def minimal(tmp_path_factory, worker_id):
-    """Folder of the minimal results; tests/support/minimal_build.py says how it is made and reused."""
+    """Folder of the minimal results; tests/support/minimal_build.py makes and reuses it."""
     if FINISHED_BUILD in os.environ:
         return Path(os.environ[FINISHED_BUILD]).resolve()
     base = tmp_path_factory.getbasetemp()

@@ -174,7 +174,7 @@ def test_few_stations_have_no_interval_and_say_why(stations, has_interval, wall,
 
 
 def test_fewest_stations_are_rarely_drawn_alone():
-    """A given station is drawn alone in a share g^-g of the replicates, below 2.5 % from four on."""
+    """A given station is drawn alone in g^-g of the replicates, below 2.5 % from four on."""
     assert float(FEWEST_STATIONS) ** -FEWEST_STATIONS < 0.025
     fewer = FEWEST_STATIONS - 1
     assert float(fewer) ** -fewer > 0.025

@@ -85,7 +85,7 @@ def test_quantile_counts_collapses_as_the_largest(peaks, share, quantile):
 
 @pytest.fixture(scope="module")
 def stripes():
-    """Collapses at each stripe: of the two records of a station one collapses from 5, one from 8."""
+    """Collapses at each stripe: of a station's two records one collapses from 5, one from 8."""
     return np.arange(STRIPES.size) >= np.tile([5, 8], 5)[:, None]
 
 

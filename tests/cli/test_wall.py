@@ -1,4 +1,4 @@
-"""`wall` and `equivalent`: the numbers are those of the package, and the tables say what they are."""
+"""`wall` and `equivalent`: the numbers are those of the package, and the tables name them."""
 
 import csv
 

@@ -1,4 +1,4 @@
-"""Minima of Err, Eq. (17), and of the integral it tends to, and the protocol that publishes them."""
+"""Minima of Err, Eq. (17), and of its integral, and the protocol that publishes them."""
 
 import numpy as np
 import pytest

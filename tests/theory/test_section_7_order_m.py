@@ -220,7 +220,7 @@ def test_two_different_sides_lose_the_same_fraction(order, x0):
 
 
 def damped_rates(amplitude, order, load, slope=0.0):
-    """Return the rates of (y, v) of a linear spring with omega_1 = 1 under a load linear in time."""
+    """Return the rates of (y, v) of a linear spring, omega_1 = 1, under a load linear in time."""
 
     def rates(t, state):
         y, v = state.tolist()

@@ -1,4 +1,4 @@
-"""Sections 1 to 6 of docs/theory.md: the closed form, the energy-consistent damper, their errors."""
+"""Sections 1 to 6 of docs/theory.md: the closed form, the energy-consistent damper, errors."""
 
 import mpmath
 import numpy as np

@@ -192,9 +192,8 @@ def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
     has_few_stations = stations < FEWEST_STATIONS
     texts = []
     if has_few_stations:
-        texts.append(
-            f"no intervals: {count_noun(stations, 'station')}, at least {FEWEST_STATIONS} are needed"
-        )
+        count = count_noun(stations, "station")
+        texts.append(f"no intervals: {count}, at least {FEWEST_STATIONS} are needed")
     if not np.isfinite(model[median]):
         counts = model["stripe_collapses"].values
         texts.append(str(fit_fragility(STRIPES, counts, answer["records"].item()).reason))

@@ -273,8 +273,8 @@ def _describe_shares(shares: list[float]) -> str:
 def batch(**inputs: Any) -> None:
     """Collapse probability of many walls under records.
 
-    The input table has a row for each wall, with the columns id, thickness and height, and any of width,
-    density, hinge_ratio, overburden_ratio or overburden, overburden_mass, eccentricity, parapet
+    The input table has a row for each wall, with the columns id, thickness and height, and any of
+    width, density, hinge_ratio, overburden_ratio or overburden, overburden_mass, eccentricity, parapet
     (yes), one_sided (yes), a1 and b1 or preset, a3, softening, restitution, diaphragm_period.
     Numbers are in SI, or have their unit in the cell (300mm) or in the column header (thickness
     [mm]). If a row cannot be computed, the column error of the output gives the reason; the other

@@ -336,8 +336,8 @@ def _print_losses(values: dict[str, Any]) -> None:
     threshold = values["log_likelihood_threshold"]
     _print_dampers(
         values["damping_models"],
-        "Fit of each damper: the exponent g that it predicts, and its log-likelihood relative to the"
-        f" best damper (below {threshold:.3g} it is excluded at the 90 % level):",
+        "Fit of each damper: the exponent g that it predicts, and its log-likelihood relative to"
+        f" the best damper (below {threshold:.3g} it is excluded at the 90 % level):",
     )
     _print_impacts(impacts, len(values["releases"]))
 

@@ -295,8 +295,8 @@ damping_options = options(
         "--damping-model",
         type=Models(),
         help="CR (restitution), CDC (constant coefficient), CDR (constant ratio), SDR "
-        "(stiffness-proportional), ECD (energy-consistent) or BAND (fixed time); an order or a width "
-        "may follow: ECD16, BAND0.4.  [default: CR]",
+        "(stiffness-proportional), ECD (energy-consistent) or BAND (fixed time); an order or a "
+        "width may follow: ECD16, BAND0.4.  [default: CR]",
     ),
     damping_option("--damping-ratio", type=NUMBER, help="Damping ratio xi of a viscous model."),
     damping_option(

@@ -157,8 +157,8 @@ def print_dampers(damping: Inputs, rows: Iterable[Inputs]) -> None:
     print_table(
         [table[model] for model in dict.fromkeys([*REQUIREMENT, *table])],
         "If you use another program, take the first damper that it supports "
-        f"(e = {e:.3g}, w1 = {w1:.3g} rad/s, T1 = {period:.3g} s; missed collapses are those of the "
-        "study of eight walls, not of this wall):",
+        f"(e = {e:.3g}, w1 = {w1:.3g} rad/s, T1 = {period:.3g} s; missed collapses are those of "
+        "the study of eight walls, not of this wall):",
     )
 
 

@@ -41,7 +41,7 @@ class Trials:
     Parameters
     ----------
     ratio : ndarray, shape (trials, impacts)
-        Ratio of the angular velocities after and before an impact, NaN after a trial's last impact. [-]
+        Angular velocity after an impact divided by that before; NaN after a trial's last one. [-]
     geometry : ndarray of int, shape (trials,)
         Index of each trial's block.
     housner : ndarray, shape (geometries,)
