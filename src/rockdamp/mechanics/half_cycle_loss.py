@@ -134,25 +134,30 @@ def _invert_loss(delta: Array, t_c: Array, rule: tuple[Array, Array]) -> Array:
     return strength
 
 
-def _loss_terms(t_c: Array, rule: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return b and w: delta is the sum of delta' w/(1 - (b delta')^2) over their last axis.
+def _loss_terms(t_c: Array, rule: tuple[Array, Array]) -> list[tuple[Array, Array]]:
+    """Return pairs of b and w, with which delta is the sum of delta' w/(1 - (b delta')^2).
 
     The variable of integration is the phase theta, t = tan(theta), in which the integrand of a wide
-    band is smooth. The two nodes at +theta and -theta have one term.
+    band is smooth. The two nodes at +theta and -theta have one pair.
     """
-    nodes, weights = rule
-    width = t_c[..., None]
-    edge = np.arctan(width)
-    t = np.tan(edge * nodes)
-    cosine_squared = 1 / (1 + t * t)
-    g = 0.75 * (1 - (t / width) ** 2) / width  # G/delta'
-    return g * t * cosine_squared, 2 * weights * edge * g * cosine_squared
+    edge = np.arctan(t_c)
+    terms = []
+    for node, weight in zip(*rule, strict=True):
+        t = np.tan(edge * node)
+        cosine_squared = 1 / (1 + t * t)
+        g = 0.75 * (1 - (t / t_c) ** 2) / t_c  # G/delta'
+        terms.append((g * t * cosine_squared, 2 * weight * edge * g * cosine_squared))
+    return terms
 
 
-def _sum_loss(strength: Array, terms: tuple[Array, Array]) -> tuple[Array, Array]:
+def _sum_loss(strength: Array, terms: list[tuple[Array, Array]]) -> tuple[Array, Array]:
     """Return delta and its derivative with respect to delta'."""
-    b, w = terms
-    square = (strength[..., None] * b) ** 2
-    part = w / (1 - square)
-    slope = np.sum(part * (1 + square) / (1 - square), axis=-1)
-    return strength * np.sum(part, axis=-1), slope
+    total = np.zeros_like(strength)
+    slope = np.zeros_like(strength)
+    # Pair by pair: arrays of all pairs would not fit into the processor's cache.
+    for b, w in terms:
+        square = (strength * b) ** 2
+        part = w / (1 - square)
+        total = total + part
+        slope = slope + part * (1 + square) / (1 - square)
+    return strength * total, slope
