@@ -102,7 +102,7 @@ def test_options_reach_files_of_plain_numbers(folder):
         (["fema-p695:middle-field/*"], ["'fema-p695:middle-field/*'", *RECORD_SETS]),
         (
             ["fema-p695:far-field/23/a"],
-            ["far-field/1 to 22", "near-field-no-pulse/15 to 28", "/a and /b"],
+            ["far-field/1 to 22", "near-field-no-pulse/15 to 28", "/a or /b"],
         ),
         (["near/third.csv"], ["'near/third.csv'"]),
         (["empty"], ["'empty'"]),

@@ -1,7 +1,6 @@
 """Files of records: the formats that are read, and the refusals of all others."""
 
 import re
-import time
 
 import numpy as np
 import pytest
@@ -196,12 +195,9 @@ def test_rounded_times_are_uniform(step, times, number_format, read):
 
 
 @pytest.mark.parametrize("number_format", ["{:.3f}", "{!r}"])
-def test_200_000_samples_are_read_at_once(number_format, read):
+def test_200_000_samples_are_read(number_format, read):
     text = csv(np.arange(200_000) / 128, number_format)
-    start = time.process_time()
     assert read(text).elapsed.size == 200_000
-    # It takes 0.8 s alone; processes that share a processor slow each other.
-    assert time.process_time() - start < 2
 
 
 # --- refusals ----------------------------------------------------------------------------------
