@@ -18,6 +18,7 @@ from scipy.stats import chi2
 
 from rockdamp.constants import RECOMMENDED_SOURCE, REFERENCE, VISCOUS_MODELS
 from rockdamp.equivalence.programs import REFERENCE_QUANTITY, REQUIREMENT
+from rockdamp.report.tables import judge_assumption
 from rockdamp.storage import dataset
 from rockdamp.text import DASH, number, percent, plain
 
@@ -234,14 +235,8 @@ def describe_intensities(case: xr.Dataset) -> list[str]:
     """Return the ratio of the intensities of all walls and of single ones, and the side of 1."""
     all_walls = case.sel(wall="all")
     single_walls = case["median_intensity_ratio"].drop_sel(wall="all")
-    low, high = all_walls["median_intensity_ratio_interval"].values
-    side = "neither"
-    if high < 1:
-        side = "unsafe"
-    elif low > 1:
-        side = "safe"
     limits = f"{number(single_walls.min())} to {number(single_walls.max())}"
-    return [interval(all_walls, "median_intensity_ratio"), limits, side]
+    return [interval(all_walls, "median_intensity_ratio"), limits, judge_assumption(all_walls)]
 
 
 def choices() -> str:

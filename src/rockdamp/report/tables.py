@@ -308,15 +308,27 @@ def supports(study: xr.Dataset) -> list[tuple[str, str, str]]:
     rows = []
     for name in study["assumption"].values:
         case = study.sel(assumption=name, wall="all")
-        low, high = case["median_intensity_ratio_interval"].values
-        side = "neither"
-        if high < 1:
-            side = "unsafe"
-        elif low > 1:
-            side = "safe"
         ratio = write_interval(case, "median_intensity_ratio")
-        rows.append((describe_assumption(str(name)), ratio, side))
+        rows.append((describe_assumption(str(name)), ratio, judge_assumption(case)))
     return rows
+
+
+def judge_assumption(case: xr.Dataset) -> str:
+    """Return whether an assumption is safe, unsafe or neither, by the interval of its ratio.
+
+    Parameters
+    ----------
+    case : xarray.Dataset
+        ``median_intensity_ratio_interval`` of the study of supports, or of the loss law, for one
+        alternative and all walls: the intensity of collapse with the alternative divided by that
+        with our assumption.
+    """
+    low, high = case["median_intensity_ratio_interval"].values
+    if high < 1:
+        return "unsafe"
+    if low > 1:
+        return "safe"
+    return "neither"
 
 
 def loss_law(study: xr.Dataset) -> dict[str, str] | None:

@@ -290,8 +290,8 @@ def wilson(share: ArrayLike, count: ArrayLike) -> Array:
     r"""Return the 95 % score interval of a proportion, shape (..., 2), within 0 to 1.
 
     .. math::
-        \frac{\hat{p} + \frac{z^2}{2 n} \pm z \sqrt{\frac{\hat{p} (1 - \hat{p})}{n} + \frac{z^2}{4
-        n^2}}}{1 + z^2/n}
+        \frac{\hat{p} + \frac{z^2}{2 n}
+        \pm z \sqrt{\frac{\hat{p} (1 - \hat{p})}{n} + \frac{z^2}{4 n^2}}}{1 + z^2/n}
 
     Parameters
     ----------
