@@ -119,8 +119,11 @@ def _case_values(answer: xr.Dataset, case: xr.DataArray) -> dict[str, Any]:
     }
 
 
-def largest_peak_over_yield(answer: xr.Dataset, curve: TrilinearCurve) -> float:
-    """Return the largest peak under CR at the last intensity over u1; NaN if a record collapses."""
+def ductility_demand(answer: xr.Dataset, curve: TrilinearCurve) -> float:
+    """Return the largest peak under CR at the last intensity, divided by u1.
+
+    It is NaN if a record collapses the wall.
+    """
     peaks = answer["peak"].sel(damping_model="CR").isel(intensity=-1)
     return float(peaks.max(skipna=False) / curve.yield_displacement_ratio)
 
@@ -135,7 +138,7 @@ def explain_rest(answer: xr.Dataset, curve: TrilinearCurve) -> str:
     curve : TrilinearCurve
         Force-displacement curve of the wall.
     """
-    ratio = largest_peak_over_yield(answer, curve)
+    ratio = ductility_demand(answer, curve)
     if not ratio < 1:
         return ""
     onset = float(answer["rocking_onset"]) / STANDARD_GRAVITY

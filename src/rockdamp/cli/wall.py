@@ -146,7 +146,7 @@ def _print_damping(damping: dict[str, Any]) -> None:
     click.echo()
     printing.print_dampers(damping, damping["damping"])
     click.echo(
-        f"CDC: C = {damping['damping_coefficient']:.4g} N s/m; in OpenSees"
+        f"CDC for 1 m of wall: C = {damping['damping_coefficient']:.4g} N s/m; in OpenSees"
         f" rayleigh {damping['rayleigh_alpha_m']:.4g} 0 0 0 (alphaM = 2 xi w1), for an oscillator"
         " of mass m_eff alone"
     )

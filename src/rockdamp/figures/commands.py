@@ -200,6 +200,7 @@ def free_rocking_figure(fitted: xr.Dataset) -> Figure:
     if releases > 1:
         title += f", the first of {releases} releases"
     history.set_title(title)
+    history.set_xlabel(TIME)
     draw_half_periods(periods, fitted)
     draw_impacts(impacts, fitted)
     figure.suptitle(record_title(fitted), fontsize=8)
@@ -234,14 +235,15 @@ def draw_half_periods(axes: Axes, fitted: xr.Dataset) -> None:
     axes.plot(amplitude, fitted["half_period"], **series(0, linestyle="none"))
     axes.plot(ascending, fitted["half_period_fitted"][order], **look("CR", marker=""))
     axes.plot(ascending, rigid, color=GREY, linestyle="dotted", label="rigid wall")
-    axes.set(xlabel=DISPLACEMENT, ylabel="half period [s]", xlim=(0, None), ylim=(0, None))
+    axes.set(xlabel=f"peak, {DISPLACEMENT}", ylabel="half period [s]")
+    axes.set(xlim=(0, None), ylim=(0, None))
     a1 = write_estimate(fitted, "yield_displacement_ratio")
     b1 = write_estimate(fitted, "strength_ratio")
     axes.set_title(f"(b) {a1}, {b1}")
 
 
 def draw_impacts(axes: Axes, fitted: xr.Dataset) -> None:
-    """Draw e of each impact, the fitted and analytical e, and that expected with dampers."""
+    """Draw e of each impact, the fitted e and that of Eq. (7), and that expected with dampers."""
     is_rocking = (fitted["impact_rocking"] == 1).values
     rocking = fitted.isel(impact=is_rocking).sortby("impact_amplitude")
     amplitude = rocking["impact_amplitude"].values
@@ -251,7 +253,7 @@ def draw_impacts(axes: Axes, fitted: xr.Dataset) -> None:
     low, high = fitted["interval"].sel(parameter="restitution").values
     axes.axhspan(low, high, color=PALE, linewidth=0, label="fitted $e$, 90 % interval", zorder=0)
     rigid = float(fitted["restitution_rigid"])
-    axes.axhline(rigid, color=GREY, linestyle="dashed", label="analytical $e$")
+    axes.axhline(rigid, color=GREY, linestyle="dashed", label="$e$ of Eq. (7)")
     for model in PAPER_MODELS:
         expected = rocking["expected_restitution"].sel(damping_model=model)
         axes.plot(amplitude, expected, **look(model, marker="", label=model))
@@ -265,11 +267,11 @@ def draw_impacts(axes: Axes, fitted: xr.Dataset) -> None:
 
 
 def write_estimate(fitted: xr.Dataset, name: str) -> str:
-    """Write an estimate and its standard error, to the error's second digit."""
+    """Write an estimate and its standard error, unless this is below the fourth decimal."""
     parameter = fitted.sel(parameter=name)
     estimate = float(parameter["estimate"])
     error = float(parameter["standard_error"])
-    decimals = 3
-    if error > 0:
-        decimals = int(np.clip(1 - np.floor(np.log10(error)), 0, 6))
+    if round(error, 4) == 0:
+        return f"{PARAMETER_SYMBOLS[name]} = {estimate:.4f}"
+    decimals = 3 if error >= 0.01 else 4
     return f"{PARAMETER_SYMBOLS[name]} = {estimate:.{decimals}f} ± {error:.{decimals}f}"

@@ -73,7 +73,7 @@ class Damping:
         Order m of ECD; a larger order is closer to restitution. The default is 0. [-]
     width : float or ndarray, optional
         For BAND the half-width t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad]. For
-        CQD the half width over a1, 0.25 by default [-].
+        CQD the half width divided by a1, 0.25 by default [-].
     loss_exponent : float or ndarray
         Exponent g of CR and ECD. With g > 0 the relative loss is larger at small amplitudes: an
         impact at the energy E- leaves E+^g = E-^g - E_r^g (1 - e^2g), or stops the wall. For ECD

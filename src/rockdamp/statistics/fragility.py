@@ -161,7 +161,7 @@ def _maximize_likelihood(z: Array, k: Array, n: Array) -> tuple[Array, Array, ND
     converged = np.zeros(k.shape[0], dtype=bool)
     for _ in range(50):  # counts drawn from a curve need fewer than 20, but for 1 in 100
         eta = a[:, None] + b[:, None] * z
-        # The normal density over Phi(eta), and over Phi(-eta).
+        # The normal density divided by Phi(eta), and by Phi(-eta).
         collapse_ratio = np.sqrt(2 / np.pi) / erfcx(-eta / np.sqrt(2))
         survival_ratio = np.sqrt(2 / np.pi) / erfcx(eta / np.sqrt(2))
         slope = k * collapse_ratio - (n - k) * survival_ratio
@@ -322,8 +322,8 @@ def wilson(share: ArrayLike, count: ArrayLike) -> Array:
 def effective_count(counted: NDArray[Any], groups: ArrayLike, replicates: int, seed: int) -> Array:
     """Return the number of independent trials that tell as much as the grouped ones.
 
-    It is p (1 - p) over the variance of the proportion p in a bootstrap over the groups (Kish 1965,
-    *Survey Sampling*, Wiley): the number of trials if the outcomes within a group are
+    It is p (1 - p), divided by the variance of the proportion p in a bootstrap over the groups
+    (Kish 1965, *Survey Sampling*, Wiley): the number of trials if the outcomes within a group are
     independent; the number of groups if they agree, or if none or all are counted.
 
     Parameters

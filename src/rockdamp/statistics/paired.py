@@ -11,7 +11,8 @@ same walls with both, so that histories come in pairs. These numbers describe th
 - missed collapses: those that only restitution has, as a rate of the collapses under restitution;
 - added collapses: those that only the alternative has, as a rate of the survivals under
   restitution;
-- median intensity ratio: intensity that collapses half of the walls, over that under restitution.
+- median intensity ratio: intensity that collapses half of the walls, divided by that under
+  restitution.
 
 **The paired bootstrap.** The records are those of some dozens of stations out of all that could
 have recorded an earthquake; the interval says how far another draw of stations would move a number.
@@ -190,7 +191,7 @@ def _with_ratio(fit: Fragility, reference: Any) -> dict[str, Array]:
 
 
 def root_mean_square(squares: Any, count: Any) -> Array:
-    """Return the root of sums of squares over their count; NaN where the count is 0."""
+    """Return the root of sums of squares divided by their count; NaN where the count is 0."""
     return np.sqrt(quotient(squares, count))
 
 

@@ -319,7 +319,7 @@ def pair(histories: xr.Dataset) -> xr.Dataset:
 
 
 def compare_intensities(pairs: xr.Dataset, weights: Array) -> xr.Dataset:
-    """Return the median intensity of collapse of each case over its reference's.
+    """Return the median intensity of collapse of each case, divided by its reference's.
 
     Both sides of a ratio have the records and walls that both ran.
 
