@@ -158,7 +158,9 @@ def run_page(tree, page):
         first, _, code = block.partition("\n")
         if place := PLACE.fullmatch(first):
             edit(tree, place, code)
-            edited = edited or not place["file"].startswith("my-")
+            if not place["file"].startswith("my-"):
+                edited = True
+                tree.use_package(tree.place)
         elif language == "python" and ">>> " in block:
             run_session(tree, block, names, checker)
         elif language == "python":

@@ -22,12 +22,16 @@ class Tree:
             shutil.copytree(ROOT, place, ignore=shutil.ignore_patterns(*NOT_COPIED))
         self.place = place
         environment = {key: value for key, value in os.environ.items() if not UNSET.fullmatch(key)}
-        # The package of the copy, not the installed one; tests run there remove nothing elsewhere.
+        # Tests that run in the copy remove nothing elsewhere.
         self.environment = environment | {
-            "PYTHONPATH": str(place / "src"),
             "PYTHONUTF8": "1",
             "PYTEST_DEBUG_TEMPROOT": str(place.parent),
         }
+        self.use_package(ROOT)
+
+    def use_package(self, place):
+        """Run the package of a folder: the repository's is compiled, that of a copy is not."""
+        self.environment["PYTHONPATH"] = str(place / "src")
 
     def snakemake(self, *arguments, overlay=None):
         """Run Snakemake on the minimal config; a text `overlay` changes its keys."""

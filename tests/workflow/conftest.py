@@ -12,7 +12,8 @@ from workflow_tree import Tree
 def tree(tmp_path_factory, minimal):
     """A copy of the repository and of its minimal results; a test that changes it restores it.
 
-    The results are copied with Snakemake's metadata, and with new times, as `cp -r` does.
+    The results are copied with Snakemake's metadata, and with new times, as `cp -r` does. So
+    nothing is to be built, as the tests find first.
     """
     tree = Tree(tmp_path_factory.mktemp("pipeline") / "a träe")
     for built in (RESULTS, LOGS, ".snakemake/metadata"):
@@ -20,8 +21,6 @@ def tree(tmp_path_factory, minimal):
     full = tree.place / "results/decay/amplitude.nc"
     full.parent.mkdir(parents=True)
     full.write_text("of the full config", encoding="utf-8")
-    process = tree.snakemake()
-    assert process.returncode == 0, process.stdout + process.stderr
     return tree
 
 

@@ -84,7 +84,6 @@ def test_paper_needs_no_study_of_earthquakes(tree):
 
 REFUSED = {
     "value": ("wall: {thickness: -0.3}", "wall.thickness"),
-    "record": ("validation: {record: absent.csv}", "validation.record is 'absent.csv'"),
     "ground motion": ("records: [absent.csv]", "records: no file or record matches 'absent.csv'"),
 }
 
@@ -166,11 +165,11 @@ def test_workflow_is_a_module_of_another(tree, tmp_path):
 
 
 def test_results_are_built_in_another_directory(tree, tmp_path):
-    process = tree.snakemake("--directory", tmp_path, "calibration", "mechanism")
+    """Files that are not there, such as the record of this dataset, are those of the project."""
+    process = tree.snakemake("--directory", tmp_path, "calibration")
     assert process.returncode == 0, process.stderr
-    for name in ("calibration.nc", "mechanism.nc"):
-        built = (tmp_path / RESULTS / name).read_bytes()
-        assert built == (tree.place / RESULTS / name).read_bytes()
+    name = f"{RESULTS}/calibration.nc"
+    assert (tmp_path / name).read_bytes() == (tree.place / name).read_bytes()
 
 
 # --- runs that change or fail ---------------------------------------------------------------------
@@ -203,15 +202,12 @@ def test_failed_job_leaves_its_error_and_no_result(tree):
 
 def test_change_of_a_value_leaves_the_other_results(tree):
     first = tree.digests(RESULTS)
-    overlay = "response_lengths: {step: 5}"
-    process = tree.snakemake(overlay=overlay)
+    process = tree.snakemake(overlay="earthquakes: {check: {histories: 5}}")
     assert process.returncode == 0, process.stderr
     second = tree.digests(RESULTS)
     differing = {name for name in second if first.get(name) != second[name]}
-    dependent = {"response_lengths.nc", "claims.csv", "report.html", "paper.html"}
-    assert f"{RESULTS}/response_lengths.nc" in differing
-    assert differing <= {f"{RESULTS}/{name}" for name in dependent}
-    assert tree.jobs(tree.snakemake("--dry-run", overlay=overlay)) == {}
+    assert f"{RESULTS}/earthquakes/check.nc" in differing
+    assert differing <= {f"{RESULTS}/{name}" for name in ("earthquakes/check.nc", "report.html")}
     assert tree.snakemake().returncode == 0  # the first state again, for the other tests
     assert tree.digests(RESULTS) == first
 
