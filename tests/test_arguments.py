@@ -119,7 +119,10 @@ ARRAYS = [
     (rd.TrilinearCurve, {"yield_displacement_ratio": [0.04, 0.05], "strength_ratio": [0.8, 0.9]}),
     (rd.Damping, {"model": "CR", "value": [0.8, 0.9], "loss_exponent": [0.1, 0.2]}),
     (rd.Load, {"ground": [[0.0, 1.0], [1.0, 0.0]], "factor": [0.1, 0.2], "sampling": [0.03]}),
-    (rd.Record, {"elapsed": [0.0, 0.1], "ground_acceleration": [1.0, 2.0]}),
+    (
+        rd.Record,
+        {"elapsed": [0.0, 0.1], "ground_acceleration": [1.0, 2.0], "displacement": [0.0, 3.0]},
+    ),
     (rd.FreeRocking, {"elapsed": [0.0, 0.1], "rotation": [0.2, 0.1]}),
 ]
 

@@ -43,7 +43,7 @@ def test_a_row_is_the_answer_of_the_changed_wall(label, value, body, shape, e, t
 
 
 def test_an_e_that_is_raised_ends_at_1(wall, curve, motions, answer):
-    rows = sensitivity(wall, curve, answer.assign(restitution=0.98), motions)
+    rows = sensitivity(wall, curve, answer.assign(restitution=0.98), motions[:4])
     (row,) = (row for row in rows if row["input"] == "restitution e" and row["value"] > 1)
-    exact = rd.assess(wall, curve, motions, pgv=0.8, restitution=1.0).sel(damping_model="CR")
+    exact = rd.assess(wall, curve, motions[:4], pgv=0.8, restitution=1.0).sel(damping_model="CR")
     assert row["collapse_probability"] == exact["collapse_probability"].item()

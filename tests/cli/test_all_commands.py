@@ -18,6 +18,7 @@ from repository import ROOT
 import rockdamp as rd
 from rockdamp.cli import main
 from rockdamp.cli.options import SECTIONS
+from rockdamp.laboratory import uncertainty
 
 WALL = ("--thickness", 0.3, "--height", 4.5)
 CURVE = ("--a1", 0.04, "--b1", 0.85)
@@ -50,6 +51,7 @@ def help_text(name):
 @pytest.mark.parametrize("name", list(main.commands))
 def test_examples_of_the_help_run(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(uncertainty, "MOTION_DRAWS", 16)  # for speed
     for folder in ("data", "examples"):
         shutil.copytree(ROOT / folder, folder)
     lines = help_text(name).split("Example:")[1].replace("\\\n", " ").splitlines()

@@ -16,10 +16,8 @@ BOUNDS = [
     ("wall.thickness", float("nan")),
     ("wall.height", 4.5),
     ("wall.overburden_ratio", 1e9),
-    ("matching.refinement", 3),
     ("matching.refinement", 1000),
     ("matching.response_length", 1e9),
-    ("restitution.step", 0.03, "restitution"),
     ("restitution.step", 1e-300, "restitution"),
     ("response_lengths.stop", 1e7, "response_lengths"),
     ("earthquakes.velocity_ratio.stop", 0.1, "earthquakes.velocity_ratio"),
@@ -30,9 +28,7 @@ BOUNDS = [
     ("convergence.halvings", 40),
     ("comparison.bootstrap.replicates", 10**9),
     ("studies.overburden", [0, -1], "studies.overburden.1"),
-    ("studies.slenderness", []),
     ("studies.slenderness", [10, 10]),
-    ("records", []),
 ]
 SHAPES = [
     ("wall.slenderness", 0.1, "wall"),
@@ -67,7 +63,6 @@ STEPS = [
 LOOKED_UP = [
     ("release_amplitude", 0.4, "studies.amplitude"),
     ("order.order", [0, 8]),
-    ("order.band_width", [0.2]),
     ("measured_rocking.shown_impacts", 7, "measured_rocking.impacts_used"),
     ("restitution", {"start": 0.9, "stop": 0.95, "step": 0.05}),
     ("restitution", {"start": 0.9, "stop": 1.1, "step": 0.05}),

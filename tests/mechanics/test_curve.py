@@ -27,6 +27,31 @@ def draw(case):
     return np.array([0, a1, a2, a3]), np.array([0, b1, b1, 0])
 
 
+def quarter_period(corners, force, x0):
+    """Integrate dx/sqrt(2 (V(x0) - V(x))) from 0 to x0, for the curve through four corners."""
+    k1 = force[1] / corners[1]
+    ks = force[2] / (corners[3] - corners[2])
+
+    def area(high, d):
+        """Return the area from high - d to high, both on one branch."""
+        if high <= corners[1]:
+            return k1 * d * (2 * high - d) / 2
+        if high <= corners[2]:
+            return force[1] * d
+        return ks * d * (2 * (corners[3] - high) + d) / 2
+
+    ends = [*(x for x in corners if x < x0), x0]
+    total = outer = mpmath.mpf(0)
+    for low, high in zip(ends[-2::-1], ends[:0:-1], strict=True):
+        # In s = sqrt(high - x) the integrand is smooth at the turning point too.
+        total += mpmath.quad(
+            lambda s, high=high, outer=outer: 2 * s / mpmath.sqrt(2 * (outer + area(high, s * s))),
+            [0, mpmath.sqrt(high - low)],
+        )
+        outer += area(high, high - low)
+    return total
+
+
 @every_case
 def test_force_follows_the_drawn_curve(case):
     x = np.linspace(-1.3, 1.3, 2602)
@@ -62,7 +87,7 @@ def test_amplitude_is_the_inverse_of_the_energy(case):
 
 
 @every_case
-def test_period_is_the_quadrature_of_its_integral(case, quarter_period):
+def test_period_is_the_quadrature_of_its_integral(case):
     curve = TrilinearCurve(*case)
     corners, forces = draw(case)
     middles = 0.5 * (corners[:-1] + corners[1:])

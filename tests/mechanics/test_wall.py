@@ -59,14 +59,10 @@ def test_restitution_rises_with_slenderness(restitution):
     assert np.all(restitution < 1)
 
 
-def test_impulsive_restitution_is_below_eq_7():
-    assert np.all(WALLS.restitution_impulsive < WALLS.restitution_rigid)
-
-
-@pytest.mark.parametrize(("slenderness", "e"), [(5, 0.41), (1e6, 0.525)])
+@pytest.mark.parametrize(("slenderness", "e"), [(5, 0.412), (8, 0.478), (1e6, 0.525)])
 def test_restitution_against_a_return_wall(slenderness, e):
     front = OneSidedWall(Parapet(1e-3, 1e-3 * slenderness))
-    assert front.restitution_measured == pytest.approx(e, abs=5e-3)
+    assert front.restitution_measured == pytest.approx(e, abs=5e-4)
 
 
 def test_sizes_of_a_wall_against_a_stop():

@@ -136,14 +136,6 @@ def test_random_loads_move_a_wall_as_by_brute_force(e):
     assert 0.1 < max(peaks) <= 1.0
 
 
-def test_restitution_of_a_facade_is_sorrentinos():
-    """0.478 at h/t = 8 by hand: sin^2 = 1/65."""
-    facade = rd.OneSidedWall(rd.Parapet(thickness=0.5, height=4.0))
-    expected = 1.05 * (1 - 1.5 / 65) ** 2 * (1.5 * 64 / 65 - 1)
-    assert facade.restitution_measured == pytest.approx(expected)
-    assert facade.restitution_measured == pytest.approx(0.478, abs=5e-4)
-
-
 @pytest.mark.parametrize("release", [1.5, -0.1])
 def test_release_outside_the_curve_is_refused(release):
     with pytest.raises(rd.InputError, match="release_amplitude"):

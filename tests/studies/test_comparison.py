@@ -8,7 +8,6 @@ from configs import changed, configured
 from rockdamp.config import Bootstrap
 from rockdamp.constants import MODELS, VISCOUS_MODELS
 from rockdamp.statistics.fragility import resample
-from rockdamp.statistics.paired import compare_pairs
 from rockdamp.storage import dataset
 from rockdamp.studies.comparison import compare_dampers
 from rockdamp.studies.earthquakes import SOURCES
@@ -132,26 +131,6 @@ def test_source_is_compared_on_walls_with_its_ratio(scattered):
     assert (pairs > first_pairs).all()
 
 
-def test_rates_count_the_histories_of_a_source():
-    """CR collapses both walls; one has no ratio, so the damper misses one collapse, not two."""
-    reference_collapsed = np.zeros((2, 1, 2), dtype=np.int8)
-    reference_collapsed[0] = 1
-    collapsed = np.zeros_like(reference_collapsed)
-    collapsed[:, :, 0] = -1
-    reference = np.where(reference_collapsed, 1.5, 0.5)
-    values = {
-        "reference_peak": reference,
-        "reference_collapsed": reference_collapsed,
-        "peak": 1.1 * reference,
-        "collapsed": collapsed,
-    }
-    pairs = xr.Dataset({name: (DIMS[:3], array) for name, array in values.items()})
-    statistics = compare_pairs(pairs, np.ones((3, 2)), [(0.0, np.inf)])
-    assert statistics["missed_collapse_rate"] == 1.0
-    assert statistics["added_collapse_rate"] == 0.0
-    assert statistics["pairs"] == 1
-
-
 # --- counted by hand --------------------------------------------------------------------------
 
 
@@ -178,17 +157,6 @@ def compare_cdr(*arguments):
     compared = compare_dampers(configure(60, bands=(0.1, 0.2, 0.4)), histories)
     squeezed = compared.squeeze(["wall", "restitution", "damping_ratio_source"])
     return squeezed.sel(damping_model="CDR")
-
-
-def test_rates_are_of_collapses_and_of_survivals():
-    """CR collapses in four of ten. CDR survives one of the four and collapses in two of the six."""
-    cr = [1, 1, 1, 1, 0, 0, 0, 0, 0, 0]
-    cdr = [1, 1, 1, 0, 1, 1, 0, 0, 0, 0]
-    collapsed = np.stack([cr, cdr], axis=-1)[:, None]
-    statistics = compare_cdr(np.full((10, 1, 2), 0.15), collapsed)
-    assert float(statistics["missed_collapse_rate"]) == 1 / 4
-    assert float(statistics["added_collapse_rate"]) == 2 / 6
-    assert int(statistics["pairs"].isel(band=0)) == 4
 
 
 def test_peak_at_an_edge_is_in_the_band_above():

@@ -7,7 +7,6 @@ from configs import changed, configured
 from made_datasets import make_dataset
 
 from rockdamp.constants import DEFAULT_RESPONSE_LENGTH, VISCOUS_MODELS
-from rockdamp.storage import dataset
 from rockdamp.studies import response_lengths
 from rockdamp.studies.decays import decay
 
@@ -59,10 +58,6 @@ def test_default_length_is_the_one_the_paper_implies(paper):
     config = changed(configured(step, reference), {"response_lengths.stop": 30})
     lengths = response_lengths.response_lengths(config, decay("amplitude", config))
     assert float(lengths["inferred_response_length"]) == DEFAULT_RESPONSE_LENGTH
-
-
-def test_dataset_is_of_its_kind(lengths):
-    dataset.check(lengths, "response_lengths")
 
 
 def test_near_counts_include_those_of_the_lengths(lengths):

@@ -20,10 +20,11 @@ def shaken_peak(wall, ground, step, substeps, limit):
         members[row, active] = True
         solvers[row][np.ix_(active, active)] = -bodies.solvers[tuple(active)]
     free = bodies.free
+    sideways = np.diag(bodies.mass) * [1, 0, 0, 1, 0, 0]
     return march(
         bodies.inverse @ (free.T @ bodies.force),
         bodies.inverse @ (free.T @ bodies.push @ free),
-        bodies.inverse @ (free.T @ bodies.sideways),
+        bodies.inverse @ (free.T @ sideways),
         bodies.inverse @ bodies.lift.T,
         np.ascontiguousarray(bodies.lift),
         bodies.delassus,

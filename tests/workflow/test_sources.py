@@ -93,24 +93,19 @@ def test_comments_docstrings_and_layout_do_not_count(code):
     assert code(top=f'"""A module."""\n{described}') == code(top=TOP)
 
 
-def test_statement_counts(code):
+@pytest.mark.parametrize(
+    ("module", "text", "counts"),
+    [
+        ("top", TOP.replace("return 2", "return 3"), True),
+        ("deep/leaf", "x = 2\n", True),
+        ("deep/__init__", "y = 2\n", True),
+        ("deep/other", "y = 2\n", False),
+    ],
+    ids=["statement", "imported module", "its package", "another module"],
+)
+def test_code_that_is_imported_counts(code, module, text, counts):
     reference = code(top=TOP)
-    assert code(top=TOP.replace("return 2", "return 3")) != reference
-
-
-def test_imported_module_counts(code):
-    reference = code(top=TOP)
-    assert code(top=TOP, **{"deep/leaf": "x = 2\n"}) != reference
-
-
-def test_code_of_an_imported_package_counts(code):
-    reference = code(top=TOP)
-    assert code(top=TOP, **{"deep/__init__": "y = 2\n"}) != reference
-
-
-def test_other_modules_do_not_count(code):
-    reference = code(top=TOP)
-    assert code(top=TOP, **{"deep/other": "y = 2\n"}) == reference
+    assert (code(**{"top": TOP, module: text}) != reference) is counts
 
 
 def test_rules_of_the_config_do_not_count_for_a_stage(sources):
