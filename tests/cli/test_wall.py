@@ -59,6 +59,11 @@ def test_wall_gives_the_damping_of_a_program(damping):
     assert damping["damping_coefficient"] == pytest.approx(alpha * damping["effective_mass"])
 
 
+def test_wall_prints_c_of_the_given_width(damping):
+    text = run("wall", *WALL, *CURVE, "--restitution", 0.85, "--width", 2).stdout
+    assert f"CDC for 2 m of wall: C = {2 * damping['damping_coefficient']:.4g} N s/m" in text
+
+
 def test_wall_gives_the_period_by_amplitude(damping):
     p = float(BUILT.frequency_parameter)
     assert damping["periods"][2] == pytest.approx(

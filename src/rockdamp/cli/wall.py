@@ -81,7 +81,7 @@ def wall(**inputs: Any) -> None:
     _print_restitutions(body, values)
     _print_periods(periods)
     if damping:
-        _print_damping(damping)
+        _print_damping(damping, float(body.width))
 
 
 def _wall_values(body: Any, curve: rd.TrilinearCurve | None) -> dict[str, float]:
@@ -142,13 +142,13 @@ def _print_periods(periods: list[dict[str, Any]]) -> None:
     printing.print_table(rows, "Period of free vibration at the amplitude u0:")
 
 
-def _print_damping(damping: dict[str, Any]) -> None:
+def _print_damping(damping: dict[str, Any], width: float) -> None:
     click.echo()
     printing.print_dampers(damping, damping["damping"])
     click.echo(
-        f"CDC for 1 m of wall: C = {damping['damping_coefficient']:.4g} N s/m; in OpenSees"
-        f" rayleigh {damping['rayleigh_alpha_m']:.4g} 0 0 0 (alphaM = 2 xi w1), for an oscillator"
-        " of mass m_eff alone"
+        f"CDC for {width:g} m of wall: C = {damping['damping_coefficient']:.4g} N s/m; in OpenSees"
+        f" rayleigh {damping['rayleigh_alpha_m']:.4g} 0 0 0 (alphaM = 2 xi w1), if m_eff is the"
+        " only mass of the model"
     )
 
 
