@@ -81,8 +81,8 @@ def assess(**inputs: Any) -> None:
     Each record is scaled to the given intensities, and to 16 levels for the fragility curve. With a
     building or a flexible floor, the intensities are those of the ground. The table gives the share
     of records that collapse the wall for several e: the given one (by default from the rule
-    "measured"), that e minus and plus the scatter of tests, and the rule "impulsive". Shares have
-    Wilson intervals, fragility curves have intervals from a bootstrap over stations.
+    "measured"), that e minus and plus the scatter of tests, and e of the rule "impulsive". The
+    shares have Wilson intervals; the fragility curves have bootstrap intervals over stations.
     """
     from rockdamp.assessment.answers import assessed_values, explain_rest
     from rockdamp.assessment.collapses import LEAST_DAMPER_RESTITUTION

@@ -79,7 +79,7 @@ DAMPER_HEADS = {
 @option(
     "--pixel",
     type=LENGTH,
-    help="Length of one pixel (or other unit) of FILES, if they are not in metres.",
+    help="Length of one pixel, or other unit, of FILES whose displacements are not in metres.",
     section="Measured test",
 )
 @option(

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 @option(
     "--restitution",
     type=NUMBER,
-    help=f"Coefficient of restitution e, for releases of {RELEASES}.",
+    help=f"Coefficient of restitution e, from releases at {RELEASES}.",
     section="Damping",
 )
 @option(
@@ -53,9 +53,9 @@ if TYPE_CHECKING:
 def decay(**inputs: Any) -> None:
     """Free decay after a release from rest.
 
-    The table gives the peak of each half cycle, u/u_ins, and its dimensionless time tau = p t.
-    `rockdamp wall` prints p, the frequency parameter. In Python, rockdamp.free_decay takes a wall
-    and gives metres and seconds.
+    The table gives the peak of each half cycle, u/u_ins, and, for one damper, its dimensionless
+    time tau = p t. `rockdamp wall` prints p, the frequency parameter. In Python,
+    rockdamp.free_decay takes a wall and gives metres and seconds.
     """
     curve = build.build_curve(inputs)
     release = inputs["release"]

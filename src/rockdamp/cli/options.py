@@ -267,10 +267,10 @@ curve_options = options(
     curve_option(
         "--a1",
         type=NUMBER,
-        help="Start of the plateau u1 divided by u_ins (instability).",
+        help="Start of the plateau u1 divided by u_ins, the displacement at instability.",
     ),
     curve_option(
-        "--b1", type=NUMBER, help="Strength F_y divided by the strength F0 of rigid blocks."
+        "--b1", type=NUMBER, help="Plateau force divided by the strength F0 of rigid blocks."
     ),
     curve_option(
         "--preset",

@@ -24,7 +24,7 @@ REFERENCE_QUANTITY = {
     "CDC": "w1",
     "CDR": "secant frequency",
     "SDR": "w1, times secant over initial stiffness",
-    "ECD": "abs(f)/sqrt(2 V), strain energy V(u)",
+    "ECD": "abs(f)/sqrt(2 V), stored energy V(u)",
     "BAND": "none: takes e and w1",
 }
 # Feature that a program needs for each damper, the damper with the smallest errors first.
