@@ -100,7 +100,7 @@ def rows(rockdamp_step: float) -> list[list[str]]:
     return [
         ["a step of one CDC wall [ns]", f"{rockdamp_step * 1e9:.2f}", "", "", f"{step * 1e9:,.0f}"],
         [
-            f"the same, {ERROR:g} u_ins of error [µs]",
+            f"its history with errors below {ERROR:g} u_ins [µs]",
             f"{rockdamp_step * rockdamp_steps * 1e6:.1f}",
             "",
             "",

@@ -39,8 +39,7 @@ the strength of each wall. OpenSeesPy runs one wall at a time; rockdamp's number
 {count}. Pipeline rows: a rebuild in an environment that is set up, on {cores} cores. Memory: the
 largest process.
 
-Not compared: free decay, where rockdamp stops a wall once its peak is sure; full histories; and
-other machines.
+Not compared: free decay, where rockdamp stops a wall once its peak is sure, and full histories.
 
 {machine}
 
@@ -160,8 +159,8 @@ def main() -> None:
         ratios = [times[model]["rockdamp"] / times[model][peer] for model in MODELS]
         ranges[peer] = f"{min(ratios):.2f} to {max(ratios):.2f}"
     claim = (
-        f"rockdamp's step takes {ranges['C']} times that of C, and {ranges['JAX']} times that of"
-        " JAX."
+        f"A step of rockdamp takes {ranges['C']} times as long as in C, and {ranges['JAX']} times as"
+        " long as in JAX."
     )
     lines = [columns, ["---"] + ["---:"] * 4, *rows, *opensees, *program_rows()]
     page = PAGE.format(
