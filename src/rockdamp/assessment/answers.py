@@ -196,7 +196,7 @@ def reasons(answer: xr.Dataset, damping_model: str) -> list[str]:
     texts = []
     if has_few_stations:
         count = count_noun(stations, "station")
-        texts.append(f"no intervals: {count}, at least {FEWEST_STATIONS} are needed")
+        texts.append(f"no intervals: {count}; at least {FEWEST_STATIONS} are needed")
     if not np.isfinite(model[median]):
         counts = model["stripe_collapses"].values
         texts.append(str(fit_fragility(STRIPES, counts, answer["records"].item()).reason))
