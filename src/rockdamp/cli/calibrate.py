@@ -37,7 +37,7 @@ PARAMETER_HEADS = {
 SYMBOLS = {"yield_displacement_ratio": "a1", "strength_ratio": "b1", "restitution": "e"}
 DAMPER_HEADS = {
     "damping_model": "damper",
-    "residual_over_noise": "misfit/noise",
+    "residual_over_noise": "residual/noise",
     "expected_exponent": "expected g",
     "relative_log_likelihood": "ln L minus the best",
     "log_likelihood": "ln L minus the best",
@@ -61,7 +61,7 @@ DAMPER_HEADS = {
 @option(
     "--compare",
     is_flag=True,
-    help="Also fit every damper, and print the misfit of each.",
+    help="Also fit every damper, and print the residual of each.",
     section="Measured test",
 )
 @option(
@@ -287,7 +287,7 @@ def _reason_against(values: dict[str, Any]) -> str:
     over_rest = values["residual_over_rest"]
     is_visible = values["residual_over_peak"] > LEAST_RESIDUAL_OVER_PEAK
     if is_visible and over_rest > MOST_RESIDUAL_OVER_REST:
-        return f"residual {over_rest:.2g} times the noise"
+        return f"the residual is {over_rest:.2g} times the noise"
     if values["parameters"][-1]["interval_90"][1] >= 1:
         return "the interval of e extends beyond 1"
     return ""
@@ -346,7 +346,7 @@ def _print_impacts(impacts: list[dict[str, Any]], release_count: int) -> None:
     """Print e of the first impacts; of several releases, each impact with its release."""
     heads = {
         "impact_elapsed": "time [s]",
-        "impact_amplitude": "u/u_ins before",
+        "impact_amplitude": "peak before [u_ins]",
         "impact_restitution": "e",
     }
     caption = "Restitution of each impact:"
