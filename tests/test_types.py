@@ -28,7 +28,9 @@ def test_strict_type_checker_passes_pages_and_names_a_mistake(tmp_path):
     files["mistake.py"] = "import rockdamp as rd\nrd.Wall(thickness=0.3, hight=4.5)\n"
     for name, text in files.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    options = ["--strict", "--config-file=", "--hide-error-context", "--no-pretty"]
+    # A second run finds the libraries in the cache.
+    cache = f"--cache-dir={ROOT / '.mypy_cache/pages'}"
+    options = ["--strict", "--config-file=", "--hide-error-context", "--no-pretty", cache]
     run = subprocess.run(
         [sys.executable, "-m", "mypy", *options, *files],
         cwd=tmp_path,

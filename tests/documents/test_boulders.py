@@ -171,13 +171,16 @@ def test_fits_never_see_the_record_they_predict():
 
 
 def test_program_prints_a_row_for_each_model(campaign, contents, monkeypatch, capsys):
-    monkeypatch.setattr(boulders, "read_campaign", {campaign: contents}.get)
+    tests, motions, number = contents
+    few = slice(0, None, 3)  # for speed; every record keeps four scalings
+    few_contents = tests.iloc[few], motions[few], number
+    monkeypatch.setattr(boulders, "read_campaign", {campaign: few_contents}.get)
     monkeypatch.setattr(boulders, "RESTITUTIONS", (0.98,))
     monkeypatch.setattr(boulders, "COEFFICIENTS", (0.05,))
     monkeypatch.setattr(boulders, "YIELD_DISPLACEMENT_RATIOS", (0.02,))
     boulders.main(campaign)
     printed = capsys.readouterr().out
-    assert "119 of 120 motions, of 10 records" in printed
+    assert "40 of 120 motions, of 10 records" in printed
     assert printed.count("discrete elements, chosen in training") == 2
     assert printed.count("block, BAND on a curve of a1 = 0.02") == 2
 

@@ -203,7 +203,6 @@ def test_bad_input_of_a_decay_is_named(name, arguments):
     [
         ("tail", {"tail": -1.0}),
         ("tail", {"tail": 1e6}),
-        ("scale", {"scale": []}),
         ("scale", {"scale": [[1.0], [2.0]]}),
         ("step", {"step": 0.0}),
     ],

@@ -27,60 +27,33 @@ def read(tmp_path):
 # --- columns and rows -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        pytest.param(f"{HEADER}elapsed_s,displacement_m\n{ROWS}", id="documented columns"),
-        pytest.param(ROWS, id="no heads"),
-        pytest.param(f"Displacement of wall 3\n{ROWS.replace(',', ' ')}", id="title"),
-        pytest.param(f"\ufefft,x\n{ROWS}".replace(",", ";").replace("\n", "\r\n"), id="Windows"),
-        pytest.param(f'"Time (s)"\t"x (m)"\n{ROWS}'.replace(",", "\t"), id="tabs and quotes"),
-        pytest.param("mass A\nt [ms]  x [mm]\n0 50\n2   49.9\n4 4.95e1\n", id="units and blanks"),
-        pytest.param("t_ms,x_mm,note\n0,50,\n2,49.9,\n4,49.5,\n", id="empty last column"),
-        pytest.param("x,t\n" + ROWS, id="names that are not documented"),
-    ],
-)
-def test_first_two_columns_are_time_and_displacement(text, read):
+FILES = {
+    "documented columns": f"{HEADER}elapsed_s,displacement_m\n{ROWS}",
+    "no heads": ROWS,
+    "title": f"Displacement of wall 3\n{ROWS.replace(',', ' ')}",
+    "Windows": f"\ufefft,x\n{ROWS}".replace(",", ";").replace("\n", "\r\n"),
+    "tabs and quotes": f'"Time (s)"\t"x (m)"\n{ROWS}'.replace(",", "\t"),
+    "units and blanks": "mass A\nt [ms]  x [mm]\n0 50\n2   49.9\n4 4.95e1\n",
+    "empty last column": "t_ms,x_mm,note\n0,50,\n2,49.9,\n4,49.5,\n",
+    "names that are not documented": f"x,t\n{ROWS}",
+    # Named columns stand anywhere.
+    "index of pandas": (",elapsed_s,displacement_m\n0,0,0.05\n1,0.002,0.0499\n2,0.004,0.0495\n"),
+    "index twice": "Unnamed: 0,elapsed_ms,displacement_mm\n0,0,50\n1,2,49.9\n2,4,49.5\n",
+    "any order": "displacement [mm],note,Elapsed [ms]\n50,held,0\n49.9,,2\n49.5,,4\n",
+    "index, other names": ",t,x\n0,0,0.05\n1,0.002,0.0499\n2,0.004,0.0495\n",
+    # Rows without a value are skipped.
+    "gaps": "t,x,y\n0,0.05,a\n0.001,,b\n0.002,0.0499,\n0.003,NaN,\n0.004,0.0495,# c\n\n",
+    "gap between blanks": "t x\n0 0.05\n0.001\n0.002 0.0499\n0.004 0.0495\n",
+    "gap in the first row": "t_ms,x_mm\n-2,\n0,50\n2,49.9\n4,49.5\n",
+}
+
+
+@pytest.mark.parametrize("text", FILES.values(), ids=FILES)
+def test_file_has_times_and_displacements(text, read):
     test = read(text)
     np.testing.assert_allclose(test.elapsed, TIMES, rtol=1e-12)
     np.testing.assert_allclose(test.displacement, VALUES, rtol=1e-12)
     assert test.rotation is None
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        pytest.param(
-            ",elapsed_s,displacement_m\n0,0,0.05\n1,0.002,0.0499\n2,0.004,0.0495\n",
-            id="index of pandas",
-        ),
-        pytest.param(
-            "Unnamed: 0,elapsed_ms,displacement_mm\n0,0,50\n1,2,49.9\n2,4,49.5\n", id="index twice"
-        ),
-        pytest.param(
-            "displacement [mm],note,Elapsed [ms]\n50,held,0\n49.9,,2\n49.5,,4\n", id="any order"
-        ),
-        pytest.param(",t,x\n0,0,0.05\n1,0.002,0.0499\n2,0.004,0.0495\n", id="index, other names"),
-    ],
-)
-def test_named_columns_are_found_wherever_they_stand(text, read):
-    test = read(text)
-    np.testing.assert_allclose(test.elapsed, TIMES, rtol=1e-12)
-    np.testing.assert_allclose(test.displacement, VALUES, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        pytest.param("t,x,y\n0,0.05,a\n0.001,,b\n0.002,0.0499,\n0.003,NaN,\n0.004,0.0495,# c\n\n"),
-        pytest.param("t x\n0 0.05\n0.001\n0.002 0.0499\n0.004 0.0495\n"),
-        pytest.param("t_ms,x_mm\n-2,\n0,50\n2,49.9\n4,49.5\n"),
-    ],
-    ids=["commas", "blanks", "first row"],
-)
-def test_rows_without_a_value_are_skipped(text, read):
-    test = read(text)
-    np.testing.assert_allclose([test.elapsed, test.displacement], [TIMES, VALUES], rtol=1e-12)
 
 
 @pytest.mark.parametrize(

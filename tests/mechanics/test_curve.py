@@ -158,7 +158,6 @@ BAD_CURVES = [
     (A3, {A3: 1.01}),
     (A3, {B1: 0.9, A3: 0.1}),  # 1 - 0.9 is just below 0.1 in floating point
     (A3, {A3: 0.88, "softening": "translated"}),
-    ("softening", {"softening": "steep"}),
 ]
 
 
@@ -179,8 +178,3 @@ def test_energy_that_the_curve_cannot_store_is_refused(energy):
 def test_amplitude_outside_the_curve_is_refused(x0):
     with pytest.raises(InputError, match="release_amplitude"):
         TrilinearCurve(0.04, 0.85).period(x0)
-
-
-def test_unknown_preset_is_refused():
-    with pytest.raises(InputError, match="preset"):
-        TrilinearCurve.preset("old")

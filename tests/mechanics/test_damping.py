@@ -253,8 +253,6 @@ def test_parameters_broadcast_and_arrays_have_no_label():
 
 
 BAD_DAMPINGS = [
-    ("damping_model", lambda: Damping("CRD", 0.9)),
-    ("damping_model", lambda: Damping.from_restitution(0.9, "CRD")),
     ("restitution", lambda: Damping("CR", [0.9, -0.1])),
     ("restitution", lambda: Damping("CR", np.array([0.9, 1.2]))),
     ("restitution", lambda: Damping("CR", 0.0, loss_exponent=0.2)),

@@ -56,6 +56,10 @@ def test_rigid_building_has_no_modes():
     assert modes.contribution.shape == (2, 0)
 
 
+def test_default_damping_ratio_is_five_per_cent():
+    assert Building(0.25, 3, 3).damping_ratio == Diaphragm(0.4).damping_ratio == 0.05
+
+
 BAD_BUILDINGS = [
     ("storey", 4),
     ("storey", 0),

@@ -1,17 +1,14 @@
-"""The restitution of two rigid bodies on contacts, by Moreau's time stepping and Siconos.
+"""The restitution of two rigid bodies on contacts, by Moreau's time stepping.
 
 Contacts of Newton's law at the corners and supports that hold: the impact takes as much as
 `restitution_impulsive` says, and not Eq. (7).
 """
 
-import json
-import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from contacts import TwoBodiesOnContacts
-from repository import ROOT
 
 from rockdamp.mechanics.wall import Wall
 
@@ -74,41 +71,3 @@ def test_bouncing_corners_lose_hardly_less(wall, bounce, least_opening):
     e, opening = release(wall, bounce)
     assert opening > least_opening
     assert e == pytest.approx(float(wall.restitution_impulsive), abs=2e-3)
-
-
-# --- Siconos -------------------------------------------------------------------------------------
-
-PYTHON = "/usr/bin/python3"
-
-
-@pytest.mark.peers
-@pytest.mark.parametrize("wall", [*LIGHT[1:3], *LOADED[1:3]], ids=name_wall)
-def test_siconos_has_the_same_restitution(wall):
-    """Its MLCP takes the supports as equations. Debian's Python has it, the project's need not.
-
-    The contacts are redundant at the impact, and at a single step its solver may take other
-    impulses: the median of three steps counts.
-    """
-    try:
-        subprocess.run([PYTHON, "-c", "import siconos.kernel"], check=True, capture_output=True)
-    except (OSError, subprocess.CalledProcessError):
-        pytest.skip("Siconos is not installed (Debian: python3-siconos)")
-    bodies = TwoBodiesOnContacts(wall)
-    u = 0.5 * float(wall.instability_displacement)
-    names = ("mass", "force", "push", "gaps", "held", "hinge")
-    problem = {name: getattr(bodies, name).tolist() for name in names}
-    problem["q"] = (u * bodies.rocking(1)).tolist()
-    problem["restitution"] = 0.0
-    shares = []
-    for factor in (0.8, 1.0, 1.2):
-        problem["step"] = factor * STEP / float(wall.frequency_parameter)
-        process = subprocess.run(
-            [PYTHON, ROOT / "tests/support/siconos_wall.py"],
-            input=json.dumps(problem),
-            capture_output=True,
-            text=True,
-        )
-        assert process.returncode == 0, process.stderr
-        peak = float(process.stdout.splitlines()[-1])
-        shares.append(remaining(wall, np.array([u, peak]))[0])
-    assert np.median(shares) == pytest.approx(float(wall.restitution_impulsive), abs=1e-3)

@@ -178,7 +178,6 @@ BAD_HINGES = [
     ("hinge_ratio", 0.0),
     ("hinge_ratio", 1.0),
     ("hinge_ratio", np.nan),
-    ("hinge_ratio", "strongest"),
     ("overburden_mass", -0.1),
     ("overburden_mass", 1.2),
     ("height", 0.29),  # less than the thickness

@@ -298,7 +298,6 @@ BAD_RUNS = [
     ("steps", {"load": Load(np.zeros(100), 1.0, 0.01)}),
     ("release_amplitude", {"release_amplitude": [0.1, -1.5]}),
     ("release_velocity", {"release_velocity": np.nan}),
-    ("scheme", {"scheme": "explicit"}),
     ("threads", {"threads": 0}),
     ("reference", {"reference": Reference(STILL[:, :100], 0, [50])}),
     ("reference", {"reference": Reference(STILL * np.nan, 0, [50])}),
