@@ -42,7 +42,7 @@ def test_fit_is_within_its_largest_residual(e):
     residual = fits.set_index("damping_model")["largest_residual"]
     for row in rd.equivalent(e, CURVE):
         limit = residual[row["damping_model"]] + 2e-3 * row["damping_ratio"]
-        assert abs(row["damping_ratio_fit"] - row["damping_ratio"]) <= limit
+        assert abs(row["damping_ratio_fit"] - row["damping_ratio"]) <= limit, row
         assert 0 < row["rms_error"] < 0.05
 
 

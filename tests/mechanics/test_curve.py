@@ -69,8 +69,8 @@ def test_energy_is_the_integral_of_the_force(case):
         integral, _ = quad(
             lambda s: np.interp(s, corners, forces), 0, x, points=corners[1:], epsabs=1e-13
         )
-        assert curve.energy(x) == pytest.approx(integral, rel=1e-12)
-        assert curve.energy(-x) == curve.energy(x)
+        assert curve.energy(x) == pytest.approx(integral, rel=1e-12), x
+        assert curve.energy(-x) == curve.energy(x), x
 
 
 @every_case
@@ -99,7 +99,7 @@ def test_period_is_the_quadrature_of_its_integral(case):
                 [mpmath.mpf(float(value)) for value in values] for values in (corners, forces)
             ]
             expected = 4 * quarter_period(*expected, mpmath.mpf(float(x0)))
-        assert curve.period(x0) == pytest.approx(float(expected), rel=tolerance)
+        assert curve.period(x0) == pytest.approx(float(expected), rel=tolerance), x0
 
 
 @every_case

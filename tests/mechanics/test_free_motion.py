@@ -54,4 +54,4 @@ def test_joined_excursions_are_the_decay_of_the_event_driven_solver():
 def test_rigid_period_is_the_limit_of_a_nearly_rigid_curve():
     nearly_rigid = TrilinearCurve(2e-5, 1 - 4e-5)
     for x0 in (0.1, 0.5, 0.9):
-        assert rigid_period(x0) == pytest.approx(float(nearly_rigid.period(x0)), rel=1e-3)
+        assert rigid_period(x0) == pytest.approx(float(nearly_rigid.period(x0)), rel=1e-3), x0

@@ -143,8 +143,8 @@ def test_weakest_hinge_has_the_least_strength(share):
             return float(replace(wall, hinge_ratio=r).rigid_strength)
 
         minimum = minimize_scalar(strength, bounds=HINGE_RANGE, options={"xatol": 1e-9})
-        assert float(weakest.hinge_ratio) == pytest.approx(minimum.x, abs=1e-5)
-        assert float(wall.weakest_hinge_ratio) == float(weakest.hinge_ratio)
+        assert float(weakest.hinge_ratio) == pytest.approx(minimum.x, abs=1e-5), overburden
+        assert float(wall.weakest_hinge_ratio) == float(weakest.hinge_ratio), overburden
 
 
 @pytest.mark.parametrize("name", ["hinge_ratio", "rigid_strength", "frequency_parameter"])

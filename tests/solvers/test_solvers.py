@@ -86,7 +86,7 @@ def test_undamped_period_is_the_closed_form(curve):
         # Energy is kept to about (w1 step)^2 = 1e-5, and far out the period changes by three times
         # its fraction.
         half_period = np.diff(crossing_times).mean()
-        assert 2 * half_period == pytest.approx(period, rel=4e-5)
+        assert 2 * half_period == pytest.approx(period, rel=4e-5), period
 
 
 # --- each other -----------------------------------------------------------------------------------
@@ -267,9 +267,9 @@ def decay_on_first_branch(order, e, step, steps):
 def test_every_order_is_stable_up_to_the_limit(order, e):
     for step in (0.3, 0.8, 1.2, 1.6, 1.98):
         history = decay_on_first_branch(order, e, step, 400)
-        assert np.abs(history.displacement).max() < 0.4
+        assert np.abs(history.displacement).max() < 0.4, step
         last_peaks = np.abs(history.displacement[:, -60:]).max(axis=1)
-        assert (last_peaks <= AMPLITUDES).all()
+        assert (last_peaks <= AMPLITUDES).all(), step
 
 
 def largest_decrement_error(order, e):

@@ -32,7 +32,7 @@ def test_peaks_follow_the_energy_of_each_impact(name, decays, config):
         peaks = u[1:-1][(u[1:-1] >= u[:-2]) & (u[1:-1] > u[2:])]
         if peaks.size >= 3:
             expected = float(curve.energy(study.release_amplitude[wall])) * e**6
-            assert float(curve.energy(peaks[2])) == pytest.approx(expected, rel=0.02)
+            assert float(curve.energy(peaks[2])) == pytest.approx(expected, rel=0.02), (wall, e)
 
 
 @pytest.mark.parametrize(("name", "length"), [("amplitude", 16), ("cracked_stiffness", 8)])

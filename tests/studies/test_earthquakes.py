@@ -72,7 +72,7 @@ def test_ratio_of_each_source_is_that_of_equivalent(config, walls):
             expected = np.array([row[column] for column in columns], dtype=float)
             stored = ratios.sel(damping_model=row["damping_model"])
             stored = stored.sel(damping_ratio_source=list(SOURCES))
-            np.testing.assert_allclose(stored, expected, rtol=1e-12)
+            np.testing.assert_allclose(stored, expected, rtol=1e-12, err_msg=entry.name)
 
 
 def test_initial_period_is_that_of_the_stiffness(config, walls):
@@ -80,7 +80,7 @@ def test_initial_period_is_that_of_the_stiffness(config, walls):
         stiffness = entry.curve.strength_ratio / entry.curve.yield_displacement_ratio
         period = 2 * np.pi / np.sqrt(stiffness) / entry.wall.frequency_parameter
         stored = float(walls["initial_period"].sel(wall=entry.name))
-        assert stored == pytest.approx(float(period))
+        assert stored == pytest.approx(float(period)), entry.name
 
 
 def test_every_wall_is_shaken_to_the_same_scales(config, study):

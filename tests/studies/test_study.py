@@ -24,9 +24,9 @@ def test_study_varies_its_parameter_only(study):
     for index, value in enumerate(study.values):
         a1 = float(study.curve.yield_displacement_ratio[index])
         b1 = float(study.curve.strength_ratio[index])
-        assert a1 == (value if varies_a1 else 0.04)
-        assert b1 == (0.75 if a1 >= 0.15 else 0.85)
-        assert study.release_amplitude[index] == (value if varies_release else 0.5)
+        assert a1 == (value if varies_a1 else 0.04), value
+        assert b1 == (0.75 if a1 >= 0.15 else 0.85), value
+        assert study.release_amplitude[index] == (value if varies_release else 0.5), value
 
 
 def test_frequency_parameter_is_that_of_each_wall(study):
@@ -34,4 +34,4 @@ def test_frequency_parameter_is_that_of_each_wall(study):
     for index, value in enumerate(study.values):
         change = {"wall": {study.parameter: value}} if study.varies_wall else {}
         wall = configured(change).wall.make()
-        assert study.frequency_parameter[index] == wall.frequency_parameter
+        assert study.frequency_parameter[index] == wall.frequency_parameter, value

@@ -132,7 +132,7 @@ def test_elementary_forms_equal_the_quadrature(curve, model):
         x0 = share * end_of(curve)
         energy, total = elementary_integral(curve, model, x0)
         expected = float(factor(curve, model, x0))
-        assert float(energy / (2 * total)) == pytest.approx(expected, rel=1e-9)
+        assert float(energy / (2 * total)) == pytest.approx(expected, rel=1e-9), share
 
 
 X, Z, W1, B1, A1, S1, A3, Z0 = sp.symbols("x z omega_1 b_1 a_1 s_1 a_3 z_0", positive=True)
@@ -258,12 +258,6 @@ def test_ecd_of_a_power_law_contact():
     frequency, x, k, n, _ = power_law_frequency()
     expected = sp.sqrt((n + 1) / 2) * sp.sqrt(k) * x ** ((n - 1) / 2)
     assert sp.simplify(frequency / expected) == 1
-
-
-def test_ecd_of_hertz_contact():
-    frequency, x, k, n, _ = power_law_frequency()
-    expected = sp.sqrt(5) / 2 * sp.sqrt(k) * x ** sp.Rational(1, 4)
-    assert sp.simplify(frequency.subs(n, sp.Rational(3, 2)) / expected) == 1
 
 
 def test_ecd_of_a_power_law_is_cdr_times_a_factor():
