@@ -109,7 +109,9 @@ def test_last_line_is_the_answer_with_its_range(two_levels):
     assert cr["collapses"] == sorted(cr["collapses"])
     assert len(cr["collapse_probability_interval"]) == 2
     assert lines[-1].startswith(f"PGA 0.8 g: {cr['collapses'][1]} of 6 records collapse the wall")
-    assert lines[-1].endswith("(100 %); 100 % for every value of e")
+    assert lines[-1].endswith(
+        "(100 %); 100 % for every value of e, and the 95 % interval, 56.6 to 100 %"
+    )
 
 
 ZERO = "do not report zero: with 5 stations a share up to "
@@ -118,7 +120,11 @@ ZERO = "do not report zero: with 5 stations a share up to "
 @pytest.mark.parametrize(
     ("collapses", "other_collapses", "part"),
     [
-        (2, [1, 2, 3], "(33 %); report the range for all values of e: 17 % to 50 %"),
+        (
+            2,
+            [1, 2, 3],
+            "(33 %); report the range for all values of e, 17 % to 50 %, and the 95 % interval, ",
+        ),
         (0, [0, 3, 3], f"wall for e = 0.85, and 0 % to 50 % for the other values of e; {ZERO}"),
         (0, [3, 3, 3], f"wall for e = 0.85, and 50 % for the other values of e; {ZERO}"),
     ],
@@ -132,10 +138,12 @@ def test_last_line_states_the_range_over_e(collapses, other_collapses, part, ans
 
 
 def test_last_line_without_collapse_is_not_zero():
-    """No share is zero for certain: the line has the end of the interval, if there is one."""
+    """No share is zero for certain: the line has the end of the interval and the curve's value."""
     line = run("assess", *WALL, *RECORDS, "--pga", "0.2g").stdout.splitlines()[-1]
     assert line.startswith("PGA 0.2 g: 0 of 6 records collapse the wall, for any of these values")
-    assert line.endswith("do not report zero: with 5 stations a share up to 43.4 % is possible")
+    assert line.endswith(
+        "with 5 stations a share up to 43.4 % is possible, and the fragility curve gives 0.071 %"
+    )
 
 
 def test_last_line_says_that_no_record_makes_the_wall_rock():
@@ -207,7 +215,7 @@ def test_report_says_that_no_record_makes_the_wall_rock(tmp_path):
 def test_report_without_collapse_does_not_say_zero(tmp_path):
     path = tmp_path / "a.html"
     assert run("assess", *WALL, *RECORDS, "--pga", "0.2g", "--report", path).exit_code == 0
-    warning = "Do not report zero: with 5 stations a share up to 43.4 % is possible."
+    warning = "Do not report zero: with 5 stations a share up to 43.4 % is possible, and"
     assert warning in page_text(path)
 
 

@@ -99,7 +99,7 @@ def test_wall_prints_no_ratio_for_band(damping):
     assert ratios["BAND"] == pytest.approx(-np.log(0.85) / np.pi)
     for model in ("CDR", "SDR"):
         assert rows[model].split()[1] == f"{ratios[model]:.3g}"
-    assert "(not ranked)" in rows["SDR"] and "(not ranked)" in rows["ECD"]
+    assert "(not recommended)" in rows["SDR"] and "(not recommended)" in rows["ECD"]
 
 
 @pytest.mark.parametrize("width", [1, 2.5])
@@ -142,7 +142,9 @@ def test_equivalent_says_which_damper_has_the_smallest_error():
     lines = run("equivalent", "--restitution", 0.85, *CURVE).stdout.splitlines()
     assert lines[0].startswith("Damping ratio xi equivalent to e")
     assert lines[1].split()[:3] == ["e", "damper", "xi"]
-    assert lines[1].endswith("rms error [u/u_ins]  xi by the closed form  xi by the polynomial")
+    assert lines[1].endswith(
+        "rms error [u/u_ins]  xi by the closed form  xi by the polynomial (b1 = 0.85)"
+    )
     assert lines[-1].startswith("BAND has the smallest error. Use the column xi")
 
 

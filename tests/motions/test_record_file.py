@@ -316,7 +316,7 @@ def test_plain_numbers_need_a_unit_and_even_times(text, options, pattern, refuse
         ("0 0\n.005 .1\n.010 .2\n", "2 columns.*step must be left out"),
         (THREE_COMPONENTS, "3 columns"),
         (THREE_COMPONENTS.replace(" ", "\t"), "columns"),
-        (f"2\n{ROWS}", "line 1 is '2'.*line 2 has 3"),
+        (f"2\n{ROWS}", "line 1 is '2'; it has 1 number; most lines have 3"),
         ("0\n.1\n9.81\n", "peak of 9.81 g"),
     ],
 )
@@ -332,7 +332,7 @@ def test_column_outside_the_file_is_refused(column, pattern, refuses):
 @pytest.mark.parametrize(
     ("head", "pattern"),
     [
-        ("5 .005 656\n", "line 2 is '5 .005 656'.*3 numbers and line 3 has 1"),
+        ("5 .005 656\n", "line 2 is '5 .005 656'; it has 3 numbers; most lines have 1"),
         ("2011 03 11\n", "line 2 is '2011 03 11'"),
         ("2011/03/11 14:46:18.1\n", "line 2 is '2011/03/11 14:46:18.1'"),
         ("20110311\n", "line 2 is '20110311'"),

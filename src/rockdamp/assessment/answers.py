@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.special import ndtr
 
 from rockdamp.assessment.collapses import FEWEST_STATIONS, STRIPES
 from rockdamp.constants import STANDARD_GRAVITY
@@ -158,7 +159,9 @@ def explain_rest(answer: xr.Dataset, curve: TrilinearCurve) -> str:
 
 
 def warn_of_zero(answer: xr.Dataset) -> str:
-    """Return the share that is possible though no record collapses the wall; empty if one does.
+    """Return the shares that are possible though no record collapses the wall; empty if one does.
+
+    They are the upper bound of the interval, and the value of the fragility curve.
 
     Parameters
     ----------
@@ -171,7 +174,13 @@ def warn_of_zero(answer: xr.Dataset) -> str:
     bound = float(cr["collapse_probability_interval"].sel(bound="upper"))
     limit = f"up to {100 * bound:.3g} %" if np.isfinite(bound) else "above zero"
     stations = count_stations(answer)
-    return f"do not report zero: with {stations} a share {limit} is possible"
+    warning = f"do not report zero: with {stations} a share {limit} is possible"
+    measure = measure_name(answer)
+    if np.isfinite(cr[f"median_{measure}"]):
+        log_ratio = np.log(cr[measure] / cr[f"median_{measure}"])
+        estimate = float(ndtr(log_ratio / cr["dispersion"]))
+        warning += f", and the fragility curve gives {100 * estimate:.2g} %"
+    return warning
 
 
 def count_stations(answer: xr.Dataset) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -51,6 +51,9 @@ def intensity_scale(inputs: Inputs) -> IntensityScale:
     if (inputs["pga"] is None) is (inputs["pgv"] is None):
         raise click.UsageError("give the intensity, either --pga or --pgv")
     measure = "pga" if inputs["pga"] is not None else "pgv"
+    if measure == "pga" and not inputs["pga"].unit:
+        remark = "a number without a unit is in m/s2; for g write 0.25g"
+        build.warn("--pga in m/s2", min(inputs["pga"]), 1.0, inf, remark)
     return IntensityScale(measure, *intensity_unit(measure, inputs[measure].unit))
 
 
@@ -212,7 +215,7 @@ def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
 
 
 def _describe_result(answer: xr.Dataset, scale: IntensityScale) -> str:
-    """Return the answer at the last intensity, and its range, in words."""
+    """Return the answer at the last intensity, its interval and its range, in words."""
     from rockdamp.assessment.answers import warn_of_zero
 
     cr = answer.sel(damping_model="CR").isel(intensity=-1)
@@ -232,11 +235,15 @@ def _describe_result(answer: xr.Dataset, scale: IntensityScale) -> str:
         others = _describe_shares(other_shares)
         return f"{result} for e = {e:.3g}, and {others} for the other values of e; {warning}"
     spread = _describe_shares(shares)
-    advice = f"report the range for all values of e: {spread}"
     if one_sided:  # tests of its e are few and differ more than the scatter s
         advice = f"{spread} for these values of e; also run --restitution 0.3 and 0.7"
-    elif " to " not in spread:
+        return f"{result} ({percent(share)}); {advice}"
+    interval = span(100 * cr["collapse_probability_interval"], 3, " %")
+    advice = f"report the range for all values of e, {spread}"
+    if " to " not in spread:
         advice = f"{spread} for every value of e"
+    if interval != "-":
+        advice += f", and the 95 % interval, {interval}"
     return f"{result} ({percent(share)}); {advice}"
 
 

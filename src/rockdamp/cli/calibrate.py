@@ -133,6 +133,7 @@ def calibrate(**inputs: Any) -> None:
         printing.print_json(values)
         return
     click.echo(description)
+    click.echo(printing.describe_sizes(wall))
     _print_fit(values)
     if free_rocking:
         _print_losses(values)
@@ -302,7 +303,7 @@ def _print_losses(values: dict[str, Any]) -> None:
     impacts = [impact for impact in values["impacts"] if impact["impact_rocking"]]
     click.echo(
         f"e is {ratio:.3f} times that of the rule rigid ({rigid:.3f}), from {len(impacts)} impacts"
-        f" (standard deviation of ln e: {values['restitution_scatter']:.3f})."
+        f" (scatter of ln e beyond the noise: {values['restitution_scatter']:.3f})."
     )
     by_amplitude = [
         {
@@ -337,7 +338,7 @@ def _print_losses(values: dict[str, Any]) -> None:
     _print_dampers(
         values["damping_models"],
         "Fit of each damper: the exponent g that it predicts, and its log-likelihood relative to"
-        f" the best damper (below {threshold:.3g} it is excluded at the 90 % level):",
+        f" the best damper (the likelihood ratio test excludes it at 10 % below {threshold:.3g}):",
     )
     _print_impacts(impacts, len(values["releases"]))
 

@@ -45,19 +45,11 @@ CSV_COLUMNS = {
 # --- sentences ---------------------------------------------------------------------------------
 
 
-def describe_wall(
-    wall: Any,
-    curve: rd.TrilinearCurve | None,
-    e: float | None = None,
-    reason: str = "",
-    *,
-    on_floors: bool = False,
-) -> str:
-    """Return the sizes of the wall, its curve, where rocking starts, and e with its reason."""
+def describe_sizes(wall: Any) -> str:
+    """Return the sizes, the density, the hinge and the load of the wall."""
     body = getattr(wall, "mechanism", wall)  # of a wall against a stop
-    kind = type(body).__name__
     parts = [
-        f"{kind} {float(body.thickness):g} x {float(body.height):g} m",
+        f"{type(body).__name__} {float(body.thickness):g} x {float(body.height):g} m",
         f"{float(body.density):g} kg/m3",
     ]
     if body is not wall:
@@ -67,12 +59,25 @@ def describe_wall(
     if body.overburden_ratio > 0:
         load = float(body.overburden / body.width) / 1000
         parts.append(f"O/W = {float(body.overburden_ratio):.3g} ({load:.3g} kN/m)")
+    return ", ".join(parts)
+
+
+def describe_wall(
+    wall: Any,
+    curve: rd.TrilinearCurve | None,
+    e: float | None = None,
+    reason: str = "",
+    *,
+    on_floors: bool = False,
+) -> str:
+    """Return the sizes of the wall, its curve, where rocking starts, and e with its reason."""
+    text = describe_sizes(wall)
     strength = 1.0
     if curve is not None:
         strength = float(curve.strength_ratio)
-        parts.append(f"a1 = {float(curve.yield_displacement_ratio):g}, b1 = {strength:g}")
+        text += f", a1 = {float(curve.yield_displacement_ratio):g}, b1 = {strength:g}"
     onset = float(wall.rocking_onset(strength)) / STANDARD_GRAVITY
-    text = f"{', '.join(parts)}; rocking starts at {onset:.3g} g"
+    text += f"; rocking starts at {onset:.3g} g"
     if on_floors:
         text += " at the wall (the floors amplify the motion of the ground)"
     if e is not None:
@@ -149,7 +154,7 @@ def print_dampers(damping: Inputs, rows: Iterable[Inputs]) -> None:
             "damper": row["damping_model"],
             "xi": None if row["damping_model"] == "BAND" else row["damping_ratio"],
             "frequency of xi": row["refers_to"],
-            "the program needs": REQUIREMENT.get(row["damping_model"], "(not ranked)"),
+            "the program needs": REQUIREMENT.get(row["damping_model"], "(not recommended)"),
             "missed collapses": percent(row["missed_collapse_rate"]),
         }
         for row in rows

@@ -33,7 +33,7 @@ RATIO_HEADS = {
     "damping_ratio": "xi",
     "rms_error": "rms error [u/u_ins]",
     "damping_ratio_energy": "xi by the closed form",
-    "damping_ratio_fit": "xi by the polynomial",
+    "damping_ratio_fit": "xi by the polynomial (b1 = 0.85)",
 }
 ONE_SIDED = (
     "a one-sided wall has no damping ratio: a viscous damper would damp it before its first impact"
@@ -266,6 +266,6 @@ def _print_ratios(rows: list[dict[str, Any]], release: float) -> None:
     if known_errors:
         best = min(known_errors, key=lambda model: known_errors[model])
         click.echo(
-            f"{best} has the smallest error. Use the column xi in your program; `rockdamp wall`"
-            " prints the other constants."
+            f"{best} has the smallest error. Use the column xi in your program, for BAND e itself;"
+            " `rockdamp wall` prints the frequency that xi refers to."
         )

@@ -14,7 +14,7 @@ from scipy.stats import t as student
 from rockdamp.arrays import Array
 from rockdamp.constants import MODELS, REFERENCE, SOFTENING
 from rockdamp.equivalence.closed_form import equivalence_factor
-from rockdamp.errors import InputError, check, check_choice, check_list, check_number, check_type
+from rockdamp.errors import InputError, check_choice, check_list, check_number, check_type
 from rockdamp.histories.respond import record_attributes
 from rockdamp.laboratory.calibration import true_values
 from rockdamp.laboratory.free_decay import FreeDecay
@@ -26,6 +26,7 @@ from rockdamp.laboratory.uncertainty import NORMAL_QUANTILE, check_deviations, d
 from rockdamp.mechanics.curve import CURVE_RULES, TrilinearCurve
 from rockdamp.mechanics.damping import DAMPERS, REFERENCE_AMPLITUDE, Damping
 from rockdamp.mechanics.wall import Parapet, Wall
+from rockdamp.text import count_noun
 
 # Amplitudes u/u_ins at which e is stated; an assessment takes the middle one.
 STATED_AMPLITUDES = 0.1, REFERENCE_AMPLITUDE, 0.5
@@ -214,12 +215,11 @@ def _fit_decay(decay: FreeDecay) -> xr.Dataset:
     # restitution.
     is_rocking = impacts.amplitude > curve_values[0]
     rocking_count = int(np.count_nonzero(is_rocking))
-    check(
-        "impacts after a peak above u1",
-        rocking_count,
-        lambda count: count >= 3,
-        "at least 3: release it from further out",
-    )
+    if rocking_count < 3:
+        raise InputError(
+            f"only {count_noun(rocking_count, 'impact')} follow a peak above u1; at least 3 are"
+            " needed: release the wall from further out"
+        )
     rocking = impacts.take(is_rocking)
     mean = regress(rocking.loss, rocking.covariance, np.ones((rocking_count, 1)))
     decrement = float(mean.coefficients[0])

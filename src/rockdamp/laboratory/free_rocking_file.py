@@ -99,7 +99,13 @@ def _check_times(elapsed: Array) -> None:
     if reversals.size:
         earlier, later = elapsed[reversals[0] : reversals[0] + 2]
         raise InputError(f"elapsed goes from {earlier:.9g} to {later:.9g}; it must rise")
-    check_step(float(np.median(intervals)))
+    interval = float(np.median(intervals))
+    if interval >= 1:
+        raise InputError(
+            f"step is {interval:g} s; it must be from 0.0001 to 0.1 s: if the times are frame"
+            " numbers, frame_rate must be given"
+        )
+    check_step(interval)
 
 
 def read_free_rocking(

@@ -68,7 +68,8 @@ def covariance_by_sensor(derivative: Array, residual: Array) -> Array:
     if not scale.all() or np.linalg.cond(derivative / scale) > 1e4:
         raise InputError(
             "the test does not determine a1, b1 and e: with these sizes no peak clearly leaves the"
-            " first branch; check thickness, height and the units"
+            " first branch, or the half cycles do not shorten as the peaks fall, as those of a"
+            " rocking wall do; check thickness, height and the units"
         )
     scores = (derivative / scale) * residual[:, None]
     samples, parameters = scores.shape

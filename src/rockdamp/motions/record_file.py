@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator, Sequence
 from hashlib import sha256
 from itertools import chain
+from statistics import mode
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ from rockdamp.motions.text_lines import (
     split_cells,
 )
 from rockdamp.storage.files import read_text, replace_file
+from rockdamp.text import count_noun
 
 RECORD_COLUMNS = ("elapsed_s", "ground_acceleration_m_s2", "displacement_m")
 ACCELERATION_PREFIX = "ground_acceleration_"  # the rest of the name is the unit: m_s2, cm_s2 or g
@@ -257,7 +259,8 @@ def _read_plain(lines: Sequence[str], options: _Options) -> _Samples:
         )
     if options.unit_size is None:
         raise InputError(
-            f"states no unit; unit must be given, such as g or cm/s2, or {NAMED_COLUMNS}"
+            "states no unit of acceleration; unit must be given, such as g or cm/s2"
+            f" (--unit cm/s2 in a command), or {NAMED_COLUMNS}"
         )
     head = rows[0].numbers
     if options.column is None and _states_count(rows):
@@ -303,12 +306,11 @@ def _read_one_column(lines: Sequence[str], rows: Sequence[NumberRow], column: in
     """Return the numbers of the one column, or of the column that was named."""
     width = _common_width(lines, rows)
     if column is None and width > 1:
-        otherwise = f"or it must have {NAMED_COLUMNS}"
+        otherwise = f"or the file must have {NAMED_COLUMNS}"
         if width == 2:
             otherwise = "or step must be left out if the first has times"
         raise InputError(
-            f"has {width} columns; with a step it must have one, or column must name one, "
-            f"{otherwise}"
+            f"has {width} columns; with a step, column must be given, from 1 to {width}, {otherwise}"
         )
     place = 0 if column is None else column - 1
     if not 0 <= place < width:
@@ -318,16 +320,13 @@ def _read_one_column(lines: Sequence[str], rows: Sequence[NumberRow], column: in
 
 
 def _common_width(lines: Sequence[str], rows: Sequence[NumberRow]) -> int:
-    """Return how many numbers every row has; refuse rows of several widths by the first line."""
-    width = len(rows[0].numbers)
+    """Return how many numbers every row has; refuse a row that has not as many as most."""
+    width = mode(len(row.numbers) for row in rows)
     for row in rows:
-        other_width = len(row.numbers)
-        if other_width != width:
-            reason = (
-                f"it has {width} numbers and line {row.line_index + 1} has {other_width}; "
-                f"all must have as many, or the file {NAMED_COLUMNS}"
-            )
-            raise refused_line(lines, rows[0].line_index, reason)
+        count = len(row.numbers)
+        if count != width:
+            reason = f"it has {count_noun(count, 'number')}; most lines have {width}"
+            raise refused_line(lines, row.line_index, reason)
     return width
 
 
@@ -375,7 +374,7 @@ def _unit_size(unit: str | None) -> float | None:
 def _check_agreement(name: str, given: float | None, stated: float) -> None:
     """Refuse a given step or unit that contradicts the file."""
     if given is not None and not math.isclose(given, stated, rel_tol=1e-3):
-        raise InputError(f"{name} is {given:g}; it must be {stated:g}, as the file states")
+        raise InputError(f"{name} is {given:g}; leave it out, as the file states {stated:g}")
 
 
 def _check_peak(record: Record) -> None:

@@ -74,7 +74,7 @@ def read_rows(lines: Sequence[str], first: int, width: int | None = None) -> lis
             continue
         numbers = [parse_number(cell) for cell in cells]
         if not all(map(math.isfinite, numbers)):
-            raise unreadable_line(lines, index)
+            raise unreadable_line(lines, index, named=width is not None)
         if width is not None and len(numbers) != width:
             raise refused_line(lines, index, f"it must have {width} numbers")
         rows.append(NumberRow(index, numbers))
@@ -103,15 +103,17 @@ def refused_line(lines: Sequence[str], index: int, reason: str) -> InputError:
     return InputError(f"line {index + 1} is {text[:30]!r}; {reason}")
 
 
-def unreadable_line(lines: Sequence[str], index: int) -> InputError:
-    """Return the error that names a line and its first cell that is not a finite number."""
+def unreadable_line(lines: Sequence[str], index: int, *, named: bool = False) -> InputError:
+    """Return the error that names a line and its first cell that is not a finite number.
+
+    Unless the file has `named` columns, the error also says which columns a file may have.
+    """
     cells = split_cells(lines[index]) or [""]
     wrong_cell = next((cell for cell in cells if not math.isfinite(parse_number(cell))), cells[0])
-    return refused_line(
-        lines,
-        index,
-        f"{wrong_cell[:20]!r} is not a finite number; the file must have {NAMED_COLUMNS}",
-    )
+    reason = f"{wrong_cell[:20]!r} is not a finite number"
+    if not named:
+        reason += f"; the file must have {NAMED_COLUMNS}"
+    return refused_line(lines, index, reason)
 
 
 def _is_row(line: str) -> bool:
