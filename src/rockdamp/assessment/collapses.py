@@ -123,7 +123,7 @@ def run_intensities(
     coarser_collapses = []
     for motion, level in zip(track(motions, "Records"), levels, strict=True):
         peak, collapsed, coarser = run_outcomes(
-            motion.record, specimens, targets / level, step=step, tail=tail
+            motion.record, specimens, targets / level, stripes=STRIPES.size, step=step, tail=tail
         )
         # Peaks at the stripes are not kept: memory grows with walls and records alone.
         peaks.append(np.where(collapsed, np.nan, peak)[:, : intensity.size])
@@ -174,6 +174,7 @@ def run_outcomes(
     specimens: Sequence[Specimen],
     factor: Array,
     *,
+    stripes: int = 0,
     step: float,
     tail: float,
 ) -> Outcomes:
@@ -188,6 +189,8 @@ def run_outcomes(
         solved event by event, without a step.
     factor : ndarray, shape (walls, factors)
         Factors on the acceleration. [-]
+    stripes : int
+        Number of the last factors, whose outcomes do not depend on the factors before them.
     step : float
         Longest step of the solver, times the initial frequency w1; it is refined
         near collapse. [-]
@@ -197,11 +200,19 @@ def run_outcomes(
     if isinstance(specimens[0].wall, OneSidedWall):
         return _run_one_sided(record, specimens, factor[0], tail)
 
+    levels = factor.T
+    first_stripe = len(levels) - stripes
+
     def find_doubtful(collapsed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        return find_first_collapses(collapsed[-1], factor.T)
+        outcomes = collapsed[-1]
+        doubtful = find_first_collapses(outcomes, levels)
+        doubtful[first_stripe:] = find_first_collapses(
+            outcomes[first_stripe:], levels[first_stripe:]
+        )
+        return doubtful
 
     runs = [
-        run_refined(record, specimen, factor.T, find_doubtful, step=step, tail=tail, halvings=0)
+        run_refined(record, specimen, levels, find_doubtful, step=step, tail=tail, halvings=0)
         for specimen in specimens
     ]
     return (
