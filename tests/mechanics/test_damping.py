@@ -153,6 +153,13 @@ def test_ratio_of_other_orders_is_delta_over_pi(order):
     np.testing.assert_allclose(xi, DELTA / np.pi)
 
 
+@pytest.mark.parametrize("g", [0.1, 0.45])
+def test_ratio_with_a_loss_exponent(g):
+    """The power g of the energy loses its share 1 - e^2g."""
+    xi = Damping.from_restitution(0.85, "ECD", order=8, loss_exponent=g).value
+    assert xi == pytest.approx((1 - 0.85 ** (2 * g)) / (2 * np.pi * g), rel=1e-12)
+
+
 def test_ratio_of_band_is_delta_over_pi():
     xi = Damping.from_restitution(E[1:], "ECD", order=0.5).value
     np.testing.assert_array_equal(Damping.from_restitution(E[1:]).value, xi)

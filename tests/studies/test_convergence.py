@@ -13,6 +13,7 @@ from configs import changed
 from rockdamp.constants import MODELS
 from rockdamp.mechanics.damping import Damping
 from rockdamp.solvers.exact import exact_history
+from rockdamp.studies import convergence as stage
 from rockdamp.studies.convergence import convergence, draw, fitted_order, run_ensemble
 
 SAMPLE = 0.2  # in tau; the histories are compared at the samples of the load
@@ -121,3 +122,15 @@ def test_frozen_coefficient_is_first_order_at_fine_steps(orders):
     models = ["CR", "CDR", "SDR", "ECD"]
     order = orders["finest_convergence_order"].sel(scheme="paper", damping_model=models)
     assert ((order > 0.75) & (order < 1.5)).all()
+
+
+def test_ensemble_is_followed_for_the_length_of_the_config(paper, monkeypatch):
+    lengths = []
+
+    def draw_and_note(seed, lanes, samples, sample):
+        lengths.append((samples - 1) * sample)
+        return draw(seed, lanes, samples, sample)
+
+    monkeypatch.setattr(stage, "draw", draw_and_note)
+    convergence(changed(paper, {"convergence.lanes": 16, "convergence.halvings": 1}))
+    assert lengths == [pytest.approx(paper.convergence.length)]
