@@ -174,6 +174,18 @@ def test_answer_states_errors_of_band_and_cdc(minimal, report):
             assert words(errors[middle]) in words(answer["text"])
 
 
+def test_answer_of_the_paper_states_damping_ratios(minimal):
+    page = Page((minimal / "paper.html").read_text(encoding="utf-8"))
+    (answer,) = (p for p in page.all("p") if p["attrs"].get("class") == "answer")
+    xi = dataset.read(minimal / "equivalence.nc")["damping_ratio"]
+    at_paper_values = xi.sel(restitution=0.85, yield_displacement_ratio=0.04, method="nearest")
+    cdc, cdr = (100 * float(at_paper_values.sel(damping_model=model)) for model in ("CDC", "CDR"))
+    assert f"{cdc:.2f} % for CDC and {cdr:.2f} % for CDR" in words(answer["text"])
+    verdicts = [row["verdict"] for row in tables.read_rows(minimal / "claims.csv")]
+    count = f"{verdicts.count('holds')} of its {len(verdicts)} claims hold"
+    assert count in words(answer["text"])
+
+
 def test_every_claim_has_its_verdict(minimal, page):
     rows = {
         row["attrs"]["id"]: words(row["text"]) for row in page.all("tr") if "id" in row["attrs"]

@@ -81,6 +81,8 @@ def judge(claim: dict[str, Any], datasets: Datasets) -> dict[str, str]:
         judgement = Judgement({}, DASH, "")
         reason = str(error)
     verdict, words = (UNTESTED, reason) if reason else give_verdict(judgement.parts)
+    if "history" in claim:
+        words += f" History of the criterion: {claim['history']}."
     return {
         "id": claim["id"],
         "section": claim["section"],
@@ -88,7 +90,7 @@ def judge(claim: dict[str, Any], datasets: Datasets) -> dict[str, str]:
         "verdict": verdict,
         "measured": judgement.numbers,
         "threshold": claim["threshold"].format_map(limits),
-        "finding": f"{judgement.finding} {words}".strip(),
+        "finding": f"{judgement.finding} {words.strip()}".strip(),
     }
 
 

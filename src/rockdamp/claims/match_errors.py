@@ -12,6 +12,7 @@ from rockdamp.claims.judgement import (
     Judgement,
     Limits,
     count_cases,
+    extremes,
     is_largest,
     is_smallest,
     list_models,
@@ -112,7 +113,8 @@ def cdc_poor(data: Datasets, limits: Limits) -> Judgement:
 def best_cdr(data: Datasets, limits: Limits) -> Judgement:
     """Compare the dependence of CDR on amplitude and stiffness with that of the others."""
     amplitude = amplitude_spread(data, limits)
-    stiffness = mean_spread(select_fits(data, limits), A1)
+    fits = select_fits(data, limits)
+    stiffness = mean_spread(fits, A1)
     error = matched_error(data).mean("restitution")
     errors = data["response_lengths"]["rms_error"].sel(damping_model=MODELS).mean("restitution")
     parts = {
@@ -121,7 +123,8 @@ def best_cdr(data: Datasets, limits: Limits) -> Judgement:
     }
     numbers = f"amplitude {list_models(amplitude)}; a1 {list_models(stiffness)}"
     finding = (
-        f"Spread of ξ, averaged over e. The mean error is {list_models(error)}; that of CDR is the"
+        f"Spread of ξ, averaged over e, over the amplitudes of Fig. 5 and over a1 from"
+        f" {extremes(fits[A1], plain)}. The mean error is {list_models(error)}; that of CDR is the"
         f" smallest for response lengths of τ = {spans(is_smallest(errors, 'CDR'))}."
     )
     return Judgement(parts, numbers, finding)

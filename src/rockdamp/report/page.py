@@ -14,6 +14,7 @@ import yaml
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
+from rockdamp.claims import HOLDS
 from rockdamp.report import tables
 from rockdamp.storage.dataset import Datasets
 from rockdamp.storage.files import replace_file
@@ -78,6 +79,8 @@ def build(content: Content) -> str:
         dampers=tables.dampers(),
         symbols=tables.symbols(),
         verdicts=tables.verdicts(content.claims),
+        claims=len(content.claims),
+        holding=sum(claim["verdict"] == HOLDS for claim in content.claims),
         errata=content.errata,
         figures=describe_figures(content.figures),
         documents=content.documents,

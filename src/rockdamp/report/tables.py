@@ -66,8 +66,12 @@ SYMBOLS = {
     " by u<sub>ins</sub>",
     "b<sub>1</sub>": "height of the curve's plateau, divided by F<sub>0</sub>",
     "ω<sub>1</sub>": "initial frequency, that of the first branch",
-    "τ": "dimensionless time p t, with the frequency parameter p of the wall",
+    "m<sub>eff</sub>": "effective mass of the wall, Eq. (2)",
+    "p, τ": "frequency parameter √(F<sub>0</sub>/(m<sub>eff</sub> u<sub>ins</sub>)); dimensionless"
+    " time τ = p t",
     "V": "area under the curve from 0 to u",
+    "c": "half of the time for which BAND acts, t<sub>c</sub>/ω<sub>1</sub> with t<sub>c</sub>"
+    " = 0.2",
 }
 
 
