@@ -250,8 +250,9 @@ CR = ("--restitution", 0.85)
     ("command", "name"),
     [
         (("wall", "--thickness", 0.05, "--height", 3), "height/thickness"),
-        (("wall", *WALL, "--overburden", 15), "--overburden is 0.015 kN/m"),
+        (("wall", *WALL, "--overburden", 15), "the overburden is 15 N/m"),
         (("decay", *CURVE, "--damping-model", "CDR", "--damping-ratio", 0.85), "damping_ratio"),
+        (("assess", *WALL, *CURVE, "--records", "pulse.csv", "--pga", 0.5), "--pga in m/s2 is 0.5"),
         (
             ("wall", "--thickness", 1.0, "--height", 3, *CURVE, "--restitution", 0.9),
             "restitution divided by that of the rule rigid",

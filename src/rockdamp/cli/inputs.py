@@ -37,12 +37,17 @@ def build_wall(inputs: Inputs) -> Any:
     wall: Any = make_wall(inputs)
     slenderness = getattr(wall, "mechanism", wall).slenderness
     warn("height/thickness", slenderness, 0.0, 40.0, "tested walls had at most 28")
-    if inputs["overburden"]:
-        body = getattr(wall, "mechanism", wall)
-        load = inputs["overburden"] / 1000
-        remark = f"--overburden is {load:.3g} kN/m; a number without a unit is in N/m"
-        warn("O/W", body.overburden_ratio, 0.01, inf, remark)
+    warn_of_small_load(wall, "O/W")
     return wall
+
+
+def warn_of_small_load(wall: Any, name: str) -> None:
+    """Warn of an overburden that is negligible, as one of 10 N/m in place of 10 kN/m."""
+    body = getattr(wall, "mechanism", wall)
+    if body.overburden_ratio > 0:
+        load = float(body.overburden / body.width)
+        remark = f"the overburden is {load:.3g} N/m; a number without a unit is in N/m"
+        warn(name, body.overburden_ratio, 0.01, inf, remark)
 
 
 def build_curve(inputs: Inputs) -> rd.TrilinearCurve:

@@ -310,7 +310,8 @@ def _read_one_column(lines: Sequence[str], rows: Sequence[NumberRow], column: in
         if width == 2:
             otherwise = "or step must be left out if the first has times"
         raise InputError(
-            f"has {width} columns; with a step, column must be given, from 1 to {width}, {otherwise}"
+            f"has {width} columns; with a step, column must be given, from 1 to {width},"
+            f" {otherwise}"
         )
     place = 0 if column is None else column - 1
     if not 0 <= place < width:
