@@ -29,6 +29,13 @@ def test_decay_gives_the_peak_of_each_half_cycle():
     np.testing.assert_allclose(energy[1:6] / energy[:5], 0.9**2, rtol=1e-3)  # Eq. (8)
 
 
+def test_compared_decays_state_e_and_the_damping_ratios():
+    last = run("decay", *CURVE, "--restitution", 0.9, "--compare").stdout.splitlines()[-1]
+    rows = rd.equivalent(0.9, DROP)
+    ratios = ", ".join(f"{row['damping_model']} {row['damping_ratio']:.3g}" for row in rows)
+    assert last == f"e = 0.9; equivalent damping ratios xi: {ratios}"
+
+
 def test_decay_too_short_for_a_half_cycle_says_so():
     short = ("decay", *CURVE, *CDR, "--length", 0.1)
     assert printed(*short) == []

@@ -208,7 +208,8 @@ def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
     caption = "Fragility curve with restitution (CR)"
     if len(models) > 1:
         caption += " and with a damper that replaces it"
-    printing.print_table(rows, f"{caption}:")
+    if any(isfinite(answer[median].sel(damping_model=model)) for model in models):
+        printing.print_table(rows, f"{caption}:")
     notes = [reason for model in models for reason in reasons(answer, model)]
     for note in dict.fromkeys(notes):
         click.echo(note)

@@ -73,8 +73,10 @@ def decay(**inputs: Any) -> None:
     elif not rows:
         click.echo("No half cycle ends within this length: give a longer --length.")
     elif inputs["compare"]:
-        table = _side_by_side(rows)
-        printing.print_table(table, "Peak u/u_ins after each crossing of u = 0, by damper:")
+        caption = "Peak u/u_ins after each crossing of u = 0, by damper (-: the history has ended):"
+        printing.print_table(_side_by_side(rows), caption)
+        ratios = [f"{damping.label} {damping.value:.3g}" for damping in dampings[1:]]
+        click.echo(f"e = {e:g}; equivalent damping ratios xi: {', '.join(ratios)}")
     else:
         heads = {"damping_model": "damper", "impacts": "crossings", "tau": "tau", "peak": "peak"}
         table = [{head: row[name] for name, head in heads.items()} for row in rows]
