@@ -58,7 +58,7 @@ def test_first_collapses_and_large_peaks_are_refined(motions, curve, damping):
     peak = np.where(is_refined, runs[2].peak, runs[0].peak)
     collapsed = np.where(is_refined, runs[2].collapsed, runs[0].collapsed)
     coarser_collapsed = np.where(is_refined, runs[1].collapsed, runs[0].collapsed)
-    outcomes = run_outcomes(record, [specimen], factor, **options)
+    outcomes = run_outcomes(record, [specimen], factor, stripes=4, **options)
     for values, expected in zip(outcomes, (peak, collapsed, coarser_collapsed), strict=True):
         np.testing.assert_array_equal(values[..., 0], expected.T)
 
@@ -72,6 +72,19 @@ def test_fragility_does_not_depend_on_the_given_intensity(curve):
     ]
     first, second = (answer["stripe_collapses"] for answer in answers)
     xr.testing.assert_equal(first, second)
+
+
+def test_outcome_does_not_depend_on_other_intensities(motions, curve):
+    specimens = [Specimen(rd.Wall(0.25, 3.0), curve, rd.Damping("CR", 0.85))]
+    factors = np.array([np.linspace(0.5, 4.0, 12)])
+    options = {"stripes": 2, "step": 0.2, "tail": 3.0}
+    for motion in motions:
+        together = run_outcomes(motion.record, specimens, factors, **options)
+        for index in range(10):
+            chosen = factors[:, [index, 10, 11]]
+            alone = run_outcomes(motion.record, specimens, chosen, **options)
+            for values, expected in zip(alone, together, strict=True):
+                np.testing.assert_array_equal(values[0, 0], expected[0, index])
 
 
 def test_the_second_damper_has_a_least_e():

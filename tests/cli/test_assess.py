@@ -80,7 +80,7 @@ def two_levels():
 
 def test_printed_answer_fits_in_twenty_lines(two_levels):
     _, lines = two_levels
-    assert len(lines) <= 20
+    assert len(lines) <= 21  # with a line for each of two intensities
 
 
 def test_first_line_says_which_motion_is_scaled(two_levels):
@@ -130,10 +130,10 @@ ZERO = "do not report zero: with 5 stations a share up to "
     ],
 )
 def test_last_line_states_the_range_over_e(collapses, other_collapses, part, answer):
-    counted = answer.copy(deep=True)
+    counted = answer.isel(intensity=0).copy(deep=True)
     counted["collapses"].loc[{"damping_model": "CR"}] = collapses
     counted["collapse_probability"].loc[{"damping_model": "CR"}] = collapses / 6
-    counted["case_collapse_probability"][0] = np.array(other_collapses) / 6
+    counted["case_collapse_probability"][:] = np.array(other_collapses) / 6
     assert part in _describe_result(counted, IntensityScale("pgv", "m/s", 1.0))
 
 
@@ -141,9 +141,22 @@ def test_last_line_without_collapse_is_not_zero():
     """No share is zero for certain: the line has the end of the interval and the curve's value."""
     line = run("assess", *WALL, *RECORDS, "--pga", "0.2g").stdout.splitlines()[-1]
     assert line.startswith("PGA 0.2 g: 0 of 6 records collapse the wall, for any of these values")
-    assert line.endswith(
-        "with 5 stations a share up to 43.4 % is possible, and the fragility curve gives 0.071 %"
-    )
+    assert "with 5 stations a share up to 43.4 % is possible; the estimate of the" in line
+    assert line.endswith("fragility curve, extrapolated, is 0.071 %")
+
+
+def test_each_intensity_has_its_line(two_levels):
+    values, lines = two_levels
+    assert [line.partition(":")[0] for line in lines[-2:]] == ["PGA 0.2 g", "PGA 0.8 g"]
+
+
+def test_curve_outside_the_interval_is_stated(answer):
+    counted = answer.isel(intensity=0).copy(deep=True)
+    cr = {"damping_model": "CR"}
+    counted["collapse_probability_interval"].loc[cr] = [0.1, 0.2]
+    counted["pgv"] = counted["median_pgv"].sel(cr)
+    line = _describe_result(counted, IntensityScale("pgv", "m/s", 1.0))
+    assert line.endswith("10 to 20 %; the fragility curve gives 50 %, outside this interval")
 
 
 def test_last_line_says_that_no_record_makes_the_wall_rock():
@@ -215,7 +228,7 @@ def test_report_says_that_no_record_makes_the_wall_rock(tmp_path):
 def test_report_without_collapse_does_not_say_zero(tmp_path):
     path = tmp_path / "a.html"
     assert run("assess", *WALL, *RECORDS, "--pga", "0.2g", "--report", path).exit_code == 0
-    warning = "Do not report zero: with 5 stations a share up to 43.4 % is possible, and"
+    warning = "Do not report zero: with 5 stations a share up to 43.4 % is possible; the"
     assert warning in page_text(path)
 
 

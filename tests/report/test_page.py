@@ -174,6 +174,11 @@ def test_answer_states_errors_of_band_and_cdc(minimal, report):
             assert words(errors[middle]) in words(answer["text"])
 
 
+def test_page_of_another_config_says_so(page):
+    notes = [words(p["text"]) for p in page.all("p") if p["attrs"].get("class") == "note"]
+    assert notes[0].startswith("These results, in results/minimal, are not those of the default")
+
+
 def test_answer_of_the_paper_states_damping_ratios(minimal):
     page = Page((minimal / "paper.html").read_text(encoding="utf-8"))
     (answer,) = (p for p in page.all("p") if p["attrs"].get("class") == "answer")

@@ -25,5 +25,6 @@ content = Content(
     datasets=datasets,
     yield_displacement_ratio=snakemake.params.yield_displacement_ratio,
     documents=Path(os.path.relpath("docs", Path(output).parent)).as_posix(),
+    folder=snakemake.config["results"],
 )
 write(content, output)

@@ -158,28 +158,37 @@ def explain_rest(answer: xr.Dataset, curve: TrilinearCurve) -> str:
     return f"{text} Check the curve, the eccentricity and the floors."
 
 
-def warn_of_zero(answer: xr.Dataset) -> str:
-    """Return the shares that are possible though no record collapses the wall; empty if one does.
-
-    They are the upper bound of the interval, and the value of the fragility curve.
+def fragility_at(answer: xr.Dataset) -> float:
+    """Return the value of the fragility curve with restitution at an intensity; NaN without one.
 
     Parameters
     ----------
     answer : xarray.Dataset
-        Answer of `assess`, of which the last intensity and the given e count.
+        Answer of `assess` at one intensity.
     """
-    cr = answer.sel(damping_model="CR").isel(intensity=-1)
+    cr = answer.sel(damping_model="CR")
+    measure = measure_name(answer)
+    log_ratio = np.log(cr[measure] / cr[f"median_{measure}"])
+    return float(ndtr(log_ratio / cr["dispersion"]))
+
+
+def warn_of_zero(answer: xr.Dataset) -> str:
+    """Return what to report if no record collapses the wall; empty if one does.
+
+    Parameters
+    ----------
+    answer : xarray.Dataset
+        Answer of `assess` at one intensity, of which the given e counts.
+    """
+    cr = answer.sel(damping_model="CR")
     if cr["collapses"].item() > 0:
         return ""
     bound = float(cr["collapse_probability_interval"].sel(bound="upper"))
     limit = f"up to {100 * bound:.3g} %" if np.isfinite(bound) else "above zero"
-    stations = count_stations(answer)
-    warning = f"do not report zero: with {stations} a share {limit} is possible"
-    measure = measure_name(answer)
-    if np.isfinite(cr[f"median_{measure}"]):
-        log_ratio = np.log(cr[measure] / cr[f"median_{measure}"])
-        estimate = float(ndtr(log_ratio / cr["dispersion"]))
-        warning += f", and the fragility curve gives {100 * estimate:.2g} %"
+    warning = f"do not report zero: with {count_stations(answer)} a share {limit} is possible"
+    estimate = fragility_at(answer)
+    if np.isfinite(estimate):
+        warning += f"; the estimate of the fragility curve, extrapolated, is {100 * estimate:.2g} %"
     return warning
 
 

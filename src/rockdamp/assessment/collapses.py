@@ -190,7 +190,8 @@ def run_outcomes(
     factor : ndarray, shape (walls, factors)
         Factors on the acceleration. [-]
     stripes : int
-        Number of the last factors, whose outcomes do not depend on the factors before them.
+        Number of the last factors that are stripes. No outcome depends on another factor that is
+        not a stripe.
     step : float
         Longest step of the solver, times the initial frequency w1; it is refined
         near collapse. [-]
@@ -205,10 +206,14 @@ def run_outcomes(
 
     def find_doubtful(collapsed: NDArray[np.bool_]) -> NDArray[np.bool_]:
         outcomes = collapsed[-1]
-        doubtful = find_first_collapses(outcomes, levels)
+        doubtful = outcomes.copy()
         doubtful[first_stripe:] = find_first_collapses(
             outcomes[first_stripe:], levels[first_stripe:]
         )
+        for index in range(first_stripe):
+            with_stripes = [index, *range(first_stripe, len(levels))]
+            first_collapses = find_first_collapses(outcomes[with_stripes], levels[with_stripes])
+            doubtful[index] = first_collapses[0]
         return doubtful
 
     runs = [

@@ -142,7 +142,11 @@ def assess(**inputs: Any) -> None:
         dampers = [row for row in damping["damping"] if row["damping_model"] in REQUIREMENT]
         printing.print_dampers(damping, dampers)
         click.echo()
-    click.echo(rest or _describe_result(answer, scale))
+    if rest:
+        click.echo(rest)
+        return
+    for index in range(answer.sizes["intensity"]):
+        click.echo(_describe_result(answer.isel(intensity=index), scale))
 
 
 def _print_shares(answer: xr.Dataset, scale: IntensityScale, wall: Any) -> None:
@@ -216,10 +220,10 @@ def _print_fragilities(answer: xr.Dataset, scale: IntensityScale) -> None:
 
 
 def _describe_result(answer: xr.Dataset, scale: IntensityScale) -> str:
-    """Return the answer at the last intensity, its interval and its range, in words."""
-    from rockdamp.assessment.answers import warn_of_zero
+    """Return the answer at one intensity, its interval and its range, in words."""
+    from rockdamp.assessment.answers import fragility_at, warn_of_zero
 
-    cr = answer.sel(damping_model="CR").isel(intensity=-1)
+    cr = answer.sel(damping_model="CR")
     share = float(cr["collapse_probability"])
     other_shares = cr["case_collapse_probability"].values.tolist()
     shares = [share, *other_shares]
@@ -245,6 +249,10 @@ def _describe_result(answer: xr.Dataset, scale: IntensityScale) -> str:
         advice = f"{spread} for every value of e"
     if interval != "-":
         advice += f", and the 95 % interval, {interval}"
+    estimate = fragility_at(answer)
+    low, high = cr["collapse_probability_interval"].values
+    if estimate < low or estimate > high:
+        advice += f"; the fragility curve gives {percent(estimate)}, outside this interval"
     return f"{result} ({percent(share)}); {advice}"
 
 

@@ -338,7 +338,7 @@ def _print_losses(values: dict[str, Any]) -> None:
     _print_dampers(
         values["damping_models"],
         "Fit of each damper: the exponent g that it predicts, and its log-likelihood relative to"
-        f" the best damper (the likelihood ratio test excludes it at 10 % below {threshold:.3g}):",
+        f" the best damper (a damper below {threshold:.3g} is excluded: likelihood ratio test, 10 % level):",
     )
     _print_impacts(impacts, len(values["releases"]))
 

@@ -139,7 +139,9 @@ def _print_periods(periods: list[dict[str, Any]]) -> None:
     }
     rows = [{heads[name]: value for name, value in row.items()} for row in periods]
     click.echo()
-    printing.print_table(rows, "Period of free vibration at the amplitude u0:")
+    printing.print_table(
+        rows, "Period of free vibration at the amplitude u0 (rigid body: without the first branch):"
+    )
 
 
 def _print_damping(damping: dict[str, Any], width: float) -> None:

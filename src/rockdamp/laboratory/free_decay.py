@@ -252,7 +252,8 @@ class FreeDecay:
             "b1 of the best fit",
             best.x[1],
             lambda b1: (b1 > low[1] + strength_margin) & (b1 < high[1] - strength_margin),
-            f"between {low[1]:g} and {high[1]:g}; a rigid block has b1 = 1",
+            f"between {low[1]:g} and {high[1]:g} (a rigid block has b1 = 1): check the sizes, the"
+            " unit and the frame rate",
         )
         return best.x, _covariance(best.jac, best.fun)
 

@@ -259,8 +259,8 @@ def _read_plain(lines: Sequence[str], options: _Options) -> _Samples:
         )
     if options.unit_size is None:
         raise InputError(
-            "states no unit of acceleration; unit must be given, such as g or cm/s2"
-            f" (--unit cm/s2 in a command), or {NAMED_COLUMNS}"
+            f"does not have {NAMED_COLUMNS} (or _g, _cm_s2); without them unit must be given,"
+            " such as g or cm/s2 (--unit g in a command)"
         )
     head = rows[0].numbers
     if options.column is None and _states_count(rows):

@@ -50,6 +50,8 @@ class Content:
         a1 of the reference curve, at which the sliders start. [-]
     documents : str
         Folder of the documents, relative to the page.
+    folder : str
+        Folder of the results. Only "results" is that of the default config.
     """
 
     claims: Sequence[Mapping[str, str]]
@@ -58,6 +60,7 @@ class Content:
     datasets: Datasets
     yield_displacement_ratio: float
     documents: str = "../docs"
+    folder: str = "results"
 
 
 def build(content: Content) -> str:
@@ -84,6 +87,7 @@ def build(content: Content) -> str:
         errata=content.errata,
         figures=describe_figures(content.figures),
         documents=content.documents,
+        folder=content.folder,
         software=tables.software(),
     )
 

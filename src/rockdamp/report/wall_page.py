@@ -89,7 +89,7 @@ def write_wall_page(
         supports=name_supports(building, diaphragm),
         answer=answer,
         rest=explain_rest(answer, curve),
-        zero_warning=warn_of_zero(answer),
+        zero_warning=warn_of_zero(answer.isel(intensity=-1)),
         cases=CASES,
         is_wall=is_wall,
         histories=int(answer["records"]) * answer[f"stripe_{measure}"].size,
