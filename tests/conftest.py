@@ -1,10 +1,12 @@
-"""Settings of all tests, and the minimal build."""
+"""Settings and high-precision values that several tests share."""
 
 import fcntl
 import os
 import signal
+from itertools import pairwise
 from pathlib import Path
 
+import mpmath as mp
 import pytest
 from hypothesis import settings
 from minimal_build import FINISHED_BUILD, RESULTS
@@ -39,6 +41,23 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: not item.nodeid.startswith(LONG))
 
 
+def areas_under(corners, force, end):
+    """Ends of the branches up to `end`, and a function for the area under the curve from a point
+    back to another.
+    """
+    k1, ks = force[1] / corners[1], force[2] / (corners[3] - corners[2])
+    ends = [*(x for x in corners if x < end), end]
+
+    def area(high, d):  # from high - d to high, both on one branch
+        if high <= corners[1]:
+            return k1 * d * (2 * high - d) / 2
+        if high <= corners[2]:
+            return force[1] * d
+        return ks * d * (2 * (corners[3] - high) + d) / 2
+
+    return ends, area
+
+
 @pytest.fixture(scope="session")
 def minimal(tmp_path_factory, worker_id):
     """Folder of the minimal results; tests/support/minimal_build.py makes and reuses it."""
@@ -51,3 +70,35 @@ def minimal(tmp_path_factory, worker_id):
         run = Tree(ROOT).snakemake("--nolock")
     assert run.returncode == 0, run.stdout + run.stderr
     return ROOT / RESULTS
+
+
+@pytest.fixture(scope="session")
+def quarter_period():
+    """Integral_0^x0 dx/sqrt(2 (V(x0) - V(x))) by mpmath, for the curve drawn through four corners
+    (x, f).
+    """
+
+    def quadrature(corners, force, x0):
+        ends, area = areas_under(corners, force, x0)
+        total = outer = mp.mpf(0)
+        for low, high in zip(ends[-2::-1], ends[:0:-1], strict=True):
+            # In s = sqrt(high - x) the integrand is smooth at the turning point too.
+            total += mp.quad(
+                lambda s, high=high, outer=outer: 2 * s / mp.sqrt(2 * (outer + area(high, s * s))),
+                [0, mp.sqrt(high - low)],
+            )
+            outer += area(high, high - low)
+        return total
+
+    return quadrature
+
+
+@pytest.fixture(scope="session")
+def stored_energy():
+    """V(x), summed from the areas under the curve drawn through four corners (x, f)."""
+
+    def energy(corners, force, x):
+        ends, area = areas_under(corners, force, x)
+        return sum(area(high, high - low) for low, high in pairwise(ends))
+
+    return energy

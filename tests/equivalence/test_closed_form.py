@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from rockdamp.constants import VISCOUS_MODELS
 from rockdamp.equivalence.closed_form import (
     damping_ratio_energy,
     equivalence_factor,
@@ -12,6 +13,7 @@ from rockdamp.equivalence.closed_form import (
 from rockdamp.errors import InputError
 from rockdamp.mechanics.curve import TrilinearCurve
 from rockdamp.mechanics.damping import Damping
+from rockdamp.solvers.newmark import simulate
 
 CURVES = [
     TrilinearCurve(0.04, 0.85),
@@ -74,6 +76,23 @@ def test_factor_of_an_array_to_the_last_bit(curve, model):
     x0 = np.array([0.03, 0.3, 0.85])
     single = [factor(curve, model, value).item() for value in x0]
     assert factor(curve, model, x0).tolist() == single
+
+
+@every_curve
+def test_factor_of_ecd_is_one_over_pi(curve):
+    np.testing.assert_allclose(factor(curve, "ECD", [0.03, 0.3, 0.85]), 1 / np.pi, rtol=1e-9)
+
+
+@pytest.mark.parametrize("model", VISCOUS_MODELS)
+@pytest.mark.parametrize("x0", [0.1, 0.5, 0.9])
+def test_loss_of_a_lightly_damped_half_cycle(model, x0):
+    """xi/g is the logarithmic decrement of sqrt(V) over a half cycle, to first order in xi."""
+    xi, step = 1e-3, 5e-4
+    steps = int(0.55 * float(PAPER.period(x0)) / step)
+    response = simulate(PAPER, Damping(model, xi), release_amplitude=x0, step=step, steps=steps)
+    peak = -response.displacement.min()
+    decrement = -0.5 * np.log(PAPER.energy(peak) / PAPER.energy(x0))
+    assert decrement * factor(PAPER, model, x0).item() == pytest.approx(xi, rel=0.02)
 
 
 RESTITUTION = np.array([[0.7], [0.9], [1.0]])

@@ -9,6 +9,7 @@ support holds that corner horizontally; the overburden lies on it.
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import sympy as sp
 
 from rockdamp.constants import STANDARD_GRAVITY
@@ -240,6 +241,11 @@ def test_printed_eq_7_reduces_to_four_terms():
     np.testing.assert_allclose(WALL.restitution_rigid, on_walls(printed_eq_7()), rtol=1e-13)
 
 
+def test_eq_7_of_two_halves():
+    """1 - 2 sin^2(alpha) at r = 0.5."""
+    assert is_zero(EQ_7.subs({h1: h2}) - (1 - 2 * t**2 / (t**2 + h2**2)))
+
+
 def angular_momentum(motion, pivot):
     total = 0
     for body, (centre, velocity, spin) in enumerate(zip(*motion, strict=True)):
@@ -303,6 +309,12 @@ def test_impulsive_restitution_projects_the_momentum():
     assert is_zero(restitution - projection)
 
 
+def test_impulsive_restitution_of_two_halves():
+    restitution, _ = impulsive_restitution()
+    expected = (4 * h2**2 - 14 * t**2) / (4 * h2**2 + 16 * t**2)
+    assert is_zero(restitution.subs(h1, h2) - expected)
+
+
 def test_eq_7_misses_the_impulse_of_the_top_support():
     _, top_impulse = impulsive_restitution()
     assert not is_zero(top_impulse)
@@ -317,3 +329,10 @@ def test_housner_conserves_the_angular_momentum():
     assert is_zero(housner - (1 - THREE_HALVES * sp.sin(alpha) ** 2))
     np.testing.assert_allclose(PARAPET.restitution_rigid, on_walls(housner, PARAPET), rtol=1e-14)
     np.testing.assert_array_equal(PARAPET.restitution_impulsive, PARAPET.restitution_rigid)
+
+
+@pytest.mark.parametrize(("hinge_ratio", "e"), [(0.5, 0.923), (0.7, 0.951), (0.746, 0.955)])
+def test_restitution_of_fig_4_needs_a_high_hinge(hinge_ratio, e):
+    """The 0.955 of Fig. 4 follows from Eq. (7) only above the paper's 0.5 to 0.7."""
+    wall = Wall(0.4, 4.0, hinge_ratio=hinge_ratio)
+    assert wall.restitution_rigid == pytest.approx(e, abs=5e-4)

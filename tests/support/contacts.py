@@ -2,6 +2,8 @@
 
 Nothing of the mechanism is put in: each body has x, y and a rotation, corners may lift and land,
 faces do not slide, and the supports hold their points. Hinges, strength and restitution come out.
+A part of the overburden that has a mass is a third body, which moves up and down and lies on the
+head; it may lift off.
 """
 
 from itertools import combinations
@@ -14,9 +16,9 @@ CLOSED = 1e-12  # largest gap of a closed contact [m]
 
 
 class TwoBodiesOnContacts:
-    """Coordinates q = (x1, y1, theta1, x2, y2, theta2) from the upright wall.
+    """Coordinates q = (x1, y1, theta1, x2, y2, theta2, y3) from the upright wall.
 
-    The rotations are anticlockwise.
+    The rotations are anticlockwise; y3 is that of the mass on top, if there is one.
     """
 
     def __init__(self, wall):
@@ -26,15 +28,31 @@ class TwoBodiesOnContacts:
         h = h1 + h2
         masses = float(wall.mass) * np.array([h1, h2]) / h
         turning = masses * (t**2 + np.array([h1, h2]) ** 2) / 12
-        self.mass = np.diag([masses[0], masses[0], turning[0], masses[1], masses[1], turning[1]])
-        self._place_contacts(t, h1, h2)
+        overburden = float(wall.overburden)
+        lying = float(wall.overburden_mass) * overburden  # the weight of the mass on top [N]
+        diagonal = [masses[0], masses[0], turning[0], masses[1], masses[1], turning[1]]
+        if lying:
+            diagonal.append(lying / GRAVITY)
+        self.mass = np.diag(diagonal)
+        self._place_contacts(t, h1, h2, has_slab=bool(lying))
         weights = GRAVITY * masses
         self.force = -weights[0] * self._centre_rise(0) - weights[1] * self._centre_rise(1)
-        self.force = self.force - float(wall.overburden) * self.head[1]
+        self.force = self.force - (overburden - lying) * self.head[1]
+        if lying:
+            self.force = self.force - lying * self._slab_rise()
         # Weights and overburden rise less at larger rotations: half of K0, as u carries half of the
         # mass.
         self.push = float(wall.rigid_stiffness) / 2 * np.outer(self.hinge, self.hinge)
         self._invert_contacts()
+        # A displacement of one of the top: both bodies lie along the tilted line of the supports.
+        self.tilted = np.zeros(len(self.mass))
+        self.tilted[:6] = h1 / 2 / h, 0, -1 / h, (h1 + h2 / 2) / h, 0, -1 / h
+        self.sideways = np.zeros(len(self.mass))
+        self.sideways[[0, 3]] = masses
+        # Gain of potential by the square of the rotation of each body, whatever held it.
+        self.sinking = np.zeros(self.mass.shape)
+        self.sinking[2, 2] = h1 * (weights[0] / 2 + weights[1] + overburden)
+        self.sinking[5, 5] = h2 * (weights[1] / 2 + overburden)
 
     def _point(self, body, dx, dy):
         """Return the rows of x and y of a body's point, at (dx, dy) from its centre."""
@@ -46,7 +64,12 @@ class TwoBodiesOnContacts:
     def _centre_rise(self, body):
         return self._point(body, 0, 0)[1]
 
-    def _place_contacts(self, t, h1, h2):
+    def _slab_rise(self):
+        row = np.zeros(7)
+        row[6] = 1
+        return row
+
+    def _place_contacts(self, t, h1, h2, has_slab):
         sides = (-t / 2, t / 2)
         foot = [self._point(0, side, -h1 / 2) for side in sides]
         lower_face = [self._point(0, side, h1 / 2) for side in sides]
@@ -57,6 +80,8 @@ class TwoBodiesOnContacts:
         self.held = np.array([foot[0][0], upper_face[0][0] - lower_face[0][0], self.head[0]])
         gaps = [corner[1] for corner in foot]
         gaps += [upper_face[side][1] - lower_face[side][1] for side in (0, 1)]
+        if has_slab:
+            gaps.append(self._slab_rise() - self.head[1])
         self.gaps = np.array(gaps)
 
     def _invert_contacts(self):
@@ -96,7 +121,7 @@ class TwoBodiesOnContacts:
     def rocking(self, side):
         """Return the rates of q for a unit rate of u as the wall rocks to a side."""
         pivots = [1, 2] if side > 0 else [0, 3]  # foot and hinge
-        closed = np.array([*self.held, *self.gaps[pivots]])
+        closed = np.array([*self.held, *self.gaps[pivots], *self.gaps[4:]])
         motion = null_space(closed)[:, 0]
         return motion / (self.hinge @ motion)
 
@@ -109,13 +134,18 @@ class TwoBodiesOnContacts:
         return rates + self.free @ self.inverse @ self.lift.T @ impulse
 
     def peaks(self, release, step, count, restitution=0.0):
-        """Release the wall at u; return peaks of u and the largest opening of all contacts [m]."""
+        """Release the wall at u; return peaks of u and the largest opening of all contacts [m].
+
+        Afterwards `fall` is the time to the first u = 0. [s]
+        """
         q = release * self.rocking(1)
         s = np.zeros(len(self.inverse))
         u = release
         rate = 0.0
         peaks = [release]
         opening = 0.0
+        steps = 0
+        self.fall = 0.0
         while len(peaks) <= count:
             q_half = q + step / 2 * (self.free @ s)
             closed = set(np.flatnonzero(self.gaps @ q_half <= CLOSED).tolist())
@@ -126,8 +156,35 @@ class TwoBodiesOnContacts:
             q = q_half + step / 2 * (self.free @ s)
             gaps = self.gaps @ q
             opening = max(opening, gaps[:2].min(), gaps[2:4].min())
-            u = self.hinge @ q
+            last_u, u = u, self.hinge @ q
             last_rate, rate = rate, self.hinge @ (self.free @ s)
+            steps += 1
+            if last_u > 0 >= u and self.fall == 0.0:
+                self.fall = step * (steps - u / (u - last_u))
             if last_rate * rate < 0 and u * last_rate > 0:
                 peaks.append(abs(u))
         return np.array(peaks), opening
+
+    def shaken(self, release, step, base, apart):
+        """Release the wall at u while its supports move; return u from their line at each step [m].
+
+        `base` is the acceleration of the base in the middle of each step [m s-2]. `apart` has the
+        displacement, velocity and acceleration of the top relative to the base, in the middle and
+        at the end of each step, shape (3, 2, steps).
+        """
+        q = self.free.T @ (release * self.rocking(1))
+        s = np.zeros(len(self.inverse))
+        displacements = []
+        tilting = self.gaps @ self.tilted
+        for ground, middle, end in zip(base, *apart.transpose(1, 2, 0), strict=True):
+            q_half = q + step / 2 * s
+            full = self.free @ q_half + self.tilted * middle[0]
+            closed = set(np.flatnonzero(self.gaps @ full <= CLOSED).tolist())
+            inertia = self.sideways * ground + self.mass @ self.tilted * middle[2]
+            load = self.free.T @ (self.force + self.sinking @ full - inertia)
+            s_free = s + step * (self.inverse @ load)
+            impulse = self.impulses(self.lift @ s_free + tilting * end[1], closed)
+            s = s_free + self.inverse @ (self.lift.T @ impulse)
+            q = q_half + step / 2 * s
+            displacements.append(self.hinge @ (self.free @ q))
+        return np.array(displacements)
