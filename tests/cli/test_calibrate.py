@@ -150,7 +150,7 @@ def test_impacts_of_several_tests_are_told_apart(released_text, released):
 def test_likelihoods_say_what_they_are_relative_to(released_text, released):
     threshold = released[0]["log_likelihood_threshold"]
     assert (
-        f"(a damper below {threshold:.3g} is excluded: likelihood ratio test, 10 % level):"
+        f"(a damper below {threshold:.3g}, the limit of a 90 % interval of one parameter, is excluded):"
         in released_text
     )
     assert "ln L minus the best" in released_text

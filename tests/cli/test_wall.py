@@ -7,6 +7,7 @@ import pytest
 from command_line import printed, refused, run
 
 import rockdamp as rd
+from rockdamp.cli.printing import cell
 from rockdamp.equivalence.programs import missed_collapses
 
 WALL = ("--thickness", 0.3, "--height", 4.5)
@@ -88,6 +89,14 @@ def test_wall_prints_tables_with_captions(damping):
     (cdc,) = (line for line in text.splitlines() if line.startswith("   CDC "))
     assert cdc.endswith(f" {100 * missed_collapses(0.85)[1]['CDC']:.2g} %")
     assert "missed collapses are those of the study of eight walls, not of this wall" in text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(1204.4, "1204"), (999.4, "999"), (-0.0, "0"), (1.5e6, "1.5e+06"), (np.nan, "-")],
+)
+def test_number_of_a_table_has_three_digits(value, text):
+    assert cell(value) == text
 
 
 def test_wall_prints_no_ratio_for_band(damping):

@@ -338,7 +338,8 @@ def _print_losses(values: dict[str, Any]) -> None:
     _print_dampers(
         values["damping_models"],
         "Fit of each damper: the exponent g that it predicts, and its log-likelihood relative to"
-        f" the best damper (a damper below {threshold:.3g} is excluded: likelihood ratio test, 10 % level):",
+        f" the best damper (a damper below {threshold:.3g}, the limit of a 90 % interval of one"
+        " parameter, is excluded):",
     )
     _print_impacts(impacts, len(values["releases"]))
 

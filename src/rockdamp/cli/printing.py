@@ -126,6 +126,8 @@ def cell(value: Any) -> str:
         return "-"
     if isinstance(value, str | int):
         return str(value)
+    if 1000 <= abs(value) < 1e6:  # of which three digits would be 1.2e+03
+        return f"{value:.0f}"
     return f"{value + 0:.3g}"  # + 0 makes 0 of -0
 
 

@@ -268,6 +268,6 @@ def _print_ratios(rows: list[dict[str, Any]], release: float) -> None:
     if known_errors:
         best = min(known_errors, key=lambda model: known_errors[model])
         click.echo(
-            f"{best} has the smallest error. Use the column xi in your program, for BAND e itself;"
-            " `rockdamp wall` prints the frequency that xi refers to."
+            f"{best} has the smallest error. Use the column xi in your program; for BAND use e"
+            " itself; `rockdamp wall` prints the frequency that xi refers to."
         )

@@ -72,7 +72,7 @@ class Damping:
     order : float or ndarray, optional
         Order m of ECD; a larger order is closer to restitution. The default is 0. [-]
     width : float or ndarray, optional
-        For BAND the half-width t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad]. For
+        For BAND the half width t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad]. For
         CQD the half width divided by a1, 0.25 by default [-].
     loss_exponent : float or ndarray
         Exponent g of CR and ECD. With g > 0 the relative loss is larger at small amplitudes: an
@@ -138,7 +138,7 @@ class Damping:
         order : float or ndarray, optional
             Order m of ECD. The default is 0. [-]
         width : float or ndarray, optional
-            For BAND the half-width t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad].
+            For BAND the half width t_c, 0.2 by default: C acts where ``|x| < t_c |x'|/w1`` [rad].
             For CQD the half width divided by a1, 0.25 by default [-].
         loss_exponent : float or ndarray
             Exponent g of CR and ECD; with g > 0 the relative loss is larger at small amplitudes.
