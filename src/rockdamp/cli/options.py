@@ -405,7 +405,7 @@ support_options = options(
     building_option(
         "--diaphragm-period",
         type=SECONDS,
-        help="Period of the horizontal vibration of a flexible floor at the top of the wall.",
+        help="Horizontal period of a flexible floor at the top of the wall.",
     ),
 )
 
