@@ -188,7 +188,7 @@ def warn_of_zero(answer: xr.Dataset) -> str:
     warning = f"do not report zero: with {count_stations(answer)} a share {limit} is possible"
     estimate = fragility_at(answer)
     if np.isfinite(estimate):
-        warning += f"; the estimate of the fragility curve, extrapolated, is {100 * estimate:.2g} %"
+        warning += f"; the estimate of the fragility curve is {100 * estimate:.2g} %"
     return warning
 
 
