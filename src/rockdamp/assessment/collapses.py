@@ -210,7 +210,7 @@ def run_outcomes(
         doubtful[first_stripe:] = find_first_collapses(
             outcomes[first_stripe:], levels[first_stripe:]
         )
-        # Each other outcome is compared with the stripes alone, so that it does not depend on another level.
+        # Any other outcome is compared with the stripes alone, and not with another such outcome.
         for index in range(first_stripe):
             with_stripes = [index, *range(first_stripe, len(levels))]
             first_collapses = find_first_collapses(outcomes[with_stripes], levels[with_stripes])
