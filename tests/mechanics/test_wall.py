@@ -65,6 +65,10 @@ def test_restitution_against_a_return_wall(slenderness, e):
     assert front.restitution_measured == pytest.approx(e, abs=5e-4)
 
 
+def test_impulsive_restitution_is_below_eq_7():
+    assert np.all(WALLS.restitution_impulsive < WALLS.restitution_rigid)
+
+
 def test_sizes_of_a_wall_against_a_stop():
     wall = Wall(0.3, 4.5, overburden_ratio=1.0)
     for name in (

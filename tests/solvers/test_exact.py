@@ -369,6 +369,12 @@ def test_two_turns_close_to_each_other_are_found(damper, share, turns):
     )
 
 
+def test_reference_amplitude_beyond_the_curve_is_refused():
+    damping = Damping("ECD", 0.05, loss_exponent=0.2, reference_amplitude=1.0)
+    with pytest.raises(ValueError, match="reference_amplitude"):
+        exact_history(CURVE, damping, [1.0], release_amplitude=0.5)
+
+
 # --- compiled code --------------------------------------------------------------------------------
 
 

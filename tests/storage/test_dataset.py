@@ -9,7 +9,7 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
-from minimal_build import DATASETS, PARTS
+from minimal_build import DATASETS, KINDS, PARTS
 
 from rockdamp.errors import InputError
 from rockdamp.storage import dataset
@@ -222,7 +222,22 @@ def test_integers_without_missing_values_stay_integers(minimal):
         assert stored["collapsed"].dtype == np.int8
 
 
+def test_plain_mean_of_collapses_is_a_share(minimal):
+    with xr.open_dataset(minimal / "earthquakes.nc") as stored:
+        share = stored["collapsed"].mean("record")
+    histories = dataset.read(minimal / "earthquakes.nc")
+    runs = (histories["collapsed"] >= 0).sum("record")
+    collapses = (histories["collapsed"] == 1).sum("record")
+    assert (runs == 0).any()
+    np.testing.assert_allclose(share, collapses / runs.where(runs > 0))
+
+
 # --- the minimal build ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [*KINDS, *PARTS])
+def test_built_dataset_has_the_names_of_its_kind(name, minimal):
+    dataset.check(dataset.read(minimal / f"{name}.nc"), {**KINDS, **PARTS}[name])
 
 
 @pytest.mark.parametrize("name", PARTS)
